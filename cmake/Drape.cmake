@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+# Each folder declares a library, a program and its unit tests with these three functions.
+
+find_package(Eigen3 3.4 REQUIRED)
+find_package(fmt REQUIRED)
+
+# Same input, same bytes: the compiler may not contract a*b+c differently per target.
+add_compile_options(-ffp-contract=off)
+
+# drape_library(<folder> HEADERS ... SOURCES ... PUBLIC ... PRIVATE ...) makes drapebench::<folder>.
+function(drape_library folder)
+  cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(drape_${folder} STATIC ${arg_SOURCES})
+  add_library(drapebench::${folder} ALIAS drape_${folder})
+  target_sources(drape_${folder} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
+  target_link_libraries(drape_${folder} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
+endfunction()
+
+# drape_program(<name> SOURCES ... LINK ...) puts the executable into <build>/bin.
+function(drape_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
+endfunction()
+
+# drape_test(<name> SOURCES ... LINK ...) builds a GoogleTest program and registers its tests.
+function(drape_test name)
+  if(NOT DRAPE_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::core drapebench::test_support
+                                        GTest::gmock GTest::gtest_main)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${arg_TIMEOUT})
+endfunction()
+
+# The three OpenCV modules that read and filter images. Debian's module packages carry no
+# OpenCVConfig.cmake of their own, and the package that does pulls in 150 more.
+function(drape_find_opencv)
+  if(TARGET drape_opencv)
+    return()
+  endif()
+  find_path(DRAPE_OPENCV_INCLUDE opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+  add_library(drape_opencv INTERFACE)
+  target_include_directories(drape_opencv SYSTEM INTERFACE ${DRAPE_OPENCV_INCLUDE})
+  foreach(module core imgproc imgcodecs)
+    find_library(DRAPE_OPENCV_${module} opencv_${module} REQUIRED)
+    target_link_libraries(drape_opencv INTERFACE ${DRAPE_OPENCV_${module}})
+  endforeach()
+endfunction()

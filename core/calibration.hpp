@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/camera_model.hpp"
+
+namespace drape {
+
+struct CalibrationResiduals {
+  int points = 0;
+  double rms_px = 0;             ///< root mean square point distance, distorted image
+  double max_px = 0;
+  double object_rms_mm = 0;      ///< distance of the target point from the back-projected ray
+};
+
+/// A world point and the pixel it must land on, so that any importer can check itself.
+struct WorkedPoint {
+  Eigen::Vector3d point_in_world;  ///< metres
+  Eigen::Vector2d px;
+};
+
+struct CalibratedCamera {
+  Camera camera;
+  CalibrationResiduals residuals;
+  /// Covariance of `parameters` in their file units; empty when the method gives none.
+  std::vector<std::string> covariance_parameters;
+  Eigen::MatrixXd covariance;
+  /// Image rectangle (u_min, v_min, u_max, v_max) in px that the calibration points covered.
+  Eigen::Vector4d valid_region_px = Eigen::Vector4d::Zero();
+  WorkedPoint worked_point;
+};
+
+/// calibration.json: calib -> triangulate, compare, exporters.
+struct Calibration {
+  std::string method;            ///< "tsai" or "joint"
+  std::string rig;
+  std::vector<std::string> sets; ///< frame sets used
+  std::vector<CalibratedCamera> cameras;
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
+};
+
+[[nodiscard]] Calibration read_calibration(const std::filesystem::path& file);
+void write_calibration(const std::filesystem::path& file, const Calibration& calibration);
+
+/// Names with units of a camera's parameters, in the order used for covariances: the lens, then
+/// the pose as rotation vector (world to camera, rad) and translation (mm).
+[[nodiscard]] std::vector<std::string> parameter_names(const CameraModel& model);
+
+}  // namespace drape

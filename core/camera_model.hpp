@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "core/pose.hpp"
+
+namespace drape {
+
+/// Pinhole with Brown's distortion from undistorted to distorted normalised coordinates
+/// (Brown 1971; coefficient order of OpenCV).
+struct BrownLens {
+  double fx_px = 0, fy_px = 0;  ///< focal lengths
+  double cx_px = 0, cy_px = 0;  ///< principal point
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+};
+
+/// Tsai's lens (Tsai 1987): one radial coefficient from DISTORTED to undistorted sensor
+/// position, undistorted = distorted * (1 + kappa1 r_d^2). Opposite direction to Brown's k1.
+struct TsaiLens {
+  double focal_m = 0;          ///< effective focal length f
+  double kappa1_per_m2 = 0;    ///< > 0 for barrel distortion
+  double cx_px = 0, cy_px = 0; ///< image centre
+  double scale_x = 1;          ///< horizontal scale factor s_x
+  double pixel_pitch_x_m = 0;  ///< sensor element spacing dpx
+  double pixel_pitch_y_m = 0;  ///< sensor element spacing dpy
+};
+
+/// Lens and image size in pixels. Pixel centres are at integers, (0,0) is the top-left pixel.
+struct CameraModel {
+  std::variant<BrownLens, TsaiLens> lens;
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// A calibrated camera.
+struct Camera {
+  std::string name;
+  CameraModel model;
+  CamFromWorld cam_from_world;
+};
+
+/// Image of a point with its derivative.
+struct Projection {
+  Eigen::Vector2d px;
+  Eigen::Matrix<double, 2, 3> d_px_d_point;  ///< px per metre
+};
+
+/// Distorted pixel of a point in the camera frame (metres). Nothing when the point is not in
+/// front of the camera or lies beyond the radius up to which the lens model is monotonic.
+/// The image border is not a limit.
+[[nodiscard]] std::optional<Projection> project(const CameraModel& model,
+                                                const Eigen::Vector3d& point_in_camera);
+
+/// Unit ray in the camera frame that projects to the pixel. Nothing beyond the model's limit.
+[[nodiscard]] std::optional<Eigen::Vector3d> unproject(const CameraModel& model,
+                                                       const Eigen::Vector2d& px);
+
+/// Camera centre in the world frame (metres).
+[[nodiscard]] Eigen::Vector3d centre_in_world(const Camera& camera);
+
+}  // namespace drape

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/marks.hpp"
+
+namespace drape {
+
+/// A labelled dot (of the cloth or the target) with its fitted ellipse.
+struct Detection {
+  MarkId mark;
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d covariance_px2;
+  Eigen::Vector2d semi_axes_px;      ///< major, minor
+  double axis_angle_rad = 0;         ///< from +u to the major axis
+  double contrast = 0;               ///< grey levels between print and cloth
+  double chi2_per_dof = 0;           ///< of the fit, in units of the frame's noise
+};
+
+/// Something that looked like a mark and was not used. `mark` when its label is known.
+struct Rejection {
+  std::optional<MarkId> mark;
+  std::optional<Eigen::Vector2d> centre_px;
+  std::string reason;
+};
+
+struct TagDetection {
+  int id = 0;
+  Eigen::Matrix<double, 2, 4> corners_px;  ///< in the order the print's tag corners are listed
+};
+
+enum class Surface { cloth, target };
+
+/// What the marks are and where they lie on the print, so that the file stands alone.
+struct MarkLattice {
+  Surface surface = Surface::cloth;
+  int rows = 0, cols = 0;
+  double pitch_m = 0;
+  double dot_diameter_m = 0;
+  Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();   ///< (warp, weft); zero for a target
+  Eigen::Vector2d margin_m = Eigen::Vector2d::Zero();  ///< material coordinates of mark (0, 0)
+  std::string sha256;                                  ///< of the print.toml or target.toml
+};
+
+struct FrameDetections {
+  std::string set;
+  std::string camera;
+  int width_px = 0, height_px = 0;
+  std::string image_sha256;
+  std::optional<std::string> preview_file;  ///< small JPEG beside the detections, for the report
+  std::optional<double> preview_scale;      ///< preview pixels per image pixel
+  std::optional<double> noise_sigma;        ///< grey levels, estimated from the frame
+  std::vector<Detection> detections;        ///< ordered by mark, each mark at most once
+  std::vector<Rejection> rejections;
+  std::vector<TagDetection> tags;           ///< ordered by id
+};
+
+/// detections.json: detect -> calib, triangulate. Frames ordered by set, then camera.
+struct Detections {
+  std::string rig;
+  MarkLattice lattice;
+  std::vector<FrameDetections> frames;
+};
+
+[[nodiscard]] Detections read_detections(const std::filesystem::path& file);
+void write_detections(const std::filesystem::path& file, const Detections& detections);
+
+}  // namespace drape

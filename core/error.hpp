@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <exception>
+#include <optional>
+#include <string>
+
+namespace drape {
+
+/// Why a program stopped; the value is the exit code (1 is kept for a NO-GO verdict).
+enum class ErrorKind { usage = 2, bad_input = 3, device = 4, internal = 5 };
+
+/// Where the fault lies. Empty parts are unknown or do not apply.
+struct Where {
+  std::string file = {};           ///< path as the user gave it
+  std::optional<int> line = {};    ///< 1-based line of the file
+  std::string field = {};          ///< key, column or JSON pointer
+  std::string camera = {};         ///< camera name
+  std::string set = {};            ///< frame set of the recording
+
+  /// One phrase such as "rig.toml:12, field `camera.width_px`"; empty when nothing is known.
+  [[nodiscard]] std::string describe() const;
+};
+
+/// The one exception of all drapebench libraries: what failed, where, and what to do.
+class Error : public std::exception {
+ public:
+  Error(ErrorKind kind, std::string what_failed, Where where, std::string what_to_do);
+
+  [[nodiscard]] const char* what() const noexcept override { return text_.c_str(); }
+  [[nodiscard]] ErrorKind kind() const noexcept { return kind_; }
+  [[nodiscard]] const std::string& what_failed() const noexcept { return what_failed_; }
+  [[nodiscard]] const Where& where() const noexcept { return where_; }
+  [[nodiscard]] const std::string& what_to_do() const noexcept { return what_to_do_; }
+
+ private:
+  ErrorKind kind_;
+  std::string what_failed_;
+  Where where_;
+  std::string what_to_do_;
+  std::string text_;
+};
+
+/// Shorthands, so that a throw reads as one sentence.
+[[nodiscard]] Error bad_input(std::string what_failed, Where where, std::string what_to_do);
+[[nodiscard]] Error usage_error(std::string what_failed, std::string what_to_do);
+[[nodiscard]] Error internal_error(std::string what_failed, Where where = {});
+
+}  // namespace drape

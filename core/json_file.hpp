@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace drape {
+
+/// Key order is kept, so that files read well and the same input gives the same bytes.
+using Json = nlohmann::ordered_json;
+
+/// A place in a JSON file that a program wrote: typed getters whose errors name the file and
+/// the JSON pointer of the field.
+class JsonNode {
+ public:
+  /// Parses the file and checks its "schema" key "drapebench/<name>/<n>"; a newer n is refused.
+  static JsonNode open(const std::filesystem::path& file, const std::string& name, int version);
+
+  [[nodiscard]] bool has(const std::string& key) const;  ///< present and not null
+  [[nodiscard]] JsonNode at(const std::string& key) const;
+  [[nodiscard]] std::vector<JsonNode> items(const std::string& key) const;
+  [[nodiscard]] std::vector<std::pair<std::string, JsonNode>> members() const;
+  [[nodiscard]] double number(const std::string& key) const;  ///< finite
+  [[nodiscard]] std::optional<double> optional_number(const std::string& key) const;
+  [[nodiscard]] int integer(const std::string& key) const;
+  [[nodiscard]] std::optional<int> optional_integer(const std::string& key) const;
+  [[nodiscard]] bool boolean(const std::string& key) const;
+  [[nodiscard]] std::string text(const std::string& key) const;
+  [[nodiscard]] std::optional<std::string> optional_text(const std::string& key) const;
+  [[nodiscard]] Eigen::Vector2d vector2(const std::string& key) const;
+  [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;
+  [[nodiscard]] Eigen::Matrix2d matrix2(const std::string& key) const;  ///< array of rows
+  [[nodiscard]] Eigen::Matrix3d matrix3(const std::string& key) const;  ///< array of rows
+  [[nodiscard]] Eigen::MatrixXd matrix(const std::string& key) const;   ///< any size, rows equal
+
+  [[noreturn]] void reject(const std::string& key, const std::string& what) const;
+  [[nodiscard]] const Json& raw() const { return *value_; }
+
+ private:
+  JsonNode(std::shared_ptr<const Json> root, const Json* value, std::string file,
+           std::string pointer);
+  [[nodiscard]] const Json& member(const std::string& key) const;
+  void read_numbers(const std::string& key, const Json& value, std::size_t rows,
+                    std::size_t columns, double* row_major) const;
+
+  std::shared_ptr<const Json> root_;
+  const Json* value_;
+  std::string file_;
+  std::string pointer_;
+};
+
+/// Array (of rows) for a vector (matrix).
+[[nodiscard]] Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+[[nodiscard]] Json to_json_vector(const Eigen::Ref<const Eigen::VectorXd>& vector);
+
+/// Pretty-printed durable write. Arrays of plain numbers stay on one line.
+void write_json(const std::filesystem::path& file, const Json& json);
+
+/// The text write_json writes.
+[[nodiscard]] std::string pretty(const Json& json);
+
+}  // namespace drape

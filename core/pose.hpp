@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace drape {
+
+/// Frames of reference; the types exist only to name both ends of a Pose.
+namespace frame {
+struct World;   ///< right-handed, z up; origin and axes of the target in its reference pose
+struct Camera;  ///< x right, y down, z forward
+struct Target;  ///< printed face of the calibration target, z out of it
+struct Object;  ///< an obstacle's own frame
+}  // namespace frame
+
+/// Rigid transform that takes points of frame From to frame To: p_to = R p_from + t (metres).
+/// Composition compiles only where the frames meet, so a pose cannot be used backwards.
+template <class To, class From>
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d translation_m = Eigen::Vector3d::Zero();
+
+  [[nodiscard]] Eigen::Vector3d operator*(const Eigen::Vector3d& point_in_from) const {
+    return rotation * point_in_from + translation_m;
+  }
+
+  template <class Start>
+  [[nodiscard]] Pose<To, Start> operator*(const Pose<From, Start>& from_from_start) const {
+    return {rotation * from_from_start.rotation,
+            rotation * from_from_start.translation_m + translation_m};
+  }
+
+  [[nodiscard]] Pose<From, To> inverse() const {
+    return {rotation.transpose(), -(rotation.transpose() * translation_m)};
+  }
+};
+
+using CamFromWorld = Pose<frame::Camera, frame::World>;
+using WorldFromTarget = Pose<frame::World, frame::Target>;
+using CamFromTarget = Pose<frame::Camera, frame::Target>;
+using WorldFromObject = Pose<frame::World, frame::Object>;
+
+}  // namespace drape

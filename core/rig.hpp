@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/marks.hpp"
+
+namespace drape {
+
+/// AprilTag printed between the dots: labels them, is never measured itself.
+struct PrintedTag {
+  int id = 0;
+  Eigen::Vector2d centre_m;  ///< in the plane of the print, see Target and Print
+};
+
+/// Calibration target: a dot grid with tags (target.toml). Frame: origin at the grid's centre,
+/// x along the columns, y along the rows, z out of the printed face.
+struct Target {
+  int rows = 0, cols = 0;    ///< rows along y, cols along x
+  double pitch_m = 0;
+  double dot_diameter_m = 0;
+  std::string tag_family;
+  double tag_edge_m = 0;     ///< outer edge of the black square
+  std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
+
+  /// Centre of a dot in the target frame, z = 0 (metres).
+  [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
+};
+
+/// Marks printed on the cloth (print.toml). Material coordinates are (warp, weft) distances in
+/// metres from the patch corner beside mark (0, 0); warp grows with row, weft with col.
+/// Seen from the printed side with row 0 at the top, col 0 is at the left and tags are upright.
+struct Print {
+  std::filesystem::path file;
+  int rows = 0, cols = 0;
+  double pitch_m = 0;
+  double dot_diameter_m = 0;
+  Eigen::Vector2d patch_m;    ///< size along (warp, weft)
+  Eigen::Vector2d margin_m;   ///< material coordinates of mark (0, 0)
+  std::string tag_family;
+  double tag_edge_m = 0;
+  std::vector<PrintedTag> tags;  ///< centre in material coordinates (warp, weft)
+
+  [[nodiscard]] Eigen::Vector2d material_m(MarkId mark) const;
+};
+
+struct RigCamera {
+  std::string name;
+  int width_px = 0, height_px = 0;
+  double pixel_pitch_x_m = 0, pixel_pitch_y_m = 0;
+};
+
+/// A frame set that shows the target lying parallel to its reference pose, raised by z.
+struct TargetStage {
+  std::string set;
+  double z_m = 0;
+};
+
+/// The bench (rig.toml): cameras, target, and which frame sets calibrate it.
+struct Rig {
+  std::filesystem::path file;
+  std::string name;
+  std::filesystem::path target_file;
+  std::filesystem::path print_file;
+  std::filesystem::path recording;            ///< folder of the recording
+  std::vector<RigCamera> cameras;
+  std::vector<TargetStage> stages;
+  std::vector<std::string> free_poses;        ///< frame sets with the target anywhere
+  bool estimate_scale_x = false;              ///< Tsai's s_x; fixed at 1 when false
+  std::vector<std::filesystem::path> scenes;  ///< in the order of the report
+  std::vector<int> grids;                     ///< particles per side, e.g. 11 21 31
+  std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
+
+  /// Throws Error(bad_input) when no camera of that name exists.
+  [[nodiscard]] const RigCamera& camera(const std::string& camera_name) const;
+};
+
+[[nodiscard]] Rig read_rig(const std::filesystem::path& file);
+[[nodiscard]] Target read_target(const std::filesystem::path& file);
+[[nodiscard]] Print read_print(const std::filesystem::path& file);
+
+}  // namespace drape

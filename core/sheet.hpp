@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/marks.hpp"
+
+namespace drape {
+
+/// One point of a sheet: a measured mark or a particle.
+struct SheetMark {
+  MarkId mark;
+  Eigen::Vector2d material_m;                        ///< (warp, weft) from the patch corner
+  Eigen::Vector3d point_in_world;                    ///< metres
+  std::optional<Eigen::Matrix3d> covariance_m2;      ///< measured sheets only
+  std::optional<int> views;                          ///< cameras that saw it
+  std::optional<double> reprojection_px;             ///< RMS over those views
+};
+
+/// A mark without a position, and why.
+struct Gap {
+  MarkId mark;
+  std::string reason;
+};
+
+/// Where a measured sheet comes from.
+struct MeasuredSource {
+  std::string rig;
+  std::string set;
+  std::vector<std::string> cameras;
+  std::string calibration_sha256;
+  std::string detections_sha256;
+};
+
+/// Where a simulated sheet comes from.
+struct SimulatedSource {
+  std::string scene;
+  std::string fabric;
+  std::string scene_sha256;
+  std::string fabric_sha256;                  ///< of the fabric file and its curves together
+  std::optional<std::string> start_sha256;    ///< of the measured sheet that placed it
+  int segments = 0;                           ///< line segments per Kawabata curve
+  std::string model;                          ///< "consistent" or "paper"
+  std::string solver;                         ///< "rk4" or "static"
+  std::string status;                         ///< "at rest", or why not
+};
+
+/// A cloth in space, real or virtual: one type, indexed alike (paper section 5).
+struct Sheet {
+  int rows = 0, cols = 0;          ///< of the marks or of the particle grid
+  Eigen::Vector2d patch_m;         ///< size along (warp, weft)
+  std::vector<SheetMark> marks;    ///< ordered by mark
+  std::vector<Gap> gaps;           ///< ordered by mark
+  std::variant<MeasuredSource, SimulatedSource> source;
+
+  [[nodiscard]] bool is_measured() const {
+    return std::holds_alternative<MeasuredSource>(source);
+  }
+  /// The mark, or nothing when it is a gap.
+  [[nodiscard]] const SheetMark* find(MarkId mark) const;
+};
+
+/// Writes `<stem>.ply` (points and quads for viewers, millimetres) and then `<stem>.json`, which
+/// carries everything. `file` is either of the two.
+void write_sheet(const std::filesystem::path& file, const Sheet& sheet);
+
+/// Reads `<stem>.json` and checks that `<stem>.ply` holds the same points.
+[[nodiscard]] Sheet read_sheet(const std::filesystem::path& file);
+
+}  // namespace drape

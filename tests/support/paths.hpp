@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace drape::test {
+
+/// Root of the source tree (rigs/, tests/data/ below it).
+[[nodiscard]] std::filesystem::path source_root();
+
+/// Where the programs are: <build>/bin.
+[[nodiscard]] std::filesystem::path program(const std::string& name);
+
+/// A folder of the reference data ($DRAPE_REFERENCE_DATA, else ../shared/data beside the source
+/// tree), or nothing when it is absent.
+[[nodiscard]] std::optional<std::filesystem::path> reference_data(const std::string& folder);
+
+/// A fresh empty folder, removed with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace drape::test
+
+/// Defines `name` as the folder, or skips the test and says what is missing.
+#define DRAPE_REQUIRE_REFERENCE(name, folder)                                             \
+  const auto name##_found = drape::test::reference_data(folder);                          \
+  if (!name##_found) GTEST_SKIP() << "reference data `" << (folder)                       \
+                                  << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
+  const std::filesystem::path name = *name##_found
