@@ -13,9 +13,9 @@ namespace drape {
 
 struct CalibrationResiduals {
   int points = 0;
-  double rms_px = 0;             ///< root mean square point distance, distorted image
+  double rms_px = 0;  ///< root mean square point distance, distorted image
   double max_px = 0;
-  double object_rms_mm = 0;      ///< distance of the target point from the back-projected ray
+  double object_rms_mm = 0;  ///< distance of the target point from the back-projected ray
 };
 
 /// A world point and the pixel it must land on, so that any importer can check itself.
@@ -37,9 +37,9 @@ struct CalibratedCamera {
 
 /// calibration.json: calib -> triangulate, compare, exporters.
 struct Calibration {
-  std::string method;            ///< "tsai" or "joint"
+  std::string method;  ///< "tsai" or "joint"
   std::string rig;
-  std::vector<std::string> sets; ///< frame sets used
+  std::vector<std::string> sets;  ///< frame sets used
   std::vector<CalibratedCamera> cameras;
   std::vector<std::string> warnings;
 

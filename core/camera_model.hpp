@@ -21,12 +21,12 @@ struct BrownLens {
 /// Tsai's lens (Tsai 1987): one radial coefficient from DISTORTED to undistorted sensor
 /// position, undistorted = distorted * (1 + kappa1 r_d^2). Opposite direction to Brown's k1.
 struct TsaiLens {
-  double focal_m = 0;          ///< effective focal length f
-  double kappa1_per_m2 = 0;    ///< > 0 for barrel distortion
-  double cx_px = 0, cy_px = 0; ///< image centre
-  double scale_x = 1;          ///< horizontal scale factor s_x
-  double pixel_pitch_x_m = 0;  ///< sensor element spacing dpx
-  double pixel_pitch_y_m = 0;  ///< sensor element spacing dpy
+  double focal_m = 0;           ///< effective focal length f
+  double kappa1_per_m2 = 0;     ///< > 0 for barrel distortion
+  double cx_px = 0, cy_px = 0;  ///< image centre
+  double scale_x = 1;           ///< horizontal scale factor s_x
+  double pixel_pitch_x_m = 0;   ///< sensor element spacing dpx
+  double pixel_pitch_y_m = 0;   ///< sensor element spacing dpy
 };
 
 /// Lens and image size in pixels. Pixel centres are at integers, (0,0) is the top-left pixel.

@@ -16,10 +16,10 @@ struct Detection {
   MarkId mark;
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d covariance_px2;
-  Eigen::Vector2d semi_axes_px;      ///< major, minor
-  double axis_angle_rad = 0;         ///< from +u to the major axis
-  double contrast = 0;               ///< grey levels between print and cloth
-  double chi2_per_dof = 0;           ///< of the fit, in units of the frame's noise
+  Eigen::Vector2d semi_axes_px;  ///< major, minor
+  double axis_angle_rad = 0;     ///< from +u to the major axis
+  double contrast = 0;           ///< grey levels between print and cloth
+  double chi2_per_dof = 0;       ///< of the fit, in units of the frame's noise
 };
 
 /// Something that looked like a mark and was not used. `mark` when its label is known.
@@ -57,7 +57,7 @@ struct FrameDetections {
   std::optional<double> noise_sigma;        ///< grey levels, estimated from the frame
   std::vector<Detection> detections;        ///< ordered by mark, each mark at most once
   std::vector<Rejection> rejections;
-  std::vector<TagDetection> tags;           ///< ordered by id
+  std::vector<TagDetection> tags;  ///< ordered by id
 };
 
 /// detections.json: detect -> calib, triangulate. Frames ordered by set, then camera.

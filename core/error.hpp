@@ -12,11 +12,11 @@ enum class ErrorKind { usage = 2, bad_input = 3, device = 4, internal = 5 };
 
 /// Where the fault lies. Empty parts are unknown or do not apply.
 struct Where {
-  std::string file = {};           ///< path as the user gave it
-  std::optional<int> line = {};    ///< 1-based line of the file
-  std::string field = {};          ///< key, column or JSON pointer
-  std::string camera = {};         ///< camera name
-  std::string set = {};            ///< frame set of the recording
+  std::string file = {};         ///< path as the user gave it
+  std::optional<int> line = {};  ///< 1-based line of the file
+  std::string field = {};        ///< key, column or JSON pointer
+  std::string camera = {};       ///< camera name
+  std::string set = {};          ///< frame set of the recording
 
   /// One phrase such as "rig.toml:12, field `camera.width_px`"; empty when nothing is known.
   [[nodiscard]] std::string describe() const;

@@ -64,8 +64,8 @@ std::vector<unsigned char> read_bytes(const fs::path& file) {
     bytes.resize(static_cast<std::size_t>(size));
     std::size_t done = 0;
     while (done < bytes.size()) {
-      const ssize_t got = ::pread(fd.get(), bytes.data() + done, bytes.size() - done,
-                                  static_cast<off_t>(done));
+      const ssize_t got =
+          ::pread(fd.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
       if (got < 0 && errno == EINTR) continue;
       if (got <= 0) break;
       done += static_cast<std::size_t>(got);
@@ -87,7 +87,8 @@ void write_durable(const fs::path& file, std::string_view content) {
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) fail_to_write(file, failed.value());
-  // The temporary name is fixed, so a killed run leaves at most one of them, which the next replaces.
+  // The temporary name is fixed, so a killed run leaves at most one of them, which the next
+  // replaces.
   const fs::path partial = folder / ("." + file.filename().string() + ".partial");
   {
     const Descriptor fd(::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
@@ -114,6 +115,8 @@ std::string sha256_of(std::string_view text) {
   return sha256_of(std::span(reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
-std::string sha256_of_file(const fs::path& file) { return sha256_of(read_bytes(file)); }
+std::string sha256_of_file(const fs::path& file) {
+  return sha256_of(read_bytes(file));
+}
 
 }  // namespace drape

@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace drape {
@@ -31,6 +33,7 @@ class JsonNode {
   [[nodiscard]] bool boolean(const std::string& key) const;
   [[nodiscard]] std::string text(const std::string& key) const;
   [[nodiscard]] std::optional<std::string> optional_text(const std::string& key) const;
+  [[nodiscard]] Eigen::VectorXd vector(const std::string& key, Eigen::Index size) const;
   [[nodiscard]] Eigen::Vector2d vector2(const std::string& key) const;
   [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;
   [[nodiscard]] Eigen::Matrix2d matrix2(const std::string& key) const;  ///< array of rows
@@ -44,8 +47,6 @@ class JsonNode {
   JsonNode(std::shared_ptr<const Json> root, const Json* value, std::string file,
            std::string pointer);
   [[nodiscard]] const Json& member(const std::string& key) const;
-  void read_numbers(const std::string& key, const Json& value, std::size_t rows,
-                    std::size_t columns, double* row_major) const;
 
   std::shared_ptr<const Json> root_;
   const Json* value_;

@@ -11,9 +11,9 @@ namespace drape {
 
 /// Options that every program has.
 struct CommonOptions {
-  bool json = false;    ///< the ending as JSON on stdout
-  bool quiet = false;   ///< no progress line, no ending
-  int threads = 0;      ///< 0: all cores; never changes a result
+  bool json = false;   ///< the ending as JSON on stdout
+  bool quiet = false;  ///< no progress line, no ending
+  int threads = 0;     ///< 0: all cores; never changes a result
 };
 
 /// Adds --json, --quiet, --threads and --version.
@@ -23,9 +23,9 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// and why, the next command).
 struct Ending {
   bool go = true;
-  std::string verdict;                                        ///< one sentence
-  std::vector<std::pair<std::string, std::string>> numbers;   ///< name, value with unit
-  std::vector<std::string> rejected;                          ///< what and why, with counts
+  std::string verdict;                                       ///< one sentence
+  std::vector<std::pair<std::string, std::string>> numbers;  ///< name, value with unit
+  std::vector<std::string> rejected;                         ///< what and why, with counts
   std::string next_command;
 };
 

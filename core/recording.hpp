@@ -11,10 +11,10 @@ namespace drape {
 /// One image of one camera.
 struct RecordedFrame {
   std::string camera;
-  std::string file;                         ///< relative to the recording's folder
-  std::string sha256;                       ///< of the file's bytes
+  std::string file;    ///< relative to the recording's folder
+  std::string sha256;  ///< of the file's bytes
   int width_px = 0, height_px = 0;
-  std::optional<double> device_time_s;      ///< absent for imported images
+  std::optional<double> device_time_s;  ///< absent for imported images
 };
 
 /// Frames that belong together (one instant, all cameras), ordered as the manifest lists them.
@@ -26,8 +26,8 @@ struct FrameSet {
 /// A recording: <set>/<camera>.png and recording.json, which is written last.
 struct Recording {
   std::filesystem::path folder;
-  std::string source;                       ///< "import" or the capture method
-  std::optional<std::string> recorded_on;   ///< ISO date when known
+  std::string source;                      ///< "import" or the capture method
+  std::optional<std::string> recorded_on;  ///< ISO date when known
   std::vector<FrameSet> sets;
 
   /// Throws Error(bad_input) naming the sets that exist.
@@ -40,8 +40,7 @@ void write_recording(const Recording& recording);
 
 /// Bytes of a frame, compared with the manifest's SHA-256; throws Error naming set, camera and
 /// file when the image is missing, truncated or altered.
-[[nodiscard]] std::vector<unsigned char> read_frame(const Recording& recording,
-                                                    const FrameSet& set,
+[[nodiscard]] std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet& set,
                                                     const RecordedFrame& frame);
 
 }  // namespace drape

@@ -20,11 +20,11 @@ struct PrintedTag {
 /// Calibration target: a dot grid with tags (target.toml). Frame: origin at the grid's centre,
 /// x along the columns, y along the rows, z out of the printed face.
 struct Target {
-  int rows = 0, cols = 0;    ///< rows along y, cols along x
+  int rows = 0, cols = 0;  ///< rows along y, cols along x
   double pitch_m = 0;
   double dot_diameter_m = 0;
   std::string tag_family;
-  double tag_edge_m = 0;     ///< outer edge of the black square
+  double tag_edge_m = 0;         ///< outer edge of the black square
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
 
   /// Centre of a dot in the target frame, z = 0 (metres).
@@ -39,8 +39,8 @@ struct Print {
   int rows = 0, cols = 0;
   double pitch_m = 0;
   double dot_diameter_m = 0;
-  Eigen::Vector2d patch_m;    ///< size along (warp, weft)
-  Eigen::Vector2d margin_m;   ///< material coordinates of mark (0, 0)
+  Eigen::Vector2d patch_m;   ///< size along (warp, weft)
+  Eigen::Vector2d margin_m;  ///< material coordinates of mark (0, 0)
   std::string tag_family;
   double tag_edge_m = 0;
   std::vector<PrintedTag> tags;  ///< centre in material coordinates (warp, weft)
@@ -66,7 +66,7 @@ struct Rig {
   std::string name;
   std::filesystem::path target_file;
   std::filesystem::path print_file;
-  std::filesystem::path recording;            ///< folder of the recording
+  std::filesystem::path recording;  ///< folder of the recording
   std::vector<RigCamera> cameras;
   std::vector<TargetStage> stages;
   std::vector<std::string> free_poses;        ///< frame sets with the target anywhere

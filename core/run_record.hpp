@@ -11,7 +11,7 @@ namespace drape {
 
 /// A file and its content at the time of the run.
 struct FileHash {
-  std::string path;    ///< relative to the folder of the run record
+  std::string path;  ///< relative to the folder of the run record
   std::string sha256;
 };
 
@@ -25,7 +25,7 @@ class RunRecord {
   void input(const std::filesystem::path& file);
   void input(const std::filesystem::path& file, std::string sha256);  ///< hash already known
   void output(const std::filesystem::path& file);
-  void option(const std::string& name, const std::string& value);    ///< resolved value
+  void option(const std::string& name, const std::string& value);  ///< resolved value
 
   /// Hashes the outputs and writes the record durably; call last.
   void write(const std::filesystem::path& file, int exit_code) const;

@@ -21,8 +21,8 @@ struct Sphere {
 /// Box with its own frame at its centre, axes along its edges.
 struct Box {
   WorldFromObject world_from_box;
-  Eigen::Vector3d size_m;        ///< full edge lengths
-  double edge_radius_m = 0;      ///< radius of the rounded edges
+  Eigen::Vector3d size_m;    ///< full edge lengths
+  double edge_radius_m = 0;  ///< radius of the rounded edges
 };
 
 using Obstacle = std::variant<Sphere, Box>;
@@ -42,25 +42,25 @@ enum class StartMode {
 
 struct Start {
   StartMode mode = StartMode::flat_from_measured;
-  double clearance_m = 0;                         ///< height above the highest obstacle
-  std::optional<Eigen::Vector3d> centre_in_world; ///< only for flat
-  double yaw_rad = 0;                             ///< only for flat: from +x to the weft direction
+  double clearance_m = 0;                          ///< height above the highest obstacle
+  std::optional<Eigen::Vector3d> centre_in_world;  ///< only for flat
+  double yaw_rad = 0;                              ///< only for flat: from +x to the weft direction
 };
 
 /// One drape (scene.toml): what the cloth lies on, how it starts, which fabric it is.
 struct Scene {
   std::filesystem::path file;
   std::string name;
-  std::string set;                      ///< frame set of the recording that shows it; may be empty
+  std::string set;  ///< frame set of the recording that shows it; may be empty
   std::filesystem::path fabric_file;
   std::filesystem::path print_file;
-  double table_z_m = 0;                 ///< height of the table in the world frame
-  double friction = 0;                  ///< Coulomb coefficient cloth-object; 0 is the paper's case
+  double table_z_m = 0;  ///< height of the table in the world frame
+  double friction = 0;   ///< Coulomb coefficient cloth-object; 0 is the paper's case
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   std::vector<Obstacle> obstacles;
   std::vector<Pin> pins;
   Start start;
-  std::vector<std::string> stand_ins;   ///< values of this scene that nobody measured
+  std::vector<std::string> stand_ins;  ///< values of this scene that nobody measured
 };
 
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);

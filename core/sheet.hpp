@@ -15,11 +15,11 @@ namespace drape {
 /// One point of a sheet: a measured mark or a particle.
 struct SheetMark {
   MarkId mark;
-  Eigen::Vector2d material_m;                        ///< (warp, weft) from the patch corner
-  Eigen::Vector3d point_in_world;                    ///< metres
-  std::optional<Eigen::Matrix3d> covariance_m2;      ///< measured sheets only
-  std::optional<int> views;                          ///< cameras that saw it
-  std::optional<double> reprojection_px;             ///< RMS over those views
+  Eigen::Vector2d material_m;                    ///< (warp, weft) from the patch corner
+  Eigen::Vector3d point_in_world;                ///< metres
+  std::optional<Eigen::Matrix3d> covariance_m2;  ///< measured sheets only
+  std::optional<int> views;                      ///< cameras that saw it
+  std::optional<double> reprojection_px;         ///< RMS over those views
 };
 
 /// A mark without a position, and why.
@@ -42,25 +42,23 @@ struct SimulatedSource {
   std::string scene;
   std::string fabric;
   std::string scene_sha256;
-  std::string fabric_sha256;                  ///< of the fabric file and its curves together
-  std::optional<std::string> start_sha256;    ///< of the measured sheet that placed it
-  int segments = 0;                           ///< line segments per Kawabata curve
-  std::string model;                          ///< "consistent" or "paper"
-  std::string solver;                         ///< "rk4" or "static"
-  std::string status;                         ///< "at rest", or why not
+  std::string fabric_sha256;                ///< of the fabric file and its curves together
+  std::optional<std::string> start_sha256;  ///< of the measured sheet that placed it
+  int segments = 0;                         ///< line segments per Kawabata curve
+  std::string model;                        ///< "consistent" or "paper"
+  std::string solver;                       ///< "rk4" or "static"
+  std::string status;                       ///< "at rest", or why not
 };
 
 /// A cloth in space, real or virtual: one type, indexed alike (paper section 5).
 struct Sheet {
-  int rows = 0, cols = 0;          ///< of the marks or of the particle grid
-  Eigen::Vector2d patch_m;         ///< size along (warp, weft)
-  std::vector<SheetMark> marks;    ///< ordered by mark
-  std::vector<Gap> gaps;           ///< ordered by mark
+  int rows = 0, cols = 0;        ///< of the marks or of the particle grid
+  Eigen::Vector2d patch_m;       ///< size along (warp, weft)
+  std::vector<SheetMark> marks;  ///< ordered by mark
+  std::vector<Gap> gaps;         ///< ordered by mark
   std::variant<MeasuredSource, SimulatedSource> source;
 
-  [[nodiscard]] bool is_measured() const {
-    return std::holds_alternative<MeasuredSource>(source);
-  }
+  [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
   /// The mark, or nothing when it is a gap.
   [[nodiscard]] const SheetMark* find(MarkId mark) const;
 };

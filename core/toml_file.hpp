@@ -34,8 +34,10 @@ class TomlTable {
   /// Array of arrays of `width` integers.
   [[nodiscard]] std::vector<std::vector<int>> integer_rows(const std::string& key,
                                                            std::size_t width) const;
+  [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
   /// A file named in this file, relative to it.
   [[nodiscard]] std::filesystem::path file_path(const std::string& key) const;
+  [[nodiscard]] std::filesystem::path beside(const std::string& relative) const;
   [[nodiscard]] TomlTable table(const std::string& key) const;
   [[nodiscard]] std::optional<TomlTable> optional_table(const std::string& key) const;
   /// `[[key]]` tables in file order; empty when absent.

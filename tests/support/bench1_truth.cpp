@@ -14,7 +14,9 @@ namespace {
 using Value = nlohmann::json;
 using units::mm;
 
-Eigen::Vector2d vector2(const Value& v) { return {v[0].get<double>(), v[1].get<double>()}; }
+Eigen::Vector2d vector2(const Value& v) {
+  return {v[0].get<double>(), v[1].get<double>()};
+}
 
 Eigen::Vector3d vector3(const Value& v) {
   return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
@@ -49,7 +51,8 @@ std::vector<std::vector<Eigen::Vector2d>> pixels(const Value& v) {
 }
 
 TrueDot dot(const Value& v) {
-  TrueDot result{{v.at("row"), v.at("col")}, vector3(v.at("xyz")) * mm, vector3(v.at("normal")), {}};
+  TrueDot result{
+      {v.at("row"), v.at("col")}, vector3(v.at("xyz")) * mm, vector3(v.at("normal")), {}};
   for (const Value& view : v.at("cam")) {
     result.views.push_back({vector2(view.at("px")), vector2(view.at("px_centroid")),
                             view.at("cos_view"), view.at("visible"), view.at("visible_fraction")});
@@ -62,8 +65,8 @@ Bench1Truth load() {
   Bench1Truth truth;
   for (const Value& v : root.at("cameras")) truth.cameras.push_back(camera(v));
   for (const Value& v : root.at("calib")) {
-    truth.poses.push_back({v.at("frame"), pose<frame::World, frame::Target>(v),
-                           pixels(v.at("px")), pixels(v.at("px_centroid"))});
+    truth.poses.push_back({v.at("frame"), pose<frame::World, frame::Target>(v), pixels(v.at("px")),
+                           pixels(v.at("px_centroid"))});
   }
   for (const auto& [name, drape] : root.at("drapes").items()) {
     for (const Value& v : drape.at("dots")) truth.drapes[name].push_back(dot(v));

@@ -38,8 +38,8 @@ struct TruePose {
 };
 
 struct Bench1Truth {
-  std::vector<Camera> cameras;  ///< Brown lens
-  std::vector<TruePose> poses;  ///< stages and free poses
+  std::vector<Camera> cameras;                         ///< Brown lens
+  std::vector<TruePose> poses;                         ///< stages and free poses
   std::map<std::string, std::vector<TrueDot>> drapes;  ///< "A", "C", "E"; index row * 11 + col
 };
 

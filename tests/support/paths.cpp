@@ -10,9 +10,13 @@ namespace drape::test {
 
 namespace fs = std::filesystem;
 
-fs::path source_root() { return DRAPE_SOURCE_ROOT; }
+fs::path source_root() {
+  return DRAPE_SOURCE_ROOT;
+}
 
-fs::path program(const std::string& name) { return fs::path(DRAPE_BINARY_ROOT) / "bin" / name; }
+fs::path program(const std::string& name) {
+  return fs::path(DRAPE_BINARY_ROOT) / "bin" / name;
+}
 
 std::optional<fs::path> reference_data(const std::string& folder) {
   const char* from_environment = std::getenv("DRAPE_REFERENCE_DATA");

@@ -33,8 +33,9 @@ class TemporaryFolder {
 }  // namespace drape::test
 
 /// Defines `name` as the folder, or skips the test and says what is missing.
-#define DRAPE_REQUIRE_REFERENCE(name, folder)                                             \
-  const auto name##_found = drape::test::reference_data(folder);                          \
-  if (!name##_found) GTEST_SKIP() << "reference data `" << (folder)                       \
-                                  << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
+#define DRAPE_REQUIRE_REFERENCE(name, folder)                              \
+  const auto name##_found = drape::test::reference_data(folder);           \
+  if (!name##_found)                                                       \
+    GTEST_SKIP() << "reference data `" << (folder)                         \
+                 << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
   const std::filesystem::path name = *name##_found

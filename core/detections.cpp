@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/detections.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/json_file.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using units::deg;
+using units::mm;
+
+constexpr int kVersion = 1;
+
+template <class T>
+Json or_null(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+Json json_of(const Detection& d) {
+  Json json;
+  json["row"] = d.mark.row;
+  json["col"] = d.mark.col;
+  json["px"] = to_json_vector(d.centre_px);
+  json["cov_px2"] = to_json(d.covariance_px2);
+  json["semi_axes_px"] = to_json_vector(d.semi_axes_px);
+  json["axis_angle_deg"] = d.axis_angle_rad / deg;
+  json["contrast"] = d.contrast;
+  json["chi2_per_dof"] = d.chi2_per_dof;
+  return json;
+}
+
+Detection read_detection(const JsonNode& node) {
+  return {{node.integer("row"), node.integer("col")},
+          node.vector2("px"),
+          node.matrix2("cov_px2"),
+          node.vector2("semi_axes_px"),
+          node.number("axis_angle_deg") * deg,
+          node.number("contrast"),
+          node.number("chi2_per_dof")};
+}
+
+Json json_of(const Rejection& r) {
+  Json json;
+  json["row"] = r.mark ? Json(r.mark->row) : Json();
+  json["col"] = r.mark ? Json(r.mark->col) : Json();
+  json["px"] = r.centre_px ? to_json_vector(*r.centre_px) : Json();
+  json["reason"] = r.reason;
+  return json;
+}
+
+Rejection read_rejection(const JsonNode& node) {
+  Rejection rejection;
+  if (node.has("row")) rejection.mark = MarkId{node.integer("row"), node.integer("col")};
+  if (node.has("px")) rejection.centre_px = node.vector2("px");
+  rejection.reason = node.text("reason");
+  return rejection;
+}
+
+Json json_of(const TagDetection& tag) {
+  Json json;
+  json["id"] = tag.id;
+  json["corners_px"] = to_json(tag.corners_px.transpose());
+  return json;
+}
+
+TagDetection read_tag(const JsonNode& node) {
+  const Eigen::MatrixXd corners = node.matrix("corners_px");
+  if (corners.rows() != 4 || corners.cols() != 2)
+    node.reject("corners_px", "a tag has four corners (u, v)");
+  return {node.integer("id"), corners.transpose()};
+}
+
+Json json_of(const MarkLattice& lattice) {
+  Json json;
+  json["surface"] = lattice.surface == Surface::cloth ? "cloth" : "target";
+  json["rows"] = lattice.rows;
+  json["cols"] = lattice.cols;
+  json["pitch_mm"] = lattice.pitch_m / mm;
+  json["dot_diameter_mm"] = lattice.dot_diameter_m / mm;
+  json["patch_mm"] = to_json_vector(lattice.patch_m / mm);
+  json["margin_mm"] = to_json_vector(lattice.margin_m / mm);
+  json["sha256"] = lattice.sha256;
+  return json;
+}
+
+MarkLattice read_lattice(const JsonNode& node) {
+  const std::string surface = node.text("surface");
+  if (surface != "cloth" && surface != "target")
+    node.reject("surface", "the surface is neither cloth nor target");
+  return {surface == "cloth" ? Surface::cloth : Surface::target,
+          node.integer("rows"),
+          node.integer("cols"),
+          node.number("pitch_mm") * mm,
+          node.number("dot_diameter_mm") * mm,
+          node.vector2("patch_mm") * mm,
+          node.vector2("margin_mm") * mm,
+          node.text("sha256")};
+}
+
+Json json_of(const FrameDetections& frame) {
+  Json json;
+  json["set"] = frame.set;
+  json["camera"] = frame.camera;
+  json["width_px"] = frame.width_px;
+  json["height_px"] = frame.height_px;
+  json["image_sha256"] = frame.image_sha256;
+  json["preview_file"] = or_null(frame.preview_file);
+  json["preview_scale"] = or_null(frame.preview_scale);
+  json["noise_sigma_grey"] = or_null(frame.noise_sigma);
+  json["detections"] = Json::array();
+  for (const Detection& d : frame.detections) json["detections"].push_back(json_of(d));
+  json["rejections"] = Json::array();
+  for (const Rejection& r : frame.rejections) json["rejections"].push_back(json_of(r));
+  json["tags"] = Json::array();
+  for (const TagDetection& t : frame.tags) json["tags"].push_back(json_of(t));
+  return json;
+}
+
+FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& lattice) {
+  FrameDetections frame;
+  frame.set = node.text("set");
+  frame.camera = node.text("camera");
+  frame.width_px = node.integer("width_px");
+  frame.height_px = node.integer("height_px");
+  frame.image_sha256 = node.text("image_sha256");
+  frame.preview_file = node.optional_text("preview_file");
+  frame.preview_scale = node.optional_number("preview_scale");
+  frame.noise_sigma = node.optional_number("noise_sigma_grey");
+  for (const JsonNode& item : node.items("detections")) {
+    frame.detections.push_back(read_detection(item));
+    const MarkId mark = frame.detections.back().mark;
+    if (mark.row < 0 || mark.col < 0 || mark.row >= lattice.rows || mark.col >= lattice.cols) {
+      item.reject("row", fmt::format("mark ({}, {}) is outside the lattice", mark.row, mark.col));
+    }
+  }
+  for (const JsonNode& item : node.items("rejections"))
+    frame.rejections.push_back(read_rejection(item));
+  for (const JsonNode& item : node.items("tags")) frame.tags.push_back(read_tag(item));
+  return frame;
+}
+
+}  // namespace
+
+Detections read_detections(const std::filesystem::path& file) {
+  const JsonNode root = JsonNode::open(file, "detections", kVersion);
+  Detections detections{root.text("rig"), read_lattice(root.at("lattice")), {}};
+  for (const JsonNode& node : root.items("frames")) {
+    detections.frames.push_back(read_frame_detections(node, detections.lattice));
+  }
+  return detections;
+}
+
+void write_detections(const std::filesystem::path& file, const Detections& detections) {
+  Json json;
+  json["schema"] = fmt::format("drapebench/detections/{}", kVersion);
+  json["rig"] = detections.rig;
+  json["lattice"] = json_of(detections.lattice);
+  json["frames"] = Json::array();
+  for (const FrameDetections& frame : detections.frames) json["frames"].push_back(json_of(frame));
+  write_json(file, json);
+}
+
+}  // namespace drape

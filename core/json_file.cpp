@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/json_file.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+
+namespace drape {
+namespace {
+
+constexpr const char* kRemake =
+    "the file is written by drapebench: make it anew with the program that wrote it";
+
+bool is_plain_array(const Json& json) {
+  if (!json.is_array()) return false;
+  for (const Json& item : json) {
+    if (item.is_structured() && !is_plain_array(item)) return false;
+    if (item.is_string() && item.get_ref<const std::string&>().size() > 24) return false;
+  }
+  return true;
+}
+
+void print(const Json& json, int indent, std::string& out) {
+  const std::string pad(static_cast<std::size_t>(indent) + 1, ' ');
+  if (json.is_object() && !json.empty()) {
+    out += "{";
+    bool first = true;
+    for (const auto& [key, value] : json.items()) {
+      out += first ? "\n" : ",\n";
+      out += pad + Json(key).dump() + ": ";
+      print(value, indent + 1, out);
+      first = false;
+    }
+    out += "\n" + std::string(static_cast<std::size_t>(indent), ' ') + "}";
+  } else if (json.is_array() && !json.empty() && !is_plain_array(json)) {
+    out += "[";
+    bool first = true;
+    for (const Json& value : json) {
+      out += first ? "\n" : ",\n";
+      out += pad;
+      print(value, indent + 1, out);
+      first = false;
+    }
+    out += "\n" + std::string(static_cast<std::size_t>(indent), ' ') + "]";
+  } else {
+    out += json.dump();
+  }
+}
+
+}  // namespace
+
+JsonNode::JsonNode(std::shared_ptr<const Json> root, const Json* value, std::string file,
+                   std::string pointer)
+    : root_(std::move(root)), value_(value), file_(std::move(file)), pointer_(std::move(pointer)) {}
+
+JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& name, int version) {
+  std::shared_ptr<const Json> root;
+  try {
+    root = std::make_shared<const Json>(Json::parse(read_text(file)));
+  } catch (const Json::parse_error& error) {
+    throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
+                    kRemake);
+  }
+  const JsonNode node(root, root.get(), file.string(), "");
+  const std::string schema = node.text("schema");
+  const std::string prefix = fmt::format("drapebench/{}/", name);
+  int found = 0;
+  const char* end = schema.data() + schema.size();
+  if (schema.rfind(prefix, 0) != 0 ||
+      std::from_chars(schema.data() + prefix.size(), end, found).ptr != end || found < 1) {
+    node.reject("schema", fmt::format("`{}` is not a {}<n> file", schema, prefix));
+  }
+  if (found > version) {
+    throw bad_input(fmt::format("the schema `{}` is newer than this program, which reads {}{}",
+                                schema, prefix, version),
+                    {.file = file.string(), .field = "/schema"}, "use a newer drapebench");
+  }
+  return node;
+}
+
+void JsonNode::reject(const std::string& key, const std::string& what) const {
+  throw bad_input(what, {.file = file_, .field = pointer_ + "/" + key}, kRemake);
+}
+
+const Json& JsonNode::member(const std::string& key) const {
+  if (!value_->is_object())
+    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, kRemake);
+  const auto found = value_->find(key);
+  if (found == value_->end()) reject(key, fmt::format("`{}` is missing", key));
+  return *found;
+}
+
+bool JsonNode::has(const std::string& key) const {
+  if (!value_->is_object()) return false;
+  const auto found = value_->find(key);
+  return found != value_->end() && !found->is_null();
+}
+
+JsonNode JsonNode::at(const std::string& key) const {
+  return {root_, &member(key), file_, pointer_ + "/" + key};
+}
+
+std::vector<JsonNode> JsonNode::items(const std::string& key) const {
+  const Json& array = member(key);
+  if (!array.is_array()) reject(key, fmt::format("`{}` is not an array", key));
+  std::vector<JsonNode> nodes;
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    nodes.push_back(JsonNode(root_, &array[i], file_, fmt::format("{}/{}/{}", pointer_, key, i)));
+  }
+  return nodes;
+}
+
+std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
+  if (!value_->is_object())
+    throw bad_input("an object is expected here", {.file = file_, .field = pointer_}, kRemake);
+  std::vector<std::pair<std::string, JsonNode>> result;
+  for (const auto& [key, value] : value_->items()) {
+    result.emplace_back(key, JsonNode(root_, &value, file_, pointer_ + "/" + key));
+  }
+  return result;
+}
+
+double JsonNode::number(const std::string& key) const {
+  const Json& value = member(key);
+  if (!value.is_number() || !std::isfinite(value.get<double>())) {
+    reject(key, fmt::format("`{}` is not a finite number", key));
+  }
+  return value.get<double>();
+}
+
+std::optional<double> JsonNode::optional_number(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return number(key);
+}
+
+int JsonNode::integer(const std::string& key) const {
+  const Json& value = member(key);
+  if (!value.is_number_integer() ||
+      std::abs(value.get<std::int64_t>()) > std::numeric_limits<int>::max()) {
+    reject(key, fmt::format("`{}` is not a whole number", key));
+  }
+  return value.get<int>();
+}
+
+std::optional<int> JsonNode::optional_integer(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return integer(key);
+}
+
+bool JsonNode::boolean(const std::string& key) const {
+  const Json& value = member(key);
+  if (!value.is_boolean()) reject(key, fmt::format("`{}` is not true or false", key));
+  return value.get<bool>();
+}
+
+std::string JsonNode::text(const std::string& key) const {
+  const Json& value = member(key);
+  if (!value.is_string()) reject(key, fmt::format("`{}` is not a text", key));
+  return value.get<std::string>();
+}
+
+std::optional<std::string> JsonNode::optional_text(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return text(key);
+}
+
+Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {
+  const Json& value = member(key);
+  const auto is_number = [](const Json& cell) {
+    return cell.is_number() && std::isfinite(cell.get<double>());
+  };
+  if (!value.is_array()) reject(key, fmt::format("`{}` is not an array of rows", key));
+  const Eigen::Index rows = static_cast<Eigen::Index>(value.size());
+  const Eigen::Index columns =
+      rows == 0 || !value[0].is_array() ? 0 : static_cast<Eigen::Index>(value[0].size());
+  Eigen::MatrixXd result(rows, columns);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const Json& cells = value[static_cast<std::size_t>(row)];
+    if (!cells.is_array() || static_cast<Eigen::Index>(cells.size()) != columns) {
+      reject(key, fmt::format("`{}` is not an array of equal rows", key));
+    }
+    for (Eigen::Index column = 0; column < columns; ++column) {
+      const Json& cell = cells[static_cast<std::size_t>(column)];
+      if (!is_number(cell))
+        reject(key, fmt::format("`{}` holds something that is not a finite number", key));
+      result(row, column) = cell.get<double>();
+    }
+  }
+  return result;
+}
+
+Eigen::VectorXd JsonNode::vector(const std::string& key, Eigen::Index size) const {
+  const Json& value = member(key);
+  if (!value.is_array() || static_cast<Eigen::Index>(value.size()) != size) {
+    reject(key, fmt::format("`{}` is not an array of {} numbers", key, size));
+  }
+  Eigen::VectorXd result(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const Json& cell = value[static_cast<std::size_t>(i)];
+    if (!cell.is_number() || !std::isfinite(cell.get<double>())) {
+      reject(key, fmt::format("`{}` holds something that is not a finite number", key));
+    }
+    result(i) = cell.get<double>();
+  }
+  return result;
+}
+
+Eigen::Vector2d JsonNode::vector2(const std::string& key) const {
+  return vector(key, 2);
+}
+Eigen::Vector3d JsonNode::vector3(const std::string& key) const {
+  return vector(key, 3);
+}
+
+namespace {
+template <int n>
+Eigen::Matrix<double, n, n> square(const JsonNode& node, const std::string& key) {
+  const Eigen::MatrixXd found = node.matrix(key);
+  if (found.rows() != n || found.cols() != n)
+    node.reject(key, fmt::format("`{}` is not {}x{}", key, n, n));
+  return found;
+}
+}  // namespace
+
+Eigen::Matrix2d JsonNode::matrix2(const std::string& key) const {
+  return square<2>(*this, key);
+}
+Eigen::Matrix3d JsonNode::matrix3(const std::string& key) const {
+  return square<3>(*this, key);
+}
+
+Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  Json rows = Json::array();
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    Json cells = Json::array();
+    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
+      cells.push_back(matrix(row, column));
+    rows.push_back(std::move(cells));
+  }
+  return rows;
+}
+
+Json to_json_vector(const Eigen::Ref<const Eigen::VectorXd>& vector) {
+  Json cells = Json::array();
+  for (Eigen::Index i = 0; i < vector.size(); ++i) cells.push_back(vector(i));
+  return cells;
+}
+
+std::string pretty(const Json& json) {
+  std::string text;
+  print(json, 0, text);
+  return text + "\n";
+}
+
+void write_json(const std::filesystem::path& file, const Json& json) {
+  write_durable(file, pretty(json));
+}
+
+}  // namespace drape

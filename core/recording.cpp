@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/recording.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+
+namespace drape {
+namespace {
+
+constexpr int kVersion = 1;
+
+RecordedFrame read_recorded_frame(const JsonNode& node) {
+  return {node.text("camera"),       node.text("file"),
+          node.text("sha256"),       node.integer("width_px"),
+          node.integer("height_px"), node.optional_number("device_time_s")};
+}
+
+Json json_of(const RecordedFrame& frame) {
+  Json json;
+  json["camera"] = frame.camera;
+  json["file"] = frame.file;
+  json["sha256"] = frame.sha256;
+  json["width_px"] = frame.width_px;
+  json["height_px"] = frame.height_px;
+  json["device_time_s"] = frame.device_time_s ? Json(*frame.device_time_s) : Json();
+  return json;
+}
+
+}  // namespace
+
+const FrameSet& Recording::set(const std::string& set_name) const {
+  std::string known;
+  for (const FrameSet& candidate : sets) {
+    if (candidate.name == set_name) return candidate;
+    known += (known.empty() ? "" : ", ") + candidate.name;
+  }
+  throw bad_input("the recording has no such set",
+                  {.file = (folder / "recording.json").string(), .set = set_name},
+                  fmt::format("name one of: {}", known));
+}
+
+Recording read_recording(const std::filesystem::path& folder) {
+  const std::filesystem::path manifest = folder / "recording.json";
+  if (!std::filesystem::exists(manifest)) {
+    throw bad_input(
+        "not a recording: the manifest is missing", {.file = manifest.string()},
+        "record with `drape capture`, or make it with `drape import FOLDER --out RECORDING`");
+  }
+  const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
+  Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
+  for (const JsonNode& set : root.items("sets")) {
+    recording.sets.push_back({set.text("name"), {}});
+    for (const JsonNode& frame : set.items("frames")) {
+      recording.sets.back().frames.push_back(read_recorded_frame(frame));
+    }
+  }
+  if (recording.sets.empty()) {
+    throw bad_input("the recording is empty: it lists no set",
+                    {.file = manifest.string(), .field = "/sets"},
+                    "record or import at least one set of images");
+  }
+  return recording;
+}
+
+void write_recording(const Recording& recording) {
+  Json json;
+  json["schema"] = fmt::format("drapebench/recording/{}", kVersion);
+  json["source"] = recording.source;
+  json["recorded_on"] = recording.recorded_on ? Json(*recording.recorded_on) : Json();
+  json["sets"] = Json::array();
+  for (const FrameSet& set : recording.sets) {
+    Json item;
+    item["name"] = set.name;
+    item["frames"] = Json::array();
+    for (const RecordedFrame& frame : set.frames) item["frames"].push_back(json_of(frame));
+    json["sets"].push_back(std::move(item));
+  }
+  write_json(recording.folder / "recording.json", json);
+}
+
+std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet& set,
+                                      const RecordedFrame& frame) {
+  const std::filesystem::path file = recording.folder / frame.file;
+  const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
+  if (!std::filesystem::exists(file)) {
+    throw bad_input("an image of the recording is missing", where,
+                    "bring the image back, or record anew");
+  }
+  std::vector<unsigned char> bytes = read_bytes(file);
+  if (sha256_of(bytes) != frame.sha256) {
+    throw bad_input("the image is not the one that was recorded: it was truncated or altered",
+                    where, "bring the original image back, or record anew");
+  }
+  return bytes;
+}
+
+}  // namespace drape

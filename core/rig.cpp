@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/toml_file.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using units::mm;
+using units::um;
+
+Eigen::Vector2d vector2_m(const TomlTable& table, const std::string& key) {
+  const std::vector<double> values = table.numbers(key, 2);
+  return Eigen::Vector2d(values[0], values[1]) * mm;
+}
+
+RigCamera read_camera(const TomlTable& table) {
+  RigCamera camera;
+  camera.name = table.text("name");
+  camera.width_px = table.positive_integer("width_px");
+  camera.height_px = table.positive_integer("height_px");
+  const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
+  if (pitch[0] <= 0 || pitch[1] <= 0) {
+    table.reject("pixel_pitch_um", "the pixel pitch is not positive",
+                 "give the pitch of the sensor along x and y");
+  }
+  camera.pixel_pitch_x_m = pitch[0] * um;
+  camera.pixel_pitch_y_m = pitch[1] * um;
+  return camera;
+}
+
+void read_cameras(const TomlTable& root, Rig& rig) {
+  std::set<std::string> names;
+  for (const TomlTable& table : root.tables("camera")) {
+    rig.cameras.push_back(read_camera(table));
+    if (!names.insert(rig.cameras.back().name).second) {
+      table.reject("name", fmt::format("two cameras are called `{}`", rig.cameras.back().name),
+                   "give each camera its own name");
+    }
+  }
+  if (rig.cameras.size() < 2) {
+    root.reject("camera", fmt::format("{} camera(s) in the rig", rig.cameras.size()),
+                "a point in space needs two views: add [[camera]] tables");
+  }
+}
+
+void read_calibration_plan(const TomlTable& root, Rig& rig) {
+  const TomlTable plan = root.table("calibration");
+  rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
+  if (plan.has("free_poses")) rig.free_poses = plan.texts("free_poses");
+  for (const TomlTable& stage : plan.tables("stage")) {
+    rig.stages.push_back({stage.text("set"), stage.number("z_mm") * mm});
+  }
+}
+
+std::vector<int> positive_list(const TomlTable& root, const std::string& key, int least) {
+  const std::vector<int> values = root.integers(key);
+  if (values.empty() || *std::min_element(values.begin(), values.end()) < least) {
+    root.reject(key, fmt::format("`{}` is empty or holds a number below {}", key, least),
+                fmt::format("give whole numbers from {} on", least));
+  }
+  return values;
+}
+
+std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& print) {
+  std::vector<PrintedTag> result;
+  int id = tags.integer("first_id");
+  for (const std::vector<int>& cell : tags.integer_rows("cells", 2)) {
+    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= print.rows - 1 || cell[1] >= print.cols - 1) {
+      tags.reject("cells", fmt::format("cell [{}, {}] is outside the grid", cell[0], cell[1]),
+                  "cells count from 0 to rows - 2 and cols - 2");
+    }
+    const Eigen::Vector2d middle(cell[0] + 0.5, cell[1] + 0.5);
+    result.push_back({id++, print.margin_m + print.pitch_m * middle});
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::Vector3d Target::point_in_target(MarkId dot) const {
+  return {(dot.col - 0.5 * (cols - 1)) * pitch_m, (dot.row - 0.5 * (rows - 1)) * pitch_m, 0};
+}
+
+Eigen::Vector2d Print::material_m(MarkId mark) const {
+  return margin_m + pitch_m * Eigen::Vector2d(mark.row, mark.col);
+}
+
+const RigCamera& Rig::camera(const std::string& camera_name) const {
+  for (const RigCamera& candidate : cameras) {
+    if (candidate.name == camera_name) return candidate;
+  }
+  throw bad_input(
+      "the rig has no such camera", {.file = file.string(), .camera = camera_name},
+      "add a [[camera]] table of that name, or name the image after a camera of the rig");
+}
+
+Rig read_rig(const std::filesystem::path& path) {
+  Rig rig;
+  rig.file = std::filesystem::is_directory(path) ? path / "rig.toml" : path;
+  const TomlTable root = TomlTable::open(rig.file, "rig");
+  rig.name = root.text("name");
+  rig.target_file = root.file_path("target");
+  rig.print_file = root.file_path("print");
+  rig.recording = root.file_path("recording");
+  for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
+  rig.grids = positive_list(root, "grids", 3);
+  rig.segments = positive_list(root, "segments", 1);
+  read_cameras(root, rig);
+  read_calibration_plan(root, rig);
+  root.finish();
+  return rig;
+}
+
+Target read_target(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "target");
+  Target target;
+  if (const std::string kind = root.text("kind"); kind != "dot-grid") {
+    root.reject("kind", fmt::format("targets of kind `{}` are not known", kind), "use `dot-grid`");
+  }
+  target.rows = root.positive_integer("rows");
+  target.cols = root.positive_integer("cols");
+  target.pitch_m = root.positive("pitch_mm") * mm;
+  target.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
+  if (target.dot_diameter_m >= target.pitch_m) {
+    root.reject("dot_diameter_mm", "the dots touch each other",
+                "the diameter must be smaller than the pitch");
+  }
+  const TomlTable tags = root.table("tags");
+  target.tag_family = tags.text("family");
+  target.tag_edge_m = tags.positive("edge_mm") * mm;
+  for (const TomlTable& tag : tags.tables("tag")) {
+    target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
+  }
+  root.finish();
+  return target;
+}
+
+Print read_print(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "print");
+  Print print;
+  print.file = file;
+  print.rows = root.positive_integer("rows");
+  print.cols = root.positive_integer("cols");
+  print.pitch_m = root.positive("pitch_mm") * mm;
+  print.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
+  print.patch_m = vector2_m(root, "patch_mm");
+  print.margin_m = vector2_m(root, "margin_mm");
+  if (print.dot_diameter_m >= print.pitch_m) {
+    root.reject("dot_diameter_mm", "the dots touch each other",
+                "the diameter must be smaller than the pitch");
+  }
+  const Eigen::Vector2d last = print.material_m({print.rows - 1, print.cols - 1});
+  if ((print.margin_m.array() < 0).any() || (last.array() > print.patch_m.array() + 1e-9).any()) {
+    root.reject("patch_mm", "the marks reach beyond the patch",
+                "margin + (rows - 1) * pitch must not exceed the patch, along warp and weft");
+  }
+  const TomlTable tags = root.table("tags");
+  print.tag_family = tags.text("family");
+  print.tag_edge_m = tags.positive("edge_mm") * mm;
+  print.tags = read_print_tags(tags, print);
+  root.finish();
+  return print;
+}
+
+}  // namespace drape

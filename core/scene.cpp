@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/toml_file.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+Vector3d vector3(const TomlTable& table, const std::string& key) {
+  const std::vector<double> values = table.numbers(key, 3);
+  return {values[0], values[1], values[2]};
+}
+
+Sphere read_sphere(const TomlTable& table) {
+  const double radius_m = 0.5 * table.positive("diameter_mm") * mm;
+  return {{table.number("x_mm") * mm, table.number("y_mm") * mm,
+           table.number("z_bottom_mm") * mm + radius_m},
+          radius_m};
+}
+
+Box read_box(const TomlTable& table) {
+  Box box;
+  box.size_m = vector3(table, "size_mm") * mm;
+  if (box.size_m.minCoeff() <= 0)
+    table.reject("size_mm", "an edge is not positive", "give three lengths above 0");
+  box.edge_radius_m = table.has("edge_radius_mm") ? table.not_negative("edge_radius_mm") * mm : 0.0;
+  if (2 * box.edge_radius_m > box.size_m.minCoeff()) {
+    table.reject("edge_radius_mm", "the rounded edges are larger than the box",
+                 "give at most half of the smallest edge");
+  }
+  const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
+  box.world_from_box.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
+  box.world_from_box.translation_m = {table.number("x_mm") * mm, table.number("y_mm") * mm,
+                                      table.number("z_bottom_mm") * mm + 0.5 * box.size_m.z()};
+  return box;
+}
+
+Obstacle read_obstacle(const TomlTable& table) {
+  const std::string kind = table.text("kind");
+  if (kind == "sphere") return read_sphere(table);
+  if (kind == "box") return read_box(table);
+  table.reject("kind", fmt::format("objects of kind `{}` are not known", kind),
+               "use `sphere` or `box`");
+}
+
+Pin read_pin(const TomlTable& table) {
+  Pin pin{{table.integer("row"), table.integer("col")}, std::nullopt};
+  if (table.has("at_mm")) pin.point_in_world = vector3(table, "at_mm") * mm;
+  return pin;
+}
+
+Start read_start(const TomlTable& table) {
+  Start start;
+  const std::string mode = table.text("mode");
+  if (mode == "measured") {
+    start.mode = StartMode::measured;
+    return start;
+  }
+  if (mode == "flat") {
+    start.mode = StartMode::flat;
+    start.centre_in_world = vector3(table, "centre_mm") * mm;
+    start.yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
+    return start;
+  }
+  if (mode != "flat-from-measured") {
+    table.reject("mode", fmt::format("`{}` is not a way to start", mode),
+                 "use `flat-from-measured`, `measured` or `flat`");
+  }
+  start.clearance_m = table.not_negative("clearance_mm") * mm;
+  return start;
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "scene");
+  Scene scene;
+  scene.file = file;
+  scene.name = root.text("name");
+  if (scene.name.empty() || scene.name.find_first_of("/\\ ") != std::string::npos ||
+      scene.name.front() == '.') {
+    root.reject("name", fmt::format("`{}` cannot name a folder", scene.name),
+                "use letters, digits, - and _");
+  }
+  scene.set = root.text_or("set", "");
+  scene.fabric_file = root.file_path("fabric");
+  scene.print_file = root.file_path("print");
+  scene.table_z_m = root.number("table_z_mm") * mm;
+  scene.friction = root.not_negative("friction");
+  if (root.has("gravity_m_per_s2")) scene.gravity_m_per_s2 = vector3(root, "gravity_m_per_s2");
+  if (root.has("stand_ins")) scene.stand_ins = root.texts("stand_ins");
+  for (const TomlTable& table : root.tables("object"))
+    scene.obstacles.push_back(read_obstacle(table));
+  for (const TomlTable& table : root.tables("pin")) scene.pins.push_back(read_pin(table));
+  scene.start = read_start(root.table("start"));
+  root.finish();
+  return scene;
+}
+
+}  // namespace drape

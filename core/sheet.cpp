@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/sheet.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using units::mm;
+
+constexpr int kVersion = 1;
+
+std::filesystem::path with_extension(std::filesystem::path file, const char* extension) {
+  return file.replace_extension(extension);
+}
+
+Json json_of(const SheetMark& mark) {
+  Json json;
+  json["row"] = mark.mark.row;
+  json["col"] = mark.mark.col;
+  json["material_mm"] = to_json_vector(mark.material_m / mm);
+  json["xyz_mm"] = to_json_vector(mark.point_in_world / mm);
+  json["cov_mm2"] = mark.covariance_m2 ? to_json(*mark.covariance_m2 / (mm * mm)) : Json();
+  json["views"] = mark.views ? Json(*mark.views) : Json();
+  json["reprojection_px"] = mark.reprojection_px ? Json(*mark.reprojection_px) : Json();
+  return json;
+}
+
+SheetMark read_mark(const JsonNode& node) {
+  SheetMark mark{{node.integer("row"), node.integer("col")},
+                 node.vector2("material_mm") * mm,
+                 node.vector3("xyz_mm") * mm,
+                 std::nullopt,
+                 node.optional_integer("views"),
+                 node.optional_number("reprojection_px")};
+  if (node.has("cov_mm2")) mark.covariance_m2 = node.matrix3("cov_mm2") * (mm * mm);
+  return mark;
+}
+
+Json json_of(const MeasuredSource& source) {
+  Json json;
+  json["rig"] = source.rig;
+  json["set"] = source.set;
+  json["cameras"] = source.cameras;
+  json["calibration_sha256"] = source.calibration_sha256;
+  json["detections_sha256"] = source.detections_sha256;
+  return json;
+}
+
+Json json_of(const SimulatedSource& source) {
+  Json json;
+  json["scene"] = source.scene;
+  json["fabric"] = source.fabric;
+  json["scene_sha256"] = source.scene_sha256;
+  json["fabric_sha256"] = source.fabric_sha256;
+  json["start_sha256"] = source.start_sha256 ? Json(*source.start_sha256) : Json();
+  json["segments"] = source.segments;
+  json["model"] = source.model;
+  json["solver"] = source.solver;
+  json["status"] = source.status;
+  return json;
+}
+
+std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) {
+  const std::string kind = root.text("kind");
+  const JsonNode node = root.at("source");
+  if (kind == "measured") {
+    std::vector<std::string> cameras;
+    for (const Json& name : node.at("cameras").raw()) cameras.push_back(name.get<std::string>());
+    return MeasuredSource{node.text("rig"), node.text("set"), cameras,
+                          node.text("calibration_sha256"), node.text("detections_sha256")};
+  }
+  if (kind != "simulated")
+    root.reject("kind", fmt::format("a sheet is measured or simulated, not `{}`", kind));
+  return SimulatedSource{node.text("scene"),
+                         node.text("fabric"),
+                         node.text("scene_sha256"),
+                         node.text("fabric_sha256"),
+                         node.optional_text("start_sha256"),
+                         node.integer("segments"),
+                         node.text("model"),
+                         node.text("solver"),
+                         node.text("status")};
+}
+
+/// Quads of the lattice whose four corners exist, as indices into the marks.
+std::vector<std::array<int, 4>> quads_of(const Sheet& sheet) {
+  std::map<MarkId, int> index;
+  for (std::size_t i = 0; i < sheet.marks.size(); ++i)
+    index[sheet.marks[i].mark] = static_cast<int>(i);
+  std::vector<std::array<int, 4>> quads;
+  for (int row = 0; row + 1 < sheet.rows; ++row) {
+    for (int col = 0; col + 1 < sheet.cols; ++col) {
+      const auto a = index.find({row, col}), b = index.find({row + 1, col});
+      const auto c = index.find({row + 1, col + 1}), d = index.find({row, col + 1});
+      const auto end = index.end();
+      if (a == end || b == end || c == end || d == end) continue;
+      quads.push_back({a->second, b->second, c->second, d->second});
+    }
+  }
+  return quads;
+}
+
+std::string ply_text(const Sheet& sheet) {
+  const auto quads = quads_of(sheet);
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment drapebench sheet, {}; millimetres, world frame, z up\n"
+      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+      "property int row\nproperty int col\nelement face {}\nproperty list uchar int "
+      "vertex_indices\n"
+      "end_header\n",
+      sheet.is_measured() ? "measured" : "simulated", sheet.marks.size(), quads.size());
+  for (const SheetMark& mark : sheet.marks) {
+    const Eigen::Vector3d p = mark.point_in_world / mm;
+    text += fmt::format("{} {} {} {} {}\n", p.x(), p.y(), p.z(), mark.mark.row, mark.mark.col);
+  }
+  for (const auto& quad : quads)
+    text += fmt::format("4 {} {} {} {}\n", quad[0], quad[1], quad[2], quad[3]);
+  return text;
+}
+
+/// The vertices of the PLY must be the marks of the JSON, else one of the two was swapped.
+void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
+  if (read_text(ply) != ply_text(sheet)) {
+    throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
+                    "make the sheet anew: both files belong together");
+  }
+}
+
+void check_marks(const JsonNode& root, const Sheet& sheet) {
+  for (std::size_t i = 0; i < sheet.marks.size(); ++i) {
+    const MarkId mark = sheet.marks[i].mark;
+    const bool inside =
+        mark.row >= 0 && mark.col >= 0 && mark.row < sheet.rows && mark.col < sheet.cols;
+    const bool ordered = i == 0 || sheet.marks[i - 1].mark < mark;
+    if (!inside || !ordered) {
+      root.reject(fmt::format("marks/{}", i),
+                  fmt::format("mark ({}, {}) is outside the sheet, twice there or out of order",
+                              mark.row, mark.col));
+    }
+  }
+}
+
+}  // namespace
+
+const SheetMark* Sheet::find(MarkId wanted) const {
+  const auto found =
+      std::lower_bound(marks.begin(), marks.end(), wanted,
+                       [](const SheetMark& mark, MarkId id) { return mark.mark < id; });
+  return found != marks.end() && found->mark == wanted ? &*found : nullptr;
+}
+
+void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
+  Json json;
+  json["schema"] = fmt::format("drapebench/sheet/{}", kVersion);
+  json["kind"] = sheet.is_measured() ? "measured" : "simulated";
+  json["rows"] = sheet.rows;
+  json["cols"] = sheet.cols;
+  json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
+  json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
+  json["marks"] = Json::array();
+  for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
+  json["gaps"] = Json::array();
+  for (const Gap& gap : sheet.gaps) {
+    json["gaps"].push_back({{"row", gap.mark.row}, {"col", gap.mark.col}, {"reason", gap.reason}});
+  }
+  // The PLY holds what a reader of the JSON will compute, digit for digit.
+  Sheet rounded = sheet;
+  for (SheetMark& mark : rounded.marks) mark.point_in_world = (mark.point_in_world / mm) * mm;
+  write_durable(with_extension(file, ".ply"), ply_text(rounded));
+  write_json(with_extension(file, ".json"), json);
+}
+
+Sheet read_sheet(const std::filesystem::path& file) {
+  const JsonNode root = JsonNode::open(with_extension(file, ".json"), "sheet", kVersion);
+  Sheet sheet;
+  sheet.rows = root.integer("rows");
+  sheet.cols = root.integer("cols");
+  sheet.patch_m = root.vector2("patch_mm") * mm;
+  sheet.source = read_source(root);
+  for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
+  for (const JsonNode& node : root.items("gaps")) {
+    sheet.gaps.push_back({{node.integer("row"), node.integer("col")}, node.text("reason")});
+  }
+  check_marks(root, sheet);
+  check_ply(with_extension(file, ".ply"), sheet);
+  return sheet;
+}
+
+}  // namespace drape
