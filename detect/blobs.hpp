@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "detect/image.hpp"
+#include "detect/noise.hpp"
+
+namespace drape {
+
+/// Dark connected regions of a frame, thresholded midway between the local extremes.
+struct DarkMap {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<std::int32_t> labels;  ///< 0: bright or flat; else the region's number
+
+  /// Region at a pixel; 0 outside the image.
+  [[nodiscard]] std::int32_t at(int x, int y) const {
+    if (x < 0 || y < 0 || x >= width_px || y >= height_px) return 0;
+    return labels[static_cast<std::size_t>(y) * width_px + x];
+  }
+};
+
+/// A dark region with the size and outline of a dot.
+struct Blob {
+  std::int32_t label = 0;
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse: squared semi-axes as eigenvalues
+  double bright = 0;          ///< median grey level of the ring around it
+  double dark = 0;            ///< lowest mean of its core
+  double dark_ring = 0;       ///< share of the ring that lies in other dark regions
+};
+
+struct Blobs {
+  DarkMap map;
+  std::vector<Blob> blobs;  ///< in raster order
+};
+
+/// Finds dots whose larger semi-axis is near `radius_px` (the unforeshortened radius of a dot;
+/// half to 1.7 times it is accepted, since depth varies over a frame).
+[[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, double radius_px);
+
+}  // namespace drape

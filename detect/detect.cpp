@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/detect.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "core/files.hpp"
+#include "core/parallel.hpp"
+#include "core/scene.hpp"
+#include "detect/frame.hpp"
+#include "detect/image.hpp"
+#include "detect/overlay.hpp"
+#include "detect/print_plane.hpp"
+
+namespace drape {
+namespace {
+
+constexpr double preview_scale = 0.5;
+
+struct Surroundings {
+  PrintPlane plane;
+  MarkLattice lattice;
+};
+
+Surroundings read_surface(const Rig& rig, Surface surface) {
+  Surroundings result;
+  MarkLattice& lattice = result.lattice;
+  lattice.surface = surface;
+  if (surface == Surface::target) {
+    const Target target = read_target(rig.target_file);
+    result.plane = plane_of(target);
+    lattice.sha256 = sha256_of_file(rig.target_file);
+  } else {
+    const Print print = read_print(rig.print_file);
+    result.plane = plane_of(print);
+    lattice.patch_m = print.patch_m;
+    lattice.margin_m = print.margin_m;
+    lattice.sha256 = sha256_of_file(rig.print_file);
+  }
+  lattice.rows = result.plane.rows;
+  lattice.cols = result.plane.cols;
+  lattice.pitch_m = result.plane.pitch_m;
+  lattice.dot_diameter_m = 2 * result.plane.dot_radius_m;
+  return result;
+}
+
+struct Job {
+  const FrameSet* set = nullptr;
+  const RecordedFrame* frame = nullptr;
+  const RigCamera* camera = nullptr;
+};
+
+/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error.
+std::vector<Job> plan(const Recording& recording, const Rig& rig,
+                      const std::vector<std::string>& sets) {
+  std::vector<Job> jobs;
+  for (const std::string& name : sets) {
+    const FrameSet& set = recording.set(name);
+    for (const RecordedFrame& frame : set.frames) (void)rig.camera(frame.camera);
+    for (const RigCamera& camera : rig.cameras) {
+      const auto frame =
+          std::find_if(set.frames.begin(), set.frames.end(),
+                       [&](const RecordedFrame& f) { return f.camera == camera.name; });
+      if (frame == set.frames.end()) {
+        throw bad_input("the recording has no image of this camera",
+                        {.file = recording.folder.string(), .camera = camera.name, .set = name},
+                        "add the image and import the recording again, or take the camera out of "
+                        "the rig");
+      }
+      jobs.push_back({&set, &*frame, &camera});
+    }
+  }
+  return jobs;
+}
+
+/// Tag finders are built on first use and handed from frame to frame.
+class FinderPool {
+ public:
+  explicit FinderPool(std::string family) : family_(std::move(family)) {}
+
+  std::unique_ptr<TagFinder> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<TagFinder>(family_);
+    std::unique_ptr<TagFinder> finder = std::move(idle_.back());
+    idle_.pop_back();
+    return finder;
+  }
+
+  void give_back(std::unique_ptr<TagFinder> finder) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(finder));
+  }
+
+ private:
+  std::string family_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<TagFinder>> idle_;
+};
+
+FrameLimits limits_of(const DetectOptions& options) {
+  return {options.most_chi2_per_dof, options.most_masked_edge,   options.most_one_sided,
+          options.most_one_sided_px, options.least_semi_axis_px, options.most_sigma_px};
+}
+
+struct Output {
+  FrameDetections frame;
+  std::optional<Picture> preview, overlay;
+};
+
+Output run_job(const Recording& recording, const Job& job, const PrintPlane& plane,
+               const DetectOptions& options, FinderPool& pool) {
+  const std::vector<unsigned char> bytes = read_frame(recording, *job.set, *job.frame);
+  const GreyImage image = decode_image(bytes, job.camera->width_px, job.camera->height_px,
+                                       {.file = (recording.folder / job.frame->file).string(),
+                                        .camera = job.camera->name,
+                                        .set = job.set->name});
+  std::unique_ptr<TagFinder> finder = pool.take();
+  Output output{detect_frame(image, plane, *finder, limits_of(options)), {}, {}};
+  pool.give_back(std::move(finder));
+  output.frame.set = job.set->name;
+  output.frame.camera = job.camera->name;
+  output.frame.image_sha256 = job.frame->sha256;
+  const std::string stem = job.set->name + "_" + job.camera->name;
+  if (options.previews && options.surface == Surface::cloth) {
+    output.preview = Picture{"preview_" + stem + ".jpg", half_scale_jpeg(image)};
+    output.frame.preview_file = output.preview->file_name;
+    output.frame.preview_scale = preview_scale;
+  }
+  if (options.overlays) {
+    output.overlay = Picture{"overlay_" + stem + ".png", overlay_png(image, output.frame)};
+  }
+  return output;
+}
+
+double median_sigma_px(const std::vector<FrameDetections>& frames) {
+  std::vector<double> sigmas;
+  for (const FrameDetections& frame : frames) {
+    for (const Detection& dot : frame.detections) {
+      sigmas.push_back(std::sqrt(dot.covariance_px2.trace() / 2));
+    }
+  }
+  if (sigmas.empty()) return 0;
+  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+  std::nth_element(sigmas.begin(), middle, sigmas.end());
+  return *middle;
+}
+
+void add_to_report(const FrameDetections& frame, DetectReport& report) {
+  const std::string name = fmt::format("set {}, camera {}", frame.set, frame.camera);
+  ++report.frames;
+  report.tags += static_cast<int>(frame.tags.size());
+  report.marks += static_cast<int>(frame.detections.size());
+  for (const Rejection& rejection : frame.rejections) {
+    ++report.rejections_by_reason[rejection.reason.substr(0, rejection.reason.find(':'))];
+  }
+  if (frame.detections.empty()) report.frames_without_marks.push_back(name);
+  if (frame.tags.empty()) report.warnings.push_back(name + ": no tag of the print was recognised");
+}
+
+}  // namespace
+
+void DetectOptions::check() const {
+  if (sets.empty())
+    throw usage_error("no frame set is given", "name at least one, e.g. --sets drape_A");
+  if (std::set<std::string>(sets.begin(), sets.end()).size() != sets.size()) {
+    throw usage_error("a frame set is named twice in --sets", "name each set once");
+  }
+  const auto require = [](bool good, const char* what) {
+    if (!good) throw usage_error(what, "give a positive number");
+  };
+  require(threads >= 1, "the number of threads is below 1");
+  require(most_chi2_per_dof > 0, "the largest chi-square per degree of freedom is not positive");
+  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered share is outside 0..1");
+  require(most_one_sided > 0 && most_one_sided_px >= 0, "the one-sided limit is not positive");
+  require(least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
+  require(most_sigma_px > 0, "the largest standard deviation in px is not positive");
+}
+
+DetectResult detect(const Recording& recording, const Rig& rig, const DetectOptions& options,
+                    const DetectProgress& progress) {
+  options.check();
+  // OpenCV's own threads would split its sums differently per machine, and frames run in parallel.
+  cv::setNumThreads(1);
+  const Surroundings surface = read_surface(rig, options.surface);
+  const std::vector<Job> jobs = plan(recording, rig, options.sets);
+  FinderPool pool(surface.plane.tag_family);
+  std::vector<Output> outputs(jobs.size());
+  std::mutex mutex;
+  std::size_t done = 0;
+  parallel_for(jobs.size(), options.threads, [&](std::size_t k) {
+    outputs[k] = run_job(recording, jobs[k], surface.plane, options, pool);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (progress) {
+      progress(static_cast<double>(done) / static_cast<double>(jobs.size()),
+               fmt::format("camera {}, set {}", jobs[k].camera->name, jobs[k].set->name));
+    }
+  });
+  DetectResult result;
+  result.detections.rig = rig.name;
+  result.detections.lattice = surface.lattice;
+  for (Output& output : outputs) {
+    add_to_report(output.frame, result.report);
+    if (output.preview) result.previews.push_back(std::move(*output.preview));
+    if (output.overlay) result.overlays.push_back(std::move(*output.overlay));
+    result.detections.frames.push_back(std::move(output.frame));
+  }
+  result.report.median_sigma_px = median_sigma_px(result.detections.frames);
+  return result;
+}
+
+std::vector<std::string> default_sets(const Rig& rig, Surface surface) {
+  std::vector<std::string> sets;
+  if (surface == Surface::target) {
+    for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
+    sets.insert(sets.end(), rig.free_poses.begin(), rig.free_poses.end());
+    return sets;
+  }
+  for (const auto& file : rig.scenes) {
+    const std::string set = read_scene(file).set;
+    if (!set.empty() && std::find(sets.begin(), sets.end(), set) == sets.end()) sets.push_back(set);
+  }
+  return sets;
+}
+
+}  // namespace drape

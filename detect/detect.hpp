@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/detections.hpp"
+#include "core/recording.hpp"
+#include "core/rig.hpp"
+
+namespace drape {
+
+struct DetectOptions {
+  Surface surface = Surface::cloth;
+  std::vector<std::string> sets;   ///< frame sets, in the order of the output
+  int threads = 1;                 ///< frames at a time; never changes a result
+  bool previews = true;            ///< half-scale JPEG per frame of a cloth
+  bool overlays = false;           ///< PNG per frame with what was found and what was rejected
+  double most_chi2_per_dof = 40;   ///< of the fit, in units of the frame's noise
+  double most_masked_edge = 0.25;  ///< share of a dot's outline that may be covered
+  double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
+  double most_one_sided_px = 0.15;  ///< and that shift; both must be exceeded
+  double least_semi_axis_px = 1.2;  ///< smaller ellipses are no longer measured
+  double most_sigma_px = 0.2;       ///< largest standard deviation of a usable centre
+
+  /// Throws Error(usage) naming an option that makes no sense.
+  void check() const;
+};
+
+/// A file to be written beside the detections.
+struct Picture {
+  std::string file_name;
+  std::vector<unsigned char> bytes;
+};
+
+struct DetectReport {
+  int frames = 0;
+  int tags = 0;
+  int marks = 0;                                    ///< measured, over all frames
+  double median_sigma_px = 0;                       ///< of the marks, root of half the trace
+  std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
+  std::vector<std::string> frames_without_marks;    ///< "set drape_A, camera cam1"
+  std::vector<std::string> warnings;
+};
+
+struct DetectResult {
+  Detections detections;
+  std::vector<Picture> previews;
+  std::vector<Picture> overlays;
+  DetectReport report;
+};
+
+/// Called after each frame with the share done and its name, from one thread at a time.
+using DetectProgress = std::function<void(double fraction, const std::string& what)>;
+
+/// Finds, labels and measures the printed marks of the asked frame sets, each image decoded once
+/// (paper section 5: "the location of the grid points on the images"). Throws Error(bad_input)
+/// naming set, camera and file for an image that is missing, altered, no image, or of the wrong
+/// size; a frame in which nothing is found is reported, not thrown.
+[[nodiscard]] DetectResult detect(const Recording& recording, const Rig& rig,
+                                  const DetectOptions& options,
+                                  const DetectProgress& progress = {});
+
+/// The sets that show a surface when the user names none: stages and free poses of the target, or
+/// the drapes of the rig's scenes.
+[[nodiscard]] std::vector<std::string> default_sets(const Rig& rig, Surface surface);
+
+}  // namespace drape

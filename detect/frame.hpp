@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/detections.hpp"
+#include "detect/image.hpp"
+#include "detect/print_plane.hpp"
+#include "detect/tags.hpp"
+
+namespace drape {
+
+/// Limits beyond which a dot is not measured but rejected with the reason.
+struct FrameLimits {
+  double most_chi2_per_dof = 0;
+  double most_masked_edge = 0;
+  double most_one_sided = 0;
+  double most_one_sided_px = 0;
+  double least_semi_axis_px = 0;
+  double most_sigma_px = 0;
+};
+
+/// Finds, fits and labels the marks of one decoded frame. Fills everything but the names, the
+/// image's hash and the preview.
+[[nodiscard]] FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane,
+                                           TagFinder& finder, const FrameLimits& limits);
+
+}  // namespace drape

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace drape {
+
+/// One grey image. Pixel (0, 0) is the centre of the top-left pixel.
+struct GreyImage {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<std::uint8_t> bytes;  ///< row-major, 0..255
+  /// 16-bit sources only: the same picture on the scale 0..255 with its full depth.
+  std::vector<float> levels;
+
+  /// Grey level 0..255 of a pixel inside the image.
+  [[nodiscard]] float level(int x, int y) const {
+    const std::size_t index = static_cast<std::size_t>(y) * width_px + x;
+    return levels.empty() ? static_cast<float>(bytes[index]) : levels[index];
+  }
+};
+
+/// Decodes PNG, JPEG or TIFF bytes; colour becomes grey, 16-bit keeps its depth. Throws
+/// Error(bad_input) with `where` when the bytes are no picture, have another depth than 8 or 16
+/// bit, or a size other than `width_px` x `height_px`.
+[[nodiscard]] GreyImage decode_image(std::span<const unsigned char> bytes, int width_px,
+                                     int height_px, const Where& where);
+
+/// JPEG of the picture at half its size, for reports. The same picture gives the same bytes.
+[[nodiscard]] std::vector<unsigned char> half_scale_jpeg(const GreyImage& image);
+
+}  // namespace drape

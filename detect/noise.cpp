@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/noise.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace drape {
+namespace {
+
+constexpr int bands = 16;
+constexpr double band_width = 256.0 / bands;
+constexpr double quantisation_variance = 1.0 / 12.0;
+constexpr std::size_t band_minimum = 500;
+
+struct Band {
+  std::vector<float> responses;
+  double level_sum = 0;
+};
+
+std::array<Band, bands> sample(const GreyImage& image) {
+  std::array<Band, bands> result;
+  for (int y = 2; y + 2 < image.height_px; y += 4) {
+    for (int x = 2; x + 2 < image.width_px; x += 4) {
+      const auto at = [&](int dx, int dy) { return image.level(x + dx, y + dy); };
+      const float corners = at(-1, -1) + at(1, -1) + at(-1, 1) + at(1, 1);
+      const float sides = at(0, -1) + at(-1, 0) + at(1, 0) + at(0, 1);
+      const float centre = at(0, 0);
+      const float mean = (corners + sides + centre) / 9.0F;
+      // Saturated neighbourhoods show no noise and would pull the estimate down.
+      if (mean > 250.0F) continue;
+      Band& band = result[std::min(static_cast<int>(mean / band_width), bands - 1)];
+      band.responses.push_back(std::abs(corners - 2.0F * sides + 4.0F * centre));
+      band.level_sum += mean;
+    }
+  }
+  return result;
+}
+
+/// Variance from the median absolute response; 36 is the operator's squared norm.
+double robust_variance(std::vector<float>& responses) {
+  const auto middle = responses.begin() + static_cast<std::ptrdiff_t>(responses.size() / 2);
+  std::nth_element(responses.begin(), middle, responses.end());
+  const double sigma = *middle / 0.67449 / 6.0;
+  return sigma * sigma;
+}
+
+}  // namespace
+
+double NoiseModel::variance(double level) const {
+  return floor_variance + slope * std::clamp(level, 0.0, 255.0);
+}
+
+double NoiseModel::sigma(double level) const {
+  return std::sqrt(variance(level));
+}
+
+NoiseModel estimate_noise(const GreyImage& image) {
+  std::array<Band, bands> sampled = sample(image);
+  double sum = 0, sum_level = 0, sum_level2 = 0, sum_variance = 0, sum_product = 0;
+  for (Band& band : sampled) {
+    if (band.responses.size() < band_minimum) continue;
+    const auto count = static_cast<double>(band.responses.size());
+    const double level = band.level_sum / count;
+    const double variance = robust_variance(band.responses);
+    // A variance's own scatter grows with itself; square-root counts keep small bands in play.
+    const double weight = std::sqrt(count) /
+                          ((variance + quantisation_variance) * (variance + quantisation_variance));
+    sum += weight;
+    sum_level += weight * level;
+    sum_level2 += weight * level * level;
+    sum_variance += weight * variance;
+    sum_product += weight * level * variance;
+  }
+  if (sum <= 0) return {};
+  const double mean_level = sum_level / sum;
+  const double mean_variance = sum_variance / sum;
+  const double spread = sum_level2 / sum - mean_level * mean_level;
+  NoiseModel noise;
+  if (spread > 25.0) {
+    noise.slope = std::max(0.0, (sum_product / sum - mean_level * mean_variance) / spread);
+  }
+  noise.floor_variance = std::max(quantisation_variance, mean_variance - noise.slope * mean_level);
+  return noise;
+}
+
+}  // namespace drape

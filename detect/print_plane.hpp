@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/detections.hpp"
+#include "core/marks.hpp"
+#include "core/rig.hpp"
+
+namespace drape {
+
+/// What is printed on a flat surface, cloth or target, in one plane frame: x along the columns, y
+/// along the rows, metres. Seen from the printed side the frame is right-handed for a target (y
+/// up) and left-handed for a cloth (y down).
+struct PrintPlane {
+  int rows = 0, cols = 0;
+  double pitch_m = 0;
+  double dot_radius_m = 0;
+  Eigen::Vector2d first_m = Eigen::Vector2d::Zero();  ///< mark (0, 0)
+  std::string tag_family;
+  double tag_edge_m = 0;
+  double row_sign = 1;  ///< +1: rows run down when tags are upright (cloth), -1: up (target)
+  std::map<int, Eigen::Vector2d> tags;  ///< id to centre
+
+  [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;
+  [[nodiscard]] bool contains(MarkId mark) const;
+  /// Corners of a tag: upper left, upper right, lower right, lower left as one reads it.
+  [[nodiscard]] std::array<Eigen::Vector2d, 4> tag_corners_m(int id) const;
+  /// Marks that surround a tag: at most 0.75 pitch away along both axes.
+  [[nodiscard]] std::vector<MarkId> marks_around(int id) const;
+  /// True when a tag's centre lies in the cell between (row, col) and (row + 1, col + 1).
+  [[nodiscard]] bool has_tag_in_cell(MarkId upper_left) const;
+};
+
+[[nodiscard]] PrintPlane plane_of(const Target& target);
+[[nodiscard]] PrintPlane plane_of(const Print& print);
+
+}  // namespace drape
