@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/recording.hpp"
+
+namespace drape {
+
+struct CaptureOptions {
+  int threads = 1;  ///< images checked at a time; never changes a result
+  /// Called with the fraction done (0..1) and the file just done; one call at a time.
+  std::function<void(double, const std::string&)> progress = {};
+
+  void check() const;  ///< throws Error(usage)
+};
+
+// ---- import: images from elsewhere become a recording -------------------------------------
+
+/// A file of the imported folder that is not part of the recording, and why.
+struct IgnoredFile {
+  std::string file;  ///< relative to the imported folder
+  std::string reason;
+};
+
+struct ImportReport {
+  std::vector<std::string> cameras;  ///< natural order; every set holds all of them
+  std::size_t images = 0;
+  std::uintmax_t image_bytes = 0;  ///< sum of the file sizes
+  bool in_place = false;           ///< the recording is the imported folder itself
+  std::vector<IgnoredFile> ignored;
+  std::vector<std::string> warnings;  ///< e.g. two images with the same bytes
+};
+
+struct ImportResult {
+  Recording recording;
+  ImportReport report;
+};
+
+/// Makes a recording of `folder`/<set>/<camera>.png|jpg|jpeg|tif|tiff. Sets and cameras are in
+/// natural order (set2 before set10). Every image is proved whole and decoded once for its size,
+/// then copied byte for byte into `recording_folder` (not when that is `folder` itself), and
+/// recording.json is written last. A refused import writes nothing.
+///
+/// Throws Error(bad_input) naming set, camera and file for an image that is truncated, unreadable
+/// or of another size than that camera's first one, a camera missing from a set, two images of one
+/// camera in a set, a folder without sets, and when `recording_folder` already holds other images.
+[[nodiscard]] ImportResult import_folder(const std::filesystem::path& folder,
+                                         const std::filesystem::path& recording_folder,
+                                         const CaptureOptions& options);
+
+// ---- verify: does a recording still hold what was recorded? -------------------------------
+
+/// An image that is missing or no longer has the recorded bytes.
+struct RecordingFault {
+  std::string set;
+  std::string camera;
+  std::string file;  ///< relative to the recording's folder
+  std::string what;
+};
+
+struct VerifyReport {
+  std::size_t sets = 0;
+  std::size_t images = 0;               ///< listed in the manifest
+  std::vector<RecordingFault> faults;   ///< in the manifest's order
+  std::vector<std::string> not_listed;  ///< images in the set folders that the manifest lacks
+
+  [[nodiscard]] bool good() const { return faults.empty(); }
+};
+
+/// Compares every image with its SHA-256 in recording.json and lists all faults, not just the
+/// first. Throws Error(bad_input) only when the manifest itself cannot be used.
+[[nodiscard]] VerifyReport verify_recording(const std::filesystem::path& recording_folder,
+                                            const CaptureOptions& options);
+
+// ---- frame sources: where cameras plug in -------------------------------------------------
+
+/// One image as its file bytes (PNG, JPEG or TIFF); decoding is the reader's business.
+struct SourceFrame {
+  std::string camera;
+  std::vector<unsigned char> bytes;
+  std::string sha256;  ///< of `bytes`
+  int width_px = 0, height_px = 0;
+  std::optional<double> device_time_s;  ///< absent when the camera's clock is not known
+};
+
+/// Frames of one instant, one of every camera in the order of FrameSource::cameras().
+struct SourceSet {
+  std::string name;
+  std::vector<SourceFrame> frames;
+};
+
+/// Something that yields frame sets one after another: a recording now, live cameras behind the
+/// same interface later. Not safe for use from two threads.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  [[nodiscard]] virtual const std::vector<std::string>& cameras() const = 0;
+  /// The next set, or nothing at the end. Throws Error naming set, camera and file (bad_input) or
+  /// device (device) when a frame cannot be had whole; never yields an incomplete set.
+  [[nodiscard]] virtual std::optional<SourceSet> next() = 0;
+};
+
+/// Replays a recording set by set, each image compared with its SHA-256.
+[[nodiscard]] std::unique_ptr<FrameSource> open_replay(
+    const std::filesystem::path& recording_folder);
+
+}  // namespace drape

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/folder_layout.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <iterator>
+#include <set>
+#include <system_error>
+
+#include "capture/natural_order.hpp"
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_image_name(const fs::path& file) {
+  constexpr std::array endings = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+}
+
+bool is_hidden(const std::string& name) {
+  return name.starts_with('.');
+}
+
+/// Files that drapebench itself puts beside the sets.
+bool is_own_file(const std::string& name) {
+  return name == "recording.json" || name.ends_with(".run.json");
+}
+
+/// Names go into lists on command lines, file names and reports, so they are kept simple.
+void require_usable_name(const std::string& name, const std::string& kind, const fs::path& path) {
+  const auto usable = [](unsigned char c) {
+    return (c < 0x80 && std::isalnum(c) != 0) || c == '_' || c == '-' || c == '.' || c == ' ';
+  };
+  if (std::all_of(name.begin(), name.end(), usable)) return;
+  throw bad_input(fmt::format("the {} name holds a character that is not allowed", kind),
+                  {.file = path.string()},
+                  "rename it: letters a-z and A-Z, digits, space, '_', '-' and '.' are allowed");
+}
+
+/// Names in a folder, natural order, so that nothing depends on the file system's order.
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::error_code failed;
+  std::vector<std::string> names;
+  for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed)) {
+    names.push_back(it->path().filename().string());
+  }
+  if (failed) {
+    throw bad_input(fmt::format("the folder cannot be read: {}", failed.message()),
+                    {.file = folder.string()}, "give an existing folder that may be read");
+  }
+  std::sort(names.begin(), names.end(), natural_less);
+  return names;
+}
+
+/// Expects the images in the order of their cameras.
+void require_one_image_per_camera(const fs::path& folder, const SetLayout& layout) {
+  const auto twice = std::adjacent_find(
+      layout.images.begin(), layout.images.end(),
+      [](const ImageFile& a, const ImageFile& b) { return a.camera == b.camera; });
+  if (twice == layout.images.end()) return;
+  const ImageFile& other = *std::next(twice);
+  throw bad_input(
+      fmt::format("two images of one camera: {} and {}", twice->file, other.file),
+      {.file = (folder / other.file).string(), .camera = other.camera, .set = layout.name},
+      "keep the one that belongs to the set");
+}
+
+SetLayout read_set(const fs::path& folder, const std::string& set,
+                   std::vector<IgnoredFile>& ignored) {
+  require_usable_name(set, "set", folder / set);
+  SetLayout layout{set, {}};
+  for (const std::string& name : names_in(folder / set)) {
+    const fs::path path = folder / set / name;
+    const std::string file = set + "/" + name;
+    if (is_hidden(name)) continue;
+    if (!fs::is_regular_file(path) || !is_image_name(path)) {
+      ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});
+      continue;
+    }
+    const std::string camera = path.stem().string();
+    require_usable_name(camera, "camera", path);
+    layout.images.push_back({set, camera, file});
+  }
+  if (layout.images.empty()) {
+    throw bad_input("the set holds no image", {.file = (folder / set).string(), .set = set},
+                    "put <camera>.png files into it, or remove the folder");
+  }
+  std::stable_sort(
+      layout.images.begin(), layout.images.end(),
+      [](const ImageFile& a, const ImageFile& b) { return natural_less(a.camera, b.camera); });
+  require_one_image_per_camera(folder, layout);
+  return layout;
+}
+
+}  // namespace
+
+FolderLayout read_layout(const fs::path& folder) {
+  FolderLayout layout;
+  for (const std::string& name : names_in(folder)) {
+    if (is_hidden(name) || is_own_file(name)) continue;
+    if (fs::is_directory(folder / name)) {
+      layout.sets.push_back(read_set(folder, name, layout.ignored));
+    } else {
+      layout.ignored.push_back({name, "not inside a set folder"});
+    }
+  }
+  if (layout.sets.empty()) {
+    throw bad_input("the folder holds no set of images", {.file = folder.string()},
+                    "arrange the images as FOLDER/<set>/<camera>.png, one folder per set");
+  }
+  return layout;
+}
+
+std::vector<std::string> image_files_below(const fs::path& folder) {
+  std::vector<std::string> files;
+  for (const std::string& set : names_in(folder)) {
+    if (is_hidden(set) || !fs::is_directory(folder / set)) continue;
+    for (const std::string& name : names_in(folder / set)) {
+      if (!is_hidden(name) && is_image_name(name)) files.push_back(set + "/" + name);
+    }
+  }
+  return files;
+}
+
+std::vector<std::string> require_same_cameras(const fs::path& folder, const FolderLayout& layout) {
+  const auto order = [](const std::string& a, const std::string& b) { return natural_less(a, b); };
+  std::set<std::string, decltype(order)> cameras(order);
+  for (const SetLayout& set : layout.sets) {
+    for (const ImageFile& image : set.images) cameras.insert(image.camera);
+  }
+  for (const SetLayout& set : layout.sets) {
+    for (const std::string& camera : cameras) {
+      const auto is_camera = [&](const ImageFile& image) { return image.camera == camera; };
+      if (std::any_of(set.images.begin(), set.images.end(), is_camera)) continue;
+      throw bad_input(fmt::format("set `{}` has no image of camera `{}`, which other sets have",
+                                  set.name, camera),
+                      {.file = (folder / set.name).string(), .camera = camera, .set = set.name},
+                      fmt::format("every set must hold the cameras {}", fmt::join(cameras, ", ")));
+    }
+  }
+  return {cameras.begin(), cameras.end()};
+}
+
+}  // namespace drape

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/capture.hpp"
+
+namespace drape {
+
+/// An image file by its place in a folder <set>/<camera>.<ending>.
+struct ImageFile {
+  std::string set;
+  std::string camera;
+  std::string file;  ///< relative to the folder, e.g. "drape_A/cam0.png"
+};
+
+struct SetLayout {
+  std::string name;
+  std::vector<ImageFile> images;  ///< natural order of the cameras
+};
+
+struct FolderLayout {
+  std::vector<SetLayout> sets;  ///< natural order
+  std::vector<IgnoredFile> ignored;
+};
+
+/// Images below `folder` by set and camera, without opening them. Throws Error(bad_input) for a
+/// folder without sets, a set without images, an unusable name, or two images of one camera.
+[[nodiscard]] FolderLayout read_layout(const std::filesystem::path& folder);
+
+/// Image files of all set folders relative to `folder`, in natural order.
+[[nodiscard]] std::vector<std::string> image_files_below(const std::filesystem::path& folder);
+
+/// The cameras of all sets. Throws Error(bad_input) naming the set and the camera it lacks.
+[[nodiscard]] std::vector<std::string> require_same_cameras(const std::filesystem::path& folder,
+                                                            const FolderLayout& layout);
+
+}  // namespace drape

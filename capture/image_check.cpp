@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/image_check.hpp"
+
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/image_structure.hpp"
+
+namespace drape {
+namespace {
+
+constexpr const char* copy_again = "copy the image again from its source, or leave this set out";
+
+cv::Mat decode(std::span<const unsigned char> bytes) {
+  const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8UC1,
+                        const_cast<unsigned char*>(bytes.data()));  // imdecode only reads
+  try {
+    return cv::imdecode(encoded, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception&) {
+    return {};  // a decoder that gives up with an exception is the same as one that returns nothing
+  }
+}
+
+}  // namespace
+
+ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) {
+  if (bytes.empty()) throw bad_input("the image file is empty", where, copy_again);
+  const auto format = image_format(bytes);
+  if (!format) {
+    throw bad_input("the file is not a PNG, JPEG or TIFF image", where,
+                    "save the image as PNG; other formats cannot be imported");
+  }
+  if (const auto fault = structure_fault(*format, bytes)) {
+    throw bad_input(fmt::format("the image file {}", *fault), where, copy_again);
+  }
+  const cv::Mat image = decode(bytes);
+  if (image.empty()) throw bad_input("the image cannot be decoded", where, copy_again);
+  return {image.cols, image.rows};
+}
+
+}  // namespace drape

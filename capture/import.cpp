@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <system_error>
+
+#include "capture/capture.hpp"
+#include "capture/folder_layout.hpp"
+#include "capture/image_check.hpp"
+#include "capture/ticker.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/parallel.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CheckedImage {
+  ImageFile image;
+  RecordedFrame frame;
+  std::uintmax_t bytes = 0;
+};
+
+Where where_is(const fs::path& folder, const ImageFile& image) {
+  return {.file = (folder / image.file).string(), .camera = image.camera, .set = image.set};
+}
+
+std::vector<CheckedImage> list_images(const FolderLayout& layout) {
+  std::vector<CheckedImage> images;
+  for (const SetLayout& set : layout.sets) {
+    for (const ImageFile& image : set.images) images.push_back({image, {}, 0});
+  }
+  return images;
+}
+
+void check_one(const fs::path& folder, CheckedImage& checked) {
+  const ImageFile& image = checked.image;
+  const std::vector<unsigned char> bytes = read_bytes(folder / image.file);
+  const ImageSize size = check_image(bytes, where_is(folder, image));
+  checked.bytes = bytes.size();
+  checked.frame = {image.camera,  image.file,     sha256_of(bytes),
+                   size.width_px, size.height_px, std::nullopt};
+}
+
+/// A camera does not change its image size; another size means another camera or a resized image.
+void require_same_sizes(const fs::path& folder, const std::vector<CheckedImage>& images) {
+  std::map<std::string, const CheckedImage*> first_of;
+  for (const CheckedImage& checked : images) {
+    const CheckedImage& first = *first_of.try_emplace(checked.image.camera, &checked).first->second;
+    const RecordedFrame& frame = checked.frame;
+    if (frame.width_px == first.frame.width_px && frame.height_px == first.frame.height_px)
+      continue;
+    throw bad_input(
+        fmt::format("the image is {} x {} px, but camera `{}` has {} x {} px in set `{}`",
+                    frame.width_px, frame.height_px, frame.camera, first.frame.width_px,
+                    first.frame.height_px, first.image.set),
+        where_is(folder, checked.image), "put back the camera's original image");
+  }
+}
+
+std::vector<std::string> same_bytes_warnings(const std::vector<CheckedImage>& images) {
+  std::vector<std::string> warnings;
+  std::map<std::string, std::string> file_of;
+  for (const CheckedImage& checked : images) {
+    const auto [first, is_new] = file_of.try_emplace(checked.frame.sha256, checked.frame.file);
+    if (is_new) continue;
+    warnings.push_back(fmt::format("{} and {} are the same image; was one copied by mistake?",
+                                   first->second, checked.frame.file));
+  }
+  return warnings;
+}
+
+/// A recording's images never change: importing again may add sets, but not replace an image.
+void require_nothing_replaced(const fs::path& recording_folder,
+                              const std::vector<CheckedImage>& images) {
+  if (!fs::exists(recording_folder / "recording.json")) return;
+  std::map<std::string, std::string> sha256_of_file;
+  for (const CheckedImage& checked : images) {
+    sha256_of_file[checked.frame.file] = checked.frame.sha256;
+  }
+  const Recording existing = read_recording(recording_folder);
+  for (const FrameSet& set : existing.sets) {
+    for (const RecordedFrame& frame : set.frames) {
+      const auto found = sha256_of_file.find(frame.file);
+      if (found != sha256_of_file.end() && found->second == frame.sha256) continue;
+      throw bad_input(
+          found == sha256_of_file.end()
+              ? "the image is in the existing recording, but not in the imported folder"
+              : "the image differs from the one in the existing recording",
+          {.file = (recording_folder / frame.file).string(),
+           .camera = frame.camera,
+           .set = set.name},
+          "import into a new folder; to give up the old recording, delete its recording.json");
+    }
+  }
+}
+
+void copy_one(const fs::path& folder, const fs::path& recording_folder,
+              const CheckedImage& checked) {
+  const fs::path to = recording_folder / checked.frame.file;
+  if (fs::exists(to)) {
+    if (sha256_of_file(to) == checked.frame.sha256) return;
+    throw bad_input("another file of this name is already there", {.file = to.string()},
+                    "import into a new or empty folder");
+  }
+  const std::vector<unsigned char> bytes = read_bytes(folder / checked.image.file);
+  if (sha256_of(bytes) != checked.frame.sha256) {
+    throw bad_input("the image changed while it was imported", where_is(folder, checked.image),
+                    "stop whatever writes to it, then import again");
+  }
+  write_durable(to, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+bool is_same_folder(const fs::path& a, const fs::path& b) {
+  std::error_code not_there;
+  return fs::equivalent(a, b, not_there) && !not_there;
+}
+
+void require_not_inside(const fs::path& folder, const fs::path& recording_folder) {
+  const fs::path outer = fs::weakly_canonical(folder);
+  const fs::path inner = fs::weakly_canonical(recording_folder);
+  const auto [end_of_outer, unused] =
+      std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
+  if (end_of_outer != outer.end()) return;
+  throw usage_error(
+      fmt::format("the recording {} would lie inside the imported folder", inner.string()),
+      "give a folder outside, or the imported folder itself to add only the manifest");
+}
+
+Recording make_recording(const fs::path& recording_folder, const FolderLayout& layout,
+                         const std::vector<CheckedImage>& images) {
+  Recording recording{recording_folder, "import", std::nullopt, {}};
+  auto next = images.begin();
+  for (const SetLayout& set : layout.sets) {
+    FrameSet& frames = recording.sets.emplace_back(FrameSet{set.name, {}});
+    for (std::size_t i = 0; i < set.images.size(); ++i) frames.frames.push_back((next++)->frame);
+  }
+  return recording;
+}
+
+}  // namespace
+
+ImportResult import_folder(const fs::path& folder, const fs::path& recording_folder,
+                           const CaptureOptions& options) {
+  options.check();
+  ImportReport report;
+  report.in_place = is_same_folder(folder, recording_folder);
+  const FolderLayout layout = read_layout(folder);
+  if (!report.in_place) require_not_inside(folder, recording_folder);
+  report.cameras = require_same_cameras(folder, layout);
+  report.ignored = layout.ignored;
+
+  std::vector<CheckedImage> images = list_images(layout);
+  Ticker ticker(options, images.size());
+  parallel_for(images.size(), options.threads, [&](std::size_t i) {
+    check_one(folder, images[i]);
+    ticker.done(images[i].image.file);
+  });
+  require_same_sizes(folder, images);
+  require_nothing_replaced(recording_folder, images);
+  report.images = images.size();
+  for (const CheckedImage& checked : images) report.image_bytes += checked.bytes;
+  report.warnings = same_bytes_warnings(images);
+
+  if (!report.in_place) {
+    for (const CheckedImage& checked : images) copy_one(folder, recording_folder, checked);
+  }
+  Recording recording = make_recording(recording_folder, layout, images);
+  write_recording(recording);
+  return {std::move(recording), std::move(report)};
+}
+
+}  // namespace drape

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include "capture/capture.hpp"
+#include "capture/test_images.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class Import : public testing::Test {
+ protected:
+  void SetUp() override { test::write_sets(in(), {"set2", "set10"}, {"cam0", "cam1"}); }
+
+  [[nodiscard]] fs::path in() const { return temporary_.path() / "in"; }
+  [[nodiscard]] fs::path out() const { return temporary_.path() / "out"; }
+
+  std::string refusal(const fs::path& from, const fs::path& to) {
+    try {
+      static_cast<void>(import_folder(from, to, {}));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+
+  void truncate(const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); }
+
+ private:
+  test::TemporaryFolder temporary_;
+};
+
+TEST_F(Import, CopiesByteForByteAndListsEveryImage) {
+  const ImportResult result = import_folder(in(), out(), {});
+  EXPECT_FALSE(result.report.in_place);
+  EXPECT_EQ(result.report.images, 4U);
+  EXPECT_THAT(result.report.cameras, ElementsAre("cam0", "cam1"));
+
+  const Recording recording = read_recording(out());
+  EXPECT_EQ(recording.source, "import");
+  EXPECT_EQ(recording.recorded_on, std::nullopt);
+  ASSERT_EQ(recording.sets.size(), 2U);
+  EXPECT_EQ(recording.sets[0].name, "set2");
+  for (const FrameSet& set : recording.sets) {
+    for (const RecordedFrame& frame : set.frames) {
+      EXPECT_EQ(frame.width_px, 64);
+      EXPECT_EQ(frame.height_px, 48);
+      EXPECT_EQ(frame.device_time_s, std::nullopt);
+      EXPECT_EQ(read_bytes(out() / frame.file), read_bytes(in() / frame.file));
+      EXPECT_EQ(read_frame(recording, set, frame), read_bytes(in() / frame.file));
+    }
+  }
+}
+
+TEST_F(Import, InPlaceWritesOnlyTheManifest) {
+  const auto before = read_bytes(in() / "set2/cam0.png");
+  const auto time = fs::last_write_time(in() / "set2/cam0.png");
+  EXPECT_TRUE(import_folder(in(), in() / ".", {}).report.in_place);
+  EXPECT_EQ(read_bytes(in() / "set2/cam0.png"), before);
+  EXPECT_EQ(fs::last_write_time(in() / "set2/cam0.png"), time);
+  EXPECT_TRUE(fs::exists(in() / "recording.json"));
+}
+
+TEST_F(Import, GivesTheSameBytesAtAnyThreadCountAndAgain) {
+  static_cast<void>(import_folder(in(), out(), {.threads = 1}));
+  const std::string manifest = read_text(out() / "recording.json");
+  static_cast<void>(import_folder(in(), out(), {.threads = 4}));
+  EXPECT_EQ(read_text(out() / "recording.json"), manifest);
+}
+
+TEST_F(Import, RefusesATruncatedImageByNameAndWritesNothing) {
+  truncate(in() / "set10/cam1.png");
+  const std::string said = refusal(in(), out());
+  EXPECT_THAT(said, HasSubstr("ends inside chunk"));
+  EXPECT_THAT(said, HasSubstr("set10"));
+  EXPECT_THAT(said, HasSubstr("cam1"));
+  EXPECT_FALSE(fs::exists(out()));
+}
+
+TEST_F(Import, RefusesSomethingThatIsNoImage) {
+  write_durable(in() / "set2/cam0.png", "not an image");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("not a PNG, JPEG or TIFF image"));
+  write_durable(in() / "set2/cam0.png", "");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("empty"));
+}
+
+TEST_F(Import, RefusesAnImageOfAnotherSize) {
+  test::write_bytes(in() / "set10/cam0.png", test::image_bytes(".png", 9, 65, 48));
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("65 x 48 px"));
+}
+
+TEST_F(Import, RefusesAMissingCamera) {
+  fs::remove(in() / "set10/cam1.png");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("set `set10` has no image of camera `cam1`"));
+}
+
+TEST_F(Import, RefusesToReplaceARecordedImage) {
+  static_cast<void>(import_folder(in(), in(), {}));
+  test::write_bytes(in() / "set2/cam1.png", test::image_bytes(".png", 77));
+  EXPECT_THAT(refusal(in(), in()), HasSubstr("differs from the one in the existing recording"));
+  fs::remove_all(in() / "set2");
+  EXPECT_THAT(refusal(in(), in()), HasSubstr("not in the imported folder"));
+}
+
+TEST_F(Import, AddsSetsToARecording) {
+  static_cast<void>(import_folder(in(), out(), {}));
+  test::write_bytes(in() / "set11/cam0.png", test::image_bytes(".png", 50));
+  test::write_bytes(in() / "set11/cam1.png", test::image_bytes(".png", 51));
+  static_cast<void>(import_folder(in(), out(), {}));
+  EXPECT_EQ(read_recording(out()).sets.size(), 3U);
+}
+
+TEST_F(Import, NeverOverwritesAForeignFile) {
+  write_durable(out() / "set2/cam0.png", "somebody's file");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("another file of this name"));
+  EXPECT_EQ(read_text(out() / "set2/cam0.png"), "somebody's file");
+  EXPECT_FALSE(fs::exists(out() / "recording.json"));
+}
+
+TEST_F(Import, CompletesAnInterruptedImport) {
+  // What a kill leaves: some images, at most one partial file, no manifest.
+  fs::create_directories(out() / "set2");
+  fs::copy_file(in() / "set2/cam0.png", out() / "set2/cam0.png");
+  write_durable(out() / "set2/.cam1.png.partial", "half");
+  static_cast<void>(import_folder(in(), out(), {}));
+  EXPECT_TRUE(verify_recording(out(), {}).good());
+}
+
+TEST_F(Import, RefusesARecordingInsideTheImportedFolder) {
+  EXPECT_THAT(refusal(in(), in() / "recording"), HasSubstr("inside the imported folder"));
+}
+
+TEST_F(Import, WarnsOfTheSameImageTwice) {
+  fs::copy_file(in() / "set2/cam0.png", in() / "set10/cam0.png",
+                fs::copy_options::overwrite_existing);
+  EXPECT_THAT(import_folder(in(), out(), {}).report.warnings,
+              ElementsAre(HasSubstr("set2/cam0.png and set10/cam0.png are the same image")));
+}
+
+TEST_F(Import, TellsItsProgressUpToTheEnd) {
+  std::vector<double> fractions;
+  static_cast<void>(import_folder(
+      in(), out(), {.threads = 2, .progress = [&](double fraction, const std::string&) {
+                      fractions.push_back(fraction);
+                    }}));
+  EXPECT_THAT(fractions, ElementsAre(0.25, 0.5, 0.75, 1.0));
+}
+
+TEST_F(Import, RefusesNoThreads) {
+  EXPECT_THROW(static_cast<void>(import_folder(in(), out(), {.threads = 0})), Error);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <set>
+
+#include "capture/capture.hpp"
+#include "capture/folder_layout.hpp"
+#include "capture/ticker.hpp"
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+
+namespace drape {
+namespace {
+
+struct Item {
+  const FrameSet* set;
+  const RecordedFrame* frame;
+  std::optional<RecordingFault> fault;
+};
+
+void verify_one(const Recording& recording, Item& item) {
+  try {
+    static_cast<void>(read_frame(recording, *item.set, *item.frame));
+  } catch (const Error& error) {
+    item.fault = {item.set->name, item.frame->camera, item.frame->file, error.what_failed()};
+  }
+}
+
+}  // namespace
+
+VerifyReport verify_recording(const std::filesystem::path& recording_folder,
+                              const CaptureOptions& options) {
+  options.check();
+  const Recording recording = read_recording(recording_folder);
+  std::vector<Item> items;
+  std::set<std::string> listed;
+  for (const FrameSet& set : recording.sets) {
+    for (const RecordedFrame& frame : set.frames) {
+      items.push_back({&set, &frame, std::nullopt});
+      listed.insert(frame.file);
+    }
+  }
+
+  Ticker ticker(options, items.size());
+  parallel_for(items.size(), options.threads, [&](std::size_t i) {
+    verify_one(recording, items[i]);
+    ticker.done(items[i].frame->file);
+  });
+
+  VerifyReport report{recording.sets.size(), items.size(), {}, {}};
+  for (Item& item : items) {
+    if (item.fault) report.faults.push_back(std::move(*item.fault));
+  }
+  for (const std::string& file : image_files_below(recording_folder)) {
+    if (!listed.contains(file)) report.not_listed.push_back(file);
+  }
+  return report;
+}
+
+}  // namespace drape
