@@ -10,11 +10,11 @@
 
 namespace drape {
 
-/// Dark connected regions of a frame, thresholded midway between the local extremes.
+/// Printed (dark) connected regions of a frame: below half the light on the surface around them.
 struct DarkMap {
   int width_px = 0;
   int height_px = 0;
-  std::vector<std::int32_t> labels;  ///< 0: bright or flat; else the region's number
+  std::vector<std::int32_t> labels;  ///< 0: not printed; else the region's number
 
   /// Region at a pixel; 0 outside the image.
   [[nodiscard]] std::int32_t at(int x, int y) const {
@@ -28,9 +28,9 @@ struct Blob {
   std::int32_t label = 0;
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse: squared semi-axes as eigenvalues
-  double bright = 0;          ///< median grey level of the ring around it
+  double bright = 0;          ///< grey level that a third of the ring around it exceeds
   double dark = 0;            ///< lowest mean of its core
-  double dark_ring = 0;       ///< share of the ring that lies in other dark regions
+  double dark_ring = 0;       ///< share of the ring that is printed or as dark as the blob
 };
 
 struct Blobs {

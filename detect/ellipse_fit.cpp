@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -17,7 +18,7 @@ using Vector = Eigen::Matrix<double, size, 1>;
 using Matrix = Eigen::Matrix<double, size, size>;
 
 // Parameters: centre x y, symmetric M (11 12 22) with |M (p - c)| = 1 on the outline, light b bx
-// by, print k, blur s. Pixel positions are relative to the patch origin.
+// by, print k, blur s. Positions are relative to the patch origin.
 enum Parameter { cx, cy, m11, m12, m22, light, light_x, light_y, print, blur };
 
 constexpr double ring_px = 4.0;       // how far outside the outline pixels are used
@@ -25,11 +26,19 @@ constexpr double edge_px = 1.5;       // what counts as outline when hidden shar
 constexpr double far_in_blurs = 4.5;  // beyond this the edge function is constant
 constexpr int foreign_margin_px = 2;
 constexpr int most_iterations = 12;
+constexpr double ring_start_px = 1.5;
+constexpr double dark_ring_share = 0.7;
+constexpr double stranger_px = 0.3;  // strangers are sought this far outside the outline
+constexpr double biweight_limit = 6.0;
+constexpr double gross_misfit = 0.15;  // of the contrast
+constexpr double clean_chi2 = 2.5;     // fits up to here need no robust rounds
+constexpr int robust_rounds = 4;
 constexpr double saturated_level = 254.5;
 
 struct Pixel {
   double x = 0, y = 0, level = 0;
   int sector = 0;
+  double trust = 1;  // weight from the robust rounds
 };
 
 struct Patch {
@@ -160,6 +169,29 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob, Ve
   return patch;
 }
 
+/// Before the first fit: ring pixels much darker than the brighter part of the ring are taken for
+/// the table, or for cloth in shadow behind a silhouette. True when there were any.
+bool set_dark_ring_aside(Patch& patch, const Vector& p) {
+  std::vector<double> levels;
+  std::vector<Pixel*> ring;
+  for (Pixel& pixel : patch.pixels) {
+    if (distance(p, pixel.x, pixel.y).d < ring_start_px) continue;
+    ring.push_back(&pixel);
+    levels.push_back(pixel.level);
+  }
+  if (levels.empty()) return false;
+  const auto upper = levels.begin() + static_cast<std::ptrdiff_t>(levels.size() * 3 / 4);
+  std::nth_element(levels.begin(), upper, levels.end());
+  bool any = false;
+  for (Pixel* pixel : ring) {
+    if (pixel->level < dark_ring_share * *upper) {
+      pixel->trust = 0;
+      any = true;
+    }
+  }
+  return any;
+}
+
 struct Normal {
   Matrix hessian = Matrix::Zero();
   Vector gradient = Vector::Zero();
@@ -186,7 +218,7 @@ Normal linearise(const Patch& patch, const NoiseModel& noise, const Vector& p,
   Normal normal;
   for (const Pixel& pixel : patch.pixels) {
     const Value value = evaluate(p, pixel.x, pixel.y);
-    accumulate(normal, value, pixel.level - value.level, 1 / noise.variance(value.level));
+    accumulate(normal, value, pixel.level - value.level, pixel.trust / noise.variance(value.level));
   }
   add_prior(normal, p, guess);
   return normal;
@@ -227,6 +259,41 @@ bool iterate(const Patch& patch, const NoiseModel& noise, const BlurGuess& guess
   return false;
 }
 
+/// Pixels outside the outline that belong to something else (the table or the cloth behind a
+/// silhouette, a shadow's far side) lose their say: Tukey's biweight, but only for gross misfits,
+/// since weights that follow the outline's small misfits would move the centre. Returns the share
+/// of weight lost near the outline.
+double distrust_strangers(Patch& patch, const NoiseModel& noise, const Vector& p) {
+  std::vector<std::pair<double, Pixel*>> outside;
+  std::vector<double> sizes;
+  double edge = 0, lost = 0;
+  for (Pixel& pixel : patch.pixels) {
+    const double d = distance(p, pixel.x, pixel.y).d;
+    edge += std::abs(d) < edge_px;
+    if (d < stranger_px) continue;
+    const Value value = evaluate(p, pixel.x, pixel.y);
+    outside.emplace_back(pixel.level - value.level, &pixel);
+    sizes.push_back(std::abs(outside.back().first));
+  }
+  if (sizes.empty()) return 0;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double scale = std::max(noise.sigma(p(light)), *middle / 0.6745);
+  const double limit = std::max(biweight_limit * scale, gross_misfit * p(light) * p(print));
+  for (const auto& [residual, pixel] : outside) {
+    const double keep = std::max(0.0, 1 - std::pow(residual / limit, 2));
+    pixel->trust = keep * keep;
+    if (distance(p, pixel->x, pixel->y).d < edge_px) lost += 1 - pixel->trust;
+  }
+  return edge == 0 ? 1.0 : lost / edge;
+}
+
+double total_trust(const Patch& patch) {
+  double sum = 0;
+  for (const Pixel& pixel : patch.pixels) sum += pixel.trust;
+  return sum;
+}
+
 /// Shift of the centre when the pixels of one eighth of the dot are left out. White noise makes
 /// its covariance C_rest - C_all, so a hidden part or a shadow's edge stands out.
 void check_sectors(const Patch& patch, const NoiseModel& noise, const Vector& p,
@@ -235,7 +302,7 @@ void check_sectors(const Patch& patch, const NoiseModel& noise, const Vector& p,
   for (const Pixel& pixel : patch.pixels) {
     const Value value = evaluate(p, pixel.x, pixel.y);
     accumulate(sectors[pixel.sector], value, pixel.level - value.level,
-               1 / noise.variance(value.level));
+               pixel.trust / noise.variance(value.level));
   }
   for (const Normal& sector : sectors) {
     const Matrix rest = hessian - Matrix(sector.hessian.selfadjointView<Eigen::Lower>());
@@ -253,58 +320,39 @@ void check_sectors(const Patch& patch, const NoiseModel& noise, const Vector& p,
   }
 }
 
-/// Residual products, and products of the centre's sensitivities, at each lag.
-void correlate(const Patch& patch, const NoiseModel& noise, const Vector& p,
-               const Matrix& covariance, DotFit& fit) {
-  struct Cell {
-    bool used = false;
-    double residual = 0;
-    Eigen::Vector2d influence = Eigen::Vector2d::Zero();
+/// Residuals weighted by what they do to the centre, alone and with their neighbours within two
+/// pixels (lens blur correlates that far).
+void weigh_residuals(const Patch& patch, const NoiseModel& noise, const Vector& p,
+                     const Matrix& covariance, DotFit& fit) {
+  const int stride = patch.width + 4;
+  std::vector<Eigen::Vector2d> pull(static_cast<std::size_t>(stride) * (patch.height + 4),
+                                    Eigen::Vector2d::Zero());
+  const auto at = [&](int x, int y) -> Eigen::Vector2d& {
+    return pull[static_cast<std::size_t>(y + 2) * stride + x + 2];
   };
-  std::vector<Cell> cells(static_cast<std::size_t>(patch.width) * patch.height);
+  double alone = 0;
   for (const Pixel& pixel : patch.pixels) {
     const Value value = evaluate(p, pixel.x, pixel.y);
-    const double sigma = noise.sigma(value.level);
-    Cell& cell =
-        cells[static_cast<std::size_t>(pixel.y) * patch.width + static_cast<std::size_t>(pixel.x)];
-    cell = {true, (pixel.level - value.level) / sigma,
-            covariance.topRows<2>() * value.gradient / sigma};
-    fit.residuals.variance += cell.residual * cell.residual;
-    fit.residuals.variance_count += 1;
+    at(static_cast<int>(pixel.x), static_cast<int>(pixel.y)) =
+        covariance.topRows<2>() * value.gradient * (pixel.level - value.level) * pixel.trust /
+        noise.variance(value.level);
   }
-  for (std::size_t lag = 0; lag < correlation_lags.size(); ++lag) {
-    const auto [dx, dy] = correlation_lags[lag];
-    Eigen::Matrix2d products = Eigen::Matrix2d::Zero();
-    for (int y = std::max(0, -dy); y < std::min(patch.height, patch.height - dy); ++y) {
-      for (int x = 0; x + dx < patch.width; ++x) {
-        const Cell& a = cells[static_cast<std::size_t>(y) * patch.width + x];
-        const Cell& b = cells[static_cast<std::size_t>(y + dy) * patch.width + x + dx];
-        if (!a.used || !b.used) continue;
-        fit.residuals.product[lag] += a.residual * b.residual;
-        fit.residuals.product_count[lag] += 1;
-        products += a.influence * b.influence.transpose();
-      }
+  double together = 0;
+  for (const Pixel& pixel : patch.pixels) {
+    const int x = static_cast<int>(pixel.x), y = static_cast<int>(pixel.y);
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (int dy = -2; dy <= 2; ++dy) {
+      for (int dx = -2; dx <= 2; ++dx) sum += at(x + dx, y + dy);
     }
-    fit.lag_covariance_px2[lag] = products + products.transpose();
+    alone += at(x, y).squaredNorm();
+    together += at(x, y).dot(sum);
   }
+  const double expected = covariance.topLeftCorner<2, 2>().trace();
+  fit.edge_chi2 = alone / expected;
+  fit.edge_chi2_correlated = together / expected;
 }
 
 }  // namespace
-
-ResidualSums& ResidualSums::operator+=(const ResidualSums& other) {
-  variance += other.variance;
-  variance_count += other.variance_count;
-  for (std::size_t lag = 0; lag < correlation_lags.size(); ++lag) {
-    product[lag] += other.product[lag];
-    product_count[lag] += other.product_count[lag];
-  }
-  return *this;
-}
-
-double ResidualSums::correlation(std::size_t lag) const {
-  if (product_count[lag] <= 0 || variance <= 0) return 0;
-  return (product[lag] / product_count[lag]) / (variance / variance_count);
-}
 
 DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                const Blob& start, const BlurGuess& guess) {
@@ -316,7 +364,7 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   p(light) = start.bright;
   p(print) = std::clamp(1 - start.dark / std::max(start.bright, 1.0), 0.1, 1.0);
   p(blur) = guess.mean_px;
-  const Patch patch = cut_patch(image, map, start, p);
+  Patch patch = cut_patch(image, map, start, p);
   DotFit fit;
   fit.masked_edge = patch.masked_edge;
   fit.saturated = patch.saturated;
@@ -325,8 +373,15 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   fit.bright = start.bright;
   fit.contrast = start.bright - start.dark;
   if (patch.pixels.size() < 2 * size || !acceptable(p, patch)) return fit;
+  const bool strangers = set_dark_ring_aside(patch, p);
   Normal normal;
   if (!iterate(patch, noise, guess, p, normal)) return fit;
+  for (int round = 0; round < robust_rounds; ++round) {
+    if (normal.chi2 <= clean_chi2 * total_trust(patch) && !(strangers && round == 0)) break;
+    const double lost = distrust_strangers(patch, noise, p);
+    fit.masked_edge = patch.masked_edge + (1 - patch.masked_edge) * lost;
+    if (!iterate(patch, noise, guess, p, normal)) return fit;
+  }
   const Matrix hessian = normal.hessian.selfadjointView<Eigen::Lower>();
   const Matrix covariance = hessian.ldlt().solve(Matrix::Identity());
   if (!covariance.allFinite()) return fit;
@@ -337,22 +392,27 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   fit.bright = p(light);
   fit.contrast = p(light) * p(print);
   fit.blur_px = p(blur);
-  fit.chi2_per_dof = normal.chi2 / static_cast<double>(patch.pixels.size() - size);
+  fit.chi2_per_dof = normal.chi2 / std::max(1.0, total_trust(patch) - size);
   check_sectors(patch, noise, p, hessian, covariance, fit);
-  correlate(patch, noise, p, covariance, fit);
+  weigh_residuals(patch, noise, p, covariance, fit);
   return fit;
 }
 
-Eigen::Matrix2d honest_covariance(const DotFit& fit, const ResidualSums& frame) {
-  Eigen::Matrix2d covariance = fit.covariance_px2;
-  for (std::size_t lag = 0; lag < correlation_lags.size(); ++lag) {
-    covariance += frame.correlation(lag) * fit.lag_covariance_px2[lag];
+double correlation_factor(const std::vector<DotFit>& fits) {
+  std::vector<double> factors;
+  for (const DotFit& fit : fits) {
+    if (fit.converged && fit.edge_chi2 > 0) {
+      factors.push_back(fit.edge_chi2_correlated / fit.edge_chi2);
+    }
   }
-  // Correlation may only add: a few hundred residuals can show a chance anticorrelation.
-  if (covariance.trace() < fit.covariance_px2.trace() || covariance.determinant() <= 0) {
-    covariance = fit.covariance_px2;
-  }
-  return covariance * std::max(1.0, fit.chi2_per_dof);
+  if (factors.empty()) return 1;
+  const auto middle = factors.begin() + static_cast<std::ptrdiff_t>(factors.size() / 2);
+  std::nth_element(factors.begin(), middle, factors.end());
+  return std::max(1.0, *middle);
+}
+
+Eigen::Matrix2d honest_covariance(const DotFit& fit, double factor) {
+  return fit.covariance_px2 * factor * std::max(1.0, fit.edge_chi2);
 }
 
 }  // namespace drape

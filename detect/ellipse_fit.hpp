@@ -2,29 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <vector>
 
 #include "detect/blobs.hpp"
 #include "detect/image.hpp"
 #include "detect/noise.hpp"
 
 namespace drape {
-
-/// Lags of the residual autocorrelation, one half plane (px).
-inline constexpr std::array<std::array<int, 2>, 10> correlation_lags = {
-    {{1, 0}, {0, 1}, {1, 1}, {1, -1}, {2, 0}, {0, 2}, {2, 1}, {2, -1}, {1, 2}, {1, -2}}};
-
-/// Sums over residuals that give the autocorrelation of a whole frame.
-struct ResidualSums {
-  double variance = 0;
-  double variance_count = 0;
-  std::array<double, correlation_lags.size()> product = {};
-  std::array<double, correlation_lags.size()> product_count = {};
-
-  ResidualSums& operator+=(const ResidualSums& other);
-  /// Correlation at a lag; zero while nothing was summed.
-  [[nodiscard]] double correlation(std::size_t lag) const;
-};
 
 /// Width of the edge (px, Gaussian sigma of lens, motion and pixel together) before the fit.
 struct BlurGuess {
@@ -47,16 +31,21 @@ struct DotFit {
   double one_sided = 0;     ///< largest chi-square of the centre's shift when an eighth is left out
   double one_sided_px = 0;  ///< that shift
   bool saturated = false;
-  ResidualSums residuals;
-  /// Sum over pixel pairs at each lag of the centre's sensitivity products (both directions).
-  std::array<Eigen::Matrix2d, correlation_lags.size()> lag_covariance_px2 = {};
+  /// Chi-square per pixel where the centre is sensitive (the outline): 1 for the frame's noise.
+  double edge_chi2 = 0;
+  /// The same with products of neighbouring residuals, that is, correlated noise, included.
+  double edge_chi2_correlated = 0;
 };
 
 /// Fits one blob by damped Gauss-Newton steps; pixels near other dark regions are left out.
 [[nodiscard]] DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                              const Blob& start, const BlurGuess& blur);
 
-/// Covariance of the centre with the noise level and correlation that the residuals show.
-[[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, const ResidualSums& frame);
+/// How much correlation between residuals widens the covariances of a frame: >= 1, from the fits
+/// that converged (the truncated sandwich estimate of Newey & West 1987, pooled).
+[[nodiscard]] double correlation_factor(const std::vector<DotFit>& fits);
+
+/// Covariance of the centre with the noise that the residuals show.
+[[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, double correlation_factor);
 
 }  // namespace drape

@@ -138,9 +138,9 @@ Detection measured(const DotFit& fit, MarkId mark, const Eigen::Matrix2d& covari
 }
 
 void sort_out(const std::vector<DotFit>& fits, const std::vector<DotLabel>& labels,
-              const ResidualSums& residuals, const FrameLimits& limits, FrameDetections& frame) {
+              double correlation, const FrameLimits& limits, FrameDetections& frame) {
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    const Eigen::Matrix2d covariance = honest_covariance(fits[k], residuals);
+    const Eigen::Matrix2d covariance = honest_covariance(fits[k], correlation);
     const std::string wrong = fault(fits[k], covariance, limits);
     if (labels[k].mark && labels[k].reason.empty() && wrong.empty()) {
       frame.detections.push_back(measured(fits[k], *labels[k].mark, covariance));
@@ -171,16 +171,14 @@ FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane, Ta
                        [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
   });
   const std::vector<DotFit> fits = fit_all(image, found, noise);
-  ResidualSums residuals;
   std::vector<UnlabelledDot> dots;
   for (const DotFit& fit : fits) {
     const bool sound = fit.converged && fit.chi2_per_dof <= limits.most_chi2_per_dof &&
                        fit.masked_edge <= limits.most_masked_edge;
-    if (sound) residuals += fit.residuals;
     dots.push_back({fit.centre_px, fit.shape_px2, sound});
   }
   const std::vector<DotLabel> labels = label_dots(plane, frame.tags, dots, found.map);
-  sort_out(fits, labels, residuals, limits, frame);
+  sort_out(fits, labels, correlation_factor(fits), limits, frame);
   return frame;
 }
 

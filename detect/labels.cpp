@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <queue>
 #include <tuple>
@@ -15,9 +16,15 @@ namespace {
 
 // A correct step misses by the change of curvature along it: a few per cent on gentle cloth, up to
 // a quarter of a step where a fold begins. A wrong dot misses by about one step.
-constexpr double most_step_error = 0.22;
+constexpr double most_step_error = 0.28;
+constexpr double blind_step_error = 0.10;  // without support from the cells around
+constexpr double crease_handicap = 0.18;   // a sharp bend explains more, so it must fit better
+constexpr double crease_reach = 0.8;
 constexpr double clear_lead = 0.55;  // best miss over second best
-constexpr double most_disagreement = 0.45;
+
+// A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
+constexpr double tag_print_share = 0.35;
+constexpr double bare_print_share = 0.10;
 
 constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
@@ -35,10 +42,15 @@ struct Later {
   }
 };
 
+struct CellVotes {
+  int cells = 0;  ///< that the print has around the mark
+  int sum = 0;
+};
+
 class Labeller {
  public:
-  Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots)
-      : plane_(plane), dots_(dots), labels_(dots.size()) {}
+  Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots, const DarkMap& map)
+      : plane_(plane), dots_(dots), map_(map), labels_(dots.size()) {}
 
   void seed(const std::vector<TagDetection>& tags) {
     for (const TagDetection& tag : tags) {
@@ -52,21 +64,16 @@ class Labeller {
     }
   }
 
+  /// Takes proposals, best first, until none is left; then asks all labelled dots again, since a
+  /// rival that has found its own label no longer makes a step doubtful.
   void grow() {
-    while (!queue_.empty()) {
-      const Proposal next = queue_.top();
-      queue_.pop();
-      if (labels_[next.dot].mark || by_mark_.count(next.mark) != 0) continue;
-      labels_[next.dot].mark = next.mark;
-      by_mark_[next.mark] = next.dot;
-      maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
-      if (!dots_[next.dot].sound) continue;
-      for (const MarkId step : neighbours) {
-        const MarkId mark{next.mark.row + step.row, next.mark.col + step.col};
-        if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
-        propose(maps_[next.mark], plane_.point_m(mark) - plane_.point_m(next.mark), mark);
-      }
-    }
+    std::size_t before = 0;
+    do {
+      before = by_mark_.size();
+      drain();
+      for (const auto& [mark, dot] : std::map<MarkId, std::size_t>(by_mark_)) lead_on(mark);
+      drain();
+    } while (by_mark_.size() > before);
   }
 
   std::vector<DotLabel> finish() {
@@ -79,10 +86,56 @@ class Labeller {
   }
 
  private:
+  void drain() {
+    while (!queue_.empty()) {
+      const Proposal next = queue_.top();
+      queue_.pop();
+      if (labels_[next.dot].mark || by_mark_.count(next.mark) != 0 || !credible(next)) continue;
+      labels_[next.dot].mark = next.mark;
+      by_mark_[next.mark] = next.dot;
+      maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
+      lead_on(next.mark);
+    }
+  }
+
+  void lead_on(MarkId from) {
+    for (const MarkId step : neighbours) {
+      const MarkId mark{from.row + step.row, from.col + step.col};
+      if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
+      propose(maps_[from], plane_.point_m(mark) - plane_.point_m(from), mark);
+    }
+  }
+
+  /// A step may miss by more the better the cells around the dot, and other labelled neighbours,
+  /// speak for the label.
+  bool credible(const Proposal& proposal) const {
+    const CellVotes votes = cell_votes(proposal);
+    const int sum = votes.sum + other_supporters(proposal);
+    if (sum < 0) return false;
+    const double support = std::min(1.0, sum / std::max(2.0, static_cast<double>(votes.cells)));
+    return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
+  }
+
+  /// Labelled neighbours beyond the first from which the dot is one good step away.
+  int other_supporters(const Proposal& proposal) const {
+    int supporters = 0;
+    for (const MarkId step : neighbours) {
+      const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
+      if (from == maps_.end()) continue;
+      const LocalMap to = map_of_dot(dots_[proposal.dot].centre_px, dots_[proposal.dot].shape_px2,
+                                     plane_.dot_radius_m, from->second.px_per_m);
+      supporters += step_error(from->second, to,
+                               plane_.point_m(proposal.mark) - plane_.point_m(from->first)) <=
+                    most_step_error;
+    }
+    return std::max(0, supporters - 1);
+  }
+
   void propose(const LocalMap& from, const Eigen::Vector2d& step_m, MarkId mark) {
     Proposal best;
     double first = 1e9, second = 1e9;
     for (std::size_t k = 0; k < dots_.size(); ++k) {
+      if (labels_[k].mark) continue;
       const LocalMap to =
           map_of_dot(dots_[k].centre_px, dots_[k].shape_px2, plane_.dot_radius_m, from.px_per_m);
       const double error = step_error(from, to, step_m);
@@ -97,8 +150,44 @@ class Labeller {
     if (first <= most_step_error && first <= clear_lead * second) queue_.push(best);
   }
 
+  /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
+  /// as the print has it, -1 for each that contradicts.
+  CellVotes cell_votes(const Proposal& proposal) const {
+    CellVotes votes;
+    for (const MarkId corner : {MarkId{-1, -1}, MarkId{-1, 0}, MarkId{0, -1}, MarkId{0, 0}}) {
+      const MarkId cell{proposal.mark.row + corner.row, proposal.mark.col + corner.col};
+      if (!plane_.contains(cell) || !plane_.contains({cell.row + 1, cell.col + 1})) continue;
+      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
+                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
+                                       plane_.point_m(proposal.mark);
+      const double printed = printed_share(proposal, centre_m);
+      ++votes.cells;
+      const bool tag = plane_.has_tag_in_cell(cell);
+      if (printed > tag_print_share) votes.sum += tag ? 1 : -1;
+      if (printed < bare_print_share) votes.sum += tag ? -1 : 1;
+    }
+    return votes;
+  }
+
+  /// Share of printed pixels where a tag would be, seen from a dot through its local map.
+  double printed_share(const Proposal& from, const Eigen::Vector2d& centre_m) const {
+    constexpr int half = 3;
+    int printed = 0;
+    for (int y = -half; y <= half; ++y) {
+      for (int x = -half; x <= half; ++x) {
+        const Eigen::Vector2d at_m =
+            centre_m + 0.4 * plane_.tag_edge_m / half * Eigen::Vector2d(x, y);
+        const Eigen::Vector2d px = dots_[from.dot].centre_px + from.px_per_m * at_m;
+        printed += map_.at(static_cast<int>(std::lround(px.x())),
+                           static_cast<int>(std::lround(px.y()))) != 0;
+      }
+    }
+    return printed / static_cast<double>((2 * half + 1) * (2 * half + 1));
+  }
+
   const PrintPlane& plane_;
   const std::vector<UnlabelledDot>& dots_;
+  const DarkMap& map_;
   std::vector<DotLabel> labels_;
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
@@ -110,8 +199,7 @@ class Labeller {
 
 std::vector<DotLabel> label_dots(const PrintPlane& plane, const std::vector<TagDetection>& tags,
                                  const std::vector<UnlabelledDot>& dots, const DarkMap& map) {
-  (void)map;
-  Labeller labeller(plane, dots);
+  Labeller labeller(plane, dots, map);
   labeller.seed(tags);
   labeller.grow();
   return labeller.finish();

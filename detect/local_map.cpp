@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace drape {
@@ -47,15 +48,58 @@ LocalMap map_of_dot(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& sha
   return {centre_px, root * rotation * mirror};
 }
 
-double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
-  const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
-  const Eigen::Vector2d miss = to.centre_px - from.centre_px - predicted;
-  // One step in any direction of the print, plus two pixels so that grazing views stay finite.
+namespace {
+
+/// Miss in units of one step in any direction of the print, plus two pixels so that grazing views
+/// stay finite.
+double in_steps(const Eigen::Vector2d& miss, const LocalMap& from, const LocalMap& to,
+                const Eigen::Vector2d& step_m) {
   const Eigen::Matrix2d unit =
       0.5 * step_m.squaredNorm() *
           (from.px_per_m * from.px_per_m.transpose() + to.px_per_m * to.px_per_m.transpose()) +
       4.0 * Eigen::Matrix2d::Identity();
   return std::sqrt(miss.dot(unit.inverse() * miss));
+}
+
+CreaseStep best_crease(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
+  const Eigen::Vector2d moved = to.centre_px - from.centre_px;
+  CreaseStep best{1e9, to};
+  constexpr int places = 9;
+  for (int k = 1; k <= places; ++k) {
+    const double share = k / (places + 1.0);
+    const Eigen::Vector2d predicted = (share * from.px_per_m + (1 - share) * to.px_per_m) * step_m;
+    best.error = std::min(best.error, in_steps(moved - predicted, from, to, step_m));
+  }
+  return best;
+}
+
+}  // namespace
+
+double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
+  const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
+  return in_steps(to.centre_px - from.centre_px - predicted, from, to, step_m);
+}
+
+CreaseStep crease_step(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
+  // det(J_to R - J_from) = 0 with det(A - B) = det A + det B - tr(adj(B) A), linear in cos and sin.
+  const Eigen::Matrix2d& a = to.px_per_m;
+  Eigen::Matrix2d adjoint;
+  adjoint << from.px_per_m(1, 1), -from.px_per_m(0, 1), -from.px_per_m(1, 0), from.px_per_m(0, 0);
+  const Eigen::Matrix2d b = adjoint * a;
+  const double along_cos = b(0, 0) + b(1, 1);
+  const double along_sin = b(0, 1) - b(1, 0);
+  const double sum = a.determinant() + from.px_per_m.determinant();
+  const double ratio = std::clamp(sum / std::hypot(along_cos, along_sin), -1.0, 1.0);
+  const double middle = std::atan2(along_sin, along_cos);
+  CreaseStep best{1e9, to};
+  for (const double sign : {-1.0, 1.0}) {
+    const double angle = middle + sign * std::acos(ratio);
+    Eigen::Matrix2d rotation;
+    rotation << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
+    const CreaseStep step = best_crease(from, {to.centre_px, a * rotation}, step_m);
+    if (step.error < best.error) best = step;
+  }
+  return best;
 }
 
 }  // namespace drape
