@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,8 @@
 
 namespace drape {
 namespace {
+
+constexpr std::size_t blur_samples = 15;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -38,17 +41,20 @@ std::optional<double> dot_radius_px(const PrintPlane& plane,
   return median(radii);
 }
 
-/// Edge width of this frame from its larger dots, where it can be told from their size.
-BlurGuess frame_blur(const std::vector<DotFit>& fits) {
+/// Edge width of this frame from its largest dots, where it can be told from their size.
+BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseModel& noise) {
+  std::vector<const Blob*> largest;
+  for (const Blob& blob : found.blobs) largest.push_back(&blob);
+  std::stable_sort(largest.begin(), largest.end(), [](const Blob* a, const Blob* b) {
+    return a->shape_px2.determinant() > b->shape_px2.determinant();
+  });
   std::vector<double> widths;
-  for (const DotFit& fit : fits) {
-    const double minor =
-        std::sqrt(std::max(0.0, std::min(fit.shape_px2(0, 0), fit.shape_px2(1, 1))));
-    if (fit.converged && minor > 4 * fit.blur_px && fit.masked_edge < 0.1) {
-      widths.push_back(fit.blur_px);
-    }
+  for (const Blob* blob : largest) {
+    const DotFit fit = fit_dot(image, found.map, noise, *blob, BlurGuess{});
+    if (fit.converged && fit.masked_edge < 0.1) widths.push_back(fit.blur_px);
+    if (widths.size() == blur_samples) break;
   }
-  if (widths.size() < 5) return {};
+  if (widths.size() < blur_samples / 3) return {};
   const double width = median(widths);
   return {width, 0.15 * width};
 }
@@ -64,19 +70,11 @@ bool inside_tag(const Eigen::Vector2d& px, const TagDetection& tag) {
 }
 
 std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const NoiseModel& noise) {
+  const BlurGuess blur = frame_blur(image, found, noise);
   std::vector<DotFit> fits;
   fits.reserve(found.blobs.size());
   for (const Blob& blob : found.blobs) {
-    fits.push_back(fit_dot(image, found.map, noise, blob, BlurGuess{}));
-  }
-  const BlurGuess blur = frame_blur(fits);
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    Blob start = found.blobs[k];
-    if (fits[k].converged) {
-      start.centre_px = fits[k].centre_px;
-      start.shape_px2 = fits[k].shape_px2;
-    }
-    fits[k] = fit_dot(image, found.map, noise, start, blur);
+    fits.push_back(fit_dot(image, found.map, noise, blob, blur));
   }
   return fits;
 }

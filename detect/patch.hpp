@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "detect/blobs.hpp"
+#include "detect/blurred_ellipse.hpp"
+#include "detect/image.hpp"
+#include "detect/noise.hpp"
+
+namespace drape {
+
+/// A pixel of a patch; positions relative to the patch's origin.
+struct PatchPixel {
+  int x = 0, y = 0;
+  double level = 0;
+  int sector = 0;    ///< eighth of the dot
+  double trust = 1;  ///< weight, less for what does not belong to the dot's surface
+};
+
+/// The pixels that a dot is fitted to: its ellipse and a ring around it.
+struct Patch {
+  Eigen::Vector2i origin;  ///< image position of the blob's centre, rounded
+  int reach_x = 0, reach_y = 0;
+  std::vector<PatchPixel> pixels;
+  double masked_edge = 0;  ///< share of the outline that is not usable
+  bool saturated = false;
+
+  [[nodiscard]] double total_trust() const;
+};
+
+/// Cuts the patch of a blob, without pixels near other dark regions or outside the image.
+/// `start` is relative to the rounded centre.
+[[nodiscard]] Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
+                              const BlurredEllipse& start);
+
+/// Before the first fit: ring pixels much darker than the brighter part of the ring are taken for
+/// the table, or for cloth in shadow behind a silhouette. True when there were any.
+bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start);
+
+/// After a fit: pixels outside the outline that belong to something else lose their say. Tukey's
+/// biweight, but only for gross misfits, since weights that follow the outline's small misfits
+/// would move the centre. Returns the share of weight lost near the outline.
+double distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted);
+
+}  // namespace drape
