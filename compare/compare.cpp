@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/compare.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <tuple>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+struct PaperPair {
+  int grid, segments, other_grid, other_segments;
+};
+
+/// Rows of the paper's tables 2, 4, .. 12, in their order; 31x31 with one segment joins the first
+/// group because the tables ask the same of every grid.
+constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
+                                           {21, 5, 21, 1},
+                                           {31, 5, 31, 1},
+                                           {11, 1, 21, 1},
+                                           {11, 5, 21, 5},
+                                           {11, 5, 31, 5},
+                                           {21, 5, 31, 5}}};
+
+bool is(const Simulation& simulation, int grid, int segments) {
+  return simulation.sheet.sheet.rows == grid && simulation.sheet.sheet.cols == grid &&
+         simulation.source().segments == segments;
+}
+
+/// Simulations may differ in grid and segments only; model, solver and fabric must be the same.
+bool same_physics(const Simulation& a, const Simulation& b) {
+  return a.source().model == b.source().model && a.source().solver == b.source().solver &&
+         a.source().fabric_sha256 == b.source().fabric_sha256;
+}
+
+std::string label_of(const PaperPair& pair) {
+  if (pair.grid == pair.other_grid) {
+    return fmt::format("{0}x{0}: {1} seg vs {2} seg", pair.grid, pair.segments,
+                       pair.other_segments);
+  }
+  return fmt::format("{0} seg: {1}x{1} vs {2}x{2}", pair.segments, pair.grid, pair.other_grid);
+}
+
+void check_patch(const DrapeInput& input, const Simulation& simulation) {
+  const Eigen::Vector2d &real = input.measured.sheet.patch_m,
+                        &simulated = simulation.sheet.sheet.patch_m;
+  if ((real - simulated).cwiseAbs().maxCoeff() <= 0.01 * mm) return;
+  throw bad_input(
+      fmt::format("the simulated patch is {:g} x {:g} mm, the measured one {:g} x {:g} mm",
+                  simulated.x() / mm, simulated.y() / mm, real.x() / mm, real.y() / mm),
+      {.file = simulation.sheet.file.string(), .field = "patch_mm"},
+      "compare a simulation of the same cloth, or correct the print file");
+}
+
+/// One scene per group, and no two simulations that the tables could not tell apart.
+void check_group(const DrapeInput& input) {
+  const auto key = [](const Simulation& s) {
+    return std::tuple(s.sheet.sheet.rows, s.sheet.sheet.cols, s.source().segments, s.source().model,
+                      s.source().solver, s.source().fabric_sha256);
+  };
+  for (std::size_t i = 0; i < input.simulations.size(); ++i) {
+    const Simulation& simulation = input.simulations[i];
+    check_patch(input, simulation);
+    if (simulation.source().scene != input.simulations.front().source().scene) {
+      throw bad_input(
+          fmt::format("scene `{}` stands in the group of scene `{}`", simulation.source().scene,
+                      input.simulations.front().source().scene),
+          {.file = simulation.sheet.file.string(), .field = "source.scene"},
+          "put the measured sheet of each drape before its simulations");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      if (key(simulation) != key(input.simulations[j])) continue;
+      throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
+                                  simulation.label(), input.simulations[j].sheet.file.string()),
+                      {.file = simulation.sheet.file.string()},
+                      "give each grid and number of segments once per measured sheet");
+    }
+  }
+}
+
+Measurement measurement_of(const Sheet& sheet) {
+  Measurement measurement;
+  measurement.marks = static_cast<int>(sheet.marks.size());
+  measurement.gaps = static_cast<int>(sheet.gaps.size());
+  std::vector<double> sigmas;
+  for (const SheetMark& mark : sheet.marks) {
+    if (mark.covariance_m2) sigmas.push_back(worst_sigma_m(*mark.covariance_m2));
+  }
+  if (sigmas.empty() || sigmas.size() != sheet.marks.size()) return measurement;
+  std::sort(sigmas.begin(), sigmas.end());
+  measurement.sigma_median_m = quantile(sigmas, 0.5);
+  measurement.sigma_max_m = sigmas.back();
+  return measurement;
+}
+
+std::vector<std::size_t> paper_order(const DrapeInput& input) {
+  std::vector<std::size_t> order(input.simulations.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto key = [&](std::size_t i) {
+    const Simulation& s = input.simulations[i];
+    return std::tuple(-s.source().segments, -s.sheet.sheet.rows, -s.sheet.sheet.cols);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  return order;
+}
+
+RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& surfaces,
+                         std::size_t simulation) {
+  RealVirtual row;
+  row.simulation = simulation;
+  row.marks = compare_marks(input.measured.sheet, surfaces[simulation]);
+  if (row.marks.marks.empty()) {
+    throw bad_input(
+        "no measured mark has a place on the simulated sheet",
+        {.file = input.simulations[simulation].sheet.file.string(), .field = "material_mm"},
+        "check that both sheets use the same print file");
+  }
+  row.statistics = statistics_of(row.marks.marks);
+  return row;
+}
+
+/// Material coordinates at which simulations are compared with each other.
+std::vector<Eigen::Vector2d> lattice_places(const DrapeInput& input, Report& report) {
+  const Sheet& sheet = input.measured.sheet;
+  const auto lattice = LatticeCoordinates::of(sheet, input.measured.file.string());
+  report.lattice_has_gaps_filled = lattice.has_value();
+  std::vector<Eigen::Vector2d> places;
+  if (!lattice) {
+    for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+    return places;
+  }
+  for (int row = 0; row < sheet.rows; ++row)
+    for (int col = 0; col < sheet.cols; ++col) places.push_back(lattice->at({row, col}));
+  return places;
+}
+
+void compare_virtual(const DrapeInput& input, const std::vector<Surface>& surfaces,
+                     Report& report) {
+  const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
+  for (std::size_t order = 0; order < kPairs.size(); ++order) {
+    const PaperPair& pair = kPairs[order];
+    for (std::size_t a = 0; a < surfaces.size(); ++a) {
+      for (std::size_t b = 0; b < surfaces.size(); ++b) {
+        const Simulation &first = input.simulations[a], &second = input.simulations[b];
+        if (!is(first, pair.grid, pair.segments) ||
+            !is(second, pair.other_grid, pair.other_segments) || !same_physics(first, second))
+          continue;
+        const std::vector<double> distances = distances_between(surfaces[a], surfaces[b], places);
+        if (distances.empty()) continue;
+        report.virtual_virtual.push_back({a, b, label_of(pair), order, statistics_of(distances)});
+      }
+    }
+  }
+}
+
+void judge_simulations(const DrapeInput& input, const Options& options, Report& report) {
+  for (const RealVirtual& row : report.real_virtual) {
+    const Simulation& simulation = input.simulations[row.simulation];
+    if (simulation.source().status != "at rest") {
+      (options.accept_unsettled ? report.warnings : report.no_go)
+          .push_back(fmt::format("simulation {} is not at rest: {}", simulation.label(),
+                                 simulation.source().status));
+    }
+    if (simulation.certificate && simulation.certificate->penetration_accepted == false) {
+      (options.accept_penetration ? report.warnings : report.no_go)
+          .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
+                                 simulation.label()));
+    }
+    const auto& start = simulation.source().start_sha256;
+    if (start && *start != input.measured.sha256 && *start != input.measured.ply_sha256) {
+      report.warnings.push_back(
+          fmt::format("simulation {} was placed by another measured sheet (SHA-256 {:.12}...)",
+                      simulation.label(), *start));
+    }
+  }
+}
+
+void judge_measurement(const Options& options, Report& report) {
+  for (const RealVirtual& row : report.real_virtual) {
+    if (row.statistics.marks >= options.min_marks) continue;
+    report.no_go.push_back(fmt::format("only {} marks could be compared, {} are asked for",
+                                       row.statistics.marks, options.min_marks));
+    break;
+  }
+  if (!report.measurement.sigma_median_m) {
+    report.no_go.emplace_back(
+        "the measured marks carry no covariance, so their uncertainty is "
+        "unknown");
+    return;
+  }
+  if (!report.best) return;
+  const double limit =
+      options.max_sigma_ratio * report.real_virtual[*report.best].statistics.mean_m;
+  if (*report.measurement.sigma_median_m > limit) {
+    report.no_go.push_back(fmt::format(
+        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the best mean distance "
+        "({:.3f} mm)",
+        *report.measurement.sigma_median_m / mm, options.max_sigma_ratio * 100,
+        report.real_virtual[*report.best].statistics.mean_m / mm));
+  }
+}
+
+}  // namespace
+
+const SimulatedSource& Simulation::source() const {
+  return std::get<SimulatedSource>(sheet.sheet.source);
+}
+
+std::string Simulation::grid() const {
+  return fmt::format("{}x{}", sheet.sheet.rows, sheet.sheet.cols);
+}
+
+std::string Simulation::label() const {
+  const int segments = source().segments;
+  return fmt::format("{}, {} segment{}", grid(), segments, segments == 1 ? "" : "s");
+}
+
+void Options::check() const {
+  if (min_marks < 1) throw usage_error("the limit of marks must be at least 1", "see --min-marks");
+  if (!(max_sigma_ratio > 0))
+    throw usage_error("the limit of uncertainty must be above 0 %", "see --max-sigma-percent");
+}
+
+Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m) {
+  return 100.0 * length_m * patch_m.cwiseInverse();
+}
+
+Report compare_drape(const DrapeInput& input, const Options& options) {
+  options.check();
+  if (input.measured.sheet.marks.empty()) {
+    throw bad_input("the measured sheet has no mark", {.file = input.measured.file.string()},
+                    "see its gaps for the reasons");
+  }
+  check_group(input);
+  Report report;
+  report.name = input.simulations.empty()
+                    ? std::get<MeasuredSource>(input.measured.sheet.source).set
+                    : input.simulations.front().source().scene;
+  report.measurement = measurement_of(input.measured.sheet);
+  std::vector<Surface> surfaces;
+  for (const Simulation& simulation : input.simulations)
+    surfaces.emplace_back(simulation.sheet.sheet, simulation.sheet.file.string());
+  for (const std::size_t i : paper_order(input)) {
+    report.real_virtual.push_back(compare_real(input, surfaces, i));
+    const std::size_t now = report.real_virtual.size() - 1;
+    const double mean_m = report.real_virtual[now].statistics.mean_m;
+    if (!report.best || mean_m < report.real_virtual[*report.best].statistics.mean_m)
+      report.best = now;
+  }
+  compare_virtual(input, surfaces, report);
+  judge_measurement(options, report);
+  judge_simulations(input, options, report);
+  if (input.simulations.empty()) report.no_go.emplace_back("no simulation was given");
+  return report;
+}
+
+}  // namespace drape::compare

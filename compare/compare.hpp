@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/metrics.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// A sheet as read, with the SHA-256 of its .json (which carries everything).
+struct SheetFile {
+  std::filesystem::path file;
+  std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
+  std::string ply_sha256;  ///< of <stem>.ply
+  Sheet sheet;
+};
+
+/// What the simulator states about its result (certificate.json): every entry under its own name,
+/// which ends in its unit.
+struct Certificate {
+  std::string sha256;
+  std::vector<std::pair<std::string, std::string>> entries;
+  std::optional<bool> penetration_accepted;  ///< absent when the simulator does not say
+};
+
+/// history.csv of a simulation: columns[k][sample].
+struct History {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;
+};
+
+struct Simulation {
+  SheetFile sheet;
+  std::optional<Certificate> certificate;
+  std::optional<History> history;
+
+  [[nodiscard]] const SimulatedSource& source() const;
+  [[nodiscard]] std::string grid() const;   ///< "21x21"
+  [[nodiscard]] std::string label() const;  ///< "21x21, 5 segments"
+};
+
+/// A measured sheet and the simulations of the same drape.
+struct DrapeInput {
+  SheetFile measured;
+  std::vector<Simulation> simulations;
+};
+
+/// When a comparison counts as good.
+struct Options {
+  int min_marks = 10;               ///< the paper used 10 to 36 marks (section 5)
+  double max_sigma_ratio = 0.1;     ///< median sigma of a mark over the best mean distance
+  bool accept_unsettled = false;    ///< a simulation that is not at rest is no reason
+  bool accept_penetration = false;  ///< nor one whose certificate states penetration
+
+  /// Throws Error(usage).
+  void check() const;
+};
+
+/// One row of the paper's tables with odd numbers ("Real Vs virtual").
+struct RealVirtual {
+  std::size_t simulation = 0;  ///< index into DrapeInput::simulations
+  MarkComparison marks;
+  DistanceStatistics statistics;
+};
+
+/// One row of the paper's tables with even numbers ("Virtual Vs virtual").
+struct VirtualVirtual {
+  std::size_t first = 0, second = 0;  ///< indices into DrapeInput::simulations
+  std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
+  std::size_t paper_order = 0;        ///< place in the paper's tables
+  DistanceStatistics statistics;
+};
+
+/// How well the real cloth was measured.
+struct Measurement {
+  int marks = 0;
+  int gaps = 0;
+  std::optional<double> sigma_median_m;  ///< of a mark, along its worst direction
+  std::optional<double> sigma_max_m;
+};
+
+/// Everything found for one drape.
+struct Report {
+  std::string name;  ///< scene of the simulations, else the set of the measured sheet
+  Measurement measurement;
+  std::vector<RealVirtual> real_virtual;        ///< 5 before 1 segments, fine before coarse grids
+  std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
+  bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
+  std::optional<std::size_t> best;       ///< index into real_virtual of the smallest mean
+  std::vector<std::string> no_go;        ///< reasons; empty means GO
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] bool go() const { return no_go.empty(); }
+};
+
+/// Compares one drape: the distance between each measured mark and the same material point of each
+/// simulation, and between simulations the pairs of the paper's tables and no others: 5 against
+/// 1 segments at grids 11, 21 and 31; grids 11 against 21 at 1 and at 5 segments; 11 against 31 and
+/// 21 against 31 at 5 segments (Bottino, Laurentini & Scalabrin, section 5). Throws
+/// Error(bad_input) for sheets of different patches or scenes and for a simulation given twice.
+[[nodiscard]] Report compare_drape(const DrapeInput& input, const Options& options);
+
+/// The parts of a length in percent of the patch's (warp, weft) side.
+[[nodiscard]] Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m);
+
+}  // namespace drape::compare

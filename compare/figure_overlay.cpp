@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compare/figures.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+constexpr int kPointsPerCell = 4;
+
+/// A point of the virtual sheet in one photograph.
+struct Seen {
+  Eigen::Vector2d px;
+  bool faces_camera = false;
+};
+
+class Photograph {
+ public:
+  explicit Photograph(const Camera& camera)
+      : camera_(camera), centre_in_world_(centre_in_world(camera)) {}
+
+  [[nodiscard]] std::optional<Seen> see(const SurfacePoint& point) const {
+    const auto projection = project(camera_.model, camera_.cam_from_world * point.point_in_world);
+    if (!projection) return std::nullopt;
+    return Seen{projection->px, point.normal.dot(centre_in_world_ - point.point_in_world) > 0};
+  }
+
+ private:
+  const Camera& camera_;
+  Eigen::Vector3d centre_in_world_;
+};
+
+/// Pieces of one grid line, split where the cloth turns its back to the camera.
+class LineDrawer {
+ public:
+  explicit LineDrawer(Svg& svg) : svg_(svg) {}
+  ~LineDrawer() { flush(); }
+  LineDrawer(const LineDrawer&) = delete;
+  LineDrawer& operator=(const LineDrawer&) = delete;
+
+  void add(const std::optional<Seen>& seen) {
+    if (!seen) return flush();
+    if (!points_.empty() && seen->faces_camera != faces_) {
+      const Eigen::Vector2d last = points_.back();
+      flush();
+      points_.push_back(last);
+    }
+    faces_ = seen->faces_camera;
+    points_.push_back(seen->px);
+  }
+
+  void flush() {
+    svg_.polyline(points_, faces_ ? "stroke=\"#ff5fa2\" stroke-opacity=\"0.95\""
+                                  : "stroke=\"#ff5fa2\" stroke-opacity=\"0.28\"");
+    points_.clear();
+  }
+
+ private:
+  Svg& svg_;
+  std::vector<Eigen::Vector2d> points_;
+  bool faces_ = true;
+};
+
+/// Lines through the marks' material coordinates, along warp or weft.
+void draw_grid(Svg& svg, const Photograph& photograph, const Surface& surface,
+               const std::vector<double>& lines, const std::vector<double>& along,
+               bool lines_are_warp) {
+  const int samples = static_cast<int>(along.size() - 1) * kPointsPerCell;
+  const double from = along.front(), to = along.back();
+  for (const double line : lines) {
+    LineDrawer drawer(svg);
+    for (int i = 0; i <= samples; ++i) {
+      const double at = from + (to - from) * i / samples;
+      const auto point =
+          surface.at(lines_are_warp ? Eigen::Vector2d(line, at) : Eigen::Vector2d(at, line));
+      drawer.add(point ? photograph.see(*point) : std::nullopt);
+    }
+  }
+}
+
+/// Material coordinates of the lattice's rows and columns with the patch's edges around them.
+std::vector<double> lattice_lines(const Sheet& sheet, const LatticeCoordinates& lattice, int axis) {
+  std::vector<double> lines = {0.0};
+  const int count = axis == 0 ? sheet.rows : sheet.cols;
+  for (int i = 0; i < count; ++i) lines.push_back(lattice.at({i, i})[axis]);
+  lines.push_back(sheet.patch_m[axis]);
+  return lines;
+}
+
+void draw_virtual(Svg& svg, const Photograph& photograph, const DrapeInput& input,
+                  const Surface& surface) {
+  const Sheet& measured = input.measured.sheet;
+  const auto lattice = LatticeCoordinates::of(measured, input.measured.file.string());
+  if (!lattice) return;
+  const auto warp = lattice_lines(measured, *lattice, 0),
+             weft = lattice_lines(measured, *lattice, 1);
+  svg.open_group("stroke-width=\"1.6\" stroke-linejoin=\"round\"");
+  draw_grid(svg, photograph, surface, warp, weft, true);
+  draw_grid(svg, photograph, surface, weft, warp, false);
+  svg.close_group();
+}
+
+const MarkError* error_of(const RealVirtual& comparison, MarkId mark) {
+  const auto& marks = comparison.marks.marks;
+  const auto found = std::lower_bound(marks.begin(), marks.end(), mark,
+                                      [](const MarkError& e, MarkId id) { return e.mark < id; });
+  return found != marks.end() && found->mark == mark ? &*found : nullptr;
+}
+
+std::string hover_of(const Detection& detection, const MarkError* error) {
+  std::string text = fmt::format("row {}, col {}", detection.mark.row, detection.mark.col);
+  if (error == nullptr) return text + ": seen here, not measured in space";
+  return text + fmt::format(": {:.2f} mm from the simulation", error->distance_m / mm);
+}
+
+void draw_marks(Svg& svg, const FrameDetections& frame, const Photograph* photograph,
+                const Surface& surface, const RealVirtual& comparison, const ErrorScale& scale) {
+  for (const Detection& detection : frame.detections) {
+    const MarkError* error = error_of(comparison, detection.mark);
+    const std::string colour = error ? scale.colour(error->distance_m / mm) : "none";
+    const auto place = error ? surface.at(error->material_m) : std::nullopt;
+    const auto seen = photograph && place ? photograph->see(*place) : std::nullopt;
+    if (seen) {
+      svg.line(detection.centre_px, seen->px,
+               "stroke=\"#ffffff\" stroke-width=\"5\" stroke-linecap=\"round\"");
+      svg.line(detection.centre_px, seen->px,
+               fmt::format("stroke=\"{}\" stroke-width=\"3\" stroke-linecap=\"round\"", colour));
+    }
+    svg.circle(detection.centre_px, 8.5,
+               fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"2.2\"", colour),
+               hover_of(detection, error));
+  }
+}
+
+}  // namespace
+
+ErrorScale scale_of(const RealVirtual& comparison) {
+  return ErrorScale(comparison.statistics.max_m / mm);
+}
+
+Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
+                      const std::vector<unsigned char>& preview, const CalibratedCamera* camera,
+                      const DrapeInput& input, const RealVirtual& comparison) {
+  const double width = frame.width_px, height = frame.height_px;
+  const Simulation& simulation = input.simulations[comparison.simulation];
+  Svg svg(width, height,
+          fmt::format("Drape {}, camera {}: measured marks{}", drape, frame.camera,
+                      camera ? " and the simulation " + simulation.label() : ""));
+  // Pixel centres are at integers, so the image begins half a pixel before the first centre.
+  svg.open_group("transform=\"translate(0.5 0.5)\"");
+  if (preview.empty()) {
+    svg.rectangle(-0.5, -0.5, width, height, "fill=\"#8a8f96\"");
+  } else {
+    svg.image(-0.5, -0.5, width, height, jpeg_data_uri(preview));
+  }
+  const Surface surface(simulation.sheet.sheet, simulation.sheet.file.string());
+  std::optional<Photograph> photograph;
+  if (camera) {
+    photograph.emplace(camera->camera);
+    draw_virtual(svg, *photograph, input, surface);
+  }
+  draw_marks(svg, frame, photograph ? &*photograph : nullptr, surface, comparison,
+             scale_of(comparison));
+  svg.close_group();
+  return {fmt::format("{}-overlay-{}", drape, frame.camera),
+          fmt::format("Camera {}: {} marks found.", frame.camera, frame.detections.size()),
+          svg.finish()};
+}
+
+}  // namespace drape::compare

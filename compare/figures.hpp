@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "compare/svg.hpp"
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+
+namespace drape::compare {
+
+/// A finished picture.
+struct Figure {
+  std::string name;     ///< of its file without extension, e.g. "A-overlay-cam0"
+  std::string caption;  ///< one or two sentences
+  std::string svg;
+};
+
+/// The scale that all pictures of one drape share.
+[[nodiscard]] ErrorScale scale_of(const RealVirtual& comparison);
+
+/// One photograph with the measured marks (rings), and with a calibrated camera the grid lines and
+/// marks of the simulation drawn into it: where its printed side faces the camera solid, else
+/// faint. `preview` are the bytes of the preview JPEG, empty when there is none.
+[[nodiscard]] Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
+                                    const std::vector<unsigned char>& preview,
+                                    const CalibratedCamera* camera, const DrapeInput& input,
+                                    const RealVirtual& comparison);
+
+/// The simulated sheet, orthographic from two opposite sides, with the real marks in the colour of
+/// their error and a line from each to its place on the sheet.
+[[nodiscard]] Figure sheet_figure(const std::string& drape, const DrapeInput& input,
+                                  const RealVirtual& comparison);
+
+/// The patch laid flat, one tile per mark with its distance in mm; gaps are hatched.
+[[nodiscard]] Figure map_figure(const std::string& drape, const DrapeInput& input,
+                                const RealVirtual& comparison);
+
+/// Histogram of the distances with mean, median and 95th percentile.
+[[nodiscard]] Figure histogram_figure(const std::string& drape, const RealVirtual& comparison);
+
+/// Residual of every simulation over its run, logarithmic; nothing when no history was found.
+[[nodiscard]] std::optional<Figure> convergence_figure(const std::string& drape,
+                                                       const DrapeInput& input,
+                                                       const Report& report);
+
+}  // namespace drape::compare

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compare/figures.hpp"
+#include "compare/inputs.hpp"
+#include "compare/outcome.hpp"
+#include "compare/tables.hpp"
+
+namespace drape::compare {
+
+/// All pictures of one drape; `best` of Report is set.
+struct DrapeFigures {
+  std::vector<Figure> overlays;
+  Figure sheet, map, histogram;
+  std::optional<Figure> convergence;
+};
+
+[[nodiscard]] std::string html_style();
+/// `<table>` with the heads for people; numeric columns right-aligned.
+[[nodiscard]] std::string html_table(const Table& table, const std::string& css_class = {});
+[[nodiscard]] std::string html_figure(const Figure& figure, const std::string& css_class = {});
+
+/// The whole section of one drape.
+[[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
+                                     const Session& session, const DrapeFigures& figures);
+/// What is in the stated uncertainty and what is not.
+[[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report,
+                                      const Session& session);
+/// Files with hashes, programs, and the commands that make everything anew.
+[[nodiscard]] std::string html_provenance(const Session& session, const Outcome& outcome,
+                                          const std::filesystem::path& report_folder);
+
+}  // namespace drape::compare

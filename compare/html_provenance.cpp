@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compare/html.hpp"
+#include "core/run_record.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string from_folder(const fs::path& file, const fs::path& folder) {
+  return fs::proximate(file, folder).generic_string();
+}
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-./=,:+%@").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// A path on the command line, as seen from the report's folder; other words stay.
+std::string argument_text(const std::string& argument, const fs::path& folder) {
+  std::error_code ignored;
+  const bool path = argument.find('/') != std::string::npos || fs::exists(argument, ignored);
+  return shell_word(path && !argument.empty() && argument.front() != '-'
+                        ? from_folder(argument, folder)
+                        : argument);
+}
+
+std::string command(const MadeBy& made_by, const fs::path& folder) {
+  std::string text = made_by.program;
+  for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
+    const std::string& argument = made_by.arguments[i];
+    if (argument == "--json" || argument == "--quiet") continue;
+    if (argument == "--threads") {
+      ++i;
+      continue;
+    }
+    text += " " + argument_text(argument, folder);
+  }
+  return text;
+}
+
+/// Every step once, in the order in which they run.
+std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
+  std::vector<MadeBy> steps;
+  const auto add = [&](const std::optional<MadeBy>& step) {
+    if (step) steps.push_back(*step);
+  };
+  add(session.calibrated_by);
+  for (const DrapeFiles& drape : session.drapes) {
+    add(drape.detected_by);
+    add(drape.measured_by);
+    for (const auto& simulated_by : drape.simulated_by) add(simulated_by);
+  }
+  steps.push_back({"drape-compare", version(), outcome.arguments});
+  return steps;
+}
+
+}  // namespace
+
+std::string html_provenance(const Session& session, const Outcome& outcome,
+                            const fs::path& report_folder) {
+  Table files;
+  files.names = {"file", "SHA-256"};
+  files.numeric = {false, false};
+  auto read = session.read;
+  std::sort(read.begin(), read.end());
+  read.erase(std::unique(read.begin(), read.end()), read.end());
+  for (const auto& [file, sha256] : read) files.add({from_folder(file, report_folder), sha256});
+  std::vector<std::string> programs;
+  std::string commands;
+  for (const MadeBy& step : steps_of(session, outcome)) {
+    const std::string program = step.program + " " + step.version;
+    if (std::find(programs.begin(), programs.end(), program) == programs.end())
+      programs.push_back(program);
+    commands += xml(command(step, report_folder)) + "\n";
+  }
+  std::sort(programs.begin(), programs.end());
+  std::string list;
+  for (const std::string& program : programs) list += (list.empty() ? "" : ", ") + program;
+  return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " + xml(list) +
+         ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
+         "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
+         "<p>Run in the folder of this report, these make everything above anew.</p>\n<pre>" +
+         commands + "</pre>\n<h3>Files read</h3>\n" + html_table(files, "dense") + "</section>\n";
+}
+
+}  // namespace drape::compare

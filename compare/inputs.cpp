@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/run_record.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCertificateVersion = 1;
+constexpr int kRunVersion = 1;
+
+std::string scalar_text(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_null()) return "not stated";
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  return value.dump();
+}
+
+/// Every scalar under its path; arrays of scalars stay one entry.
+void flatten(const Json& value, const std::string& path, Certificate& certificate) {
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      if (path.empty() && key == "schema") continue;
+      flatten(member, path.empty() ? key : path + "." + key, certificate);
+    }
+    return;
+  }
+  certificate.entries.emplace_back(path, scalar_text(value));
+  const std::string_view name = path;
+  if (value.is_boolean() &&
+      (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
+    certificate.penetration_accepted = value.get<bool>();
+}
+
+std::optional<MadeBy> read_made_by(const fs::path& output) {
+  const fs::path record = run_record_path(output);
+  if (!fs::is_regular_file(record)) return std::nullopt;
+  const JsonNode root = JsonNode::open(record, "run", kRunVersion);
+  MadeBy made_by{root.text("program"), root.text("version"), {}};
+  for (const Json& argument : root.at("arguments").raw())
+    made_by.arguments.push_back(argument.get<std::string>());
+  return made_by;
+}
+
+SheetFile read_sheet_file(const fs::path& file, Session& session) {
+  fs::path json = file, ply = file;
+  json.replace_extension(".json");
+  ply.replace_extension(".ply");
+  SheetFile sheet{file, {}, {}, read_sheet(file)};
+  sheet.sha256 = sha256_of_file(json);
+  sheet.ply_sha256 = sha256_of_file(ply);
+  session.read.emplace_back(json, sheet.sha256);
+  session.read.emplace_back(ply, sheet.ply_sha256);
+  return sheet;
+}
+
+void read_detections_beside(DrapeFiles& drape, Session& session) {
+  const SheetFile& measured = drape.input.measured;
+  const fs::path file = measured.file.parent_path() / "detections.json";
+  if (!fs::is_regular_file(file)) {
+    session.warnings.push_back(
+        fmt::format("{}: no detections.json beside it, so the report has no photographs",
+                    measured.file.string()));
+    return;
+  }
+  const std::string sha256 = sha256_of_file(file);
+  if (sha256 != std::get<MeasuredSource>(measured.sheet.source).detections_sha256) {
+    session.warnings.push_back(fmt::format(
+        "{} is not the file that the measured sheet was made from, so its pictures are left out",
+        file.string()));
+    return;
+  }
+  drape.detections = read_detections(file);
+  drape.detections_file = file;
+  drape.detected_by = read_made_by(file);
+  session.read.emplace_back(file, sha256);
+}
+
+DrapeFiles read_measured(SheetFile sheet, Session& session) {
+  DrapeFiles drape;
+  drape.input.measured = std::move(sheet);
+  read_detections_beside(drape, session);
+  drape.measured_by = read_made_by(drape.input.measured.file);
+  return drape;
+}
+
+void add_simulated(SheetFile sheet, DrapeFiles& drape, Session& session) {
+  Simulation simulation;
+  simulation.sheet = std::move(sheet);
+  const fs::path folder = simulation.sheet.file.parent_path();
+  if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
+    simulation.certificate = read_certificate(file);
+    session.read.emplace_back(file, simulation.certificate->sha256);
+  }
+  if (const fs::path file = folder / "history.csv"; fs::is_regular_file(file)) {
+    simulation.history = read_history(file);
+    session.read.emplace_back(file, sha256_of_file(file));
+  }
+  drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
+  drape.input.simulations.push_back(std::move(simulation));
+}
+
+void read_calibration_of(const fs::path& file, Session& session) {
+  session.calibration_file = file;
+  session.calibration = read_calibration(file);
+  session.calibration_sha256 = sha256_of_file(file);
+  session.calibrated_by = read_made_by(file);
+  session.read.emplace_back(file, session.calibration_sha256);
+  for (const DrapeFiles& drape : session.drapes) {
+    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
+    if (source.calibration_sha256 == session.calibration_sha256) continue;
+    throw bad_input(
+        "the sheet was measured with another calibration (SHA-256 " +
+            source.calibration_sha256.substr(0, 12) + "...) than " + file.string(),
+        {.file = drape.input.measured.file.string(), .field = "source.calibration_sha256"},
+        "give that calibration, or triangulate again with this one");
+  }
+}
+
+}  // namespace
+
+Certificate read_certificate(const fs::path& file) {
+  const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
+  Certificate certificate;
+  certificate.sha256 = sha256_of_file(file);
+  flatten(root.raw(), "", certificate);
+  return certificate;
+}
+
+History read_history(const fs::path& file) {
+  const std::string text = read_text(file);
+  std::size_t begin = 0;
+  while (begin < text.size() && text[begin] == '#') {
+    const std::size_t end = text.find('\n', begin);
+    begin = end == std::string::npos ? text.size() : end + 1;
+  }
+  const std::string head = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at <= head.size();) {
+    const std::size_t comma = std::min(head.find(',', at), head.size());
+    names.push_back(head.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return {names, read_csv(file, names).columns};
+}
+
+Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file) {
+  Session session;
+  for (const fs::path& file : sheets) {
+    SheetFile sheet = read_sheet_file(file, session);
+    if (sheet.sheet.is_measured()) {
+      session.drapes.push_back(read_measured(std::move(sheet), session));
+    } else if (session.drapes.empty()) {
+      throw bad_input("the first sheet is a simulated one", {.file = file.string()},
+                      "give the measured sheet of each drape before its simulations");
+    } else {
+      add_simulated(std::move(sheet), session.drapes.back(), session);
+    }
+  }
+  if (session.drapes.empty())
+    throw usage_error("no sheet was given", "name a measured sheet and its simulations");
+  if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
+  return session;
+}
+
+}  // namespace drape::compare

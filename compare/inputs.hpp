@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+
+namespace drape::compare {
+
+/// How an output was made, from the run record beside it; clock times are left behind.
+struct MadeBy {
+  std::string program;
+  std::string version;
+  std::vector<std::string> arguments;
+};
+
+/// A drape with the files that lie beside its measured sheet.
+struct DrapeFiles {
+  DrapeInput input;
+  std::optional<Detections> detections;  ///< detections.json beside the measured sheet
+  std::filesystem::path detections_file;
+  std::optional<MadeBy> detected_by;
+  std::optional<MadeBy> measured_by;
+  std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
+};
+
+/// All that one call of drape-compare reads.
+struct Session {
+  std::vector<DrapeFiles> drapes;
+  std::optional<Calibration> calibration;
+  std::filesystem::path calibration_file;
+  std::string calibration_sha256;
+  std::optional<MadeBy> calibrated_by;
+  std::vector<std::pair<std::filesystem::path, std::string>> read;  ///< file and SHA-256
+  std::vector<std::string> warnings;
+};
+
+/// Reads the sheets (each measured one opens a group), and beside them detections.json,
+/// certificate.json, history.csv and the run records where they exist. `calibration_file` may be
+/// empty. Throws Error(bad_input) when the first sheet is not a measured one or a sheet was
+/// measured with another calibration than the one given.
+[[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
+                                   const std::filesystem::path& calibration_file);
+
+/// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
+[[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
+
+/// Reads a CSV of finite numbers with any head. Throws Error naming file, line and column.
+[[nodiscard]] History read_history(const std::filesystem::path& file);
+
+}  // namespace drape::compare

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/outcome.hpp"
+
+#include <fmt/format.h>
+
+#include "compare/tables.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+
+using units::mm;
+
+bool Outcome::go() const {
+  for (const Report& drape : reports)
+    if (!drape.go()) return false;
+  return true;
+}
+
+std::vector<std::string> Outcome::reasons() const {
+  std::vector<std::string> list;
+  for (const Report& drape : reports)
+    for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
+  return list;
+}
+
+std::string Outcome::sentence() const {
+  const std::vector<std::string> list = reasons();
+  if (!list.empty()) {
+    return list.front() +
+           (list.size() > 1 ? fmt::format(" (and {} more reasons)", list.size() - 1) : "");
+  }
+  std::string text;
+  for (const Report& drape : reports) {
+    text += fmt::format("{}{} {:.2f} mm", text.empty() ? "" : ", ", drape.name,
+                        drape.real_virtual[*drape.best].statistics.mean_m / mm);
+  }
+  return "best mean distance real to virtual: " + text;
+}
+
+std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
+                                                             const Report& report) {
+  std::vector<std::pair<std::string, std::string>> numbers;
+  const Measurement& measurement = report.measurement;
+  if (report.best) {
+    const RealVirtual& best = report.real_virtual[*report.best];
+    std::string value = mm_text(best.statistics.mean_m);
+    if (best.statistics.sigma_mean_m)
+      value += fmt::format(" ± {:.4f}", *best.statistics.sigma_mean_m / mm);
+    numbers.emplace_back(
+        "best mean distance",
+        fmt::format("{} mm ({}; {})", value,
+                    percent_text(best.statistics.mean_m, input.measured.sheet.patch_m),
+                    input.simulations[best.simulation].label()));
+  }
+  numbers.emplace_back("marks",
+                       fmt::format("{} measured, {} gaps", measurement.marks, measurement.gaps));
+  if (measurement.sigma_median_m) {
+    numbers.emplace_back(
+        "uncertainty of a mark (1 sigma)",
+        fmt::format("median {:.4f} mm, largest {:.4f} mm", *measurement.sigma_median_m / mm,
+                    *measurement.sigma_max_m / mm));
+  }
+  return numbers;
+}
+
+ImportCounts import_session(const std::filesystem::path& file, const Session& session,
+                            const std::vector<Report>& reports) {
+  Store results(file);
+  if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
+  ImportCounts sum;
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    const ImportCounts counts = results.add(session.drapes[i].input, reports[i]);
+    sum.added += counts.added;
+    sum.present += counts.present;
+  }
+  results.close();
+  return sum;
+}
+
+}  // namespace drape::compare

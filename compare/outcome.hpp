@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "compare/inputs.hpp"
+#include "compare/store.hpp"
+
+namespace drape::compare {
+
+/// What drape-compare made of one call.
+struct Outcome {
+  std::vector<Report> reports;        ///< as Session::drapes
+  std::vector<std::string> warnings;  ///< of the session and of every drape
+  std::optional<ImportCounts> stored;
+  std::string store;                   ///< as given; may be empty
+  std::string report;                  ///< as given; may be empty
+  std::vector<std::string> arguments;  ///< of the program, for the report
+
+  [[nodiscard]] bool go() const;
+  /// "A: only 7 marks could be compared, 10 are asked for"
+  [[nodiscard]] std::vector<std::string> reasons() const;
+  /// One sentence for the verdict line.
+  [[nodiscard]] std::string sentence() const;
+};
+
+/// Marks, uncertainty and best distance of one drape, with units.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
+                                                                           const Report& report);
+
+/// Adds the calibration and every comparison of the session to the store at `file`.
+[[nodiscard]] ImportCounts import_session(const std::filesystem::path& file, const Session& session,
+                                          const std::vector<Report>& reports);
+
+}  // namespace drape::compare

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compare/inputs.hpp"
+#include "compare/outcome.hpp"
+
+namespace drape::compare {
+
+/// Writes report.html (self-contained XHTML-style HTML without scripts or external loads) and,
+/// beside it in a folder named like its stem, the same pictures as .svg and the tables as .csv.
+/// Returns the files written, the report last. The same session gives the same bytes; paths in it
+/// are relative to the report's folder.
+std::vector<std::filesystem::path> write_report(const std::filesystem::path& file,
+                                                const Session& session, const Outcome& outcome);
+
+}  // namespace drape::compare

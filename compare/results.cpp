@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/results.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+struct Condition {
+  std::string sql = " WHERE 1";
+  std::vector<std::string> parameters;
+
+  void add(const std::string& column, const std::string& value) {
+    if (value.empty()) return;
+    sql += fmt::format(" AND {} = ?", column);
+    parameters.push_back(value);
+  }
+};
+
+std::string grid_text(const std::string& grid) {
+  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
+}
+
+Condition condition_of(const ResultFilter& filter) {
+  Condition condition;
+  condition.add("scene", filter.scene);
+  condition.add("fabric", filter.fabric);
+  condition.add("grid_size", grid_text(filter.grid));
+  if (filter.segments) condition.add("CAST(segments AS TEXT)", std::to_string(*filter.segments));
+  return condition;
+}
+
+std::string full_key(const StoreReader& store, const std::string& key) {
+  const Table found =
+      store.query("SELECT sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1", {key});
+  if (found.rows.size() == 1) return found.rows.front().front();
+  throw usage_error(
+      fmt::format("{} comparisons have a key that starts with `{}`", found.rows.size(), key),
+      "take a key from the column `comparison` of drape-results list");
+}
+
+/// Turns the one row of `table` into name, value, unit and definition.
+Table metrics_of(const StoreReader& store, const Table& row) {
+  Table metrics;
+  metrics.names = {"metric", "value", "unit", "definition"};
+  metrics.numeric = {false, true, false, false};
+  const Table dictionary = store.query("SELECT name, unit, definition FROM metric");
+  for (std::size_t i = 0; i < row.names.size(); ++i) {
+    for (const auto& entry : dictionary.rows) {
+      if (entry[0] == row.names[i])
+        metrics.add({row.names[i], row.rows.front()[i], entry[1], entry[2]});
+    }
+  }
+  return metrics;
+}
+
+Table turned(const Table& row) {
+  Table table;
+  table.names = {"what", "value"};
+  table.numeric = {false, false};
+  for (std::size_t i = 0; i < row.names.size(); ++i)
+    if (!row.rows.front()[i].empty()) table.add({row.names[i], row.rows.front()[i]});
+  return table;
+}
+
+}  // namespace
+
+Table list_results(const StoreReader& store, const ResultFilter& filter) {
+  const Condition condition = condition_of(filter);
+  return store.query(
+      "SELECT comparison, scene, grid_size, segments, round(mean_dist_mm, 3) AS mean_dist_mm, "
+      "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
+      "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
+      "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
+      "status, measured FROM v_real_vs_virtual" +
+          condition.sql,
+      condition.parameters);
+}
+
+ShownResult show_result(const StoreReader& store, const std::string& key) {
+  const std::string full = full_key(store, key);
+  ShownResult shown;
+  shown.metrics = metrics_of(
+      store, store.query("SELECT c.*, m.sigma_median_mm, m.sigma_max_mm FROM comparison AS c JOIN "
+                         "sheet AS m ON m.sha256 = c.measured_sha256 WHERE c.sha256 = ?",
+                         {full}));
+  shown.provenance = turned(store.query(
+      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, f.name AS "
+      "fabric, s.model, s.solver, s.status, m.rig_name AS rig, m.set_name AS measured_set, "
+      "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
+      "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
+      "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
+      "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
+      "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN fabric "
+      "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration AS k ON k.sha256 = "
+      "m.calibration_sha256 WHERE c.sha256 = ?",
+      {full}));
+  shown.marks = store.query(
+      "SELECT \"row\", \"col\", round(distance_mm, 3) AS distance_mm, round(along_warp_mm, 3) AS "
+      "along_warp_mm, round(along_weft_mm, 3) AS along_weft_mm, round(along_normal_mm, 3) AS "
+      "along_normal_mm, round(sigma_distance_mm, 4) AS sigma_distance_mm, views FROM mark_error "
+      "WHERE comparison_sha256 = ? ORDER BY \"row\", \"col\"",
+      {full});
+  return shown;
+}
+
+std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
+  ResultFilter scene_filter{filter.scene, filter.fabric, {}, {}};
+  const Condition condition = condition_of(scene_filter);
+  const Table groups =
+      store.query("SELECT DISTINCT scene, measured, measured_set FROM v_real_vs_virtual" +
+                      condition.sql + " ORDER BY scene, measured",
+                  condition.parameters);
+  std::vector<Table> tables;
+  for (const auto& group : groups.rows) {
+    const std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
+    Condition same = condition_of(filter);
+    same.add("scene", group[0]);
+    same.add("measured", group[1]);
+    tables.push_back(
+        store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM "
+                    "v_real_vs_virtual" +
+                        same.sql,
+                    same.parameters));
+    tables.back().title = "Real vs virtual " + title;
+    tables.push_back(store.query(
+        "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE "
+        "scene = ? AND measured = ?",
+        {group[0], group[1]}));
+    tables.back().title = "Virtual vs virtual " + title;
+  }
+  return tables;
+}
+
+Table export_table(const StoreReader& store, const std::string& name) {
+  const Table known =
+      store.query("SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name");
+  std::string names;
+  for (const auto& row : known.rows) {
+    if (row.front() == name) return store.query(fmt::format("SELECT * FROM \"{}\"", name));
+    names += (names.empty() ? "" : ", ") + row.front();
+  }
+  throw usage_error(fmt::format("the store has no table or view `{}`", name), "it has: " + names);
+}
+
+std::string dump_sql(const StoreReader& store) {
+  std::string text = fmt::format(
+      "PRAGMA application_id = {};\nPRAGMA user_version = {};\nPRAGMA foreign_keys = "
+      "OFF;\nBEGIN;\n",
+      kApplicationId, kStoreVersion);
+  const Table objects = store.query(
+      "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY type = 'view', "
+      "type = 'index', rowid");
+  for (const auto& object : objects.rows) text += object[2] + ";\n";
+  for (const auto& object : objects.rows) {
+    if (object[0] != "table") continue;
+    std::string values;
+    for (const auto& column :
+         store.query("SELECT name FROM pragma_table_info(?) ORDER BY cid", {object[1]}).rows)
+      values += fmt::format("{}quote(\"{}\")", values.empty() ? "" : " || ', ' || ", column[0]);
+    const Table rows = store.query(fmt::format("SELECT {} AS line FROM \"{}\"", values, object[1]));
+    for (const auto& row : rows.rows)
+      text += fmt::format("INSERT INTO \"{}\" VALUES ({});\n", object[1], row[0]);
+  }
+  return text + "COMMIT;\n";
+}
+
+}  // namespace drape::compare

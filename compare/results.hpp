@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/store.hpp"
+
+namespace drape::compare {
+
+/// Which rows of the store are wanted; empty parts do not filter.
+struct ResultFilter {
+  std::string scene;
+  std::string fabric;
+  std::string grid;  ///< "21x21" or "21"
+  std::optional<int> segments;
+};
+
+/// One row per comparison between a measured sheet and a simulation.
+[[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);
+
+/// All that the store knows of one comparison, named by the start of its key: its metrics with
+/// unit and definition, its provenance, and the marks. Throws Error(usage) when no or more than
+/// one comparison starts so.
+struct ShownResult {
+  Table metrics;
+  Table provenance;
+  Table marks;
+};
+[[nodiscard]] ShownResult show_result(const StoreReader& store, const std::string& key);
+
+/// The paper's two tables for each scene and measured sheet in the store.
+[[nodiscard]] std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter);
+
+/// A whole table or view. Throws Error(usage) listing what there is.
+[[nodiscard]] Table export_table(const StoreReader& store, const std::string& name);
+
+/// The store as SQL text that makes it anew; equal content gives equal text.
+[[nodiscard]] std::string dump_sql(const StoreReader& store);
+
+}  // namespace drape::compare

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "core/json_file.hpp"
+
+namespace drape::compare {
+
+/// A table of finished cells; `names` carry the units. Numbers are right-aligned in text.
+struct Table {
+  std::string title;
+  std::vector<std::string> names;
+  std::vector<std::vector<std::string>> rows;
+  std::vector<bool> numeric;              ///< per column
+  std::vector<std::string> heads;         ///< for people; `names` when empty
+  std::optional<std::size_t> marked_row;  ///< shown in bold in the report
+
+  void add(std::vector<std::string> row) { rows.push_back(std::move(row)); }
+};
+
+/// Columns padded to one width, title above.
+[[nodiscard]] std::string text_of(const Table& table);
+/// RFC 4180 text: cells with comma, quote or line break are quoted.
+[[nodiscard]] std::string csv_of(const Table& table);
+/// Array of objects; cells of numeric columns become numbers, empty cells null.
+[[nodiscard]] Json json_of(const Table& table);
+
+/// The paper's odd tables: grid size, segments, mean distance, and then the measures the paper
+/// does not have.
+[[nodiscard]] Table real_virtual_table(const DrapeInput& input, const Report& report);
+/// The paper's even tables.
+[[nodiscard]] Table virtual_virtual_table(const Report& report);
+/// One row per measured mark: its sigma and views, and its distance from every simulation.
+[[nodiscard]] Table mark_table(const DrapeInput& input, const Report& report);
+
+/// Millimetres with three decimals; empty when absent.
+[[nodiscard]] std::string mm_text(double length_m);
+[[nodiscard]] std::string mm_text(const std::optional<double>& length_m);
+/// "1.53 %", or "1.53 % of warp, 1.70 % of weft" for a patch that is not square.
+[[nodiscard]] std::string percent_text(double length_m, const Eigen::Vector2d& patch_m);
+
+}  // namespace drape::compare

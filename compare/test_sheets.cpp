@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/test_sheets.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/files.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare::test {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+constexpr double kPatch_m = 220 * mm;
+
+/// A tent over a ridge, with `sag_m` at its two ends.
+Shape tent(double sag_m) {
+  return [sag_m](const Eigen::Vector2d& material_m) -> Eigen::Vector3d {
+    const Eigen::Vector3d p = flat(material_m);
+    const double off = p.x() / (kPatch_m / 2);
+    return {p.x(), p.y(), -sag_m * off * off};
+  };
+}
+
+}  // namespace
+
+Eigen::Vector3d flat(const Eigen::Vector2d& material_m) {
+  return {material_m.y() - kPatch_m / 2, kPatch_m / 2 - material_m.x(), 0};
+}
+
+Sheet measured_sheet(const Shape& shape) {
+  Sheet sheet;
+  sheet.rows = sheet.cols = 11;
+  sheet.patch_m = {kPatch_m, kPatch_m};
+  for (int row = 0; row < 11; ++row) {
+    for (int col = 0; col < 11; ++col) {
+      const Eigen::Vector2d material_m(10 * mm + row * 20 * mm, 10 * mm + col * 20 * mm);
+      SheetMark mark{{row, col}, material_m, shape(material_m), std::nullopt, 3, 0.05};
+      mark.covariance_m2 = Eigen::Matrix3d::Identity() * (0.03 * mm) * (0.03 * mm);
+      sheet.marks.push_back(mark);
+    }
+  }
+  sheet.source = MeasuredSource{"bench",
+                                "drape_A",
+                                {"cam0", "cam1", "cam2"},
+                                sha256_of(std::string_view("calibration")),
+                                sha256_of(std::string_view("detections"))};
+  return sheet;
+}
+
+Sheet simulated_sheet(int n, int segments, const Shape& shape) {
+  Sheet sheet;
+  sheet.rows = sheet.cols = n;
+  sheet.patch_m = {kPatch_m, kPatch_m};
+  for (int row = 0; row < n; ++row) {
+    for (int col = 0; col < n; ++col) {
+      const Eigen::Vector2d material_m(kPatch_m * row / (n - 1), kPatch_m * col / (n - 1));
+      sheet.marks.push_back({{row, col}, material_m, shape(material_m), {}, {}, {}});
+    }
+  }
+  SimulatedSource source;
+  source.scene = "A";
+  source.fabric = "cotton-like";
+  source.scene_sha256 = sha256_of(std::string_view("scene"));
+  source.fabric_sha256 = sha256_of(std::string_view("fabric"));
+  source.segments = segments;
+  source.model = "consistent";
+  source.solver = "rk4";
+  source.status = "at rest";
+  sheet.source = source;
+  return sheet;
+}
+
+SheetFile file_of(const Sheet& sheet) {
+  std::string content;
+  for (const SheetMark& mark : sheet.marks) {
+    content += fmt::format("{} {} {} {} {};", mark.mark.row, mark.mark.col, mark.point_in_world.x(),
+                           mark.point_in_world.y(), mark.point_in_world.z());
+  }
+  if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
+    content += fmt::format("{} {} {}", source->segments, source->model, source->status);
+  return {"sheet.ply", sha256_of("json" + content), sha256_of("ply" + content), sheet};
+}
+
+DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated) {
+  DrapeInput input{file_of(measured), {}};
+  for (const Sheet& sheet : simulated) input.simulations.push_back({file_of(sheet), {}, {}});
+  return input;
+}
+
+std::vector<fs::path> write_example(const fs::path& folder) {
+  Sheet measured = measured_sheet(tent(60 * mm));
+  for (const std::size_t index : {120U, 5U}) {
+    const MarkId mark = measured.marks[index].mark;
+    measured.gaps.insert(measured.gaps.begin(), {mark, "seen by one camera only <2>"});
+    measured.marks.erase(measured.marks.begin() + static_cast<std::ptrdiff_t>(index));
+  }
+  std::vector<fs::path> files = {folder / "sheet.ply"};
+  write_sheet(files.back(), measured);
+  double sag_m = 50 * mm;
+  for (const int n : {11, 21}) {
+    for (const int segments : {1, 5}) {
+      const fs::path place = folder / "simulations" / fmt::format("{}-{}", n, segments);
+      files.push_back(place / "sheet.ply");
+      write_sheet(files.back(), simulated_sheet(n, segments, tent(sag_m += 2 * mm)));
+      write_durable(place / "certificate.json",
+                    "{\"schema\": \"drapebench/certificate/1\", \"status\": \"at rest\", "
+                    "\"residual_force_mN\": 0.001}\n");
+      write_durable(place / "history.csv",
+                    "time_s,residual_force_mN\n0,10\n0.5,0.1\n1,0.002\n1.5,0.001\n");
+    }
+  }
+  return files;
+}
+
+}  // namespace drape::compare::test
