@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace drape::test {
+
+inline constexpr std::array stages = {"capture",     "calib",    "detect",
+                                      "triangulate", "simulate", "compare"};
+
+/// One line of a source file.
+struct Line {
+  int number = 0;  ///< 1-based
+  std::string text;
+};
+
+/// A text file of the project.
+struct SourceFile {
+  std::string path;  ///< relative to the project's root
+  std::vector<Line> lines;
+
+  [[nodiscard]] bool is_test() const;  ///< *_test.cpp, or anything below tests/
+  [[nodiscard]] bool is_header() const;
+  [[nodiscard]] bool is_main() const;        ///< holds a program's main function: *main.cpp
+  [[nodiscard]] std::string folder() const;  ///< first part of the path
+};
+
+/// Files below `folder` whose name ends with one of `endings`, in the order of their paths.
+[[nodiscard]] std::vector<SourceFile> source_files(const std::string& folder,
+                                                   const std::vector<std::string>& endings);
+
+/// All C++ files of core, the stages and the tests.
+[[nodiscard]] const std::vector<SourceFile>& cpp_files();
+
+[[nodiscard]] SourceFile read_source(const std::string& path);
+
+/// What an include line names, without brackets or quotes; empty when it is no include line.
+[[nodiscard]] std::string included(const std::string& line);
+
+/// "path:line: text", one finding of a test.
+[[nodiscard]] std::string finding(const SourceFile& file, const Line& line);
+
+}  // namespace drape::test
