@@ -189,8 +189,9 @@ bool settle(Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vecto
   for (int round = 0; round < stranger_rounds; ++round) {
     const bool clean = normal.chi2 <= clean_chi2 * patch.total_trust();
     if (clean && !(strangers && round == 0)) break;
-    const double lost = distrust_strangers(patch, noise, Model(p));
-    fit.masked_edge = patch.masked_edge + (1 - patch.masked_edge) * lost;
+    const Strangers found = distrust_strangers(patch, noise, Model(p));
+    fit.masked_edge = patch.masked_edge + (1 - patch.masked_edge) * found.lost_edge;
+    if (!found.changed) break;
     if (!iterate(patch, noise, guess, p, normal)) return false;
   }
   return true;

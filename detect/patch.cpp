@@ -15,6 +15,7 @@ constexpr double dark_ring_share = 0.7;
 constexpr double stranger_px = 0.3;     // strangers are sought from here outwards
 constexpr double biweight_limit = 6.0;  // in residual scales
 constexpr double gross_misfit = 0.15;   // of the contrast
+constexpr double noticeable_trust = 0.05;
 constexpr double saturated_level = 254.5;
 
 /// Marks the pixels of the patch that other dark regions touch.
@@ -100,7 +101,7 @@ bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start) {
   return any;
 }
 
-double distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted) {
+Strangers distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted) {
   struct Outside {
     double residual, distance;
     PatchPixel* pixel;
@@ -108,7 +109,7 @@ double distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEl
   std::vector<Outside> outside;
   std::vector<double> sizes;
   BlurredEllipse::Vector gradient;
-  double edge = 0, lost = 0;
+  double edge = 0;
   for (PatchPixel& pixel : patch.pixels) {
     const double d = fitted.signed_distance(pixel.x, pixel.y);
     edge += std::abs(d) < edge_px;
@@ -117,17 +118,22 @@ double distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEl
     outside.push_back({residual, d, &pixel});
     sizes.push_back(std::abs(residual));
   }
-  if (sizes.empty() || edge == 0) return 0;
+  Strangers result;
+  if (sizes.empty() || edge == 0) return result;
   const double bright = fitted.light_at_centre();
   const double scale = std::max(noise.sigma(bright), nth(sizes, sizes.size() / 2) / 0.6745);
   const double limit = std::max(biweight_limit * scale,
                                 gross_misfit * bright * fitted.parameters()(BlurredEllipse::print));
   for (const auto& [residual, d, pixel] : outside) {
-    const double keep = std::max(0.0, 1 - (residual / limit) * (residual / limit));
-    pixel->trust = keep * keep;
-    if (d < edge_px) lost += 1 - pixel->trust;
+    // Flat up to half the limit: ordinary pixels keep their full say and the rounds end early.
+    const double beyond = std::max(0.0, 2 * std::abs(residual) / limit - 1);
+    const double keep = std::max(0.0, 1 - beyond * beyond);
+    const double trust = keep * keep;
+    result.changed = result.changed || std::abs(trust - pixel->trust) > noticeable_trust;
+    pixel->trust = trust;
+    if (d < edge_px) result.lost_edge += (1 - trust) / edge;
   }
-  return lost / edge;
+  return result;
 }
 
 }  // namespace drape

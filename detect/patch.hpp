@@ -39,9 +39,15 @@ struct Patch {
 /// the table, or for cloth in shadow behind a silhouette. True when there were any.
 bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start);
 
+/// What a look for strangers changed.
+struct Strangers {
+  double lost_edge = 0;  ///< share of the outline's weight that is lost
+  bool changed = false;  ///< some pixel's trust is another than before
+};
+
 /// After a fit: pixels outside the outline that belong to something else lose their say. Tukey's
 /// biweight, but only for gross misfits, since weights that follow the outline's small misfits
-/// would move the centre. Returns the share of weight lost near the outline.
-double distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted);
+/// would move the centre.
+Strangers distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted);
 
 }  // namespace drape
