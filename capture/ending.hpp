@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "capture/capture.hpp"
+#include "core/program.hpp"
+
+namespace drape {
+
+/// The last lines after an import into `recording_folder`.
+[[nodiscard]] Ending ending_of(const ImportResult& result,
+                               const std::filesystem::path& recording_folder);
+
+/// The last lines after a verification: every fault by name.
+[[nodiscard]] Ending ending_of(const VerifyReport& report);
+
+}  // namespace drape
