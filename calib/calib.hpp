@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/rig.hpp"
+
+namespace drape {
+
+struct CalibOptions {
+  double max_rms_px = 0.3;           ///< verdict: largest RMS point distance of a camera
+  double max_centre_sd_px = 5;       ///< verdict: above, the image centre is not determined
+  double max_focal_sd_percent = 2;   ///< verdict: above, focal length and distance are not
+  bool correct_eccentricity = true;  ///< of the dots' images (Heikkila 2000)
+  double outlier_sigmas = 6;         ///< dots farther off (robust sigma) are rejected by name
+  double max_outliers_percent = 3;   ///< more than these and the camera fails
+  int max_iterations = 200;
+
+  /// Throws Error(usage) naming an option that makes no sense.
+  void check() const;
+};
+
+/// One stage of Tsai's method for one camera.
+struct TsaiStep {
+  double focal_mm = 0, tz_mm = 0, kappa1_per_mm2 = 0;
+  double rms_px = 0;  ///< distorted image, point distance
+};
+
+struct CameraReport {
+  std::string camera;
+  std::string status;  ///< "good", or why the camera's result must not be used
+  int points = 0;
+  int planes = 0;               ///< heights of the target
+  bool origin_shifted = false;  ///< Ty was too near 0 for stage 1
+  double stage1_ty_mm = 0;
+  double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check when it is kept at 1
+  TsaiStep basic;             ///< after stage 2; never a result (f and Tz are inseparable)
+  TsaiStep full;              ///< after stage 3
+  int iterations = 0;
+  double max_eccentricity_px = 0;  ///< largest correction of a dot's centre
+  double focal_sd_mm = 0;
+  double centre_sd_px = 0;            ///< larger of the two coordinates
+  double chi2_per_dof = 0;            ///< against the marks' covariances
+  std::vector<std::string> rejected;  ///< dots not used, with set, index and reason
+
+  [[nodiscard]] bool good() const { return status == "good"; }
+};
+
+struct CalibReport {
+  std::vector<CameraReport> cameras;  ///< in the rig's order
+  [[nodiscard]] bool good() const;
+};
+
+struct CalibResult {
+  Calibration calibration;
+  CalibReport report;
+};
+
+/// Calibrates each camera of the rig with Tsai's method for points at several heights (Tsai 1987,
+/// non-coplanar; paper section 5): radial alignment, then f, Tz and kappa1, then all parameters
+/// together on distorted pixels. World: the target in its reference pose, so a dot of the stage at
+/// height z is (x, y, z). Throws Error(bad_input) with camera and set when the data cannot
+/// calibrate: a stage or camera missing, too few points, no depth, mirrored points, not finite.
+/// A fit that does not converge or is ill-conditioned is a status in the Report.
+[[nodiscard]] CalibResult calibrate_tsai(const Detections& detections, const Rig& rig,
+                                         const Target& target, const CalibOptions& options);
+
+}  // namespace drape

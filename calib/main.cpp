@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "calib/calib.hpp"
+#include "calib/ending.hpp"
+#include "core/error.hpp"
+#include "core/program.hpp"
+#include "core/run_record.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+
+namespace {
+
+void add_options(CLI::App& app, CalibOptions& options) {
+  app.add_option("--max-rms-px", options.max_rms_px, "NO-GO above this RMS of a camera, px");
+  app.add_option("--max-centre-sd-px", options.max_centre_sd_px,
+                 "NO-GO when the image centre is less certain, px");
+  app.add_option("--max-focal-sd-percent", options.max_focal_sd_percent,
+                 "NO-GO when the focal length is less certain, %");
+  app.add_option("--outlier-sigmas", options.outlier_sigmas,
+                 "reject dots farther off than this many robust standard deviations");
+  app.add_option("--max-outliers-percent", options.max_outliers_percent,
+                 "NO-GO when more dots are rejected, %");
+  app.add_option("--max-iterations", options.max_iterations, "of each refinement");
+  app.add_flag("!--no-eccentricity", options.correct_eccentricity,
+               "take the centroid of a dot's image for the image of its centre");
+}
+
+void note_options(RunRecord& record, const CalibOptions& options, const std::string& method) {
+  record.option("method", method);
+  record.option("max_rms_px", fmt::format("{}", options.max_rms_px));
+  record.option("max_centre_sd_px", fmt::format("{}", options.max_centre_sd_px));
+  record.option("max_focal_sd_percent", fmt::format("{}", options.max_focal_sd_percent));
+  record.option("outlier_sigmas", fmt::format("{}", options.outlier_sigmas));
+  record.option("max_outliers_percent", fmt::format("{}", options.max_outliers_percent));
+  record.option("max_iterations", fmt::format("{}", options.max_iterations));
+  record.option("correct_eccentricity", options.correct_eccentricity ? "true" : "false");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
+  CommonOptions common;
+  CalibOptions options;
+  fs::path detections_file, rig_file, out;
+  std::string method = "tsai";
+  add_common_options(app, common);
+  app.add_option("DETECTIONS", detections_file, "detections.json of the target's stages")
+      ->required();
+  app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
+  app.add_option("--method", method, "tsai: each camera from the target's stages")
+      ->check(CLI::IsMember({"tsai"}));
+  app.add_option("--out", out, "calibration.json to write")->required();
+  add_options(app, options);
+  return run_program(app, argc, argv, common, [&] {
+    options.check();
+    if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
+    RunRecord record("drape-calib", arguments_of(argc, argv));
+    const Rig rig = read_rig(rig_file);
+    record.input(rig.file);
+    record.input(rig.target_file);
+    record.input(detections_file);
+    const CalibResult result = calibrate_tsai(read_detections(detections_file), rig,
+                                              read_target(rig.target_file), options);
+    write_calibration(out, result.calibration);
+    record.output(out);
+    note_options(record, options, method);
+    const int code = finish(ending_of(result, out), common);
+    record.write(run_record_path(out), code);
+    return code;
+  });
+}
