@@ -129,41 +129,46 @@ void check_sectors(const Patch& patch, const NoiseModel& noise, const Model& mod
   }
 }
 
-/// Residuals weighted by what they do to the centre, alone and with their neighbours within two
-/// pixels (lens blur correlates that far).
+/// Sums residuals and sensitivities over pairs of pixels near the outline.
 void weigh_residuals(const Patch& patch, const NoiseModel& noise, const Model& model,
                      const Matrix& covariance, DotFit& fit) {
-  constexpr int reach = 2;
+  constexpr int reach = 3;
+  struct Cell {
+    double residual = 0;
+    Eigen::Vector2d sensitivity = Eigen::Vector2d::Zero();
+    bool used = false;
+  };
   const int stride = 2 * (patch.reach_x + reach) + 1;
-  std::vector<Eigen::Vector2d> pull(
-      static_cast<std::size_t>(stride) * (2 * (patch.reach_y + reach) + 1),
-      Eigen::Vector2d::Zero());
-  const auto at = [&](int x, int y) -> Eigen::Vector2d& {
-    return pull[static_cast<std::size_t>(y + patch.reach_y + reach) * stride + x + patch.reach_x +
-                reach];
+  std::vector<Cell> cells(static_cast<std::size_t>(stride) * (2 * (patch.reach_y + reach) + 1));
+  const auto at = [&](int x, int y) -> Cell& {
+    return cells[static_cast<std::size_t>(y + patch.reach_y + reach) * stride + x + patch.reach_x +
+                 reach];
   };
   const Eigen::Matrix<double, 2, Model::size> rows = covariance.middleRows<2>(Model::cx);
+  double weighted = 0;
   for (const PatchPixel& pixel : patch.pixels) {
     Vector g;
     const Model::Sample sample = model.evaluate(pixel.x, pixel.y, g);
-    if (!sample.near_edge) continue;  // the light's pixels hardly pull at the centre
-    at(pixel.x, pixel.y) =
-        rows * g * (pixel.trust * (pixel.level - sample.level) / noise.variance(sample.level));
+    if (!sample.near_edge || pixel.trust < 0.5) continue;
+    const double sigma = noise.sigma(sample.level);
+    at(pixel.x, pixel.y) = {(pixel.level - sample.level) / sigma, rows * g / sigma, true};
   }
-  double alone = 0, together = 0;
   for (const PatchPixel& pixel : patch.pixels) {
-    const Eigen::Vector2d& here = at(pixel.x, pixel.y);
-    if (here.isZero(0)) continue;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    const Cell& here = at(pixel.x, pixel.y);
+    if (!here.used) continue;
+    weighted += here.sensitivity.squaredNorm() * here.residual * here.residual;
     for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) sum += at(pixel.x + dx, pixel.y + dy);
+      for (int dx = -reach; dx <= reach; ++dx) {
+        const Cell& there = at(pixel.x + dx, pixel.y + dy);
+        if (!there.used) continue;
+        const int distance = dx * dx + dy * dy;
+        fit.edge.product[distance] += here.residual * there.residual;
+        fit.edge.pairs[distance] += 1;
+        fit.edge.influence[distance] += here.sensitivity.dot(there.sensitivity);
+      }
     }
-    alone += here.squaredNorm();
-    together += here.dot(sum);
   }
-  const double expected = covariance.block<2, 2>(Model::cx, Model::cx).trace();
-  fit.edge_chi2 = alone / expected;
-  fit.edge_chi2_correlated = together / expected;
+  if (fit.edge.influence[0] > 0) fit.edge.chi2 = weighted / fit.edge.influence[0];
 }
 
 Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
@@ -229,21 +234,32 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   return fit;
 }
 
-double correlation_factor(const std::vector<DotFit>& fits) {
-  std::vector<double> factors;
+Correlation frame_correlation(const std::vector<DotFit>& fits) {
+  Correlation product = {}, pairs = {};
   for (const DotFit& fit : fits) {
-    if (fit.converged && fit.edge_chi2 > 0) {
-      factors.push_back(fit.edge_chi2_correlated / fit.edge_chi2);
+    if (!fit.converged || fit.edge.product[0] <= 0) continue;
+    // Each dot in units of its own variance, so that one bad fit does not speak for the frame.
+    const double variance = fit.edge.product[0] / fit.edge.pairs[0];
+    for (int k = 0; k < EdgeResiduals::classes; ++k) {
+      product[k] += fit.edge.product[k] / variance;
+      pairs[k] += fit.edge.pairs[k];
     }
   }
-  if (factors.empty()) return 1;
-  const auto middle = factors.begin() + static_cast<std::ptrdiff_t>(factors.size() / 2);
-  std::nth_element(factors.begin(), middle, factors.end());
-  return std::max(1.0, *middle);
+  Correlation correlation = {};
+  for (int k = 0; k < EdgeResiduals::classes; ++k) {
+    if (pairs[k] > 0) correlation[k] = product[k] / pairs[k];
+  }
+  return correlation;
 }
 
-Eigen::Matrix2d honest_covariance(const DotFit& fit, double factor) {
-  return fit.covariance_px2 * factor * std::max(1.0, fit.edge_chi2);
+Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation) {
+  if (fit.edge.influence[0] <= 0) return fit.covariance_px2;
+  double factor = 1;
+  for (int k = 1; k < EdgeResiduals::classes; ++k) {
+    factor += correlation[k] * fit.edge.influence[k] / fit.edge.influence[0];
+  }
+  // Noise may only add to what the frame's own noise gives.
+  return fit.covariance_px2 * std::max(1.0, factor) * std::max(1.0, fit.edge.chi2);
 }
 
 }  // namespace drape

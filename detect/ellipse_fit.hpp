@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "detect/blobs.hpp"
@@ -9,6 +10,16 @@
 #include "detect/noise.hpp"
 
 namespace drape {
+
+/// Residuals near the outline, where the centre is sensitive, summed over pixel pairs by squared
+/// distance in px^2 (0: each pixel with itself).
+struct EdgeResiduals {
+  static constexpr int classes = 19;  ///< pairs up to 3 pixels apart in both directions
+  double chi2 = 0;  ///< weighted by what a pixel does to the centre; 1: pure noise
+  std::array<double, classes> product = {};  ///< of residuals in units of noise
+  std::array<double, classes> pairs = {};
+  std::array<double, classes> influence = {};  ///< products of the centre's sensitivities
+};
 
 /// Width of the edge (px, Gaussian sigma of lens, motion and pixel together) before the fit.
 struct BlurGuess {
@@ -31,21 +42,20 @@ struct DotFit {
   double one_sided = 0;     ///< largest chi-square of the centre's shift when an eighth is left out
   double one_sided_px = 0;  ///< that shift
   bool saturated = false;
-  /// Chi-square per pixel where the centre is sensitive (the outline): 1 for the frame's noise.
-  double edge_chi2 = 0;
-  /// The same with products of neighbouring residuals, that is, correlated noise, included.
-  double edge_chi2_correlated = 0;
+  EdgeResiduals edge;
 };
 
 /// Fits one blob by damped Gauss-Newton steps; pixels near other dark regions are left out.
 [[nodiscard]] DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                              const Blob& start, const BlurGuess& blur);
 
-/// How much correlation between residuals widens the covariances of a frame: >= 1, from the fits
-/// that converged (the truncated sandwich estimate of Newey & West 1987, pooled).
-[[nodiscard]] double correlation_factor(const std::vector<DotFit>& fits);
+/// Correlation of residuals near outlines by squared distance, pooled over a frame's fits: cloth
+/// texture and lens blur correlate neighbouring pixels.
+using Correlation = std::array<double, EdgeResiduals::classes>;
+[[nodiscard]] Correlation frame_correlation(const std::vector<DotFit>& fits);
 
-/// Covariance of the centre with the noise that the residuals show.
-[[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, double correlation_factor);
+/// Covariance of the centre with the noise and the correlation that the residuals show: the
+/// sandwich of generalised least squares with the frame's correlation.
+[[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation);
 
 }  // namespace drape

@@ -136,7 +136,7 @@ Detection measured(const DotFit& fit, MarkId mark, const Eigen::Matrix2d& covari
 }
 
 void sort_out(const std::vector<DotFit>& fits, const std::vector<DotLabel>& labels,
-              double correlation, const FrameLimits& limits, FrameDetections& frame) {
+              const Correlation& correlation, const FrameLimits& limits, FrameDetections& frame) {
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const Eigen::Matrix2d covariance = honest_covariance(fits[k], correlation);
     const std::string wrong = fault(fits[k], covariance, limits);
@@ -176,7 +176,7 @@ FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane, Ta
     dots.push_back({fit.centre_px, fit.shape_px2, sound});
   }
   const std::vector<DotLabel> labels = label_dots(plane, frame.tags, dots, found.map);
-  sort_out(fits, labels, correlation_factor(fits), limits, frame);
+  sort_out(fits, labels, frame_correlation(fits), limits, frame);
   return frame;
 }
 
