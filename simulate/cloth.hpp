@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "simulate/curve.hpp"
+
+namespace drape::sim {
+
+/// Particle grid on a rectangular patch: rows along the warp, cols along the weft.
+struct GridSpec {
+  int rows = 0, cols = 0;
+  Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();  ///< (warp, weft)
+
+  [[nodiscard]] int count() const { return rows * cols; }
+  [[nodiscard]] int index(int row, int col) const { return row * cols + col; }
+  [[nodiscard]] double warp_spacing_m() const { return patch_m.x() / (rows - 1); }
+  [[nodiscard]] double weft_spacing_m() const { return patch_m.y() / (cols - 1); }
+};
+
+/// Laws of a fabric in SI. Index 0 warp, 1 weft.
+struct ClothLaws {
+  double density_kg_per_m2 = 0;
+  ForceCurve tensile[2];           ///< N/m over strain
+  ForceCurve shear;                ///< N/m over rad, odd
+  ForceCurve bending[2];           ///< N over 1/m, odd
+  double twist_n_m = 0;            ///< J of the energy 1/2 J kappa12^2 per area
+  double stretch_damping_s = 0;    ///< damping force of a spring = this * slope * strain rate
+};
+
+/// How mass is spread over the particles. `area`: by the cloth each stands for. `paper`: density
+/// times area by the number of particles (paper section 4), too heavy on borders.
+enum class MassRule { area, paper };
+
+struct InternalEnergies {
+  double stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
+  [[nodiscard]] double sum_j() const { return stretch_j + shear_j + bending_j + twist_j; }
+};
+
+/// Three coordinate blocks x, y, z of n values each.
+using Field = std::vector<double>;
+
+/// The cloth of paper section 4.1 in energy form (model "consistent"): every force is the
+/// gradient of an energy per area, so momentum and angular momentum are kept.
+/// - Stretch: springs along the grid lines, force = width * f(strain); a border line stands for
+///   half a spacing.
+/// - Shear: per cell, energy = area * integral of f_sh over the angle between the mid-lines.
+/// - Bending: per line triple, energy = width * spacing * integral of M over the curvature
+///   |x- - 2 x + x+| / spacing^2 (Bergou et al. 2006); linear in the positions for a linear M.
+/// - Twist: per cell, 1/2 J area kappa12^2, kappa12 = (x00 - x10 - x01 + x11) / area; J is
+///   Cooper's 4 B45 - Bwarp - Bweft (Cooper 1960), grid lines alone having none.
+class Cloth {
+ public:
+  Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule);
+
+  [[nodiscard]] const GridSpec& grid() const { return grid_; }
+  [[nodiscard]] const ClothLaws& laws() const { return laws_; }
+  [[nodiscard]] int count() const { return grid_.count(); }
+  [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }
+  [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }
+  [[nodiscard]] double total_mass_kg() const;
+
+  /// Adds internal forces (N); with `velocity` also the damping of the springs.
+  void add_forces(const Field& position, const Field* velocity, Field& force);
+  [[nodiscard]] InternalEnergies energies(const Field& position) const;
+
+  struct Strains {
+    double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;
+    double shear_most_rad = 0;
+    double curvature_most_per_m = 0;
+  };
+  [[nodiscard]] Strains strains(const Field& position) const;
+
+  /// Upper bound of the highest natural frequency squared (1/s^2) for strains as given.
+  [[nodiscard]] double stiffness_bound_per_s2(const Strains& strains) const;
+
+ private:
+  struct Line {  ///< springs or triples along one direction
+    int stride = 0;
+    double spacing = 0;
+    std::vector<double> width;         ///< of spring i -> i + stride; 0 where there is none
+    std::vector<double> triple_width;  ///< of the triple centred at i; 0 where there is none
+  };
+  void add_stretch(const Line& line, const ForceCurve& law, const Field& x, const Field* v,
+                   Field& f);
+  void add_bending(const Line& line, const ForceCurve& law, const Field& x, Field& f);
+  void add_shear(const Field& x, Field& f);
+  void add_twist(const Field& x, Field& f);
+  [[nodiscard]] double shear_sine(const Field& x, int cell) const;
+
+  GridSpec grid_;
+  ClothLaws laws_;
+  Line lines_[2];
+  std::vector<double> cell_;  ///< 1 for a cell with lower corner i, 0 where there is none
+  std::vector<double> mass_, area_;
+  double heaviest_ratio_ = 1;  ///< largest area mass over given mass
+  Field scratch_a_, scratch_b_;
+};
+
+}  // namespace drape::sim

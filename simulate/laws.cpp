@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulate/simulate.hpp"
+
+namespace drape {
+namespace {
+
+// Where a single line is fitted (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the
+// tensile slope near the origin is taken over the first half percent of strain.
+constexpr double kShearRange = 5 * units::deg;
+constexpr double kBendingRange = 1.5 * units::per_cm;
+constexpr double kTensileRange = 0.5 * units::percent;
+
+// Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
+constexpr double kUsualTwistRatio = 0.86;
+
+sim::FittedCurve fitted(const sim::SampledCurve& merged, int segments, double line_range) {
+  return segments == 1 ? sim::fit_line(merged, line_range) : sim::fit_segments(merged, segments);
+}
+
+CurveReport report_of(const std::string& name, const std::string& unit,
+                      const sim::FittedCurve& fit, double half_hysteresis) {
+  return {name,
+          unit,
+          1 + static_cast<int>(fit.curve.hinges.size()),
+          fit.curve.slope,
+          fit.range,
+          fit.rms_error,
+          fit.largest_error,
+          half_hysteresis};
+}
+
+sim::ForceCurve law_of(const KawabataCurve& curve, const sim::SampledCurve& merged,
+                       const std::string& name, const std::string& unit, int segments,
+                       double line_range, SimulateReport& report) {
+  const sim::FittedCurve fit = fitted(merged, segments, line_range);
+  double slope = fit.curve.slope;
+  bool rising = slope > 0;
+  for (const auto& hinge : fit.curve.hinges) rising = rising && (slope += hinge.change) > 0;
+  if (!rising) {
+    throw bad_input(fmt::format("the {} curve does not rise everywhere", name),
+                    {.file = curve.file.string()},
+                    "a cloth that gets weaker under load has no stable rest; check the points");
+  }
+  report.curves.push_back(report_of(name, unit, fit, sim::half_hysteresis(curve)));
+  return fit.curve;
+}
+
+/// Mean of the warp and weft shear curves on the points of both.
+sim::SampledCurve mean_of(const sim::SampledCurve& a, const sim::SampledCurve& b) {
+  sim::SampledCurve mean;
+  const double reach = std::min(a.x.back(), b.x.back());
+  for (const double x : a.x) {
+    if (x > reach) break;
+    mean.x.push_back(x);
+    mean.f.push_back(0.5 * (a.at(x) + b.at(x)));
+  }
+  return mean;
+}
+
+}  // namespace
+
+sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) {
+  static const char* const kDirections[2] = {"warp", "weft"};
+  sim::ClothLaws laws;
+  laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
+  for (int d = 0; d < 2; ++d) {
+    laws.tensile[d] =
+        law_of(fabric.tensile[d], sim::merged_tensile(fabric.tensile[d]),
+               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments, kTensileRange, report);
+    laws.bending[d] = law_of(fabric.bending[d], sim::merged_loop(fabric.bending[d]),
+                             fmt::format("bending {}", kDirections[d]), "gf cm/cm", segments,
+                             kBendingRange, report);
+  }
+  const sim::SampledCurve shear =
+      mean_of(sim::merged_loop(fabric.shear[0]), sim::merged_loop(fabric.shear[1]));
+  laws.shear = law_of(fabric.shear[0], shear, "shear (mean of warp and weft)", "gf/cm", segments,
+                      kShearRange, report);
+  const double warp = laws.bending[0].slope;
+  const double weft = laws.bending[1].slope;
+  laws.twist_n_m = fabric.bias_bending_n_m ? 4 * *fabric.bias_bending_n_m - warp - weft
+                                           : kUsualTwistRatio * 2 * std::sqrt(warp * weft);
+  if (!fabric.bias_bending_n_m) {
+    report.warnings.push_back(
+        fmt::format("no bias bending stiffness in the fabric: the twist stiffness is {:.2f} times "
+                    "2 sqrt(B_warp B_weft), the median of 618 fabrics",
+                    kUsualTwistRatio));
+  } else if (laws.twist_n_m < 0) {
+    laws.twist_n_m = 0;
+    report.warnings.emplace_back(
+        "4 B_bias - B_warp - B_weft is negative; the twist stiffness is set to 0");
+  }
+  report.twist_n_m = laws.twist_n_m;
+  return laws;
+}
+
+}  // namespace drape

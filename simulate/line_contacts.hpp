@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "simulate/cloth.hpp"
+#include "simulate/surroundings.hpp"
+
+namespace drape::sim {
+
+/// Contact of the cloth between its particles: each grid line piece and each cell touches an
+/// object at its deepest point, so that an edge of a box cannot cut through a coarse grid. The
+/// force is elastic with a stiffness at which the weight of one particle sinks in by `sink_m`,
+/// far below the springs' stiffness; friction is an elastic-plastic tangential spring.
+class LineContacts {
+ public:
+  static constexpr double sink_m = 1e-6;
+
+  LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
+               double gravity_m_per_s2);
+
+  /// Finds the deepest points anew.
+  void refresh(const Field& position);
+  /// Adds forces (N). `velocity` absent: the static force, without contact damping.
+  void add_forces(const Field& position, const Field* velocity, Field& force) const;
+  /// Moves the friction springs by a step of the motion.
+  void advance(const Field& position, const Field& velocity, double step_s);
+
+  [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
+  [[nodiscard]] double energy_j(const Field& position) const;
+  [[nodiscard]] double frequency_squared_per_s2() const { return gravity_ / sink_m; }
+
+ private:
+  struct Point {
+    int element = 0;  ///< of friction_spring_
+    int shape = 0;
+    std::array<int, 4> particle{};
+    std::array<double, 4> weight{};
+  };
+  struct Push {
+    double gap = 0;
+    double normal_n = 0;
+    Eigen::Vector3d normal;
+  };
+  [[nodiscard]] Push push(const Point& point, const Field& position, const Field* velocity) const;
+  void try_line(const Field& position, int element, int a, int b);
+  void try_cell(const Field& position, int element, int corner);
+
+  const Cloth* cloth_;
+  const Surroundings* surroundings_;
+  double friction_, gravity_, stiffness_, damping_, reach_m_;
+  std::vector<Point> points_;
+  std::vector<Eigen::Vector3d> friction_spring_;  ///< elastic tangential displacement (m)
+  std::vector<char> touched_;
+};
+
+}  // namespace drape::sim

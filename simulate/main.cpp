@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/program.hpp"
+#include "core/progress.hpp"
+#include "core/run_record.hpp"
+#include "core/units.hpp"
+#include "simulate/simulate.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using drape::units::mm;
+
+struct Arguments {
+  fs::path scene, out;
+  std::optional<fs::path> fabric, start;
+  int grid = 21;
+  std::string mass = "area";
+  bool particles_only = false;
+  drape::SimulateOptions options;
+};
+
+drape::Ending ending_of(const drape::SimulateResult& result, const fs::path& out) {
+  const drape::SimulateReport& report = result.report;
+  drape::Ending ending;
+  ending.go = report.status == drape::RestStatus::at_rest;
+  ending.verdict = fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)",
+                               result.sheet.rows, result.sheet.cols, report.sentence, report.time_s,
+                               report.steps);
+  ending.numbers = {
+      {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
+      {"strain warp, weft", fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %",
+                                        1e2 * report.strains.warp_least,
+                                        1e2 * report.strains.warp_most,
+                                        1e2 * report.strains.weft_least,
+                                        1e2 * report.strains.weft_most)},
+      {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
+      {"particles touching", fmt::format("{}", report.contacts)}};
+  ending.rejected = report.warnings;
+  ending.next_command = fmt::format(
+      "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report report.html",
+      (out / "sheet.ply").string());
+  return ending;
+}
+
+int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+  drape::RunRecord record("drape-simulate", std::move(words));
+  const drape::Scene scene = drape::read_scene(args.scene);
+  const drape::Fabric fabric = drape::read_fabric(args.fabric.value_or(scene.fabric_file));
+  const drape::Print print = drape::read_print(scene.print_file);
+  std::optional<drape::Sheet> measured;
+  if (args.start) measured = drape::read_sheet(*args.start);
+  record.input(args.scene);
+  for (const fs::path& file : fabric.files()) record.input(file);
+  record.input(scene.print_file);
+  args.options.rows = args.options.cols = args.grid;
+  args.options.mass = args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
+  args.options.contact_between_particles = !args.particles_only;
+  drape::Progress progress("simulate", common.quiet);
+  args.options.progress = [&](double fraction, double residual) {
+    progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));
+  };
+  drape::SimulateResult result = drape::simulate(scene, fabric, print, measured, args.options);
+  if (args.start) {
+    const fs::path json = fs::path(*args.start).replace_extension(".json");
+    record.input(json);
+    std::get<drape::SimulatedSource>(result.sheet.source).start_sha256 =
+        drape::sha256_of_file(json);
+  }
+  drape::write_sheet(args.out / "sheet.ply", result.sheet);
+  drape::write_durable(args.out / "history.csv", drape::history_csv(result.history));
+  drape::write_certificate(args.out / "certificate.json", result, args.options);
+  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
+    record.output(args.out / name);
+  }
+  const drape::Ending ending = ending_of(result, args.out);
+  record.write(drape::run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
+  return finish(ending, common);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Drapes a fabric over the objects of a scene until it is at rest.", "drape-simulate");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  Arguments args;
+  app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start")->required();
+  app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
+  app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
+  app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
+      ->capture_default_str();
+  app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
+  app.add_option("--out", args.out, "folder for sheet, history.csv, certificate.json")->required();
+  app.add_option("--model", args.options.model, "consistent")->capture_default_str();
+  app.add_option("--solver", args.options.solver, "rk4")->capture_default_str();
+  app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
+      ->check(CLI::IsMember({"area", "paper"}))->capture_default_str();
+  app.add_option("--tolerance", args.options.residual_tolerance,
+                 "rest: largest residual force over a particle's weight")->capture_default_str();
+  app.add_option("--max-steps", args.options.max_steps, "step limit")->capture_default_str();
+  app.add_option("--damping-per-s", args.options.damping_per_s, "beta/m")->capture_default_str();
+  app.add_option("--natural-time-s", args.options.natural_time_s,
+                 "motion before kinetic damping sets in")->capture_default_str();
+  app.add_flag("!--no-kinetic-damping", args.options.kinetic_damping, "damping forces only");
+  app.add_flag("--particles-only", args.particles_only, "no contact between the particles");
+  return drape::run_program(app, argc, argv, common,
+                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+}

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/motion.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRk4ImaginaryLimit = 2.828;
+constexpr double kImpactDepth = 10e-6;   // m; shallower hits land without going back in time
+constexpr double kLandingGap = 1e-6;     // m
+constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
+constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
+constexpr int kRefreshSteps = 8;         // between searches for contacts between particles
+// A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
+constexpr double kLineContactShare = 12;
+
+Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+void put(Field& x, int i, const Vector3d& value) {
+  const std::size_t n = x.size() / 3;
+  x[i] = value.x();
+  x[n + i] = value.y();
+  x[2 * n + i] = value.z();
+}
+
+void axpy(const Field& x, double step, const Field& direction, Field& result) {
+  const double* __restrict from = x.data();
+  const double* __restrict along = direction.data();
+  double* __restrict to = result.data();
+  const std::size_t size = x.size();
+  for (std::size_t i = 0; i < size; ++i) to[i] = from[i] + step * along[i];
+}
+
+void accumulate(double weight, const Field& value, Field& sum) {
+  const double* __restrict from = value.data();
+  double* __restrict to = sum.data();
+  const std::size_t size = value.size();
+  for (std::size_t i = 0; i < size; ++i) to[i] += weight * from[i];
+}
+
+}  // namespace
+
+Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptions& options)
+    : cloth_(cloth),
+      surroundings_(surroundings),
+      options_(options),
+      line_contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm()) {
+  const std::size_t size = 3 * static_cast<std::size_t>(cloth.count());
+  for (Field* field : {&position, &velocity, &start_x_, &start_v_, &stage_x_, &stage_v_, &sum_x_,
+                       &sum_v_, &a_, &a1_}) {
+    field->assign(size, 0.0);
+  }
+  for (const double mass : cloth.mass_kg()) inverse_mass_.push_back(1 / mass);
+  touch_of_.assign(cloth.count(), -1);
+  touching_.reserve(cloth.count());
+}
+
+void Motion::hold(const std::vector<Hold>& holds) {
+  holds_ = holds;
+  const auto count = static_cast<Eigen::Index>(holds.size());
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index j = 0; j < count; ++j) {
+      for (int k = 0; k < 4; ++k) {
+        for (int l = 0; l < 4; ++l) {
+          if (holds[i].particle[k] != holds[j].particle[l]) continue;
+          gram(i, j) +=
+              holds[i].weight[k] * holds[j].weight[l] * inverse_mass_[holds[i].particle[k]];
+        }
+      }
+    }
+  }
+  hold_response_ = gram.completeOrthogonalDecomposition().pseudoInverse();
+  hold_rate_ = Eigen::Matrix3Xd::Zero(3, count);
+  hold_value_.resize(count);
+  hold_answer_.resize(count);
+}
+
+void Motion::move_holds(const Eigen::Matrix3Xd& rate_m_per_s) {
+  hold_rate_ = rate_m_per_s;
+  project_holds(velocity, true);
+}
+
+Vector3d Motion::held_point(std::size_t hold) const {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) sum += holds_[hold].weight[k] * at(position, holds_[hold].particle[k]);
+  return sum;
+}
+
+void Motion::project_holds(Field& field, bool to_rate) {
+  if (holds_.empty()) return;
+  const std::size_t n = field.size() / 3;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t h = 0; h < holds_.size(); ++h) {
+      double value = to_rate ? -hold_rate_(axis, static_cast<Eigen::Index>(h)) : 0.0;
+      for (int k = 0; k < 4; ++k) {
+        value += holds_[h].weight[k] * field[axis * n + holds_[h].particle[k]];
+      }
+      hold_value_[static_cast<Eigen::Index>(h)] = value;
+    }
+    hold_answer_.noalias() = hold_response_ * hold_value_;
+    for (std::size_t h = 0; h < holds_.size(); ++h) {
+      for (int k = 0; k < 4; ++k) {
+        const int i = holds_[h].particle[k];
+        field[axis * n + i] -=
+            inverse_mass_[i] * holds_[h].weight[k] * hold_answer_[static_cast<Eigen::Index>(h)];
+      }
+    }
+  }
+}
+
+int Motion::push_out() {
+  int moved = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    bool inside = false;
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      const Vector3d p = at(position, i);
+      const double gap = surroundings_.gap_m(shape, p);
+      if (gap >= 0) continue;
+      put(position, i, p - gap * surroundings_.normal(shape, p));
+      inside = true;
+    }
+    moved += inside;
+  }
+  return moved;
+}
+
+void Motion::accelerate(const Field& x, const Field& v, Field& a) {
+  std::fill(a.begin(), a.end(), 0.0);
+  cloth_.add_forces(x, &v, a);
+  if (options_.contact_between_particles) line_contacts_.add_forces(x, &v, a);
+  const int n = cloth_.count();
+  const double* __restrict u = v.data();
+  const double* __restrict area = cloth_.area_m2().data();
+  const double* __restrict inverse = inverse_mass_.data();
+  double* __restrict result = a.data();
+  const Vector3d& g = options_.gravity_m_per_s2;
+  const double beta = options_.damping_per_s;
+  const double air = options_.air_drag_kg_per_m3;
+  for (int i = 0; i < n; ++i) {
+    const double speed = std::sqrt(u[i] * u[i] + u[n + i] * u[n + i] + u[2 * n + i] * u[2 * n + i]);
+    const double drag = beta + air * area[i] * inverse[i] * speed;
+    result[i] = result[i] * inverse[i] + g.x() - drag * u[i];
+    result[n + i] = result[n + i] * inverse[i] + g.y() - drag * u[n + i];
+    result[2 * n + i] = result[2 * n + i] * inverse[i] + g.z() - drag * u[2 * n + i];
+  }
+}
+
+void Motion::settle_touches(const Field& a) {
+  for (std::size_t k = 0; k < touching_.size();) {
+    Touch& touch = touching_[k];
+    const Vector3d pull = at(a, touch.particle);
+    const double outward = pull.dot(touch.normal);
+    if (outward > 0) {
+      touch_of_[touch.particle] = -1;
+      touching_[k] = touching_.back();
+      touching_.pop_back();
+      if (k < touching_.size()) touch_of_[touching_[k].particle] = static_cast<int>(k);
+      continue;
+    }
+    if (touch.stuck) {
+      const Vector3d along = pull - outward * touch.normal;
+      const double size = along.norm();
+      if (size > -options_.friction * outward) {
+        touch.stuck = false;
+        touch.slide = along / size;
+      }
+    }
+    ++k;
+  }
+}
+
+void Motion::constrain(Field& a) const {
+  for (const Touch& touch : touching_) {
+    Vector3d pull = at(a, touch.particle);
+    const double outward = pull.dot(touch.normal);
+    if (touch.stuck) {
+      pull.setZero();
+    } else if (outward < 0) {
+      pull += -outward * touch.normal + options_.friction * outward * touch.slide;
+    }
+    put(a, touch.particle, pull);
+  }
+}
+
+void Motion::runge_kutta(double dt) {
+  // a1_ holds the constrained acceleration at the start.
+  sum_x_ = start_v_;
+  sum_v_ = a1_;
+  axpy(start_x_, 0.5 * dt, start_v_, stage_x_);
+  axpy(start_v_, 0.5 * dt, a1_, stage_v_);
+  for (int stage = 2; stage <= 4; ++stage) {
+    accelerate(stage_x_, stage_v_, a_);
+    constrain(a_);
+    project_holds(a_);
+    const double weight = stage == 4 ? 1.0 : 2.0;
+    accumulate(weight, stage_v_, sum_x_);
+    accumulate(weight, a_, sum_v_);
+    if (stage == 4) break;
+    const double reach = stage == 2 ? 0.5 * dt : dt;
+    axpy(start_x_, reach, stage_v_, stage_x_);
+    axpy(start_v_, reach, a_, stage_v_);
+  }
+  axpy(start_x_, dt / 6, sum_x_, position);
+  axpy(start_v_, dt / 6, sum_v_, velocity);
+}
+
+double Motion::first_impact(double& share) {
+  double deepest = 0;
+  share = 1;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    if (touch_of_[i] >= 0) continue;
+    const Vector3d p = at(position, i);
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      const double gap = surroundings_.gap_m(shape, p);
+      if (gap >= 0) continue;
+      deepest = std::max(deepest, -gap);
+      const double before = std::max(0.0, surroundings_.gap_m(shape, at(start_x_, i)));
+      share = std::min(share, before / (before - gap));
+    }
+  }
+  share = std::max(share, kShortestShare);
+  return deepest;
+}
+
+void Motion::land(double tolerance_m) {
+  for (int i = 0; i < cloth_.count(); ++i) {
+    if (touch_of_[i] >= 0) continue;
+    const Vector3d p = at(position, i);
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      const double gap = surroundings_.gap_m(shape, p);
+      if (gap > tolerance_m) continue;
+      const Vector3d normal = surroundings_.normal(shape, p);
+      Vector3d v = at(velocity, i);
+      if (gap >= 0 && v.dot(normal) >= 0) continue;
+      put(position, i, p - gap * normal);
+      v -= std::min(0.0, v.dot(normal)) * normal;
+      const double speed = v.norm();
+      Touch touch{i, shape, speed == 0, normal, Vector3d::Zero()};
+      if (speed > 0) touch.slide = v / speed;
+      put(velocity, i, v);
+      touch_of_[i] = static_cast<int>(touching_.size());
+      touching_.push_back(touch);
+      break;
+    }
+  }
+}
+
+void Motion::follow_surfaces() {
+  for (std::size_t k = 0; k < touching_.size();) {
+    Touch& touch = touching_[k];
+    Vector3d p = at(position, touch.particle);
+    Vector3d v = at(velocity, touch.particle);
+    const double gap = surroundings_.gap_m(touch.shape, p);
+    touch.normal = surroundings_.normal(touch.shape, p);
+    if (gap > kLiftGap && v.dot(touch.normal) > 0) {
+      touch_of_[touch.particle] = -1;
+      touching_[k] = touching_.back();
+      touching_.pop_back();
+      if (k < touching_.size()) touch_of_[touching_[k].particle] = static_cast<int>(k);
+      continue;
+    }
+    p -= gap * touch.normal;
+    v -= v.dot(touch.normal) * touch.normal;
+    for (int shape = 0; shape < surroundings_.count(); ++shape) {
+      if (shape == touch.shape) continue;
+      const double other = surroundings_.gap_m(shape, p);
+      if (other >= 0) continue;
+      touch.shape = shape;
+      touch.normal = surroundings_.normal(shape, p);
+      p -= other * touch.normal;
+      v -= v.dot(touch.normal) * touch.normal;
+      break;
+    }
+    const double speed = v.norm();
+    // Friction has stopped the particle when its velocity has turned round within the step.
+    touch.stuck = touch.stuck || speed == 0 ||
+                  (options_.friction > 0 && v.dot(touch.slide) <= 0);
+    if (touch.stuck) v.setZero();
+    touch.slide = touch.stuck ? Vector3d(Vector3d::Zero()) : Vector3d(v / speed);
+    put(position, touch.particle, p);
+    put(velocity, touch.particle, v);
+    ++k;
+  }
+}
+
+void Motion::book_losses(double step_s) {
+  const std::size_t n = inverse_mass_.size();
+  double power = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double v2 = velocity[i] * velocity[i] + velocity[n + i] * velocity[n + i] +
+                      velocity[2 * n + i] * velocity[2 * n + i];
+    power += (options_.damping_per_s / inverse_mass_[i] +
+              options_.air_drag_kg_per_m3 * cloth_.area_m2()[i] * std::sqrt(v2)) *
+             v2;
+  }
+  viscous_loss_j_ += power * step_s;
+}
+
+double Motion::step(double step_s) {
+  if (options_.contact_between_particles && steps_ % kRefreshSteps == 0) {
+    line_contacts_.refresh(position);
+  }
+  ++steps_;
+  start_x_ = position;
+  start_v_ = velocity;
+  accelerate(start_x_, start_v_, a1_);
+  settle_touches(a1_);
+  constrain(a1_);
+  project_holds(a1_);
+  runge_kutta(step_s);
+  double share = 1;
+  const double deepest = first_impact(share);
+  if (deepest > kImpactDepth && share < 1) {
+    ++backtracked_;
+    step_s *= share;
+    runge_kutta(step_s);
+  }
+  follow_surfaces();
+  land(kLandingGap);
+  project_holds(velocity, true);
+  if (options_.contact_between_particles) line_contacts_.advance(position, velocity, step_s);
+  book_losses(step_s);
+  return step_s;
+}
+
+void Motion::stop() {
+  stopped_j_ += kinetic_energy_j();
+  std::fill(velocity.begin(), velocity.end(), 0.0);
+  for (Touch& touch : touching_) {
+    touch.stuck = true;
+    touch.slide.setZero();
+  }
+}
+
+double Motion::stable_step_s(double share) const {
+  double bound = cloth_.stiffness_bound_per_s2(cloth_.strains(position));
+  if (options_.contact_between_particles) {
+    bound += kLineContactShare * line_contacts_.frequency_squared_per_s2();
+  }
+  return share * kRk4ImaginaryLimit / std::sqrt(bound);
+}
+
+double Motion::kinetic_energy_j() const {
+  const std::size_t n = inverse_mass_.size();
+  const std::vector<double>& mass = cloth_.mass_kg();
+  double twice = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    twice += mass[i] * (velocity[i] * velocity[i] + velocity[n + i] * velocity[n + i] +
+                        velocity[2 * n + i] * velocity[2 * n + i]);
+  }
+  return 0.5 * twice;
+}
+
+double Motion::gravity_energy_j() const {
+  double sum = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    sum -= cloth_.mass_kg()[i] * at(position, i).dot(options_.gravity_m_per_s2);
+  }
+  return sum;
+}
+
+double Motion::residual() {
+  std::fill(a_.begin(), a_.end(), 0.0);
+  cloth_.add_forces(position, nullptr, a_);
+  if (options_.contact_between_particles) line_contacts_.add_forces(position, nullptr, a_);
+  const int n = cloth_.count();
+  for (int i = 0; i < n; ++i) {
+    Vector3d pull = at(a_, i) * inverse_mass_[i] + options_.gravity_m_per_s2;
+    if (touch_of_[i] >= 0) {
+      const Vector3d& normal = touching_[touch_of_[i]].normal;
+      const double outward = pull.dot(normal);
+      if (outward < 0) {
+        pull -= outward * normal;
+        const double size = pull.norm();
+        const double held = -options_.friction * outward;
+        pull *= size <= held ? 0.0 : 1 - held / size;
+      }
+    }
+    put(a_, i, pull);
+  }
+  project_holds(a_);
+  double largest = 0;
+  double sum = 0;
+  for (int i = 0; i < n; ++i) {
+    const double force = at(a_, i).norm() * cloth_.mass_kg()[i];
+    largest = std::max(largest, force);
+    sum += force * force;
+  }
+  const double weight = cloth_.total_mass_kg() * options_.gravity_m_per_s2.norm() / n;
+  residual_rms_ = std::sqrt(sum / n) / weight;
+  return largest / weight;
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "simulate/cloth.hpp"
+#include "simulate/line_contacts.hpp"
+#include "simulate/surroundings.hpp"
+
+namespace drape::sim {
+
+/// A material point held in space: a particle, or a point inside a cell by bilinear weights.
+struct Hold {
+  std::array<int, 4> particle{};
+  std::array<double, 4> weight{};
+};
+
+struct MotionOptions {
+  Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
+  double damping_per_s = 0;     ///< beta / m of F = -beta v (paper section 4.2)
+  double air_drag_kg_per_m3 = 0;  ///< c of F = -c area |v| v, half the air density times drag factor
+  double friction = 0;          ///< Coulomb coefficient with the objects and the table
+  bool contact_between_particles = true;
+};
+
+/// The particle system in motion: classical Runge-Kutta of order four (paper Fig. 5) with holds
+/// and contacts. A particle that would enter an object stops the step at the first time of
+/// impact; there its normal velocity is zeroed (inelastic) and from then on the pressing part of
+/// its force, until the force pulls (paper section 4.3). Coulomb friction sticks or slides.
+class Motion {
+ public:
+  Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptions& options);
+
+  Field position;  ///< blocks x, y, z (m)
+  Field velocity;  ///< m/s
+
+  /// Holds material points where they are; their velocity is that of `velocity`.
+  void hold(const std::vector<Hold>& holds);
+  /// Moves the held points with the given velocities (m/s, one column each) until told otherwise.
+  void move_holds(const Eigen::Matrix3Xd& rate_m_per_s);
+  [[nodiscard]] bool holds_move() const { return !hold_rate_.isZero(0); }
+  [[nodiscard]] Eigen::Vector3d held_point(std::size_t hold) const;
+  /// Moves particles that start inside an object to its surface; returns how many.
+  int push_out();
+
+  /// One step of at most `step_s`; shorter when a particle hits an object. Returns its length.
+  double step(double step_s);
+  /// Largest stable step for the current shape, with the given share of the RK4 limit 2.828/omega.
+  [[nodiscard]] double stable_step_s(double share) const;
+  /// Zeroes all velocities.
+  void stop();
+
+  [[nodiscard]] double kinetic_energy_j() const;
+  [[nodiscard]] double gravity_energy_j() const;  ///< against the world origin
+  /// Largest net static force on a particle, with contact and friction reactions and holds,
+  /// damping off, relative to the mean weight of a particle.
+  [[nodiscard]] double residual();
+  [[nodiscard]] double residual_rms() const { return residual_rms_; }  ///< of the last residual()
+
+  [[nodiscard]] int contacts() const { return static_cast<int>(touching_.size()); }
+  [[nodiscard]] int backtracked_steps() const { return backtracked_; }
+  [[nodiscard]] double viscous_loss_j() const { return viscous_loss_j_; }
+  [[nodiscard]] double stopped_j() const { return stopped_j_; }  ///< taken out by stop()
+  [[nodiscard]] const LineContacts& line_contacts() const { return line_contacts_; }
+
+ private:
+  struct Touch {
+    int particle = 0;
+    int shape = 0;
+    bool stuck = false;
+    Eigen::Vector3d normal;
+    Eigen::Vector3d slide;  ///< unit direction of sliding; zero when it has none
+  };
+
+  void accelerate(const Field& x, const Field& v, Field& a);
+  void settle_touches(const Field& a);
+  void constrain(Field& a) const;
+  void project_holds(Field& field, bool to_rate = false);
+  void runge_kutta(double step_s);
+  [[nodiscard]] double first_impact(double& share);
+  void land(double tolerance_m);
+  void follow_surfaces();
+  void book_losses(double step_s);
+
+  Cloth& cloth_;
+  const Surroundings& surroundings_;
+  MotionOptions options_;
+  LineContacts line_contacts_;
+  std::vector<double> inverse_mass_;
+  std::vector<Touch> touching_;
+  std::vector<int> touch_of_;  ///< index into touching_, -1 for a free particle
+  std::vector<Hold> holds_;
+  Eigen::MatrixXd hold_response_;
+  Eigen::Matrix3Xd hold_rate_;
+  Eigen::VectorXd hold_value_, hold_answer_;
+  Field start_x_, start_v_, stage_x_, stage_v_, sum_x_, sum_v_, a_, a1_;
+  int backtracked_ = 0;
+  long steps_ = 0;
+  double viscous_loss_j_ = 0, stopped_j_ = 0, residual_rms_ = 0;
+};
+
+}  // namespace drape::sim

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/simulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "simulate/motion.hpp"
+#include "simulate/start.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr int kStepUpdate = 32;         // steps between two looks at the stability limit
+constexpr int kRestCheck = 64;          // steps between two looks at the residual
+constexpr double kQuietHeight = 10e-6;  // m; rest is judged below weight * this kinetic energy
+constexpr double kPinTravelTime = 0.3;  // s; pins move from the start to their places
+constexpr double kPinPlaced = 1e-9;     // m
+constexpr int kProgressSteps = 512;
+
+Vector3d at(const sim::Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+/// One run: the motion and what is known about it so far.
+class Run {
+ public:
+  Run(sim::Cloth& cloth, const sim::Surroundings& surroundings, const Scene& scene,
+      const SimulateOptions& options)
+      : cloth_(cloth),
+        surroundings_(surroundings),
+        options_(options),
+        motion_(cloth, surroundings,
+                {scene.gravity_m_per_s2, options.damping_per_s, options.air_drag_kg_per_m3,
+                 scene.friction, options.contact_between_particles}),
+        weight_n_(cloth.total_mass_kg() * scene.gravity_m_per_s2.norm()) {}
+
+  void start(const sim::StartState& state, bool relaxed, SimulateReport& report);
+  void go(SimulateResult& result);
+
+  [[nodiscard]] const sim::Field& position() const { return motion_.position; }
+
+ private:
+  [[nodiscard]] bool quiet() const {
+    return motion_.kinetic_energy_j() < weight_n_ * kQuietHeight && time_s_ >= pins_placed_s_;
+  }
+  void damp_kinetically(SimulateReport& report);
+  void place_pins();
+  void note(SimulateResult& result);
+  void certify(SimulateReport& report);
+  void measure_gaps(SimulateReport& report) const;
+  [[nodiscard]] double total_energy_j() const;
+
+  sim::Cloth& cloth_;
+  const sim::Surroundings& surroundings_;
+  const SimulateOptions& options_;
+  sim::Motion motion_;
+  std::vector<sim::Hold> holds_;
+  std::vector<Vector3d> hold_in_world_;
+  double weight_n_;
+  double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, last_kinetic_j_ = 0;
+  double next_note_s_ = 0;
+  bool rising_ = false;
+};
+
+void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& report) {
+  motion_.position = state.position;
+  holds_ = state.holds;
+  hold_in_world_ = state.hold_in_world;
+  motion_.hold(holds_);
+  Eigen::Matrix3Xd rate(3, static_cast<Eigen::Index>(holds_.size()));
+  double farthest = 0;
+  for (std::size_t h = 0; h < holds_.size(); ++h) {
+    const Vector3d way = hold_in_world_[h] - motion_.held_point(h);
+    rate.col(static_cast<Eigen::Index>(h)) = way / kPinTravelTime;
+    farthest = std::max(farthest, way.norm());
+  }
+  if (farthest > kPinPlaced) {
+    motion_.move_holds(rate);
+    pins_placed_s_ = kPinTravelTime;
+  }
+  if (farthest > 1 * mm) {
+    report.warnings.push_back(fmt::format(
+        "a pin starts {:.1f} mm from its place and is moved there in the first {:.1f} s",
+        farthest / mm, kPinTravelTime));
+  }
+  const int moved = motion_.push_out();
+  if (moved > 0) {
+    report.warnings.push_back(
+        fmt::format("{} particles started inside an object and were set on its surface", moved));
+  }
+  damped_from_s_ = std::max(pins_placed_s_, relaxed ? 0.0 : options_.natural_time_s);
+  report.energy_start_j = total_energy_j();
+}
+
+double Run::total_energy_j() const {
+  return motion_.kinetic_energy_j() + motion_.gravity_energy_j() +
+         cloth_.energies(motion_.position).sum_j() +
+         motion_.line_contacts().energy_j(motion_.position);
+}
+
+void Run::place_pins() {
+  if (pins_placed_s_ == 0 || time_s_ < pins_placed_s_ || !motion_.holds_move()) return;
+  motion_.move_holds(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(holds_.size())));
+}
+
+/// Barnes 1999: at a peak of kinetic energy the cloth passes near an equilibrium; starting anew
+/// from there leaves the equilibria unchanged and gets there sooner.
+void Run::damp_kinetically(SimulateReport& report) {
+  const double kinetic = motion_.kinetic_energy_j();
+  const bool falling = kinetic < last_kinetic_j_;
+  if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
+    motion_.stop();
+    ++report.kinetic_stops;
+    last_kinetic_j_ = 0;
+    rising_ = false;
+    return;
+  }
+  rising_ = !falling;
+  last_kinetic_j_ = kinetic;
+}
+
+void Run::note(SimulateResult& result) {
+  const sim::InternalEnergies inner = cloth_.energies(motion_.position);
+  result.history.push_back({time_s_, motion_.kinetic_energy_j(), motion_.gravity_energy_j(),
+                            inner.stretch_j, inner.shear_j, inner.bending_j, inner.twist_j,
+                            motion_.line_contacts().energy_j(motion_.position), motion_.residual(),
+                            motion_.contacts()});
+}
+
+void Run::go(SimulateResult& result) {
+  SimulateReport& report = result.report;
+  double step_s = motion_.stable_step_s(options_.step_share);
+  report.step_least_s = report.step_most_s = step_s;
+  report.sentence.clear();
+  while (report.steps < options_.max_steps) {
+    if (report.steps % kStepUpdate == 0) {
+      step_s = motion_.stable_step_s(options_.step_share);
+      if (!std::isfinite(step_s)) break;
+      report.step_least_s = std::min(report.step_least_s, step_s);
+      report.step_most_s = std::max(report.step_most_s, step_s);
+    }
+    if (time_s_ >= next_note_s_) {
+      note(result);
+      next_note_s_ += options_.history_interval_s;
+    }
+    if (report.steps % kRestCheck == 0 && report.steps > 0 && quiet() &&
+        motion_.residual() < options_.residual_tolerance) {
+      report.status = RestStatus::at_rest;
+      break;
+    }
+    if (options_.progress && report.steps % kProgressSteps == 0) {
+      options_.progress(static_cast<double>(report.steps) / static_cast<double>(options_.max_steps),
+                        motion_.residual());
+    }
+    time_s_ += motion_.step(step_s);
+    ++report.steps;
+    place_pins();
+    damp_kinetically(report);
+  }
+  note(result);
+  certify(report);
+}
+
+void Run::certify(SimulateReport& report) {
+  report.time_s = time_s_;
+  report.backtracked_steps = motion_.backtracked_steps();
+  report.residual = motion_.residual();
+  report.residual_rms = motion_.residual_rms();
+  report.residual_tolerance = options_.residual_tolerance;
+  report.kinetic_j = motion_.kinetic_energy_j();
+  report.strains = cloth_.strains(motion_.position);
+  report.contacts = motion_.contacts();
+  report.contacts_between = motion_.line_contacts().count();
+  report.energy_end_j = total_energy_j();
+  report.lost_viscous_j = motion_.viscous_loss_j();
+  report.lost_kinetic_stops_j = motion_.stopped_j();
+  for (std::size_t h = 0; h < holds_.size(); ++h) {
+    report.hold_error_m =
+        std::max(report.hold_error_m, (motion_.held_point(h) - hold_in_world_[h]).norm());
+  }
+  if (!std::isfinite(report.residual + report.kinetic_j)) {
+    report.status = RestStatus::diverged;
+    report.sentence = fmt::format("diverged after {} steps", report.steps);
+    return;
+  }
+  measure_gaps(report);
+  report.sentence =
+      report.status == RestStatus::at_rest
+          ? "at rest"
+          : fmt::format("not at rest after {} steps: residual {:.2g} of a particle's weight",
+                        report.steps, report.residual);
+}
+
+void Run::measure_gaps(SimulateReport& report) const {
+  const sim::GridSpec& grid = cloth_.grid();
+  constexpr int kSamples = 8;  // per cell side
+  report.least_gap_table_m = 1e9;
+  for (int shape = 0; shape < surroundings_.count(); ++shape) {
+    double least = 1e9;
+    for (int i = 0; i < grid.count(); ++i) {
+      least = std::min(least, surroundings_.gap_m(shape, at(motion_.position, i)));
+    }
+    if (surroundings_.is_table(shape)) {
+      report.least_gap_table_m = std::min(report.least_gap_table_m, least);
+    } else {
+      report.least_gap_object_m = std::min(report.least_gap_object_m.value_or(1e9), least);
+    }
+    for (int cell = 0; cell < grid.count(); ++cell) {
+      if (cell / grid.cols + 1 == grid.rows || cell % grid.cols + 1 == grid.cols) continue;
+      const Vector3d a = at(motion_.position, cell), b = at(motion_.position, cell + 1);
+      const Vector3d c = at(motion_.position, cell + grid.cols);
+      const Vector3d d = at(motion_.position, cell + grid.cols + 1);
+      for (int k = 0; k <= kSamples * (kSamples + 2); ++k) {
+        const double u = static_cast<double>(k / (kSamples + 1)) / kSamples;
+        const double v = static_cast<double>(k % (kSamples + 1)) / kSamples;
+        const Vector3d p = (1 - u) * ((1 - v) * a + v * b) + u * ((1 - v) * c + v * d);
+        report.deepest_between_m =
+            std::max(report.deepest_between_m, -surroundings_.gap_m(shape, p));
+      }
+    }
+  }
+}
+
+/// Damping time of the springs for a ratio at the highest stretch frequency omega:
+/// force = tau * stiffness * rate damps it by tau omega / 2.
+double spring_damping_s(const sim::ClothLaws& laws, const sim::GridSpec& grid, double ratio) {
+  const double warp = std::sqrt(laws.tensile[0].slope) / grid.warp_spacing_m();
+  const double weft = std::sqrt(laws.tensile[1].slope) / grid.weft_spacing_m();
+  const double omega = 2 * std::max(warp, weft) / std::sqrt(laws.density_kg_per_m2);
+  return 2 * ratio / omega;
+}
+
+Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
+  Sheet sheet;
+  sheet.rows = grid.rows;
+  sheet.cols = grid.cols;
+  sheet.patch_m = grid.patch_m;
+  for (int r = 0; r < grid.rows; ++r) {
+    for (int c = 0; c < grid.cols; ++c) {
+      SheetMark mark;
+      mark.mark = {r, c};
+      mark.material_m = sim::material_of(grid, r, c);
+      mark.point_in_world = at(position, grid.index(r, c));
+      sheet.marks.push_back(mark);
+    }
+  }
+  return sheet;
+}
+
+}  // namespace
+
+void SimulateOptions::check() const {
+  const auto require = [](bool good, const char* what, const char* to_do) {
+    if (!good) throw usage_error(what, to_do);
+  };
+  if (model != "consistent") {
+    throw usage_error(fmt::format("the model `{}` is not built into this version", model),
+                      "use --model consistent");
+  }
+  if (solver != "rk4") {
+    throw usage_error(fmt::format("the solver `{}` is not built into this version", solver),
+                      "use --solver rk4");
+  }
+  require(rows >= 3 && cols >= 3 && rows <= 401 && cols <= 401,
+          "the grid is smaller than 3 or larger than 401 particles per side", "give --grid 21");
+  require(segments >= 1 && segments <= 20, "a curve has 1 to 20 segments", "give --segments 5");
+  require(damping_per_s >= 0 && air_drag_kg_per_m3 >= 0 && spring_damping_ratio >= 0,
+          "a damping is negative", "give 0 or more");
+  require(spring_damping_ratio <= 0.5, "the spring damping ratio is above 0.5",
+          "larger ratios need shorter steps; give at most 0.5");
+  require(residual_tolerance > 0, "the residual tolerance is not positive", "give e.g. 0.001");
+  require(max_steps > 0, "the step limit is not positive", "give e.g. 400000");
+  require(step_share > 0 && step_share <= 0.95, "the step share is not in 0 .. 0.95",
+          "0.9 leaves a margin to the stability limit");
+  require(natural_time_s >= 0 && imperfection_m >= 0 && history_interval_s > 0,
+          "a time or the imperfection is negative", "give 0 or more");
+}
+
+SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,
+                        const std::optional<Sheet>& measured, const SimulateOptions& options) {
+  options.check();
+  SimulateResult result;
+  SimulateReport& report = result.report;
+  const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
+  sim::ClothLaws laws = make_laws(fabric, options.segments, report);
+  laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
+  sim::Cloth cloth(grid, laws, options.mass);
+  const sim::Surroundings surroundings(scene);
+  const sim::StartState start = sim::make_start(scene, print, grid, measured,
+                                                surroundings.top_z_m(), options.imperfection_m);
+  report.placed_yaw_rad = start.report.flat.yaw_rad;
+  report.placed_centre_in_world = start.report.flat.centre_in_world;
+  report.placed_by_marks = start.report.marks_used;
+  report.placement_rms_mm = start.report.placement_rms_mm;
+  Run run(cloth, surroundings, scene, options);
+  run.start(start, scene.start.mode == StartMode::measured, report);
+  run.go(result);
+  result.sheet = sheet_of(grid, run.position());
+  result.sheet.source = SimulatedSource{.scene = scene.name,
+                                        .fabric = fabric.name,
+                                        .scene_sha256 = sha256_of_file(scene.file),
+                                        .fabric_sha256 = fabric_sha256(fabric),
+                                        .start_sha256 = std::nullopt,
+                                        .segments = options.segments,
+                                        .model = options.model,
+                                        .solver = options.solver,
+                                        .status = report.sentence};
+  return result;
+}
+
+}  // namespace drape

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/cloth.hpp"
+#include "simulate/fabric.hpp"
+
+namespace drape {
+
+/// How to simulate; SI. The defaults are those of the program.
+struct SimulateOptions {
+  int rows = 21;                       ///< particles along the warp
+  int cols = 21;                       ///< particles along the weft
+  int segments = 5;                    ///< line segments per Kawabata curve; 1: G, B, first slope
+  std::string model = "consistent";    ///< the only model built
+  std::string solver = "rk4";          ///< the only solver built
+  sim::MassRule mass = sim::MassRule::area;
+  double damping_per_s = 4;            ///< beta / m of the paper's F = -beta v
+  double air_drag_kg_per_m3 = 0.6;     ///< F = -c area |v| v; half of air's density, factor 1
+  double spring_damping_ratio = 0.1;   ///< of the fastest stretch vibration
+  double natural_time_s = 0.4;         ///< undisturbed motion before kinetic damping sets in
+  bool kinetic_damping = true;         ///< zero all velocities at each peak of kinetic energy
+  double residual_tolerance = 1e-3;    ///< of a particle's weight, see SimulateReport
+  double imperfection_m = 1e-6;        ///< height of the waves on a flat start
+  double step_share = 0.9;             ///< of the stability limit of the step
+  long max_steps = 400000;
+  double history_interval_s = 0.02;    ///< between rows of history.csv
+  bool contact_between_particles = true;
+  /// Called now and then with the fraction of the step limit used and the residual so far.
+  std::function<void(double fraction, double residual)> progress;
+
+  /// Throws Error(usage) for a value that cannot be simulated; names models not built.
+  void check() const;
+};
+
+/// One row of history.csv.
+struct HistoryRow {
+  double time_s = 0, kinetic_j = 0, gravity_j = 0, stretch_j = 0, shear_j = 0, bending_j = 0,
+         twist_j = 0, contact_j = 0, residual = 0;
+  int contacts = 0;
+};
+
+/// How well one Kawabata curve is approximated.
+struct CurveReport {
+  std::string name;  ///< e.g. "tensile warp"
+  std::string unit;  ///< of the errors: "gf/cm" or "gf cm/cm"
+  int segments = 0;  ///< distinct slopes used
+  double first_slope = 0;  ///< SI: N/m, N/(m rad) or N m
+  double range = 0;        ///< SI: strain, rad or 1/m
+  double rms_error = 0;    ///< SI: N/m or N
+  double largest_error = 0;
+  double half_hysteresis = 0;  ///< SI; what merging the two branches hides
+};
+
+enum class RestStatus { at_rest, step_limit, diverged };
+
+struct SimulateReport {
+  RestStatus status = RestStatus::step_limit;
+  std::string sentence;  ///< "at rest", or why not
+  long steps = 0;
+  int backtracked_steps = 0;
+  int kinetic_stops = 0;
+  double time_s = 0;         ///< simulated
+  double step_least_s = 0, step_most_s = 0;
+  /// Largest net static force on any particle with damping off and contact, friction and pin
+  /// reactions in, over the weight of the mean particle.
+  double residual = 0;
+  double residual_rms = 0;
+  double residual_tolerance = 0;
+  double kinetic_j = 0;      ///< at the end
+  sim::Cloth::Strains strains;
+  int contacts = 0;               ///< particles touching
+  int contacts_between = 0;       ///< line pieces and cells watched between particles
+  std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
+  double least_gap_table_m = 0;
+  double deepest_between_m = 0;   ///< of the sheet between particles inside an object, 0 for none
+  double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
+  double lost_viscous_j = 0;      ///< to damping and air
+  double lost_kinetic_stops_j = 0;
+  double hold_error_m = 0;        ///< of the pins at the end
+  std::vector<CurveReport> curves;
+  double twist_n_m = 0;
+  double placed_yaw_rad = 0;
+  Eigen::Vector3d placed_centre_in_world = Eigen::Vector3d::Zero();
+  int placed_by_marks = 0;
+  double placement_rms_mm = 0;
+  std::vector<std::string> warnings;
+};
+
+struct SimulateResult {
+  Sheet sheet;
+  std::vector<HistoryRow> history;
+  SimulateReport report;
+};
+
+/// Drapes the fabric over the scene's objects (paper section 4). `measured` places the start and
+/// the pins. Throws Error for wrong input; a cloth that does not come to rest is a status.
+[[nodiscard]] SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,
+                                      const std::optional<Sheet>& measured,
+                                      const SimulateOptions& options);
+
+/// Laws for the particle grid from the measured curves.
+[[nodiscard]] sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
+
+/// Columns with units: time, energies, residual, contacts.
+[[nodiscard]] std::string history_csv(const std::vector<HistoryRow>& history);
+
+/// certificate.json (schema drapebench/certificate/1).
+void write_certificate(const std::filesystem::path& file, const SimulateResult& result,
+                       const SimulateOptions& options);
+
+}  // namespace drape
