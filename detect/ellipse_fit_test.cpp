@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/ellipse_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include "detect/synthetic_dot.hpp"
+
+namespace drape::test {
+namespace {
+
+const DarkMap nothing_else{64, 64, std::vector<std::int32_t>(64 * 64, 0)};
+
+struct Outcome {
+  double rms_px = 0;  // per axis
+  double bias_px = 0;
+  double nees = 0;  // per axis, 1 for an honest covariance
+  int converged = 0;
+};
+
+Outcome trials(SyntheticDot dot, int count, double noise_slope = 0) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(31.5, 32.5);
+  const NoiseModel noise{dot.noise * dot.noise + 1.0 / 12, noise_slope};
+  Outcome outcome;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  double square = 0;
+  for (int k = 0; k < count; ++k) {
+    dot.centre_px = {place(random), place(random)};
+    const GreyImage image = draw(dot, random);
+    const DotFit fit = fit_dot(image, nothing_else, noise, blob_of(dot), {0.67, 0.1});
+    if (!fit.converged) continue;
+    ++outcome.converged;
+    const Eigen::Vector2d error = fit.centre_px - dot.centre_px;
+    sum += error;
+    square += error.squaredNorm() / 2;
+    outcome.nees += error.dot(fit.covariance_px2.inverse() * error) / 2;
+  }
+  outcome.rms_px = std::sqrt(square / outcome.converged);
+  outcome.bias_px = sum.norm() / outcome.converged;
+  outcome.nees /= outcome.converged;
+  return outcome;
+}
+
+/// Cramer-Rao bound of a round dot's centre with a flat background of unknown level:
+/// sigma_noise / contrast * sqrt(2 s / (sqrt(pi) r)), s the edge's Gaussian sigma with the pixel.
+double bound_px(const SyntheticDot& dot) {
+  const double s = std::sqrt(dot.lens_blur_px * dot.lens_blur_px + 1.0 / 12);
+  const double r = std::sqrt(dot.shape_px2(0, 0));
+  const double noise = std::sqrt(dot.noise * dot.noise + 1.0 / 12);
+  return noise / dot.contrast * std::sqrt(2 * s / (std::sqrt(std::numbers::pi) * r));
+}
+
+TEST(EllipseFit, ReachesTheCramerRaoBoundAndKnowsItsUncertainty) {
+  for (const double diameter : {8.0, 16.0, 30.0}) {
+    for (const double contrast : {60.0, 120.0}) {
+      SyntheticDot dot;
+      dot.shape_px2 = diameter * diameter / 4 * Eigen::Matrix2d::Identity();
+      dot.contrast = contrast;
+      const Outcome outcome = trials(dot, 300);
+      EXPECT_EQ(outcome.converged, 300);
+      // 600 axis samples scatter by 3 %; the bound itself spends nothing on the light's slope.
+      EXPECT_LT(outcome.rms_px, 1.15 * bound_px(dot)) << diameter << " px, contrast " << contrast;
+      EXPECT_GT(outcome.rms_px, 0.85 * bound_px(dot));
+      EXPECT_GT(outcome.nees, 0.8);
+      EXPECT_LT(outcome.nees, 1.25);
+    }
+  }
+}
+
+TEST(EllipseFit, SlopingLightMovesTheCentreByLessThanFiveThousandths) {
+  SyntheticDot dot;
+  dot.slope_per_px = 0.01;
+  const Outcome outcome = trials(dot, 400);
+  EXPECT_LT(outcome.bias_px, 0.005);
+  EXPECT_LT(outcome.rms_px, 1.3 * bound_px(dot));
+}
+
+TEST(EllipseFit, TiltedDotKeepsShapeAndAngle) {
+  SyntheticDot dot;
+  const double angle = 0.5;
+  const Eigen::Rotation2D<double> turn(angle);
+  dot.shape_px2 = turn.toRotationMatrix() * Eigen::Vector2d(64, 9).asDiagonal() *
+                  turn.toRotationMatrix().transpose();
+  dot.noise = 0.5;
+  std::mt19937 random(3);
+  const DotFit fit = fit_dot(draw(dot, random), nothing_else, {0.3, 0}, blob_of(dot), {0.67, 0.1});
+  ASSERT_TRUE(fit.converged);
+  // Blur over a strongly curved end (radius 9/8 px here) widens it by about s^2 / (2 R) = 0.2 px.
+  EXPECT_LT((fit.shape_px2 - dot.shape_px2).norm() / dot.shape_px2.norm(), 0.06);
+  EXPECT_LT((fit.centre_px - dot.centre_px).norm(), 0.01);
+  EXPECT_NEAR(fit.contrast, dot.contrast, 2.0);
+  EXPECT_NEAR(fit.blur_px, 0.67, 0.05);
+}
+
+TEST(EllipseFit, AHiddenPartShowsAsOneSided) {
+  SyntheticDot whole;
+  SyntheticDot cut = whole;
+  cut.hidden_from_u = whole.centre_px.x() + 6;  // 2 of 16 px of the dot are covered
+  std::mt19937 random(5);
+  const NoiseModel noise{4.1, 0};
+  const DotFit good =
+      fit_dot(draw(whole, random), nothing_else, noise, blob_of(whole), {0.67, 0.1});
+  const DotFit bad = fit_dot(draw(cut, random), nothing_else, noise, blob_of(cut), {0.67, 0.1});
+  ASSERT_TRUE(good.converged);
+  // 99.9 % of a chi-square with 2 degrees of freedom, the largest of 8 sectors.
+  EXPECT_LT(good.one_sided, 18);
+  ASSERT_TRUE(bad.converged);
+  EXPECT_GT(bad.one_sided, 100);
+  EXPECT_GT(bad.one_sided_px, 0.05);
+}
+
+TEST(EllipseFit, SaturationAndCoverAreSeen) {
+  SyntheticDot dot;
+  dot.bright = 280;
+  dot.contrast = 200;
+  std::mt19937 random(5);
+  const GreyImage image = draw(dot, random);
+  EXPECT_TRUE(fit_dot(image, nothing_else, {4, 0}, blob_of(dot), {}).saturated);
+  DarkMap beside = nothing_else;
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 36; x < 64; ++x) beside.labels[y * 64 + x] = 2;
+  }
+  EXPECT_GT(fit_dot(image, beside, {4, 0}, blob_of(dot), {}).masked_edge, 0.3);
+}
+
+TEST(EllipseFit, CorrelatedNoiseWidensTheCovariance) {
+  DotFit fit;
+  fit.edge.influence[0] = 1;
+  fit.edge.influence[1] = 2;
+  fit.edge.chi2 = 1;
+  Correlation white = {}, cloth = {};
+  cloth[1] = 0.5;
+  EXPECT_DOUBLE_EQ(honest_covariance(fit, white)(0, 0), 1);
+  EXPECT_DOUBLE_EQ(honest_covariance(fit, cloth)(0, 0), 2);
+  fit.edge.chi2 = 3;
+  EXPECT_DOUBLE_EQ(honest_covariance(fit, cloth)(0, 0), 6);
+}
+
+}  // namespace
+}  // namespace drape::test
