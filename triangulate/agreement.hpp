@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "triangulate/point.hpp"
+
+namespace drape {
+
+struct AgreementLimits {
+  double max_sigmas = 5;
+  double min_angle_rad = 0.035;
+};
+
+/// A point from the views that agree, or why there is none.
+struct Agreed {
+  std::optional<Point> point;
+  std::vector<std::size_t> used;       ///< indices of the views that made it
+  std::optional<std::size_t> dropped;  ///< view left out because the others agree without it
+  double disagreement_sigmas = 0;      ///< with all views
+  std::string gap_reason;              ///< when there is no point
+};
+
+/// Solves the point from all views; when they disagree and there are three or more, leaves out the
+/// one view without which the others agree best.
+[[nodiscard]] Agreed solve_with_agreement(const std::vector<View>& views,
+                                          const AgreementLimits& limits);
+
+}  // namespace drape

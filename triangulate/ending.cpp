@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/ending.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+namespace drape {
+namespace {
+
+/// Gaps with the same kind of reason together, figures and details left to the file.
+std::map<std::string, int> gaps_by_kind(const Sheet& sheet) {
+  std::map<std::string, int> kinds;
+  for (const Gap& gap : sheet.gaps) {
+    const std::size_t end = std::min(gap.reason.find(';'), gap.reason.find(':'));
+    ++kinds[gap.reason.substr(0, end)];
+  }
+  return kinds;
+}
+
+std::string views_text(const std::vector<int>& marks_by_views) {
+  std::string text;
+  for (std::size_t views = 0; views < marks_by_views.size(); ++views) {
+    if (marks_by_views[views] == 0) continue;
+    text += fmt::format("{}{} marks from {} views", text.empty() ? "" : ", ", marks_by_views[views],
+                        views);
+  }
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+Ending ending_of(const TriangulateResult& result, int min_marks, const std::filesystem::path& out) {
+  const TriangulateReport& report = result.report;
+  Ending ending;
+  ending.go = report.measured >= min_marks;
+  ending.verdict =
+      ending.go
+          ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
+          : fmt::format("{} marks measured, at least {} are needed", report.measured, min_marks);
+  ending.numbers = {
+      {"views", views_text(report.marks_by_views)},
+      {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
+      {"median uncertainty",
+       fmt::format("{:.4f} mm per axis, of which calibration {}", report.median_sigma_mm,
+                   report.has_calibration_covariance
+                       ? fmt::format("{:.4f} mm", report.median_calibration_sigma_mm)
+                       : "unknown (no covariance in the file)")},
+      {"agreement of the views",
+       fmt::format("{:.2f} of what the uncertainty predicts (median)", report.median_chi_per_dof)},
+      {"correction of dot shape",
+       fmt::format("median {:.4f} mm, largest {:.4f} mm", report.median_shape_shift_mm,
+                   report.largest_shape_shift_mm)}};
+  for (const auto& [kind, count] : gaps_by_kind(result.sheet))
+    ending.rejected.push_back(fmt::format("{} marks: {}", count, kind));
+  for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
+  for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
+  if (ending.go) {
+    ending.next_command = fmt::format(
+        "drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR", out.string());
+  }
+  return ending;
+}
+
+}  // namespace drape

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "core/program.hpp"
+#include "triangulate/triangulate.hpp"
+
+namespace drape {
+
+/// What the operator reads after a triangulation: verdict, figures, gaps by reason.
+[[nodiscard]] Ending ending_of(const TriangulateResult& result, int min_marks,
+                               const std::filesystem::path& out);
+
+}  // namespace drape

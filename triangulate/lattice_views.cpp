@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/lattice_views.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+std::string sets_of(const Detections& detections) {
+  std::string names;
+  for (const FrameDetections& frame : detections.frames) {
+    if (names.find("`" + frame.set + "`") == std::string::npos)
+      names += (names.empty() ? "`" : ", `") + frame.set + "`";
+  }
+  return names;
+}
+
+const CalibratedCamera& camera_of(const FrameDetections& frame, const Calibration& calibration) {
+  const CalibratedCamera& camera = calibration.camera(frame.camera);
+  const CameraModel& model = camera.camera.model;
+  if (frame.width_px != model.width_px || frame.height_px != model.height_px) {
+    throw bad_input(
+        fmt::format("the image is {} x {} px, the camera was calibrated with {} x {} px",
+                    frame.width_px, frame.height_px, model.width_px, model.height_px),
+        {.camera = frame.camera, .set = frame.set}, "calibrate with the same image size");
+  }
+  return camera;
+}
+
+View view_of(const Detection& d, const FrameDetections& frame, const CalibratedCamera& camera,
+             double floor_px) {
+  if (!d.centre_px.allFinite() || !d.covariance_px2.allFinite() ||
+      d.covariance_px2.llt().info() != Eigen::Success) {
+    throw bad_input(
+        fmt::format("mark ({}, {}) has a position or covariance that is not a finite number or "
+                    "not positive",
+                    d.mark.row, d.mark.col),
+        {.camera = frame.camera, .set = frame.set}, "detect this frame again");
+  }
+  return {&camera, d.centre_px,
+          d.covariance_px2 + floor_px * floor_px * Eigen::Matrix2d::Identity()};
+}
+
+std::vector<MarkViews> empty_lattice(const MarkLattice& lattice) {
+  std::vector<MarkViews> marks;
+  for (int row = 0; row < lattice.rows; ++row) {
+    for (int col = 0; col < lattice.cols; ++col) marks.push_back({{row, col}, {}, {}});
+  }
+  return marks;
+}
+
+void add_frame(const FrameDetections& frame, const MarkLattice& lattice,
+               const CalibratedCamera& camera, double floor_px, std::vector<MarkViews>& marks) {
+  const auto index = [&](MarkId mark) {
+    return static_cast<std::size_t>(mark.row) * lattice.cols + mark.col;
+  };
+  const auto inside = [&](MarkId mark) {
+    return mark.row >= 0 && mark.col >= 0 && mark.row < lattice.rows && mark.col < lattice.cols;
+  };
+  for (const Detection& d : frame.detections) {
+    if (inside(d.mark)) marks[index(d.mark)].views.push_back(view_of(d, frame, camera, floor_px));
+  }
+  for (const Rejection& r : frame.rejections) {
+    if (!r.mark || !inside(*r.mark)) continue;
+    marks[index(*r.mark)].refused.push_back(
+        fmt::format("{} rejected it: {}", frame.camera, r.reason));
+  }
+}
+
+}  // namespace
+
+std::vector<MarkViews> collect_views(const Detections& detections, const Calibration& calibration,
+                                     const std::string& set, double floor_px) {
+  if (detections.lattice.surface != Surface::cloth) {
+    throw bad_input("the detections are of the calibration target, not of a cloth", {.set = set},
+                    "give the file that `drape detect --surface cloth` wrote");
+  }
+  std::vector<MarkViews> marks = empty_lattice(detections.lattice);
+  int frames = 0;
+  for (const FrameDetections& frame : detections.frames) {
+    if (frame.set != set) continue;
+    add_frame(frame, detections.lattice, camera_of(frame, calibration), floor_px, marks);
+    ++frames;
+  }
+  if (frames < 2) {
+    throw bad_input(fmt::format("{} frame(s) of this set; a point in space needs two", frames),
+                    {.set = set}, fmt::format("the detections hold {}", sets_of(detections)));
+  }
+  return marks;
+}
+
+std::string too_few_views(const MarkViews& mark) {
+  std::string reason = mark.views.empty() ? "seen by no camera"
+                                          : fmt::format("seen by one camera ({})",
+                                                        mark.views.front().camera->camera.name);
+  for (const std::string& refused : mark.refused) reason += "; " + refused;
+  return reason;
+}
+
+}  // namespace drape

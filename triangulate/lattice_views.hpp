@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/detections.hpp"
+#include "triangulate/point.hpp"
+
+namespace drape {
+
+/// What is known about one mark of the lattice before it is placed.
+struct MarkViews {
+  MarkId mark;
+  std::vector<View> views;           ///< in the order of the frames
+  std::vector<std::string> refused;  ///< "cam1 rejected it: bad fit"
+};
+
+/// All marks of the lattice, row-major, with the views of a set. The floor is added to each
+/// detection's covariance. Throws Error(bad_input) when the set is unknown, a camera is not
+/// calibrated or has another image size, or a number is not finite.
+[[nodiscard]] std::vector<MarkViews> collect_views(const Detections& detections,
+                                                   const Calibration& calibration,
+                                                   const std::string& set, double floor_px);
+
+/// Reason for a mark with fewer than two views.
+[[nodiscard]] std::string too_few_views(const MarkViews& mark);
+
+}  // namespace drape

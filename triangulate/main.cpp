@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/files.hpp"
+#include "core/program.hpp"
+#include "core/run_record.hpp"
+#include "triangulate/ending.hpp"
+#include "triangulate/triangulate.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+
+namespace {
+
+void add_options(CLI::App& app, TriangulateOptions& options) {
+  app.add_option("--min-marks", options.min_marks, "NO-GO when fewer marks are measured");
+  app.add_option("--max-sigmas", options.max_sigmas,
+                 "views that miss each other by more standard deviations disagree");
+  app.add_option("--max-stretch", options.max_stretch,
+                 "largest distance of neighbours along warp and weft, as a factor of the print's");
+  app.add_option("--min-angle-deg", options.min_angle_deg,
+                 "smallest angle between the rays of a mark");
+  app.add_option("--floor-px", options.floor_px,
+                 "error of a dot's centre beyond its detection's own, px");
+  app.add_flag("!--no-dot-shape", options.correct_dot_shape,
+               "take the centroid of a dot's image for the image of its centre");
+}
+
+void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set) {
+  record.option("set", set);
+  record.option("min_marks", fmt::format("{}", options.min_marks));
+  record.option("max_sigmas", fmt::format("{}", options.max_sigmas));
+  record.option("max_stretch", fmt::format("{}", options.max_stretch));
+  record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
+  record.option("floor_px", fmt::format("{}", options.floor_px));
+  record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Places the marks of a cloth in space from two or more calibrated views",
+               "drape-triangulate");
+  CommonOptions common;
+  TriangulateOptions options;
+  fs::path detections_file, calibration_file, out;
+  std::string set;
+  add_common_options(app, common);
+  app.add_option("DETECTIONS", detections_file, "detections.json of the cloth")->required();
+  app.add_option("--calibration", calibration_file, "calibration.json of the rig")->required();
+  app.add_option("--set", set, "frame set to measure")->required();
+  app.add_option("--out", out, "sheet.ply to write, with sheet.json beside it")->required();
+  add_options(app, options);
+  return run_program(app, argc, argv, common, [&] {
+    options.check();
+    options.threads = thread_count(common);
+    RunRecord record("drape-triangulate", arguments_of(argc, argv));
+    record.input(detections_file);
+    record.input(calibration_file);
+    TriangulateResult result = triangulate(read_detections(detections_file),
+                                           read_calibration(calibration_file), set, options);
+    auto& source = std::get<MeasuredSource>(result.sheet.source);
+    source.detections_sha256 = sha256_of_file(detections_file);
+    source.calibration_sha256 = sha256_of_file(calibration_file);
+    write_sheet(out, result.sheet);
+    record.output(fs::path(out).replace_extension(".ply"));
+    record.output(fs::path(out).replace_extension(".json"));
+    note_options(record, options, set);
+    const int code = finish(ending_of(result, options.min_marks, out), common);
+    record.write(run_record_path(out), code);
+    return code;
+  });
+}

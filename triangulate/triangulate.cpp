@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/triangulate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "triangulate/agreement.hpp"
+#include "triangulate/dot_shape.hpp"
+#include "triangulate/lattice_views.hpp"
+#include "triangulate/neighbours.hpp"
+
+namespace drape {
+namespace {
+
+using units::deg;
+using units::mm;
+
+constexpr int kShapeRounds = 3;
+
+/// A mark on its way to the sheet.
+struct Placed {
+  Agreed agreed;
+  double shape_shift_m = 0;
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double sigma_m(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(covariance.trace() / 3);
+}
+
+PointsByMark points_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed) {
+  PointsByMark points;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (placed[i].agreed.point) points[marks[i].mark] = placed[i].agreed.point->in_world;
+  }
+  return points;
+}
+
+void place_all(const std::vector<MarkViews>& marks, const AgreementLimits& limits, int threads,
+               std::vector<Placed>& placed) {
+  parallel_for(marks.size(), threads, [&](std::size_t i) {
+    if (marks[i].views.size() >= 2) placed[i].agreed = solve_with_agreement(marks[i].views, limits);
+  });
+}
+
+/// Solves again with the dots' shape predicted from the measured surface around each mark.
+void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
+                   double dot_diameter_m, int threads, std::vector<Placed>& placed) {
+  const PointsByMark first = points_of(marks, placed);
+  for (int round = 0; round < kShapeRounds; ++round) {
+    const PointsByMark points = points_of(marks, placed);
+    parallel_for(marks.size(), threads, [&](std::size_t i) {
+      if (!placed[i].agreed.point) return;
+      const auto patch = surface_patch(points, marks[i].mark);
+      if (!patch) return;
+      Agreed again = solve_with_agreement(
+          without_dot_shape(marks[i].views, points.at(marks[i].mark), *patch, dot_diameter_m),
+          limits);
+      if (!again.point) return;
+      placed[i].agreed = std::move(again);
+      placed[i].shape_shift_m = (placed[i].agreed.point->in_world - first.at(marks[i].mark)).norm();
+    });
+  }
+}
+
+SheetMark sheet_mark(const MarkViews& mark, const Agreed& agreed, const MarkLattice& lattice) {
+  const Point& point = *agreed.point;
+  SheetMark result;
+  result.mark = mark.mark;
+  result.material_m =
+      lattice.margin_m + lattice.pitch_m * Eigen::Vector2d(mark.mark.row, mark.mark.col);
+  result.point_in_world = point.in_world;
+  result.covariance_m2 = point.detection_covariance_m2 + point.calibration_covariance_m2;
+  result.views = static_cast<int>(agreed.used.size());
+  result.reprojection_px = point.rms_px();
+  return result;
+}
+
+void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                const MarkLattice& lattice, const TriangulateOptions& options, Sheet& sheet) {
+  std::vector<SheetMark> candidates;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (placed[i].agreed.point)
+      candidates.push_back(sheet_mark(marks[i], placed[i].agreed, lattice));
+  }
+  const auto bad = too_far_from_neighbours(candidates, lattice.pitch_m, options.max_stretch);
+  for (const SheetMark& mark : candidates) {
+    if (!bad.contains(mark.mark)) sheet.marks.push_back(mark);
+  }
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const auto stretched = bad.find(marks[i].mark);
+    if (stretched != bad.end()) {
+      sheet.gaps.push_back({marks[i].mark, stretched->second});
+    } else if (!placed[i].agreed.point) {
+      sheet.gaps.push_back({marks[i].mark, marks[i].views.size() < 2
+                                               ? too_few_views(marks[i])
+                                               : placed[i].agreed.gap_reason});
+    }
+  }
+}
+
+void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                     const Sheet& sheet, TriangulateReport& report) {
+  std::vector<double> reprojection, sigma, calibration, agreement, shift;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const SheetMark* mark = sheet.find(marks[i].mark);
+    if (mark == nullptr) continue;
+    const Point& point = *placed[i].agreed.point;
+    reprojection.push_back(point.rms_px());
+    sigma.push_back(sigma_m(*mark->covariance_m2) / mm);
+    calibration.push_back(sigma_m(point.calibration_covariance_m2) / mm);
+    agreement.push_back(std::sqrt(point.chi2 / point.degrees_of_freedom));
+    shift.push_back(placed[i].shape_shift_m / mm);
+    const auto views = placed[i].agreed.used.size();
+    if (report.marks_by_views.size() <= views) report.marks_by_views.resize(views + 1);
+    ++report.marks_by_views[views];
+    if (placed[i].agreed.dropped) {
+      report.dropped_views.push_back(fmt::format(
+          "mark ({}, {}): {} left out, with it the views miss each other by {:.1f} sigma",
+          marks[i].mark.row, marks[i].mark.col,
+          marks[i].views[*placed[i].agreed.dropped].camera->camera.name,
+          placed[i].agreed.disagreement_sigmas));
+    }
+  }
+  report.largest_shape_shift_mm = shift.empty() ? 0 : *std::max_element(shift.begin(), shift.end());
+  report.median_reprojection_px = median(reprojection);
+  report.median_sigma_mm = median(sigma);
+  report.median_calibration_sigma_mm = median(calibration);
+  report.median_chi_per_dof = median(agreement);
+  report.median_shape_shift_mm = median(shift);
+}
+
+std::vector<std::string> cameras_of(const Detections& detections, const std::string& set) {
+  std::vector<std::string> names;
+  for (const FrameDetections& frame : detections.frames) {
+    if (frame.set == set) names.push_back(frame.camera);
+  }
+  return names;
+}
+
+void check_positive(const char* option, double value) {
+  if (!(value > 0))
+    throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
+}
+
+}  // namespace
+
+void TriangulateOptions::check() const {
+  check_positive("--max-sigmas", max_sigmas);
+  check_positive("--min-angle-deg", min_angle_deg);
+  check_positive("--min-marks", min_marks);
+  if (!(max_stretch >= 1))
+    throw usage_error(fmt::format("--max-stretch is {}", max_stretch), "give 1 or more");
+  if (!(floor_px >= 0))
+    throw usage_error(fmt::format("--floor-px is {}", floor_px), "give zero or more");
+}
+
+TriangulateResult triangulate(const Detections& detections, const Calibration& calibration,
+                              const std::string& set, const TriangulateOptions& options) {
+  options.check();
+  const MarkLattice& lattice = detections.lattice;
+  const auto marks = collect_views(detections, calibration, set, options.floor_px);
+  const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
+  std::vector<Placed> placed(marks.size());
+  place_all(marks, limits, options.threads, placed);
+  if (options.correct_dot_shape)
+    correct_shape(marks, limits, lattice.dot_diameter_m, options.threads, placed);
+
+  TriangulateResult result;
+  result.sheet.rows = lattice.rows;
+  result.sheet.cols = lattice.cols;
+  result.sheet.patch_m = lattice.patch_m;
+  result.sheet.source = MeasuredSource{detections.rig, set, cameras_of(detections, set), {}, {}};
+  fill_sheet(marks, placed, lattice, options, result.sheet);
+  TriangulateReport& report = result.report;
+  report.measured = static_cast<int>(result.sheet.marks.size());
+  report.gaps = static_cast<int>(result.sheet.gaps.size());
+  for (const CalibratedCamera& camera : calibration.cameras)
+    report.has_calibration_covariance |= camera.covariance.size() > 0;
+  note_statistics(marks, placed, result.sheet, report);
+  report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
+  for (const std::string& warning : calibration.warnings)
+    report.warnings.push_back("calibration: " + warning);
+  return result;
+}
+
+}  // namespace drape

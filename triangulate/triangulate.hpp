@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/sheet.hpp"
+
+namespace drape {
+
+struct TriangulateOptions {
+  int min_marks = 10;             ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
+  double max_sigmas = 5;          ///< views that miss each other by more than this disagree
+  double max_stretch = 1.05;      ///< of the distance between lattice neighbours along warp or weft
+  double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
+  double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of
+  bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
+  int threads = 1;                ///< never changes a result
+
+  /// Throws Error(usage) naming an option that makes no sense.
+  void check() const;
+};
+
+struct TriangulateReport {
+  int measured = 0;
+  int gaps = 0;
+  std::vector<int> marks_by_views;  ///< index: number of views used
+  double median_reprojection_px = 0;
+  double median_sigma_mm = 0;              ///< root mean of a mark's three variances
+  double median_calibration_sigma_mm = 0;  ///< the calibration's part of it
+  bool has_calibration_covariance = false;
+  double median_chi_per_dof = 0;      ///< of the views' agreement; about 0.7 to 1 is right
+  double largest_shape_shift_mm = 0;  ///< by the correction of the dots' shape
+  double median_shape_shift_mm = 0;
+  std::vector<std::string> dropped_views;  ///< mark, camera, reason
+  std::vector<std::string> warnings;
+};
+
+struct TriangulateResult {
+  Sheet sheet;
+  TriangulateReport report;
+};
+
+/// Positions in the world frame of all marks that two or more calibrated cameras saw (paper
+/// section 5): least squares on distorted pixels over all views, weighted by each detection's
+/// covariance. Each mark of the lattice becomes a mark or a gap with a reason. Throws
+/// Error(bad_input) when the set is not in the detections or fewer than two of its cameras are in
+/// the calibration; rays that do not meet are gaps, never an exception.
+[[nodiscard]] TriangulateResult triangulate(const Detections& detections,
+                                            const Calibration& calibration, const std::string& set,
+                                            const TriangulateOptions& options);
+
+}  // namespace drape
