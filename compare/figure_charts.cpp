@@ -80,13 +80,20 @@ struct Curve {
   std::vector<Eigen::Vector2d> points;  ///< x, log10 of the residual
 };
 
-/// "max_residual_force_mN" becomes "max residual force (mN)" when the last part is a unit.
+/// "residual_force_mN" becomes "residual force (mN)"; a name without unit is a pure number.
 std::string axis_label(const std::string& name) {
+  constexpr std::array<const char*, 8> kUnits = {"s", "ms", "N", "mN", "uN", "uJ", "mm", "percent"};
+  std::string words = name, unit;
   const std::size_t cut = name.rfind('_');
-  std::string words = cut == std::string::npos ? name : name.substr(0, cut);
+  if (cut != std::string::npos) {
+    const std::string last = name.substr(cut + 1);
+    if (std::find(kUnits.begin(), kUnits.end(), last) != kUnits.end()) {
+      unit = " (" + last + ")";
+      words = name.substr(0, cut);
+    }
+  }
   std::replace(words.begin(), words.end(), '_', ' ');
-  if (cut == std::string::npos) return words;
-  return fmt::format("{} ({})", words, name.substr(cut + 1));
+  return words + unit;
 }
 
 constexpr std::array<const char*, 6> kStrokes = {

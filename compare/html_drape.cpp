@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "compare/html.hpp"
@@ -62,7 +63,9 @@ Table direction_table(const DrapeInput& input, const Report& report) {
     const Simulation& simulation = input.simulations[row.simulation];
     std::vector<std::string> cells = {simulation.grid(),
                                       std::to_string(simulation.source().segments)};
-    for (int k = 0; k < 3; ++k) cells.push_back(fmt::format("{:+.2f}", average[k]));
+    // Adding zero turns a rounded -0.00 into +0.00.
+    for (int k = 0; k < 3; ++k)
+      cells.push_back(fmt::format("{:+.2f}", std::round(average[k] * 100) / 100 + 0.0));
     for (int k = 0; k < 3; ++k) cells.push_back(fmt::format("{:.2f}", rms[k]));
     table.add(std::move(cells));
   }

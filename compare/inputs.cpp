@@ -27,13 +27,38 @@ std::string scalar_text(const Json& value) {
   return value.dump();
 }
 
-/// Every scalar under its path; arrays of scalars stay one entry.
+/// Numbers and words of an array in one line.
+std::string list_text(const Json& array) {
+  std::string text;
+  for (const Json& item : array) text += (text.empty() ? "" : "; ") + scalar_text(item);
+  return text.empty() ? "none" : text;
+}
+
+/// Every scalar under its path. Objects in an array are called by their first text.
 void flatten(const Json& value, const std::string& path, Certificate& certificate) {
   if (value.is_object()) {
     for (const auto& [key, member] : value.items()) {
       if (path.empty() && key == "schema") continue;
       flatten(member, path.empty() ? key : path + "." + key, certificate);
     }
+    return;
+  }
+  if (value.is_array() && !value.empty() && value.front().is_object()) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      Json item = value[i];
+      std::string name = std::to_string(i);
+      for (auto member = item.begin(); member != item.end(); ++member) {
+        if (!member->is_string()) continue;
+        name = member->get<std::string>();
+        item.erase(member);
+        break;
+      }
+      flatten(item, path + "." + name, certificate);
+    }
+    return;
+  }
+  if (value.is_array()) {
+    certificate.entries.emplace_back(path, list_text(value));
     return;
   }
   certificate.entries.emplace_back(path, scalar_text(value));
@@ -68,17 +93,19 @@ SheetFile read_sheet_file(const fs::path& file, Session& session) {
 void read_detections_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "detections.json";
+  const auto& source = std::get<MeasuredSource>(measured.sheet.source);
   if (!fs::is_regular_file(file)) {
-    session.warnings.push_back(
-        fmt::format("{}: no detections.json beside it, so the report has no photographs",
-                    measured.file.string()));
+    session.warnings.push_back(fmt::format(
+        "no detections.json lies beside the measured sheet of set {}, so there are no photographs",
+        source.set));
     return;
   }
   const std::string sha256 = sha256_of_file(file);
-  if (sha256 != std::get<MeasuredSource>(measured.sheet.source).detections_sha256) {
-    session.warnings.push_back(fmt::format(
-        "{} is not the file that the measured sheet was made from, so its pictures are left out",
-        file.string()));
+  if (sha256 != source.detections_sha256) {
+    session.warnings.push_back(
+        fmt::format("the detections.json beside the measured sheet of set {} is not the file that "
+                    "it was made from, so its photographs are left out",
+                    source.set));
     return;
   }
   drape.detections = read_detections(file);

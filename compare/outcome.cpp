@@ -27,7 +27,9 @@ std::string Outcome::sentence() const {
   const std::vector<std::string> list = reasons();
   if (!list.empty()) {
     return list.front() +
-           (list.size() > 1 ? fmt::format(" (and {} more reasons)", list.size() - 1) : "");
+           (list.size() > 2   ? fmt::format(" (and {} more reasons)", list.size() - 1)
+                           : list.size() == 2 ? " (and one more reason)"
+                                              : "");
   }
   std::string text;
   for (const Report& drape : reports) {

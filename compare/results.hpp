@@ -11,10 +11,10 @@ namespace drape::compare {
 
 /// Which rows of the store are wanted; empty parts do not filter.
 struct ResultFilter {
-  std::string scene;
-  std::string fabric;
-  std::string grid;  ///< "21x21" or "21"
-  std::optional<int> segments;
+  std::string scene = {};
+  std::string fabric = {};
+  std::string grid = {};  ///< "21x21" or "21"
+  std::optional<int> segments = {};
 };
 
 /// One row per comparison between a measured sheet and a simulation.

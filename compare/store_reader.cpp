@@ -49,7 +49,8 @@ void check_read_only(const std::string& sql) {
 
 /// A store on a medium that cannot be written has no lock files to make: SQLite is told so.
 std::string address_of(const fs::path& file) {
-  if (!fs::is_regular_file(file)) {
+  std::error_code unreachable;
+  if (!fs::is_regular_file(file, unreachable)) {
     throw bad_input("there is no results store", {.file = file.string()},
                     "name an existing store with --store; drape-compare makes one");
   }

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/compare.hpp"
+
+#include <gmock/gmock.h>
+
+#include "compare/inputs.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+using test::drape_of;
+using test::measured_sheet;
+using test::simulated_sheet;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using units::mm;
+
+test::Shape raised(double height_m) {
+  return [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+    return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
+  };
+}
+
+std::vector<std::string> labels(const Report& report) {
+  std::vector<std::string> list;
+  for (const VirtualVirtual& row : report.virtual_virtual) list.push_back(row.label);
+  return list;
+}
+
+DrapeInput full_input() {
+  std::vector<Sheet> simulated;
+  for (const int grid : {11, 21, 31})
+    for (const int segments : {1, 5})
+      simulated.push_back(simulated_sheet(grid, segments, raised((grid + segments) * mm)));
+  return drape_of(measured_sheet(), simulated);
+}
+
+std::string refusal(const DrapeInput& input) {
+  try {
+    (void)compare_drape(input, {});
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(CompareDrape, RealRowsStandInThePapersOrder) {
+  const DrapeInput input = full_input();
+  const Report report = compare_drape(input, {});
+  std::vector<std::string> rows;
+  for (const RealVirtual& row : report.real_virtual)
+    rows.push_back(input.simulations[row.simulation].label());
+  EXPECT_THAT(rows, ElementsAre("31x31, 5 segments", "21x21, 5 segments", "11x11, 5 segments",
+                                "31x31, 1 segment", "21x21, 1 segment", "11x11, 1 segment"));
+  ASSERT_TRUE(report.best);
+  EXPECT_EQ(*report.best, 5U);
+  EXPECT_NEAR(report.real_virtual[5].statistics.mean_m, 12 * mm, 1e-12);
+  EXPECT_TRUE(report.go());
+}
+
+TEST(CompareDrape, VirtualPairsAreThoseOfThePaperAndNoOthers) {
+  const Report report = compare_drape(full_input(), {});
+  EXPECT_THAT(labels(report),
+              ElementsAre("11x11: 5 seg vs 1 seg", "21x21: 5 seg vs 1 seg", "31x31: 5 seg vs 1 seg",
+                          "1 seg: 11x11 vs 21x21", "5 seg: 11x11 vs 21x21", "5 seg: 11x11 vs 31x31",
+                          "5 seg: 21x21 vs 31x31"));
+  const std::vector<double> expected_mm = {4, 4, 4, 10, 10, 20, 10};
+  for (std::size_t i = 0; i < expected_mm.size(); ++i) {
+    EXPECT_NEAR(report.virtual_virtual[i].statistics.mean_m, expected_mm[i] * mm, 1e-12);
+    EXPECT_EQ(report.virtual_virtual[i].statistics.marks, 121);
+  }
+}
+
+TEST(CompareDrape, VirtualPairsUseTheGapsOfTheLatticeToo) {
+  DrapeInput input = full_input();
+  auto& marks = input.measured.sheet.marks;
+  for (int i = 0; i < 40; ++i) {
+    input.measured.sheet.gaps.push_back({marks.front().mark, "hidden"});
+    marks.erase(marks.begin());
+  }
+  const Report report = compare_drape(input, {});
+  EXPECT_TRUE(report.lattice_has_gaps_filled);
+  EXPECT_EQ(report.virtual_virtual.front().statistics.marks, 121);
+  EXPECT_EQ(report.real_virtual.front().statistics.marks, 81);
+  EXPECT_EQ(report.measurement.gaps, 40);
+}
+
+TEST(CompareDrape, OtherGridsHaveNoPairs) {
+  const Report report = compare_drape(
+      drape_of(measured_sheet(), {simulated_sheet(15, 1), simulated_sheet(15, 5)}), {});
+  EXPECT_TRUE(report.virtual_virtual.empty());
+  EXPECT_EQ(report.real_virtual.size(), 2U);
+}
+
+TEST(CompareDrape, PairsDoNotMixModels) {
+  Sheet paper = simulated_sheet(11, 1);
+  std::get<SimulatedSource>(paper.source).model = "paper";
+  const Report report =
+      compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5), paper}), {});
+  EXPECT_TRUE(report.virtual_virtual.empty());
+}
+
+TEST(CompareDrape, RefusesWhatDoesNotBelongTogether) {
+  Sheet other_scene = simulated_sheet(21, 5), other_patch = simulated_sheet(21, 5);
+  std::get<SimulatedSource>(other_scene.source).scene = "C";
+  other_patch.patch_m.x() = 200 * mm;
+  EXPECT_THAT(refusal(drape_of(measured_sheet(), {simulated_sheet(11, 5), other_scene})),
+              HasSubstr("scene `C`"));
+  EXPECT_THAT(refusal(drape_of(measured_sheet(), {other_patch})), HasSubstr("patch"));
+  EXPECT_THAT(refusal(drape_of(measured_sheet(), {simulated_sheet(11, 5), simulated_sheet(11, 5)})),
+              HasSubstr("given twice"));
+  Sheet empty = measured_sheet();
+  empty.marks.clear();
+  EXPECT_THAT(refusal(drape_of(empty, {simulated_sheet(11, 5)})), HasSubstr("no mark"));
+}
+
+TEST(Verdict, SimulationNotAtRestIsNoGo) {
+  Sheet moving = simulated_sheet(11, 5, raised(5 * mm));
+  std::get<SimulatedSource>(moving.source).status = "not at rest: 3 mN left";
+  const DrapeInput input = drape_of(measured_sheet(), {moving});
+  const Report report = compare_drape(input, {});
+  ASSERT_EQ(report.no_go.size(), 1U);
+  EXPECT_THAT(report.no_go.front(), HasSubstr("3 mN left"));
+  const Report accepted = compare_drape(input, {.accept_unsettled = true});
+  EXPECT_TRUE(accepted.go());
+  EXPECT_THAT(accepted.warnings, ElementsAre(HasSubstr("3 mN left")));
+}
+
+TEST(Verdict, FewMarksAreNoGo) {
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  input.measured.sheet.marks.resize(9);
+  EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("only 9 marks")));
+  EXPECT_TRUE(compare_drape(input, {.min_marks = 9}).go());
+}
+
+TEST(Verdict, UncertaintyAboveATenthOfTheBestDistanceIsNoGo) {
+  // sigma 0.03 mm: 0.29 mm is too close to judge, 0.31 mm is not.
+  const auto at = [](double height_m) {
+    return compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(height_m))}),
+                         {});
+  };
+  EXPECT_THAT(at(0.29 * mm).no_go, ElementsAre(HasSubstr("above 10 %")));
+  EXPECT_TRUE(at(0.31 * mm).go());
+}
+
+TEST(Verdict, UnknownUncertaintyIsNoGo) {
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  input.measured.sheet.marks[3].covariance_m2.reset();
+  EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("no covariance")));
+}
+
+TEST(Verdict, PenetrationThatIsNotAcceptedIsNoGo) {
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  input.simulations.front().certificate = Certificate{"", {}, false};
+  EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("penetrates")));
+  EXPECT_TRUE(compare_drape(input, {.accept_penetration = true}).go());
+  input.simulations.front().certificate->penetration_accepted = true;
+  EXPECT_TRUE(compare_drape(input, {}).go());
+}
+
+TEST(Verdict, AnotherStartSheetIsAWarning) {
+  Sheet simulated = simulated_sheet(11, 5, raised(5 * mm));
+  std::get<SimulatedSource>(simulated.source).start_sha256 = std::string(64, 'a');
+  DrapeInput input = drape_of(measured_sheet(), {simulated});
+  EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("another measured sheet")));
+  auto& source = std::get<SimulatedSource>(input.simulations[0].sheet.sheet.source);
+  source.start_sha256 = input.measured.sha256;
+  EXPECT_TRUE(compare_drape(input, {}).warnings.empty());
+}
+
+TEST(Inputs, MeasuredSheetsOpenGroups) {
+  const drape::test::TemporaryFolder folder;
+  auto files = test::write_example(folder.path() / "A");
+  const auto more = test::write_example(folder.path() / "C");
+  files.insert(files.end(), more.begin(), more.end());
+  const Session session = read_session(files, {});
+  ASSERT_EQ(session.drapes.size(), 2U);
+  for (const DrapeFiles& drape : session.drapes) {
+    EXPECT_EQ(drape.input.simulations.size(), 4U);
+    ASSERT_TRUE(drape.input.simulations[0].certificate);
+    EXPECT_FALSE(drape.input.simulations[0].certificate->penetration_accepted);
+    ASSERT_TRUE(drape.input.simulations[0].history);
+    EXPECT_THAT(drape.input.simulations[0].history->names,
+                ElementsAre("time_s", "residual_force_mN"));
+    EXPECT_EQ(drape.input.measured.sha256,
+              sha256_of_file(drape.input.measured.file.parent_path() / "sheet.json"));
+  }
+}
+
+TEST(Inputs, ASimulatedSheetCannotComeFirst) {
+  const drape::test::TemporaryFolder folder;
+  auto files = test::write_example(folder.path());
+  files.erase(files.begin());
+  EXPECT_THROW((void)read_session(files, {}), Error);
+}
+
+TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {
+  const drape::test::TemporaryFolder folder;
+  const auto files = test::write_example(folder.path());
+  write_durable(folder.path() / "detections.json", "{}");
+  const Session session = read_session(files, {});
+  EXPECT_FALSE(session.drapes.front().detections);
+  EXPECT_THAT(session.warnings, ElementsAre(HasSubstr("is not the file")));
+}
+
+TEST(Inputs, DamagedHistoryNamesFileLineAndColumn) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "history.csv";
+  write_durable(file, "time_s,residual_mN\n0,1\n1,nan\n");
+  try {
+    (void)read_history(file);
+    FAIL() << "a NaN was read";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.where().line, 3);
+    EXPECT_THAT(error.what(), HasSubstr("residual_mN"));
+  }
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "compare/test_sheets.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Program : public testing::Test {
+ protected:
+  Program() : files_(test::write_example(folder_.path() / "A")) {}
+
+  int run(const std::string& name, const std::string& arguments) {
+    const std::string command = drape::test::program(name).string() + " " + arguments + " > " +
+                                (folder_.path() / "out").string() + " 2>&1";
+    const int status = std::system(command.c_str());
+    output_ = read_text(folder_.path() / "out");
+    return WEXITSTATUS(status);
+  }
+  int compare(const std::string& more = {}) {
+    std::string arguments;
+    for (const fs::path& file : files_) arguments += file.string() + " ";
+    return run("drape-compare", arguments + "--store " + path("results.sqlite") + " --report " +
+                                    path("report.html") + " " + more);
+  }
+  [[nodiscard]] std::string path(const std::string& name) const {
+    return (folder_.path() / name).string();
+  }
+
+  drape::test::TemporaryFolder folder_;
+  std::vector<fs::path> files_;
+  std::string output_;
+};
+
+TEST_F(Program, PrintsThePapersTablesAndTheVerdict) {
+  ASSERT_EQ(compare(), 0) << output_;
+  for (const char* text :
+       {"Real vs virtual, experiment A", "Virtual vs virtual, experiment A",
+        "5 seg: 11x11 vs 21x21", "GO: best mean distance", "119 measured, 2 gaps", "report.html"})
+    EXPECT_THAT(output_, HasSubstr(text));
+  for (const char* made : {"results.sqlite", "report.html", "report.run.json", "report/A-sheet.svg",
+                           "report/A-marks.csv"})
+    EXPECT_TRUE(fs::is_regular_file(path(made))) << made;
+  EXPECT_FALSE(fs::exists(path("results.sqlite-wal")));
+}
+
+TEST_F(Program, JsonSaysTheSame) {
+  ASSERT_EQ(compare("--json"), 0) << output_;
+  const Json json = Json::parse(output_);
+  EXPECT_EQ(json["verdict"], "GO");
+  EXPECT_EQ(json["drapes"][0]["real_vs_virtual"].size(), 4U);
+  EXPECT_TRUE(json["drapes"][0]["real_vs_virtual"][0]["mean_dist_mm"].is_number());
+  EXPECT_EQ(json["drapes"][0]["virtual_vs_virtual"].size(), 4U);
+}
+
+TEST_F(Program, TwoRunsGiveTheSameBytes) {
+  ASSERT_EQ(compare("--threads 1"), 0);
+  const std::string store = sha256_of_file(path("results.sqlite")),
+                    report = sha256_of_file(path("report.html"));
+  ASSERT_EQ(compare("--threads 2"), 0);
+  EXPECT_EQ(sha256_of_file(path("results.sqlite")), store);
+  EXPECT_EQ(sha256_of_file(path("report.html")), report);
+}
+
+TEST_F(Program, ExitCodes) {
+  EXPECT_EQ(compare("--min-marks 120"), 1);
+  EXPECT_THAT(output_, HasSubstr("NO-GO: A: only 119 marks"));
+  EXPECT_EQ(compare("--max-sigma-percent 0"), 2);
+  EXPECT_EQ(run("drape-compare", ""), 2);
+  EXPECT_EQ(run("drape-compare", path("none.ply")), 3);
+  EXPECT_THAT(output_, HasSubstr("none"));
+  EXPECT_EQ(run("drape-compare", files_[0].string() + " --store /proc/none/results.sqlite"), 3);
+  EXPECT_THAT(output_, HasSubstr("/proc/none/results.sqlite"));
+}
+
+TEST_F(Program, ResultsAnswers) {
+  ASSERT_EQ(compare(), 0);
+  const std::string store = " --store " + path("results.sqlite");
+  EXPECT_EQ(run("drape-results", "list --grid 21" + store), 0);
+  EXPECT_THAT(output_, HasSubstr("mean_dist_mm"));
+  EXPECT_EQ(run("drape-results", "tables" + store), 0);
+  EXPECT_THAT(output_, HasSubstr("1 seg: 11x11 vs 21x21"));
+  EXPECT_EQ(run("drape-results", "--json sql 'SELECT count(*) AS n FROM comparison'" + store), 0);
+  EXPECT_EQ(Json::parse(output_)[0]["n"], 4);
+  EXPECT_EQ(run("drape-results", "export csv --table metric" + store), 0);
+  EXPECT_THAT(output_, HasSubstr("name,unit,definition,better"));
+  EXPECT_EQ(run("drape-results", "sql 'DROP TABLE rig'" + store), 2);
+  EXPECT_EQ(run("drape-results", "list --store " + path("none.sqlite")), 3);
+}
+
+}  // namespace
+}  // namespace drape::compare
