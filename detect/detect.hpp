@@ -18,11 +18,11 @@ struct DetectOptions {
   int threads = 1;                 ///< frames at a time; never changes a result
   bool previews = true;            ///< half-scale JPEG per frame of a cloth
   bool overlays = false;           ///< PNG per frame with what was found and what was rejected
-  double most_chi2_per_dof = 40;   ///< of the fit, in units of the frame's noise
+  double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
   double most_masked_edge = 0.25;  ///< share of a dot's outline that may be covered
   double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
-  double most_one_sided_px = 0.15;  ///< and that shift; both must be exceeded
-  double least_semi_axis_px = 1.2;  ///< smaller ellipses are no longer measured
+  double most_one_sided_px = 0.2;  ///< and that shift; both must be exceeded
+  double least_semi_axis_px = 1.35;  ///< smaller ellipses are no longer measured
   double most_sigma_px = 0.2;       ///< largest standard deviation of a usable centre
 
   /// Throws Error(usage) naming an option that makes no sense.
