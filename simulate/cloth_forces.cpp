@@ -7,17 +7,6 @@
 namespace drape::sim {
 namespace {
 
-struct Blocks {
-  const double* __restrict x;
-  const double* __restrict y;
-  const double* __restrict z;
-};
-
-Blocks blocks(const Field& field) {
-  const std::size_t n = field.size() / 3;
-  return {field.data(), field.data() + n, field.data() + 2 * n};
-}
-
 /// asin(s) = 2 asin(s / sqrt(2 (1 + cos))); the Taylor series of the half angle is exact to
 /// 1e-11 up to 60 degrees and, unlike std::asin, vectorises.
 inline double fast_asin(double sine, double cosine) {
@@ -55,7 +44,9 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
 
 void Cloth::add_stretch(const Line& line, const ForceCurve& law, const Field& position,
                         const Field* velocity, Field& force) {
-  const auto [x, y, z] = blocks(position);
+  const double* __restrict x = position.data();
+  const double* __restrict y = position.data() + count();
+  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
   const int m = count() - line.stride;
   const int s = line.stride;
   const double per_rest = 1 / line.spacing;
@@ -74,7 +65,9 @@ void Cloth::add_stretch(const Line& line, const ForceCurve& law, const Field& po
     for (int i = 0; i < m; ++i) tension[i] += hinge.change * std::max(0.0, strain[i] - hinge.at);
   }
   if (velocity != nullptr && laws_.stretch_damping_s > 0) {
-    const auto [u, v, w] = blocks(*velocity);
+    const double* __restrict u = velocity->data();
+    const double* __restrict v = velocity->data() + count();
+    const double* __restrict w = velocity->data() + 2 * static_cast<std::ptrdiff_t>(count());
     const double damping = laws_.stretch_damping_s * law.slope * per_rest;
     for (int i = 0; i < m; ++i) {
       const double rate = (u[i + s] - u[i]) * (x[i + s] - x[i]) +
@@ -104,7 +97,9 @@ void Cloth::add_bending(const Line& line, const ForceCurve& law, const Field& po
   double* __restrict secant = scratch_b_.data();
   for (int i = s; i < n - s; ++i) secant[i] = law.slope * scale * width[i];
   if (!law.hinges.empty()) {
-    const auto [x, y, z] = blocks(position);
+    const double* __restrict x = position.data();
+  const double* __restrict y = position.data() + count();
+  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
     double* __restrict curvature = scratch_b_.data() + n;
     for (int i = s; i < n - s; ++i) {
       const double dx = x[i - s] - 2 * x[i] + x[i + s];
@@ -132,7 +127,9 @@ void Cloth::add_bending(const Line& line, const ForceCurve& law, const Field& po
 }
 
 void Cloth::add_shear(const Field& position, Field& force) {
-  const auto [x, y, z] = blocks(position);
+  const double* __restrict x = position.data();
+  const double* __restrict y = position.data() + count();
+  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
   const int n = count();
   const int s = grid_.cols;
   const int m = n - s - 1;

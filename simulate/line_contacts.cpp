@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 constexpr double kWatch = 0.2e-3;      // m; a point closer than this may touch before the next refresh
 constexpr double kEndShare = 0.02;     // contacts nearer to a particle than this share are its own
 constexpr int kSearchSteps = 14;       // of the ternary search: 0.4 % of the line piece
-constexpr int kCellPoints = 5;         // per side, inside a cell
+constexpr int kCellPoints = 3;         // per side, inside a cell; fixed, so that no load jumps between them
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -33,10 +33,12 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
     : cloth_(&cloth), surroundings_(&surroundings), friction_(friction), gravity_(gravity_m_per_s2) {
   const double mass = cloth.total_mass_kg() / cloth.count();
   stiffness_ = mass * gravity_ / sink_m;
-  damping_ = 2 * std::sqrt(stiffness_ * mass);  // critical for the mass of one particle
+  // A fifth of critical: a light corner particle shares a dozen of these and must stay stable.
+  damping_ = 0.4 * std::sqrt(stiffness_ * mass);
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
-  const std::size_t elements = 3 * static_cast<std::size_t>(cloth.count());
+  const std::size_t elements =
+      (2 + kCellPoints * kCellPoints) * static_cast<std::size_t>(cloth.count());
   points_.reserve(elements * std::max(1, surroundings.count()));
   friction_spring_.assign(elements, Vector3d::Zero());
   touched_.assign(elements, 0);
@@ -47,8 +49,11 @@ void LineContacts::try_line(const Field& position, int element, int a, int b) {
   const Vector3d q = at(position, b);
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
     if (surroundings_->is_table(shape)) continue;
-    // The distance changes by at most the way along the line.
-    if (surroundings_->gap_m(shape, 0.5 * (p + q)) > reach_m_) continue;
+    // The distance is convex along the line, so its ends and middle bound it from below.
+    const double middle = surroundings_->gap_m(shape, 0.5 * (p + q));
+    if (middle > reach_m_) continue;
+    const double ends = std::max(surroundings_->gap_m(shape, p), surroundings_->gap_m(shape, q));
+    if (2 * middle - ends > kWatch) continue;
     double low = 0;
     double high = 1;
     for (int k = 0; k < kSearchSteps; ++k) {
@@ -65,31 +70,24 @@ void LineContacts::try_line(const Field& position, int element, int a, int b) {
   }
 }
 
-void LineContacts::try_cell(const Field& position, int element, int corner) {
+void LineContacts::try_cell(const Field& position, int corner) {
   const int cols = cloth_->grid().cols;
-  Point best{element, 0, {corner, corner + 1, corner + cols, corner + cols + 1}, {}};
-  best.weight.fill(0.25);
-  const Vector3d centre = mix(position, best);
+  const int first = 2 * cloth_->count() + kCellPoints * kCellPoints * corner;
+  Point point{first, 0, {corner, corner + 1, corner + cols, corner + cols + 1}, {}};
+  point.weight.fill(0.25);
+  const Vector3d centre = mix(position, point);
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
     if (surroundings_->is_table(shape)) continue;
     if (surroundings_->gap_m(shape, centre) > reach_m_) continue;
-    double deepest = kWatch;
-    for (int r = 1; r <= kCellPoints; ++r) {
-      for (int c = 1; c <= kCellPoints; ++c) {
-        const double u = r / (kCellPoints + 1.0);
-        const double v = c / (kCellPoints + 1.0);
-        Point point = best;
-        point.shape = shape;
+    point.shape = shape;
+    for (int r = 0; r < kCellPoints; ++r) {
+      for (int c = 0; c < kCellPoints; ++c) {
+        const double u = (r + 1) / (kCellPoints + 1.0);
+        const double v = (c + 1) / (kCellPoints + 1.0);
+        point.element = first + r * kCellPoints + c;
         point.weight = {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v};
-        const double gap = surroundings_->gap_m(shape, mix(position, point));
-        if (gap >= deepest - 1e-12) continue;
-        deepest = gap;
-        best = point;
+        if (surroundings_->gap_m(shape, mix(position, point)) < kWatch) points_.push_back(point);
       }
-    }
-    if (deepest < kWatch) {
-      points_.push_back(best);
-      return;
     }
   }
 }
@@ -103,7 +101,7 @@ void LineContacts::refresh(const Field& position) {
       const int i = grid.index(r, c);
       if (r + 1 < grid.rows) try_line(position, i, i, i + grid.cols);
       if (c + 1 < grid.cols) try_line(position, n + i, i, i + 1);
-      if (r + 1 < grid.rows && c + 1 < grid.cols) try_cell(position, 2 * n + i, i);
+      if (r + 1 < grid.rows && c + 1 < grid.cols) try_cell(position, i);
     }
   }
   std::fill(touched_.begin(), touched_.end(), 0);

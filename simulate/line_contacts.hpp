@@ -10,13 +10,13 @@
 
 namespace drape::sim {
 
-/// Contact of the cloth between its particles: each grid line piece and each cell touches an
-/// object at its deepest point, so that an edge of a box cannot cut through a coarse grid. The
+/// Contact of the cloth between its particles: each grid line piece touches an
+/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot cut through a coarse grid. The
 /// force is elastic with a stiffness at which the weight of one particle sinks in by `sink_m`,
 /// far below the springs' stiffness; friction is an elastic-plastic tangential spring.
 class LineContacts {
  public:
-  static constexpr double sink_m = 1e-6;
+  static constexpr double sink_m = 2e-6;
 
   LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                double gravity_m_per_s2);
@@ -46,7 +46,7 @@ class LineContacts {
   };
   [[nodiscard]] Push push(const Point& point, const Field& position, const Field* velocity) const;
   void try_line(const Field& position, int element, int a, int b);
-  void try_cell(const Field& position, int element, int corner);
+  void try_cell(const Field& position, int corner);
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;

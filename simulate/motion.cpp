@@ -12,10 +12,11 @@ using Eigen::Vector3d;
 
 constexpr double kRk4ImaginaryLimit = 2.828;
 constexpr double kImpactDepth = 10e-6;   // m; shallower hits land without going back in time
-constexpr double kLandingGap = 1e-6;     // m
+constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the surface this gently
 constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
-constexpr int kRefreshSteps = 8;         // between searches for contacts between particles
+constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
+constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's way between searches
 // A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
 constexpr double kLineContactShare = 12;
 
@@ -78,7 +79,7 @@ void Motion::hold(const std::vector<Hold>& holds) {
       }
     }
   }
-  hold_response_ = gram.completeOrthogonalDecomposition().pseudoInverse();
+  if (count > 0) hold_response_ = gram.completeOrthogonalDecomposition().pseudoInverse();
   hold_rate_ = Eigen::Matrix3Xd::Zero(3, count);
   hold_value_.resize(count);
   hold_answer_.resize(count);
@@ -221,9 +222,9 @@ double Motion::first_impact(double& share) {
     const Vector3d p = at(position, i);
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       const double gap = surroundings_.gap_m(shape, p);
-      if (gap >= 0) continue;
-      deepest = std::max(deepest, -gap);
+      if (gap >= -kImpactDepth) continue;
       const double before = std::max(0.0, surroundings_.gap_m(shape, at(start_x_, i)));
+      deepest = std::max(deepest, -gap);
       share = std::min(share, before / (before - gap));
     }
   }
@@ -231,20 +232,19 @@ double Motion::first_impact(double& share) {
   return deepest;
 }
 
-void Motion::land(double tolerance_m) {
+void Motion::land() {
   for (int i = 0; i < cloth_.count(); ++i) {
     if (touch_of_[i] >= 0) continue;
     const Vector3d p = at(position, i);
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       const double gap = surroundings_.gap_m(shape, p);
-      if (gap > tolerance_m) continue;
+      if (gap > 0) continue;
       const Vector3d normal = surroundings_.normal(shape, p);
       Vector3d v = at(velocity, i);
-      if (gap >= 0 && v.dot(normal) >= 0) continue;
-      put(position, i, p - gap * normal);
-      v -= std::min(0.0, v.dot(normal)) * normal;
+      if (v.dot(normal) >= 0) continue;
+      v -= v.dot(normal) * normal;
       const double speed = v.norm();
-      Touch touch{i, shape, speed == 0, normal, Vector3d::Zero()};
+      Touch touch{i, shape, speed == 0, gap, normal, Vector3d::Zero()};
       if (speed > 0) touch.slide = v / speed;
       put(velocity, i, v);
       touch_of_[i] = static_cast<int>(touching_.size());
@@ -254,21 +254,23 @@ void Motion::land(double tolerance_m) {
   }
 }
 
-void Motion::follow_surfaces() {
+void Motion::follow_surfaces(double step_s) {
+  const double keep = std::exp(-step_s / kSurfacing);
   for (std::size_t k = 0; k < touching_.size();) {
     Touch& touch = touching_[k];
     Vector3d p = at(position, touch.particle);
     Vector3d v = at(velocity, touch.particle);
     const double gap = surroundings_.gap_m(touch.shape, p);
     touch.normal = surroundings_.normal(touch.shape, p);
-    if (gap > kLiftGap && v.dot(touch.normal) > 0) {
+    if (gap - touch.gap > kLiftGap && v.dot(touch.normal) > 0) {
       touch_of_[touch.particle] = -1;
       touching_[k] = touching_.back();
       touching_.pop_back();
       if (k < touching_.size()) touch_of_[touching_[k].particle] = static_cast<int>(k);
       continue;
     }
-    p -= gap * touch.normal;
+    touch.gap *= keep;
+    p -= (gap - touch.gap) * touch.normal;
     v -= v.dot(touch.normal) * touch.normal;
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       if (shape == touch.shape) continue;
@@ -276,7 +278,7 @@ void Motion::follow_surfaces() {
       if (other >= 0) continue;
       touch.shape = shape;
       touch.normal = surroundings_.normal(shape, p);
-      p -= other * touch.normal;
+      touch.gap = other;
       v -= v.dot(touch.normal) * touch.normal;
       break;
     }
@@ -295,19 +297,24 @@ void Motion::follow_surfaces() {
 void Motion::book_losses(double step_s) {
   const std::size_t n = inverse_mass_.size();
   double power = 0;
+  double fastest2 = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double v2 = velocity[i] * velocity[i] + velocity[n + i] * velocity[n + i] +
                       velocity[2 * n + i] * velocity[2 * n + i];
+    fastest2 = std::max(fastest2, v2);
     power += (options_.damping_per_s / inverse_mass_[i] +
               options_.air_drag_kg_per_m3 * cloth_.area_m2()[i] * std::sqrt(v2)) *
              v2;
   }
   viscous_loss_j_ += power * step_s;
+  travel_m_ += std::sqrt(fastest2) * step_s;
 }
 
 double Motion::step(double step_s) {
-  if (options_.contact_between_particles && steps_ % kRefreshSteps == 0) {
+  if (options_.contact_between_particles &&
+      (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel)) {
     line_contacts_.refresh(position);
+    travel_m_ = 0;
   }
   ++steps_;
   start_x_ = position;
@@ -324,8 +331,8 @@ double Motion::step(double step_s) {
     step_s *= share;
     runge_kutta(step_s);
   }
-  follow_surfaces();
-  land(kLandingGap);
+  follow_surfaces(step_s);
+  land();
   project_holds(velocity, true);
   if (options_.contact_between_particles) line_contacts_.advance(position, velocity, step_s);
   book_losses(step_s);

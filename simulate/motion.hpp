@@ -70,6 +70,7 @@ class Motion {
     int particle = 0;
     int shape = 0;
     bool stuck = false;
+    double gap = 0;  ///< distance kept from the surface; a shallow hit starts below 0
     Eigen::Vector3d normal;
     Eigen::Vector3d slide;  ///< unit direction of sliding; zero when it has none
   };
@@ -80,8 +81,8 @@ class Motion {
   void project_holds(Field& field, bool to_rate = false);
   void runge_kutta(double step_s);
   [[nodiscard]] double first_impact(double& share);
-  void land(double tolerance_m);
-  void follow_surfaces();
+  void land();
+  void follow_surfaces(double step_s);
   void book_losses(double step_s);
 
   Cloth& cloth_;
@@ -98,6 +99,7 @@ class Motion {
   Field start_x_, start_v_, stage_x_, stage_v_, sum_x_, sum_v_, a_, a1_;
   int backtracked_ = 0;
   long steps_ = 0;
+  double travel_m_ = 0;  ///< largest way of any particle since the last contact search
   double viscous_loss_j_ = 0, stopped_j_ = 0, residual_rms_ = 0;
 };
 
