@@ -167,8 +167,8 @@ void judge_simulations(const DrapeInput& input, const Options& options, Report& 
     const Simulation& simulation = input.simulations[row.simulation];
     if (simulation.source().status != "at rest") {
       (options.accept_unsettled ? report.warnings : report.no_go)
-          .push_back(fmt::format("simulation {}: {}", simulation.label(),
-                                 simulation.source().status));
+          .push_back(
+              fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
     }
     if (simulation.certificate && simulation.certificate->penetration_accepted == false) {
       (options.accept_penetration ? report.warnings : report.no_go)

@@ -19,6 +19,29 @@ struct Seen {
   bool faces_camera = false;
 };
 
+/// Part of the photograph that is shown.
+struct Crop {
+  Eigen::Vector2d low, high;
+
+  explicit Crop(const FrameDetections& frame)
+      : low(frame.width_px, frame.height_px), high(Eigen::Vector2d::Zero()) {}
+  void extend(const Eigen::Vector2d& px) {
+    low = low.cwiseMin(px);
+    high = high.cwiseMax(px);
+  }
+  /// A margin around it, inside the image; the whole image when nothing was seen.
+  void finish(const FrameDetections& frame) {
+    const Eigen::Vector2d size(frame.width_px, frame.height_px);
+    if (!(low.x() < high.x()) || !(low.y() < high.y())) {
+      low.setZero();
+      high = size;
+    }
+    const double margin = 0.12 * (high - low).maxCoeff();
+    low = (low.array() - margin).max(0.0).floor();
+    high = (high.array() + margin).min(size.array()).ceil();
+  }
+};
+
 class Photograph {
  public:
   explicit Photograph(const Camera& camera)
@@ -93,13 +116,13 @@ std::vector<double> lattice_lines(const Sheet& sheet, const LatticeCoordinates& 
 }
 
 void draw_virtual(Svg& svg, const Photograph& photograph, const DrapeInput& input,
-                  const Surface& surface) {
+                  const Surface& surface, double unit) {
   const Sheet& measured = input.measured.sheet;
   const auto lattice = LatticeCoordinates::of(measured, input.measured.file.string());
   if (!lattice) return;
   const auto warp = lattice_lines(measured, *lattice, 0),
              weft = lattice_lines(measured, *lattice, 1);
-  svg.open_group("stroke-width=\"1.6\" stroke-linejoin=\"round\"");
+  svg.open_group(fmt::format("stroke-width=\"{:.2f}\" stroke-linejoin=\"round\"", 1.5 * unit));
   draw_grid(svg, photograph, surface, warp, weft, true);
   draw_grid(svg, photograph, surface, weft, warp, false);
   svg.close_group();
@@ -119,7 +142,8 @@ std::string hover_of(const Detection& detection, const MarkError* error) {
 }
 
 void draw_marks(Svg& svg, const FrameDetections& frame, const Photograph* photograph,
-                const Surface& surface, const RealVirtual& comparison, const ErrorScale& scale) {
+                const Surface& surface, const RealVirtual& comparison, double unit) {
+  const ErrorScale scale = scale_of(comparison);
   for (const Detection& detection : frame.detections) {
     const MarkError* error = error_of(comparison, detection.mark);
     const std::string colour = error ? scale.colour(error->distance_m / mm) : "none";
@@ -127,14 +151,30 @@ void draw_marks(Svg& svg, const FrameDetections& frame, const Photograph* photog
     const auto seen = photograph && place ? photograph->see(*place) : std::nullopt;
     if (seen) {
       svg.line(detection.centre_px, seen->px,
-               "stroke=\"#ffffff\" stroke-width=\"5\" stroke-linecap=\"round\"");
+               fmt::format("stroke=\"#ffffff\" stroke-width=\"{:.2f}\" stroke-linecap=\"round\"",
+                           4 * unit));
       svg.line(detection.centre_px, seen->px,
-               fmt::format("stroke=\"{}\" stroke-width=\"3\" stroke-linecap=\"round\"", colour));
+               fmt::format("stroke=\"{}\" stroke-width=\"{:.2f}\" stroke-linecap=\"round\"", colour,
+                           2.6 * unit));
     }
-    svg.circle(detection.centre_px, 8.5,
-               fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"2.2\"", colour),
-               hover_of(detection, error));
+    svg.circle(
+        detection.centre_px, 6.5 * unit,
+        fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"{:.2f}\"", colour, 1.7 * unit),
+        hover_of(detection, error));
   }
+}
+
+Crop crop_of(const FrameDetections& frame, const Photograph* photograph, const Surface& surface,
+             const RealVirtual& comparison) {
+  Crop crop(frame);
+  for (const Detection& detection : frame.detections) crop.extend(detection.centre_px);
+  for (const MarkError& mark : comparison.marks.marks) {
+    const auto place = surface.at(mark.material_m);
+    const auto seen = photograph && place ? photograph->see(*place) : std::nullopt;
+    if (seen) crop.extend(seen->px);
+  }
+  crop.finish(frame);
+  return crop;
 }
 
 }  // namespace
@@ -146,26 +186,30 @@ ErrorScale scale_of(const RealVirtual& comparison) {
 Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
                       const std::vector<unsigned char>& preview, const CalibratedCamera* camera,
                       const DrapeInput& input, const RealVirtual& comparison) {
-  const double width = frame.width_px, height = frame.height_px;
   const Simulation& simulation = input.simulations[comparison.simulation];
-  Svg svg(width, height,
-          fmt::format("Drape {}, camera {}: measured marks{}", drape, frame.camera,
-                      camera ? " and the simulation " + simulation.label() : ""));
-  // Pixel centres are at integers, so the image begins half a pixel before the first centre.
-  svg.open_group("transform=\"translate(0.5 0.5)\"");
-  if (preview.empty()) {
-    svg.rectangle(-0.5, -0.5, width, height, "fill=\"#8a8f96\"");
-  } else {
-    svg.image(-0.5, -0.5, width, height, jpeg_data_uri(preview));
-  }
   const Surface surface(simulation.sheet.sheet, simulation.sheet.file.string());
   std::optional<Photograph> photograph;
-  if (camera) {
-    photograph.emplace(camera->camera);
-    draw_virtual(svg, *photograph, input, surface);
+  if (camera) photograph.emplace(camera->camera);
+  const Crop crop = crop_of(frame, photograph ? &*photograph : nullptr, surface, comparison);
+  const Eigen::Vector2d size = crop.high - crop.low;
+  // Lines, dots and legend keep their size on paper whatever part of the image is shown.
+  const double unit = size.x() / 1000;
+  Svg svg(size.x(), size.y() + 56 * unit,
+          fmt::format("Drape {}, camera {}: measured marks{}", drape, frame.camera,
+                      camera ? " and the simulation " + simulation.label() : ""),
+          crop.low);
+  // Pixel centres are at integers, so the image begins half a pixel before the first centre.
+  if (preview.empty()) {
+    svg.rectangle(-0.5, -0.5, frame.width_px, frame.height_px, "fill=\"#8a8f96\"");
+  } else {
+    svg.image(-0.5, -0.5, frame.width_px, frame.height_px, jpeg_data_uri(preview));
   }
-  draw_marks(svg, frame, photograph ? &*photograph : nullptr, surface, comparison,
-             scale_of(comparison));
+  if (photograph) draw_virtual(svg, *photograph, input, surface, unit);
+  draw_marks(svg, frame, photograph ? &*photograph : nullptr, surface, comparison, unit);
+  svg.rectangle(crop.low.x(), crop.high.y(), size.x(), frame.height_px, "fill=\"#ffffff\"");
+  svg.open_group(fmt::format("transform=\"translate({} {}) scale({:.4f})\"",
+                             coordinate(crop.low.x()), coordinate(crop.high.y()), unit));
+  scale_of(comparison).draw(svg, 330, 12, 340);
   svg.close_group();
   return {fmt::format("{}-overlay-{}", drape, frame.camera),
           fmt::format("Camera {}: {} marks found.", frame.camera, frame.detections.size()),

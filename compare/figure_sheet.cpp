@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "compare/figures.hpp"
@@ -113,8 +114,8 @@ void paint(Svg& svg, const View& view, const Sheet& sheet, const RealVirtual& co
   }
 }
 
-/// Fits the view to everything that is drawn.
-void fit(View& view, const Sheet& sheet, const RealVirtual& comparison, double left, double top) {
+/// Fits the view to everything that is drawn; returns the height that it takes.
+double fit(View& view, const Sheet& sheet, const RealVirtual& comparison, double left) {
   Eigen::Array2d low(1e9, 1e9), high(-1e9, -1e9);
   const auto extend = [&](const Eigen::Vector3d& point) {
     const Eigen::Array2d p(view.right.dot(point), view.up.dot(point));
@@ -126,7 +127,9 @@ void fit(View& view, const Sheet& sheet, const RealVirtual& comparison, double l
   const Eigen::Array2d middle = 0.5 * (low + high);
   view.centre_m = middle.x() * view.right + middle.y() * view.up;
   view.scale = (kPanel - 40) / (high - low).maxCoeff();
-  view.middle = {left + kPanel / 2, top + kPanel / 2};
+  const double height = view.scale * (high.y() - low.y()) + 30;
+  view.middle = {left + kPanel / 2, height / 2};
+  return height;
 }
 
 /// The three world axes, 30 mm long, in the lower left corner of a view.
@@ -150,23 +153,26 @@ Figure sheet_figure(const std::string& drape, const DrapeInput& input,
   const Simulation& simulation = input.simulations[comparison.simulation];
   const Sheet& sheet = simulation.sheet.sheet;
   const ErrorScale scale = scale_of(comparison);
-  Svg svg(
-      2 * kPanel, kPanel + 55,
-      fmt::format("Drape {}: real marks and the simulated sheet {}", drape, simulation.label()));
-  for (int side = 0; side < 2; ++side) {
-    View view((-60 + 180 * side) * deg, 32 * deg);
-    fit(view, sheet, comparison, side * kPanel, 0);
-    svg.open_group("stroke=\"#8a94a0\" stroke-width=\"0.5\" stroke-linejoin=\"round\"");
-    paint(svg, view, sheet, comparison, scale);
-    svg.close_group();
-    draw_axes(svg, view, side * kPanel, kPanel + 12);
-    if (side == 0) {
-      const double bar = 50 * mm * view.scale;
-      svg.line({105, kPanel}, {105 + bar, kPanel}, "stroke=\"#333\" stroke-width=\"2\"");
-      svg.text({105 + bar / 2, kPanel + 16}, "50 mm", 11, "middle", "fill=\"#333\"");
-    }
+  std::array<View, 2> views = {View(-60 * deg, 32 * deg), View(120 * deg, 32 * deg)};
+  double height = 0;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const double left = kPanel * static_cast<double>(side);
+    height = std::max(height, fit(views[side], sheet, comparison, left));
   }
-  scale.draw(svg, kPanel - 60, kPanel + 12, 300);
+  const double bottom = height + 58;
+  Svg svg(
+      2 * kPanel, bottom,
+      fmt::format("Drape {}: real marks and the simulated sheet {}", drape, simulation.label()));
+  for (std::size_t side = 0; side < 2; ++side) {
+    svg.open_group("stroke=\"#8a94a0\" stroke-width=\"0.5\" stroke-linejoin=\"round\"");
+    paint(svg, views[side], sheet, comparison, scale);
+    svg.close_group();
+    draw_axes(svg, views[side], kPanel * static_cast<double>(side), bottom);
+  }
+  const double bar = 50 * mm * views[0].scale;
+  svg.line({150, bottom - 22}, {150 + bar, bottom - 22}, "stroke=\"#333\" stroke-width=\"2\"");
+  svg.text({150 + bar / 2, bottom - 6}, "50 mm", 11, "middle", "fill=\"#333\"");
+  scale.draw(svg, kPanel + 150, bottom - 44, 300);
   return {drape + "-sheet",
           fmt::format("Simulation {} (grey; darker where the back of the cloth is seen) and the "
                       "real marks, from two opposite sides. Each line leads from a real mark to "

@@ -26,8 +26,7 @@ std::vector<std::string> Outcome::reasons() const {
 std::string Outcome::sentence() const {
   const std::vector<std::string> list = reasons();
   if (!list.empty()) {
-    return list.front() +
-           (list.size() > 2   ? fmt::format(" (and {} more reasons)", list.size() - 1)
+    return list.front() + (list.size() > 2 ? fmt::format(" (and {} more reasons)", list.size() - 1)
                            : list.size() == 2 ? " (and one more reason)"
                                               : "");
   }

@@ -83,11 +83,12 @@ std::string coordinate(double value) {
   return text == "-0" ? "0" : text;
 }
 
-Svg::Svg(double width, double height, const std::string& title) {
+Svg::Svg(double width, double height, const std::string& title, const Eigen::Vector2d& origin) {
   head_ = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"{4} {5} {0} {1}\" width=\"{0}\" "
       "height=\"{1}\" role=\"img\" font-family=\"{2}\"><title>{3}</title>\n",
-      coordinate(width), coordinate(height), kFont, xml(title));
+      coordinate(width), coordinate(height), kFont, xml(title), coordinate(origin.x()),
+      coordinate(origin.y()));
 }
 
 void Svg::element(const std::string& tag, const std::string& attributes, const std::string& hover) {

@@ -17,8 +17,9 @@ namespace drape::compare {
 /// the same in its own file, in the report and in print.
 class Svg {
  public:
-  /// `title` is what a screen reader says.
-  Svg(double width, double height, const std::string& title);
+  /// `title` is what a screen reader says, `origin` the coordinates of the upper left corner.
+  Svg(double width, double height, const std::string& title,
+      const Eigen::Vector2d& origin = Eigen::Vector2d::Zero());
 
   void rectangle(double x, double y, double width, double height, const std::string& style,
                  const std::string& hover = {});

@@ -129,24 +129,32 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
                  "mean_percent_of_warp_side",
                  "mean_percent_of_weft_side",
                  "marks",
-                 "status"};
+                 "at rest"};
   table.heads = {"grid size",        "segments",         "mean dist (mm)", "± (mm)",
                  "median (mm)",      "RMS (mm)",         "p95 (mm)",       "max (mm)",
-                 "mean (% of warp)", "mean (% of weft)", "marks",          "status"};
+                 "mean (% of warp)", "mean (% of weft)", "marks",          "at rest"};
   table.numeric.assign(table.names.size(), true);
   table.numeric.front() = table.numeric.back() = false;
   const bool models = several_models(input);
+  if (models) {
+    for (const char* name : {"model", "solver"}) {
+      table.names.emplace_back(name);
+      table.heads.emplace_back(name);
+      table.numeric.push_back(false);
+    }
+  }
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const DistanceStatistics& s = row.statistics;
     const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-    std::string status = simulation.source().status;
-    if (models)
-      status += fmt::format(" ({}, {})", simulation.source().model, simulation.source().solver);
     table.add({simulation.grid(), std::to_string(simulation.source().segments), mm_text(s.mean_m),
                mm_text(s.sigma_mean_m), mm_text(s.median_m), mm_text(s.rms_m), mm_text(s.p95_m),
                mm_text(s.max_m), fmt::format("{:.2f}", percent.x()),
-               fmt::format("{:.2f}", percent.y()), std::to_string(s.marks), status});
+               fmt::format("{:.2f}", percent.y()), std::to_string(s.marks),
+               simulation.source().status == "at rest" ? "yes" : "no"});
+    if (!models) continue;
+    table.rows.back().push_back(simulation.source().model);
+    table.rows.back().push_back(simulation.source().solver);
   }
   return table;
 }
