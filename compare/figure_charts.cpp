@@ -104,6 +104,26 @@ constexpr std::array<const char*, 6> kStrokes = {
     "stroke=\"#56b4e9\" stroke-width=\"1.6\" stroke-dasharray=\"6 3\"",
     "stroke=\"#8a6d00\" stroke-width=\"1.6\" stroke-dasharray=\"2 3\""};
 
+/// Smallest and largest value of each of 300 equal parts, so that long runs stay a small picture.
+std::vector<Eigen::Vector2d> thinned(const std::vector<Eigen::Vector2d>& points) {
+  constexpr std::size_t kParts = 300;
+  if (points.size() <= 2 * kParts) return points;
+  std::vector<Eigen::Vector2d> kept;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(part * points.size() / kParts);
+    const auto end =
+        points.begin() + static_cast<std::ptrdiff_t>((part + 1) * points.size() / kParts);
+    auto [low, high] = std::minmax_element(
+        begin, end,
+        [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.y() < b.y(); });
+    if (high < low) std::swap(low, high);
+    kept.push_back(*low);
+    if (high != low) kept.push_back(*high);
+  }
+  if (kept.back() != points.back()) kept.push_back(points.back());
+  return kept;
+}
+
 Plot plot_of(const std::vector<Curve>& curves) {
   Plot plot{70, 16, 470, 230, 1e300, -1e300, 1e300, -1e300};
   for (const Curve& curve : curves) {
@@ -178,7 +198,7 @@ Figure map_figure(const std::string& drape, const DrapeInput& input,
 
 Figure histogram_figure(const std::string& drape, const RealVirtual& comparison) {
   const DistanceStatistics& s = comparison.statistics;
-  const double width = round_step(s.max_m / mm > 1e-6 ? s.max_m / mm : 1.0, 14);
+  const double width = round_step(s.max_m / mm > 1e-6 ? s.max_m / mm : 1.0, 12);
   const auto bins = static_cast<std::size_t>(std::floor(s.max_m / mm / width)) + 1;
   std::vector<int> counts(bins, 0);
   for (const MarkError& mark : comparison.marks.marks)
@@ -187,7 +207,7 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
   const double step = std::max(1.0, round_step(tallest, 4));
   const Plot plot{
       52, 12, 620, 230, 0, width * static_cast<double>(bins), 0, step * std::ceil(tallest / step)};
-  Svg svg(700, 300, fmt::format("Drape {}: histogram of distances", drape));
+  Svg svg(500, 300, fmt::format("Drape {}: histogram of distances", drape));
   for (double y = 0; y <= plot.y_max; y += step) {
     svg.line({plot.left, plot.y(y)}, {plot.left + plot.width, plot.y(y)}, kGrid);
     svg.text({plot.left - 7, plot.y(y) + 4}, fmt::format("{:g}", y), 11, "end", kNote);
@@ -208,7 +228,7 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
   }
   draw_level(svg, plot, s.median_m / mm, fmt::format("median {:.2f} mm", s.median_m / mm), 0);
   draw_level(svg, plot, s.mean_m / mm, fmt::format("mean {:.2f} mm", s.mean_m / mm), 1);
-  draw_level(svg, plot, s.p95_m / mm, fmt::format("95 % below {:.2f} mm", s.p95_m / mm), 0);
+  draw_level(svg, plot, s.p95_m / mm, fmt::format("95 % below {:.2f} mm", s.p95_m / mm), 2);
   svg.text({plot.left + plot.width / 2, 292}, "distance real to virtual (mm)", 12, "middle",
            "fill=\"#333\"");
   svg.text(
@@ -232,6 +252,7 @@ std::optional<Figure> convergence_figure(const std::string& drape, const DrapeIn
     const auto &x = simulation.history->columns.front(), &y = simulation.history->columns[*column];
     for (std::size_t i = 0; i < x.size(); ++i)
       if (y[i] > 0) curve.points.emplace_back(x[i], std::log10(y[i]));
+    curve.points = thinned(curve.points);
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
   if (curves.empty()) return std::nullopt;
@@ -243,7 +264,8 @@ std::optional<Figure> convergence_figure(const std::string& drape, const DrapeIn
   svg.text(
       {14, plot.top + plot.height / 2}, axis_label(y_name), 12, "middle",
       fmt::format("fill=\"#333\" transform=\"rotate(-90 14 {})\"", plot.top + plot.height / 2));
-  return Figure{drape + "-convergence", "Residual of each simulation over its run.", svg.finish()};
+  return Figure{drape + "-convergence", "Residual of each simulation over its run, logarithmic.",
+                svg.finish()};
 }
 
 }  // namespace drape::compare

@@ -123,6 +123,11 @@ Table gap_table(const DrapeInput& input, const RealVirtual& best) {
   return table;
 }
 
+/// What the report leaves to the certificate itself: the options and the fits of the curves.
+bool is_detail(const std::string& entry) {
+  return entry.starts_with("options.") || entry.starts_with("curves.");
+}
+
 /// One column per simulation, one row per entry of the certificates.
 Table certificate_table(const DrapeInput& input, const Report& report) {
   Table table;
@@ -133,7 +138,8 @@ Table certificate_table(const DrapeInput& input, const Report& report) {
     if (!simulation.certificate) continue;
     table.names.push_back(simulation.label());
     for (const auto& [name, value] : simulation.certificate->entries)
-      if (std::find(entries.begin(), entries.end(), name) == entries.end()) entries.push_back(name);
+      if (!is_detail(name) && std::find(entries.begin(), entries.end(), name) == entries.end())
+        entries.push_back(name);
   }
   for (const std::string& entry : entries) {
     std::vector<std::string> cells = {entry};
@@ -167,9 +173,12 @@ Table status_table(const DrapeInput& input, const Report& report) {
 std::string simulations_part(const DrapeFiles& drape, const Report& report,
                              const DrapeFigures& figures) {
   std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
-  if (figures.convergence) text += html_figure(*figures.convergence);
+  if (figures.convergence) text += html_figure(*figures.convergence, "chart");
   const Table certificates = certificate_table(drape.input, report);
-  if (!certificates.rows.empty()) text += html_table(certificates, "dense");
+  if (certificates.rows.empty()) return text;
+  text += html_table(certificates, "dense") +
+          "<p class=\"soft\">Options and curve fits are in the full certificate.json beside each "
+          "simulated sheet, and in the store.</p>\n";
   return text;
 }
 

@@ -31,11 +31,12 @@ td.n, th.n { text-align: right; padding-left: .9rem; }
 tr.best td { font-weight: 700; background: #f3f6fa; }
 table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12rem .5rem .12rem 0; }
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(19rem, 1fr)); gap: .5rem 2.5rem; align-items: start; }
-.photos { display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 1rem; }
+.photos { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
 .photos figure:first-child { grid-column: 1 / -1; }
 .marks { columns: 19rem auto; column-gap: 2rem; }
 figure { margin: 0 0 1rem; break-inside: avoid; }
 figure svg { display: block; width: 100%; height: auto; }
+.chart { max-width: 46rem; }
 .photos svg { border-radius: 4px; }
 figcaption { font-size: .88rem; color: var(--soft); padding-top: .35rem; max-width: 46rem; }
 .facts { display: flex; flex-wrap: wrap; gap: .9rem 2.6rem; margin: .8rem 0 1.2rem; padding: 0; list-style: none; }
