@@ -138,14 +138,14 @@ Output run_job(const Recording& recording, const Job& job, const PrintPlane& pla
   return output;
 }
 
-double median_sigma_px(const std::vector<FrameDetections>& frames) {
+std::optional<double> median_sigma_px(const std::vector<FrameDetections>& frames) {
   std::vector<double> sigmas;
   for (const FrameDetections& frame : frames) {
     for (const Detection& dot : frame.detections) {
       sigmas.push_back(std::sqrt(dot.covariance_px2.trace() / 2));
     }
   }
-  if (sigmas.empty()) return 0;
+  if (sigmas.empty()) return std::nullopt;
   const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
   std::nth_element(sigmas.begin(), middle, sigmas.end());
   return *middle;

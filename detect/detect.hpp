@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,9 @@ struct DetectOptions {
   double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
   double most_masked_edge = 0.25;  ///< share of a dot's outline that may be covered
   double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
-  double most_one_sided_px = 0.2;  ///< and that shift; both must be exceeded
+  double most_one_sided_px = 0.2;    ///< and that shift; both must be exceeded
   double least_semi_axis_px = 1.35;  ///< smaller ellipses are no longer measured
-  double most_sigma_px = 0.2;       ///< largest standard deviation of a usable centre
+  double most_sigma_px = 0.2;        ///< largest standard deviation of a usable centre
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
@@ -39,7 +40,7 @@ struct DetectReport {
   int frames = 0;
   int tags = 0;
   int marks = 0;                                    ///< measured, over all frames
-  double median_sigma_px = 0;                       ///< of the marks, root of half the trace
+  std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
   std::vector<std::string> frames_without_marks;    ///< "set drape_A, camera cam1"
   std::vector<std::string> warnings;
