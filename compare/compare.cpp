@@ -175,13 +175,20 @@ void judge_simulations(const DrapeInput& input, const Options& options, Report& 
           .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
                                  simulation.label()));
     }
-    const auto& start = simulation.source().start_sha256;
-    if (start && *start != input.measured.sha256 && *start != input.measured.ply_sha256) {
-      report.warnings.push_back(
-          fmt::format("simulation {} was placed by another measured sheet (SHA-256 {:.12}...)",
-                      simulation.label(), *start));
-    }
   }
+}
+
+/// One warning for all simulations that another measured sheet placed.
+void warn_of_other_starts(const DrapeInput& input, Report& report) {
+  std::string labels;
+  for (const RealVirtual& row : report.real_virtual) {
+    const Simulation& simulation = input.simulations[row.simulation];
+    const auto& start = simulation.source().start_sha256;
+    if (start && *start != input.measured.sha256 && *start != input.measured.ply_sha256)
+      labels += (labels.empty() ? "" : "; ") + simulation.label();
+  }
+  if (!labels.empty())
+    report.warnings.push_back("placed by another measured sheet than this one: " + labels);
 }
 
 void judge_measurement(const Options& options, Report& report) {
@@ -259,6 +266,7 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   compare_virtual(input, surfaces, report);
   judge_measurement(options, report);
   judge_simulations(input, options, report);
+  warn_of_other_starts(input, report);
   if (input.simulations.empty()) report.no_go.emplace_back("no simulation was given");
   return report;
 }

@@ -13,10 +13,10 @@ namespace {
 
 using units::mm;
 
-/// Gap reasons with their counts, in alphabetical order.
+/// Kinds of gaps with their counts, in alphabetical order.
 std::map<std::string, int> counted_gaps(const Sheet& sheet) {
   std::map<std::string, int> counts;
-  for (const Gap& gap : sheet.gaps) ++counts[gap.reason];
+  for (const Gap& gap : sheet.gaps) ++counts[kind_of_gap(gap.reason)];
   return counts;
 }
 

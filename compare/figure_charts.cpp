@@ -61,10 +61,10 @@ std::string gap_text(const Sheet& sheet, const RealVirtual& comparison, MarkId m
 
 void draw_level(Svg& svg, const Plot& plot, double value, const std::string& label, int row) {
   const double x = plot.x(value);
-  svg.line({x, plot.top + 16 * row + 4}, {x, plot.bottom()},
+  svg.line({x, 16.0 * row + 4}, {x, plot.bottom()},
            "stroke=\"#b3261e\" stroke-width=\"1.3\" stroke-dasharray=\"5 3\"");
   const bool flip = x > plot.left + 0.7 * plot.width;
-  svg.text({x + (flip ? -4 : 4), plot.top + 16 * row + 12}, label, 11.5, flip ? "end" : "start",
+  svg.text({x + (flip ? -4 : 4), 16.0 * row + 12}, label, 11.5, flip ? "end" : "start",
            "fill=\"#8c1d18\"");
 }
 
@@ -206,7 +206,7 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
   const int tallest = *std::max_element(counts.begin(), counts.end());
   const double step = std::max(1.0, round_step(tallest, 4));
   const Plot plot{
-      52, 12, 620, 230, 0, width * static_cast<double>(bins), 0, step * std::ceil(tallest / step)};
+      52, 58, 430, 200, 0, width * static_cast<double>(bins), 0, step * std::ceil(tallest / step)};
   Svg svg(500, 300, fmt::format("Drape {}: histogram of distances", drape));
   for (double y = 0; y <= plot.y_max; y += step) {
     svg.line({plot.left, plot.y(y)}, {plot.left + plot.width, plot.y(y)}, kGrid);
@@ -229,7 +229,7 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
   draw_level(svg, plot, s.median_m / mm, fmt::format("median {:.2f} mm", s.median_m / mm), 0);
   draw_level(svg, plot, s.mean_m / mm, fmt::format("mean {:.2f} mm", s.mean_m / mm), 1);
   draw_level(svg, plot, s.p95_m / mm, fmt::format("95 % below {:.2f} mm", s.p95_m / mm), 2);
-  svg.text({plot.left + plot.width / 2, 292}, "distance real to virtual (mm)", 12, "middle",
+  svg.text({plot.left + plot.width / 2, 294}, "distance real to virtual (mm)", 12, "middle",
            "fill=\"#333\"");
   svg.text(
       {14, plot.top + plot.height / 2}, "marks", 12, "middle",

@@ -194,7 +194,7 @@ Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
   const Eigen::Vector2d size = crop.high - crop.low;
   // Lines, dots and legend keep their size on paper whatever part of the image is shown.
   const double unit = size.x() / 1000;
-  Svg svg(size.x(), size.y() + 56 * unit,
+  Svg svg(size.x(), size.y() + 72 * unit,
           fmt::format("Drape {}, camera {}: measured marks{}", drape, frame.camera,
                       camera ? " and the simulation " + simulation.label() : ""),
           crop.low);
@@ -208,8 +208,8 @@ Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
   draw_marks(svg, frame, photograph ? &*photograph : nullptr, surface, comparison, unit);
   svg.rectangle(crop.low.x(), crop.high.y(), size.x(), frame.height_px, "fill=\"#ffffff\"");
   svg.open_group(fmt::format("transform=\"translate({} {}) scale({:.4f})\"",
-                             coordinate(crop.low.x()), coordinate(crop.high.y()), unit));
-  scale_of(comparison).draw(svg, 330, 12, 340);
+                             coordinate(crop.low.x()), coordinate(crop.high.y()), 1.4 * unit));
+  scale_of(comparison).draw(svg, 187, 8, 340);
   svg.close_group();
   return {fmt::format("{}-overlay-{}", drape, frame.camera),
           fmt::format("Camera {}: {} marks found.", frame.camera, frame.detections.size()),

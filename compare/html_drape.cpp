@@ -104,22 +104,14 @@ std::string mark_tables(const RealVirtual& best) {
   return text + "</div>\n";
 }
 
-Table gap_table(const DrapeInput& input, const RealVirtual& best) {
-  std::map<std::string, std::pair<int, std::string>> reasons;
-  const auto add = [&](const std::vector<Gap>& gaps) {
-    for (const Gap& gap : gaps) {
-      auto& [count, marks] = reasons[gap.reason];
-      ++count;
-      marks += fmt::format("{}({}, {})", marks.empty() ? "" : " ", gap.mark.row, gap.mark.col);
-    }
-  };
-  add(input.measured.sheet.gaps);
-  add(best.marks.excluded);
+/// Kinds of gaps with their counts.
+Table gap_summary(const Table& gaps) {
+  std::map<std::string, int> counts;
+  for (const auto& gap : gaps.rows) ++counts[kind_of_gap(gap.back())];
   Table table;
-  table.names = {"reason", "marks", "(row, col)"};
-  table.numeric = {false, true, false};
-  for (const auto& [reason, found] : reasons)
-    table.add({reason, std::to_string(found.first), found.second});
+  table.names = {"reason", "marks"};
+  table.numeric = {false, true};
+  for (const auto& [kind, count] : counts) table.add({kind, std::to_string(count)});
   return table;
 }
 
@@ -233,9 +225,10 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
           "<p class=\"soft\">dist: distance real to virtual; ±: its standard deviation; sigma: "
           "standard deviation of the mark along its worst direction; views: cameras that saw "
           "it.</p>\n";
-  const Table gaps = gap_table(drape.input, best);
-  text += "<h3>Gaps</h3>\n" +
-          (gaps.rows.empty() ? std::string("<p>Every mark was measured.</p>\n") : html_table(gaps));
+  const Table gaps = gap_table(drape.input, report);
+  text += "<h3>Gaps</h3>\n" + (gaps.rows.empty()
+                                   ? std::string("<p>Every mark was measured.</p>\n")
+                                   : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
   text += simulations_part(drape, report, figures);
   text += html_budget(drape, report, session);
   return text + "</section>\n";

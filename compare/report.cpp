@@ -117,6 +117,7 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
   csv("-real-vs-virtual.csv", real_virtual_table(input, report));
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
+  csv("-gaps.csv", gap_table(input, report));
 }
 
 /// Drape names become file names: anything but letters, digits, `-` and `_` is replaced.

@@ -206,4 +206,23 @@ Table mark_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
+Table gap_table(const DrapeInput& input, const Report& report) {
+  Table table;
+  table.names = {"row", "col", "reason"};
+  table.numeric = {true, true, false};
+  std::vector<Gap> gaps = input.measured.sheet.gaps;
+  if (report.best) {
+    const auto& excluded = report.real_virtual[*report.best].marks.excluded;
+    gaps.insert(gaps.end(), excluded.begin(), excluded.end());
+  }
+  std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.mark < b.mark; });
+  for (const Gap& gap : gaps)
+    table.add({std::to_string(gap.mark.row), std::to_string(gap.mark.col), gap.reason});
+  return table;
+}
+
+std::string kind_of_gap(const std::string& reason) {
+  return reason.substr(0, std::min({reason.find(" ("), reason.find(':'), reason.find(';')}));
+}
+
 }  // namespace drape::compare

@@ -37,6 +37,12 @@ struct Table {
 /// One row per measured mark: its sigma and views, and its distance from every simulation.
 [[nodiscard]] Table mark_table(const DrapeInput& input, const Report& report);
 
+/// One row per mark without a distance, with its reason.
+[[nodiscard]] Table gap_table(const DrapeInput& input, const Report& report);
+/// The first words of a reason, up to the details: "seen by one camera (cam2); ..." gives
+/// "seen by one camera".
+[[nodiscard]] std::string kind_of_gap(const std::string& reason);
+
 /// Millimetres with three decimals; empty when absent.
 [[nodiscard]] std::string mm_text(double length_m);
 [[nodiscard]] std::string mm_text(const std::optional<double>& length_m);
