@@ -10,7 +10,7 @@
 namespace drape {
 
 struct AgreementLimits {
-  double max_sigmas = 5;
+  double max_sigmas = 6;
   double min_angle_rad = 0.035;
 };
 

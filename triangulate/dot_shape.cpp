@@ -2,7 +2,9 @@
 #include "triangulate/dot_shape.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
 
 #include "core/dot_image.hpp"
 
@@ -12,63 +14,119 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector3d;
 
-/// First and second derivatives of the surface by (row, col).
-struct Derivatives {
-  Vector3d by_row, by_col, by_row_row, by_row_col, by_col_col;
+/// Curvature of a fold that nothing is known about, and the least error of a known one: both as
+/// seen on draped cloth, where folds of 25 mm radius are common and 200 mm is flat.
+constexpr double kUnknownPerM = 40;
+constexpr double kLeastSigmaPerM = 5;
+
+/// How the cloth leaves the tangent plane on the way to one neighbour. Lengths along the cloth.
+struct Arm {
+  Vector3d direction;   ///< unit tangent at the mark towards the neighbour
+  double length_m = 0;  ///< along the cloth
+  double height_m = 0;  ///< of the neighbour over the tangent plane
+  double slope = 0;     ///< of the cloth there against the tangent plane (sine), from its normal
+  Vector3d normal;      ///< of the neighbour
 };
 
-std::optional<Derivatives> derivatives(const PointsByMark& points, MarkId mark) {
-  const auto centre = points.find(mark);
-  if (centre == points.end()) return std::nullopt;
-  std::vector<Eigen::Matrix<double, 1, 5>> rows;
-  std::vector<Vector3d> offsets;
-  for (int row = -1; row <= 1; ++row) {
-    for (int col = -1; col <= 1; ++col) {
-      const auto other = points.find({mark.row + row, mark.col + col});
-      if ((row == 0 && col == 0) || other == points.end()) continue;
-      rows.emplace_back();
-      rows.back() << row, col, 0.5 * row * row, row * col, 0.5 * col * col;
-      offsets.push_back(other->second - centre->second);
-    }
+std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const Vector3d& from,
+                          const Vector3d& normal, double pitch_m) {
+  const auto other = marks.find(neighbour);
+  if (other == marks.end() || !other->second.normal) return std::nullopt;
+  const Vector3d way = other->second.in_world - from;
+  Arm arm;
+  arm.height_m = way.dot(normal);
+  arm.direction = (way - arm.height_m * normal).normalized();
+  // Cloth hardly stretches, so the way along it is the pitch of the print.
+  arm.length_m = std::max(pitch_m, way.norm());
+  arm.normal = other->second.normal->normal;
+  arm.slope = normal.cross(arm.direction).cross(arm.normal).normalized().dot(normal);
+  return arm.direction.allFinite() ? std::optional(arm) : std::nullopt;
+}
+
+/// Second derivative of the height along the cloth at the mark, with an estimate of its error.
+struct Bend {
+  double per_m = 0;
+  double sigma_per_m = 0;
+};
+
+/// Cubic through height 0 and slope 0 at the mark and height and slope at the neighbour.
+Bend bend_of(const Arm& arm) {
+  const double h = arm.length_m;
+  const double cubic = 6 * arm.height_m / (h * h) - 2 * arm.slope / h;
+  const double circle = arm.slope / h;
+  return {cubic, kLeastSigmaPerM + std::abs(cubic - circle) / 2};
+}
+
+/// Quintic through both neighbours' heights and slopes (exact up to the fifth power).
+Bend bend_of(const Arm& ahead, const Arm& behind) {
+  const double h = (ahead.length_m + behind.length_m) / 2;
+  const double quintic =
+      2 * (ahead.height_m + behind.height_m) / (h * h) - (ahead.slope + behind.slope) / (2 * h);
+  const double circle = (ahead.slope + behind.slope) / (2 * h);
+  return {quintic, kLeastSigmaPerM + std::abs(quintic - circle) / 3};
+}
+
+struct Line {
+  Vector3d tangent;
+  Bend bend;
+  Vector3d normal_change_per_m;
+};
+
+std::optional<Line> line_through(const std::optional<Arm>& ahead, const std::optional<Arm>& behind,
+                                 const Vector3d& normal) {
+  if (ahead && behind) {
+    const Vector3d tangent = (ahead->direction - behind->direction).normalized();
+    return Line{tangent, bend_of(*ahead, *behind),
+                (ahead->normal - behind->normal) / (ahead->length_m + behind->length_m)};
   }
-  if (rows.size() < 5) return std::nullopt;
-  Eigen::Matrix<double, Eigen::Dynamic, 5> a(rows.size(), 5);
-  Eigen::Matrix<double, Eigen::Dynamic, 3> b(rows.size(), 3);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    a.row(i) = rows[i];
-    b.row(i) = offsets[i];
+  if (ahead) {
+    return Line{ahead->direction, bend_of(*ahead), (ahead->normal - normal) / ahead->length_m};
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
-  qr.setThreshold(1e-9);
-  if (qr.rank() < 5) return std::nullopt;
-  const Eigen::Matrix<double, 5, 3> x = qr.solve(b);
-  return Derivatives{x.row(0), x.row(1), x.row(2), x.row(3), x.row(4)};
+  if (behind) {
+    return Line{-behind->direction, bend_of(*behind), (normal - behind->normal) / behind->length_m};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<SurfacePatch> surface_patch(const PointsByMark& points, MarkId mark) {
-  const auto d = derivatives(points, mark);
-  if (!d) return std::nullopt;
-  const Vector3d normal = d->by_row.cross(d->by_col).normalized();
+SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitch_m,
+                           const Vector3d& to_cameras) {
+  const MarkOnSurface& centre = marks.at(mark);
+  const Vector3d normal = centre.normal ? centre.normal->normal : to_cameras;
+  const auto arm = [&](int row, int col) -> std::optional<Arm> {
+    if (!centre.normal) return std::nullopt;
+    return arm_to(marks, {mark.row + row, mark.col + col}, centre.in_world, normal, pitch_m);
+  };
+  auto warp = line_through(arm(1, 0), arm(-1, 0), normal);
+  auto weft = line_through(arm(0, 1), arm(0, -1), normal);
+  const auto unknown = [&](const Vector3d& tangent) {
+    return Line{tangent, {0, kUnknownPerM}, Vector3d::Zero()};
+  };
+  if (!warp) warp = unknown(weft ? Vector3d(weft->tangent.cross(normal)) : normal.unitOrthogonal());
+  if (!weft) weft = unknown(normal.cross(warp->tangent));
   SurfacePatch patch;
-  patch.axis_u = d->by_row.normalized();
+  patch.axis_u = warp->tangent;
   patch.axis_v = normal.cross(patch.axis_u);
-  Matrix2d basis;  // (by_row, by_col) in (u, v)
-  basis << d->by_row.dot(patch.axis_u), d->by_col.dot(patch.axis_u), d->by_row.dot(patch.axis_v),
-      d->by_col.dot(patch.axis_v);
-  Matrix2d second;
-  second << d->by_row_row.dot(normal), d->by_row_col.dot(normal), d->by_row_col.dot(normal),
-      d->by_col_col.dot(normal);
-  const Matrix2d inverse = basis.inverse();
-  patch.curvature_per_m = -(inverse.transpose() * second * inverse);
-  if (!patch.curvature_per_m.allFinite()) return std::nullopt;
+  // The second form along warp, weft and both, turned to the axes (u, v).
+  const double mixed = -(warp->normal_change_per_m.dot(weft->tangent) +
+                         weft->normal_change_per_m.dot(warp->tangent)) /
+                       2;
+  Matrix2d along;
+  along << warp->bend.per_m, mixed, mixed, weft->bend.per_m;
+  Matrix2d tangents;  // columns: warp and weft in (u, v)
+  tangents << 1, weft->tangent.dot(patch.axis_u), 0, weft->tangent.dot(patch.axis_v);
+  const Matrix2d inverse = tangents.inverse();
+  patch.curvature_per_m = -(inverse.transpose() * along * inverse);
+  patch.curvature_sigma_per_m = std::hypot(warp->bend.sigma_per_m, weft->bend.sigma_per_m);
+  if (!patch.curvature_per_m.allFinite()) patch.curvature_per_m.setZero();
   return patch;
 }
 
 std::vector<View> without_dot_shape(const std::vector<View>& views, const Vector3d& in_world,
                                     const SurfacePatch& patch, double dot_diameter_m) {
   std::vector<View> corrected = views;
+  const Vector3d normal = patch.axis_u.cross(patch.axis_v);
   for (View& view : corrected) {
     const Camera& camera = view.camera->camera;
     const Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
@@ -77,9 +135,18 @@ std::vector<View> without_dot_shape(const std::vector<View>& views, const Vector
     const auto seen_px =
         dot_centroid_px(camera.model, {centre, rotation * patch.axis_u, rotation * patch.axis_v,
                                        dot_diameter_m / 2, patch.curvature_per_m});
-    if (centre_px && seen_px) view.px += centre_px->px - *seen_px;
+    if (!centre_px || !seen_px) continue;
+    view.px += centre_px->px - *seen_px;
+    const Eigen::Vector2d along_normal =
+        centre_px->d_px_d_point * rotation * normal * shape_sigma_m(patch, dot_diameter_m);
+    view.covariance_px2 += along_normal * along_normal.transpose();
   }
   return corrected;
+}
+
+double shape_sigma_m(const SurfacePatch& patch, double dot_diameter_m) {
+  // A dot of radius r on a cylinder of radius R looks 3 r^2 / (8 R) deeper than it is.
+  return 3 * dot_diameter_m * dot_diameter_m / 32 * patch.curvature_sigma_per_m;
 }
 
 }  // namespace drape

@@ -42,7 +42,8 @@ View view_of(const Detection& d, const FrameDetections& frame, const CalibratedC
         {.camera = frame.camera, .set = frame.set}, "detect this frame again");
   }
   return {&camera, d.centre_px,
-          d.covariance_px2 + floor_px * floor_px * Eigen::Matrix2d::Identity()};
+          d.covariance_px2 + floor_px * floor_px * Eigen::Matrix2d::Identity(), d.semi_axes_px,
+          d.axis_angle_rad};
 }
 
 std::vector<MarkViews> empty_lattice(const MarkLattice& lattice) {

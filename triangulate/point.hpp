@@ -14,6 +14,8 @@ struct View {
   const CalibratedCamera* camera = nullptr;
   Eigen::Vector2d px;
   Eigen::Matrix2d covariance_px2;
+  Eigen::Vector2d semi_axes_px = Eigen::Vector2d::Zero();  ///< of the dot's ellipse
+  double axis_angle_rad = 0;                               ///< from +u to the major axis
 };
 
 enum class PointStatus {

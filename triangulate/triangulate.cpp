@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -21,10 +22,13 @@ using units::deg;
 using units::mm;
 
 constexpr int kShapeRounds = 3;
+// Before the dots' shape is known, views of a bent dot miss each other by up to half a pixel.
+constexpr double kLooser = 5;
 
 /// A mark on its way to the sheet.
 struct Placed {
   Agreed agreed;
+  std::optional<SurfacePatch> patch;  ///< when the dot's shape was corrected
   double shape_shift_m = 0;
 };
 
@@ -39,12 +43,20 @@ double sigma_m(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.trace() / 3);
 }
 
-PointsByMark points_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed) {
-  PointsByMark points;
+MarksOnSurface surface_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                          double dot_diameter_m, int threads) {
+  std::vector<std::optional<DotNormal>> normals(marks.size());
+  parallel_for(marks.size(), threads, [&](std::size_t i) {
+    if (placed[i].agreed.point)
+      normals[i] =
+          normal_from_ellipses(marks[i].views, placed[i].agreed.point->in_world, dot_diameter_m);
+  });
+  MarksOnSurface surface;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (placed[i].agreed.point) points[marks[i].mark] = placed[i].agreed.point->in_world;
+    if (placed[i].agreed.point)
+      surface[marks[i].mark] = {placed[i].agreed.point->in_world, normals[i]};
   }
-  return points;
+  return surface;
 }
 
 void place_all(const std::vector<MarkViews>& marks, const AgreementLimits& limits, int threads,
@@ -54,35 +66,57 @@ void place_all(const std::vector<MarkViews>& marks, const AgreementLimits& limit
   });
 }
 
-/// Solves again with the dots' shape predicted from the measured surface around each mark.
+Eigen::Vector3d towards_cameras(const MarkViews& mark, const Eigen::Vector3d& in_world) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const View& view : mark.views)
+    sum += (centre_in_world(view.camera->camera) - in_world).normalized();
+  return sum.normalized();
+}
+
+/// Solves again with the dots' shape predicted from the measured surface around each mark; only
+/// then the views must agree within their limit.
 void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
-                   double dot_diameter_m, int threads, std::vector<Placed>& placed) {
-  const PointsByMark first = points_of(marks, placed);
+                   const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
+  MarksOnSurface surface = surface_of(marks, placed, lattice.dot_diameter_m, threads);
+  const MarksOnSurface first = surface;
   for (int round = 0; round < kShapeRounds; ++round) {
-    const PointsByMark points = points_of(marks, placed);
     parallel_for(marks.size(), threads, [&](std::size_t i) {
-      if (!placed[i].agreed.point) return;
-      const auto patch = surface_patch(points, marks[i].mark);
-      if (!patch) return;
-      Agreed again = solve_with_agreement(
-          without_dot_shape(marks[i].views, points.at(marks[i].mark), *patch, dot_diameter_m),
-          limits);
-      if (!again.point) return;
-      placed[i].agreed = std::move(again);
-      placed[i].shape_shift_m = (placed[i].agreed.point->in_world - first.at(marks[i].mark)).norm();
+      const auto here = surface.find(marks[i].mark);
+      if (here == surface.end()) return;
+      const Eigen::Vector3d& at = here->second.in_world;
+      const SurfacePatch patch =
+          surface_patch(surface, marks[i].mark, lattice.pitch_m, towards_cameras(marks[i], at));
+      placed[i].agreed = solve_with_agreement(
+          without_dot_shape(marks[i].views, at, patch, lattice.dot_diameter_m), limits);
+      placed[i].patch = patch;
     });
+    for (std::size_t i = 0; i < marks.size(); ++i) {
+      const auto& point = placed[i].agreed.point;
+      if (!point) continue;
+      surface.at(marks[i].mark).in_world = point->in_world;
+      placed[i].shape_shift_m = (point->in_world - first.at(marks[i].mark).in_world).norm();
+    }
   }
 }
 
-SheetMark sheet_mark(const MarkViews& mark, const Agreed& agreed, const MarkLattice& lattice) {
-  const Point& point = *agreed.point;
+/// What the curvature's uncertainty moves alike in all views, along the normal.
+Eigen::Matrix3d shape_covariance(const Placed& placed, double dot_diameter_m) {
+  if (!placed.patch) return Eigen::Matrix3d::Zero();
+  const Eigen::Vector3d shift = placed.patch->axis_u.cross(placed.patch->axis_v) *
+                                shape_sigma_m(*placed.patch, dot_diameter_m);
+  return shift * shift.transpose();
+}
+
+SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLattice& lattice) {
+  const Point& point = *placed.agreed.point;
   SheetMark result;
   result.mark = mark.mark;
   result.material_m =
       lattice.margin_m + lattice.pitch_m * Eigen::Vector2d(mark.mark.row, mark.mark.col);
   result.point_in_world = point.in_world;
-  result.covariance_m2 = point.detection_covariance_m2 + point.calibration_covariance_m2;
-  result.views = static_cast<int>(agreed.used.size());
+  result.covariance_m2 = point.detection_covariance_m2 + point.calibration_covariance_m2 +
+                         shape_covariance(placed, lattice.dot_diameter_m);
+  result.views = static_cast<int>(placed.agreed.used.size());
   result.reprojection_px = point.rms_px();
   return result;
 }
@@ -91,8 +125,7 @@ void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& 
                 const MarkLattice& lattice, const TriangulateOptions& options, Sheet& sheet) {
   std::vector<SheetMark> candidates;
   for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (placed[i].agreed.point)
-      candidates.push_back(sheet_mark(marks[i], placed[i].agreed, lattice));
+    if (placed[i].agreed.point) candidates.push_back(sheet_mark(marks[i], placed[i], lattice));
   }
   const auto bad = too_far_from_neighbours(candidates, lattice.pitch_m, options.max_stretch);
   for (const SheetMark& mark : candidates) {
@@ -174,8 +207,7 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
   const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
   std::vector<Placed> placed(marks.size());
   place_all(marks, limits, options.threads, placed);
-  if (options.correct_dot_shape)
-    correct_shape(marks, limits, lattice.dot_diameter_m, options.threads, placed);
+  if (options.correct_dot_shape) correct_shape(marks, limits, lattice, options.threads, placed);
 
   TriangulateResult result;
   result.sheet.rows = lattice.rows;

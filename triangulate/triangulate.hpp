@@ -13,7 +13,7 @@ namespace drape {
 
 struct TriangulateOptions {
   int min_marks = 10;             ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
-  double max_sigmas = 5;          ///< views that miss each other by more than this disagree
+  double max_sigmas = 6;          ///< views that miss each other by more than this disagree
   double max_stretch = 1.05;      ///< of the distance between lattice neighbours along warp or weft
   double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
   double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of

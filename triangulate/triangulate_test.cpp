@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/triangulate.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <random>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "tests/support/bench1_truth.hpp"
+
+namespace drape {
+namespace {
+
+using test::bench1_truth;
+using testing::AllOf;
+using testing::HasSubstr;
+using units::mm;
+
+Calibration true_calibration() {
+  Calibration calibration;
+  calibration.method = "tsai";
+  calibration.rig = "bench1";
+  for (const Camera& camera : bench1_truth().cameras) {
+    CalibratedCamera calibrated;
+    calibrated.camera = camera;
+    calibration.cameras.push_back(calibrated);
+  }
+  return calibration;
+}
+
+enum class Seen { centre, centroid };
+
+/// Detections of a drape of bench1 as the renderer knows them, with noise; no ellipses.
+Detections true_detections(const std::string& drape, Seen seen, double noise_px) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 1);
+  Detections detections;
+  detections.rig = "bench1";
+  detections.lattice = {Surface::cloth,     11, 11, 20 * mm, 4 * mm, {220 * mm, 220 * mm},
+                        {10 * mm, 10 * mm}, {}};
+  for (int camera = 0; camera < 3; ++camera) {
+    FrameDetections frame;
+    frame.set = "drape_" + drape;
+    frame.camera = "cam" + std::to_string(camera);
+    frame.width_px = 1600;
+    frame.height_px = 1200;
+    for (const test::TrueDot& dot : bench1_truth().drapes.at(drape)) {
+      const test::TrueView& view = dot.views[camera];
+      if (!view.visible || view.visible_fraction < 0.99) continue;
+      Detection d;
+      d.semi_axes_px.setZero();
+      d.mark = dot.mark;
+      d.centre_px = seen == Seen::centre ? view.px : view.centroid_px;
+      d.centre_px += noise_px * Eigen::Vector2d(noise(random), noise(random));
+      d.covariance_px2 = std::max(1e-6, noise_px * noise_px) * Eigen::Matrix2d::Identity();
+      frame.detections.push_back(d);
+    }
+    detections.frames.push_back(frame);
+  }
+  return detections;
+}
+
+TriangulateOptions plain() {
+  TriangulateOptions options;
+  options.correct_dot_shape = false;
+  options.floor_px = 0;
+  return options;
+}
+
+Eigen::Vector3d truth_of(const std::string& drape, MarkId mark) {
+  return bench1_truth().drapes.at(drape)[mark.row * 11 + mark.col].point_in_world;
+}
+
+TEST(Triangulate, FindsBench1sDotsFromTheirTrueImages) {
+  for (const std::string drape : {"A", "C", "E"}) {
+    const TriangulateResult result = triangulate(true_detections(drape, Seen::centre, 0),
+                                                 true_calibration(), "drape_" + drape, plain());
+    // Truth is printed with 1e-4 px, 1e-4 mm: 0.0005 mm covers both at 4 px per mm.
+    for (const SheetMark& mark : result.sheet.marks)
+      EXPECT_LT((mark.point_in_world - truth_of(drape, mark.mark)).norm() / mm, 0.002);
+    EXPECT_EQ(result.report.measured + result.report.gaps, 121);
+    for (const test::TrueDot& dot : bench1_truth().drapes.at(drape)) {
+      if (dot.facing_views(60) >= 2) {
+        EXPECT_NE(result.sheet.find(dot.mark), nullptr);
+      }
+    }
+  }
+}
+
+TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {
+  Detections detections = true_detections("A", Seen::centre, 0.02);
+  detections.frames[1].rejections.push_back({MarkId{10, 10}, std::nullopt, "bad fit"});
+  std::erase_if(detections.frames[0].detections,
+                [](const Detection& d) { return d.mark.row == 10; });
+  std::erase_if(detections.frames[1].detections, [](const Detection& d) {
+    return d.mark == MarkId{10, 10};
+  });
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_A", plain());
+  std::map<MarkId, int> count;
+  for (const SheetMark& mark : result.sheet.marks) ++count[mark.mark];
+  for (const Gap& gap : result.sheet.gaps) {
+    ++count[gap.mark];
+    EXPECT_FALSE(gap.reason.empty());
+    if (gap.mark == MarkId{10, 10}) {
+      EXPECT_THAT(gap.reason, AllOf(HasSubstr("seen by"), HasSubstr("cam1 rejected it: bad fit")));
+    }
+  }
+  EXPECT_EQ(count.size(), 121u);
+  for (const auto& [mark, times] : count) EXPECT_EQ(times, 1);
+  EXPECT_EQ(result.sheet.marks[0].material_m,
+            Eigen::Vector2d(10 * mm + 20 * mm * result.sheet.marks[0].mark.row,
+                            10 * mm + 20 * mm * result.sheet.marks[0].mark.col));
+}
+
+TEST(Triangulate, LeavesOutOneWrongViewOfThree) {
+  Detections detections = true_detections("C", Seen::centre, 0.02);
+  const auto seen_by_all = [&](MarkId mark) {
+    return std::all_of(detections.frames.begin(), detections.frames.end(), [&](const auto& frame) {
+      return std::any_of(frame.detections.begin(), frame.detections.end(),
+                         [&](const Detection& d) { return d.mark == mark; });
+    });
+  };
+  MarkId victim{5, 5};
+  ASSERT_TRUE(seen_by_all(victim));
+  for (Detection& d : detections.frames[1].detections) {
+    if (d.mark == victim) d.centre_px += Eigen::Vector2d(40, 55);  // about a neighbour's place
+  }
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_C", plain());
+  const SheetMark* mark = result.sheet.find(victim);
+  ASSERT_NE(mark, nullptr);
+  EXPECT_EQ(mark->views, 2);
+  EXPECT_LT((mark->point_in_world - truth_of("C", victim)).norm() / mm, 0.1);
+  ASSERT_EQ(result.report.dropped_views.size(), 1u);
+  EXPECT_THAT(result.report.dropped_views[0], AllOf(HasSubstr("(5, 5)"), HasSubstr("cam1")));
+}
+
+TEST(Triangulate, TwoViewsThatMissEachOtherAreAGap) {
+  Detections detections = true_detections("C", Seen::centre, 0.02);
+  detections.frames.pop_back();
+  for (Detection& d : detections.frames[0].detections) {
+    if (d.mark == MarkId{5, 5}) d.centre_px.y() += 30;
+  }
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_C", plain());
+  EXPECT_EQ(result.sheet.find({5, 5}), nullptr);
+  const auto gap =
+      std::find_if(result.sheet.gaps.begin(), result.sheet.gaps.end(), [](const Gap& g) {
+        return g.mark == MarkId{5, 5};
+      });
+  ASSERT_NE(gap, result.sheet.gaps.end());
+  EXPECT_THAT(gap->reason, AllOf(HasSubstr("views disagree: cam0, cam1"), HasSubstr("sigma")));
+}
+
+TEST(Triangulate, AMarkTooFarFromItsNeighboursIsAGap) {
+  // Both views see the label on a place 35 mm away: they agree, the cloth does not.
+  Detections detections = true_detections("C", Seen::centre, 0);
+  const Eigen::Vector3d wrong = truth_of("C", {5, 5}) + Eigen::Vector3d(0, 0, 35 * mm);
+  for (int camera = 0; camera < 3; ++camera) {
+    const Camera& model = bench1_truth().cameras[camera];
+    for (Detection& d : detections.frames[camera].detections) {
+      if (d.mark == MarkId{5, 5})
+        d.centre_px = project(model.model, model.cam_from_world * wrong)->px;
+    }
+  }
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_C", plain());
+  const auto gap =
+      std::find_if(result.sheet.gaps.begin(), result.sheet.gaps.end(), [](const Gap& g) {
+        return g.mark == MarkId{5, 5};
+      });
+  ASSERT_NE(gap, result.sheet.gaps.end());
+  EXPECT_THAT(gap->reason, HasSubstr("neighbours"));
+  EXPECT_NE(result.sheet.find({5, 4}), nullptr);
+  EXPECT_NE(result.sheet.find({4, 5}), nullptr);
+}
+
+TEST(Triangulate, DoesNotDependOnTheThreadCount) {
+  const Detections detections = true_detections("E", Seen::centroid, 0.02);
+  TriangulateOptions one, two;
+  two.threads = 2;
+  const Sheet a = triangulate(detections, true_calibration(), "drape_E", one).sheet;
+  const Sheet b = triangulate(detections, true_calibration(), "drape_E", two).sheet;
+  ASSERT_EQ(a.marks.size(), b.marks.size());
+  for (std::size_t i = 0; i < a.marks.size(); ++i) {
+    EXPECT_EQ(a.marks[i].point_in_world, b.marks[i].point_in_world);
+    EXPECT_EQ(*a.marks[i].covariance_m2, *b.marks[i].covariance_m2);
+  }
+}
+
+template <class F>
+std::string refusal(F&& call) {
+  try {
+    static_cast<void>(call());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Triangulate, RefusesByName) {
+  const Detections good = true_detections("A", Seen::centre, 0);
+  const Calibration calibration = true_calibration();
+  EXPECT_THAT(refusal([&] { return triangulate(good, calibration, "drape_X", plain()); }),
+              AllOf(HasSubstr("drape_X"), HasSubstr("`drape_A`")));
+  Calibration two = calibration;
+  two.cameras.pop_back();
+  EXPECT_THAT(refusal([&] { return triangulate(good, two, "drape_A", plain()); }),
+              HasSubstr("cam2"));
+  Detections small = good;
+  small.frames[1].height_px = 960;
+  EXPECT_THAT(refusal([&] { return triangulate(small, calibration, "drape_A", plain()); }),
+              AllOf(HasSubstr("1600 x 960"), HasSubstr("cam1")));
+  Detections nan = good;
+  nan.frames[0].detections[7].covariance_px2(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(refusal([&] { return triangulate(nan, calibration, "drape_A", plain()); }),
+              AllOf(HasSubstr("cam0"), HasSubstr("finite")));
+  Detections target = good;
+  target.lattice.surface = Surface::target;
+  EXPECT_THAT(refusal([&] { return triangulate(target, calibration, "drape_A", plain()); }),
+              HasSubstr("not of a cloth"));
+  TriangulateOptions options;
+  options.max_stretch = 0.5;
+  EXPECT_THROW(options.check(), Error);
+}
+
+}  // namespace
+}  // namespace drape
