@@ -29,7 +29,9 @@ std::string shell_word(const std::string& word) {
 /// A path on the command line, as seen from the report's folder; other words stay.
 std::string argument_text(const std::string& argument, const fs::path& folder) {
   std::error_code ignored;
-  const bool path = argument.find('/') != std::string::npos || fs::exists(argument, ignored);
+  // A word like "drape_A" stays a name even where a folder is called so.
+  const bool path = argument.find('/') != std::string::npos ||
+                    (fs::path(argument).has_extension() && fs::exists(argument, ignored));
   return shell_word(path && !argument.empty() && argument.front() != '-'
                         ? from_folder(argument, folder)
                         : argument);

@@ -30,7 +30,10 @@ std::string scalar_text(const Json& value) {
 /// Numbers and words of an array in one line.
 std::string list_text(const Json& array) {
   std::string text;
-  for (const Json& item : array) text += (text.empty() ? "" : "; ") + scalar_text(item);
+  for (const Json& item : array) {
+    if (!text.empty()) text += "; ";
+    text += scalar_text(item);
+  }
   return text.empty() ? "none" : text;
 }
 
@@ -39,7 +42,7 @@ void flatten(const Json& value, const std::string& path, Certificate& certificat
   if (value.is_object()) {
     for (const auto& [key, member] : value.items()) {
       if (path.empty() && key == "schema") continue;
-      flatten(member, path.empty() ? key : path + "." + key, certificate);
+      flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
     }
     return;
   }
@@ -53,7 +56,7 @@ void flatten(const Json& value, const std::string& path, Certificate& certificat
         item.erase(member);
         break;
       }
-      flatten(item, path + "." + name, certificate);
+      flatten(item, fmt::format("{}.{}", path, name), certificate);
     }
     return;
   }
