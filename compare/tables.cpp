@@ -76,6 +76,7 @@ std::string text_of(const Table& table) {
   std::string text = table.title.empty() ? "" : table.title + '\n';
   text += line_of(heads, widths, table.numeric);
   std::vector<std::string> rule;
+  rule.reserve(widths.size());
   for (const std::size_t width : widths) rule.emplace_back(width, '-');
   text += line_of(rule, widths, table.numeric);
   for (const auto& row : table.rows) text += line_of(row, widths, table.numeric);
