@@ -105,10 +105,16 @@ Json options_json(const SimulateOptions& options) {
 }  // namespace
 
 std::string history_csv(const std::vector<HistoryRow>& history) {
-  const std::vector<std::string> names = {
-      "time_s",           "kinetic_energy_uJ", "gravity_energy_uJ", "stretch_energy_uJ",
-      "shear_energy_uJ",  "bending_energy_uJ", "twist_energy_uJ",   "contact_energy_uJ",
-      "largest_residual_per_particle_weight",  "particles_touching"};
+  const std::vector<std::string> names = {"time_s",
+                                          "kinetic_energy_uJ",
+                                          "gravity_energy_uJ",
+                                          "stretch_energy_uJ",
+                                          "shear_energy_uJ",
+                                          "bending_energy_uJ",
+                                          "twist_energy_uJ",
+                                          "contact_energy_uJ",
+                                          "largest_residual_per_particle_weight",
+                                          "particles_touching"};
   std::vector<std::vector<double>> columns(names.size());
   for (const HistoryRow& row : history) {
     const double values[] = {row.time_s,

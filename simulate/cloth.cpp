@@ -54,7 +54,9 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule)
   scratch_b_.assign(3 * static_cast<std::size_t>(n), 0.0);
 }
 
-double Cloth::total_mass_kg() const { return std::accumulate(mass_.begin(), mass_.end(), 0.0); }
+double Cloth::total_mass_kg() const {
+  return std::accumulate(mass_.begin(), mass_.end(), 0.0);
+}
 
 InternalEnergies Cloth::energies(const Field& x) const {
   InternalEnergies sum;
@@ -114,8 +116,7 @@ Cloth::Strains Cloth::strains(const Field& x) const {
   }
   for (int i = 0; i + grid_.cols + 1 < n; ++i) {
     if (cell_[i] == 0) continue;
-    found.shear_most_rad =
-        std::max(found.shear_most_rad, std::abs(std::asin(shear_sine(x, i))));
+    found.shear_most_rad = std::max(found.shear_most_rad, std::abs(std::asin(shear_sine(x, i))));
   }
   return found;
 }

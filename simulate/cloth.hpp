@@ -22,11 +22,11 @@ struct GridSpec {
 /// Laws of a fabric in SI. Index 0 warp, 1 weft.
 struct ClothLaws {
   double density_kg_per_m2 = 0;
-  ForceCurve tensile[2];           ///< N/m over strain
-  ForceCurve shear;                ///< N/m over rad, odd
-  ForceCurve bending[2];           ///< N over 1/m, odd
-  double twist_n_m = 0;            ///< J of the energy 1/2 J kappa12^2 per area
-  double stretch_damping_s = 0;    ///< damping force of a spring = this * slope * strain rate
+  ForceCurve tensile[2];         ///< N/m over strain
+  ForceCurve shear;              ///< N/m over rad, odd
+  ForceCurve bending[2];         ///< N over 1/m, odd
+  double twist_n_m = 0;          ///< J of the energy 1/2 J kappa12^2 per area
+  double stretch_damping_s = 0;  ///< damping force of a spring = this * slope * strain rate
 };
 
 /// How mass is spread over the particles. `area`: by the cloth each stands for. `paper`: density

@@ -4,6 +4,13 @@
 // particles. Both vectorise, and every sum has a fixed order.
 #include "simulate/cloth.hpp"
 
+// No two arrays of these loops overlap, and the compiler cannot prove it.
+#if defined(__GNUC__) && !defined(__clang__)
+#define DRAPE_INDEPENDENT _Pragma("GCC ivdep")
+#else
+#define DRAPE_INDEPENDENT
+#endif
+
 namespace drape::sim {
 namespace {
 
@@ -54,6 +61,7 @@ void Cloth::add_stretch(const Line& line, const ForceCurve& law, const Field& po
   double* __restrict tension = scratch_b_.data();
   double* __restrict strain = scratch_b_.data() + count();
   double* __restrict inverse = scratch_b_.data() + 2 * count();
+  DRAPE_INDEPENDENT
   for (int i = 0; i < m; ++i) {
     const double dx = x[i + s] - x[i], dy = y[i + s] - y[i], dz = z[i + s] - z[i];
     const double length = std::sqrt(dx * dx + dy * dy + dz * dz);
@@ -69,6 +77,7 @@ void Cloth::add_stretch(const Line& line, const ForceCurve& law, const Field& po
     const double* __restrict v = velocity->data() + count();
     const double* __restrict w = velocity->data() + 2 * static_cast<std::ptrdiff_t>(count());
     const double damping = laws_.stretch_damping_s * law.slope * per_rest;
+    DRAPE_INDEPENDENT
     for (int i = 0; i < m; ++i) {
       const double rate = (u[i + s] - u[i]) * (x[i + s] - x[i]) +
                           (v[i + s] - v[i]) * (y[i + s] - y[i]) +
@@ -98,8 +107,8 @@ void Cloth::add_bending(const Line& line, const ForceCurve& law, const Field& po
   for (int i = s; i < n - s; ++i) secant[i] = law.slope * scale * width[i];
   if (!law.hinges.empty()) {
     const double* __restrict x = position.data();
-  const double* __restrict y = position.data() + count();
-  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
+    const double* __restrict y = position.data() + count();
+    const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
     double* __restrict curvature = scratch_b_.data() + n;
     for (int i = s; i < n - s; ++i) {
       const double dx = x[i - s] - 2 * x[i] + x[i + s];
@@ -140,6 +149,7 @@ void Cloth::add_shear(const Field& position, Field& force) {
   double* __restrict gain = scratch_a_.data() + 2 * n;
   double* __restrict per_warp = scratch_b_.data();
   double* __restrict per_weft = scratch_b_.data() + n;
+  DRAPE_INDEPENDENT
   for (int i = 0; i < m; ++i) {
     const double ax = x[i + s] - x[i] + x[i + s + 1] - x[i + 1];
     const double ay = y[i + s] - y[i] + y[i + s + 1] - y[i + 1];
@@ -162,18 +172,20 @@ void Cloth::add_shear(const Field& position, Field& force) {
   double* __restrict f_sh = scratch_b_.data() + 2 * n;
   for (int i = 0; i < m; ++i) f_sh[i] = laws_.shear.slope * angle[i];
   for (const ForceCurve::Hinge hinge : laws_.shear.hinges) {
+    DRAPE_INDEPENDENT
     for (int i = 0; i < m; ++i) {
-      f_sh[i] += hinge.change * (std::max(0.0, angle[i] - hinge.at) -
-                                 std::max(0.0, -angle[i] - hinge.at));
+      f_sh[i] +=
+          hinge.change * (std::max(0.0, angle[i] - hinge.at) - std::max(0.0, -angle[i] - hinge.at));
     }
   }
   for (int i = 0; i < m; ++i) gain[i] *= f_sh[i];
   // dE/da = gain (b - sin sqrt(bb/aa) a), dE/db = gain (a - sin sqrt(aa/bb) b).
-  double* __restrict sum = sine;         // at corners 11 and, negative, 00
+  double* __restrict sum = sine;          // at corners 11 and, negative, 00
   double* __restrict difference = angle;  // at corners 10 and, negative, 01
   for (int axis = 0; axis < 3; ++axis) {
     const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * n;
     double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * n;
+    DRAPE_INDEPENDENT
     for (int i = 0; i < m; ++i) {
       const double a = p[i + s] - p[i] + p[i + s + 1] - p[i + 1];
       const double b = p[i + 1] - p[i] + p[i + s + 1] - p[i + s];
@@ -199,6 +211,7 @@ void Cloth::add_twist(const Field& position, Field& force) {
   for (int axis = 0; axis < 3; ++axis) {
     const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * n;
     double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * n;
+    DRAPE_INDEPENDENT
     for (int i = 0; i < m; ++i) {
       pull[i] = cell[i] * gain * (p[i] - p[i + 1] - p[i + s] + p[i + s + 1]);
     }

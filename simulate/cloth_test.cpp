@@ -146,8 +146,7 @@ TEST(Patch, ShearWorkIsTheAreaUnderTheShearCurve) {
                       u * std::sin(angle / 2) + v * std::cos(angle / 2), 0);
     });
     const double area = 0.06 * 0.04;
-    EXPECT_NEAR(cloth.energies(x).shear_j, area * laws.shear.energy(std::abs(angle)),
-                1e-12 * area);
+    EXPECT_NEAR(cloth.energies(x).shear_j, area * laws.shear.energy(std::abs(angle)), 1e-12 * area);
     EXPECT_NEAR(cloth.energies(x).stretch_j, 0, 1e-15);
   }
 }
@@ -173,8 +172,7 @@ TEST(Patch, PictureFrameForceFollowsFromTheShearCurve) {
     };
     const double h = 1e-5;
     const double force = (energy(g + h) - energy(g - h)) / (diagonal(g + h) - diagonal(g - h));
-    const double expected =
-        0.01 * laws.shear.value(g) / std::sin(std::numbers::pi / 4 - g / 2);
+    const double expected = 0.01 * laws.shear.value(g) / std::sin(std::numbers::pi / 4 - g / 2);
     EXPECT_NEAR(force, expected, 1e-3 * expected);
   }
 }
@@ -228,7 +226,8 @@ TEST(Cloth, StiffnessBoundIsAboveTheHighestFrequency) {
     return Vector3d(1.005 * u + 0.1 * v, 1.003 * v, 0.002 * std::sin(60 * u));
   });
   Field mode(x.size());
-  for (std::size_t i = 0; i < mode.size(); ++i) mode[i] = std::sin(1.7 * static_cast<double>(i * i));
+  for (std::size_t i = 0; i < mode.size(); ++i)
+    mode[i] = std::sin(1.7 * static_cast<double>(i * i));
   double omega_squared = 0;
   const double h = 1e-9;
   for (int round = 0; round < 300; ++round) {

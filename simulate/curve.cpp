@@ -7,7 +7,7 @@ namespace drape::sim {
 namespace {
 
 constexpr int kFitPoints = 100;
-constexpr double kNegligibleChange = 1e-4;
+constexpr double kExact = 1e-5;  // of the largest force: no measured curve is known better
 
 /// The measured curve on equidistant points 0 .. range, so that dense samples do not weigh more.
 SampledCurve resampled(const SampledCurve& measured, double range) {
@@ -65,6 +65,25 @@ std::vector<int> best_knots(const SampledCurve& even, int segments) {
   return knots;
 }
 
+FittedCurve fit_knots(const SampledCurve& even, const std::vector<int>& knots) {
+  FittedCurve fit;
+  fit.range = even.x.back();
+  double before = 0;
+  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
+    const int i = knots[k];
+    const int j = knots[k + 1];
+    const double slope = (even.f[j] - even.f[i]) / (even.x[j] - even.x[i]);
+    if (k == 0) {
+      fit.curve.slope = slope;
+    } else {
+      fit.curve.hinges.push_back({even.x[i], slope - before});
+    }
+    before = slope;
+  }
+  judge(even, fit);
+  return fit;
+}
+
 }  // namespace
 
 double SampledCurve::at(double position) const {
@@ -103,24 +122,13 @@ FittedCurve fit_line(const SampledCurve& measured, double range) {
 }
 
 FittedCurve fit_segments(const SampledCurve& measured, int segments) {
+  const double range = measured.x.back();
+  const SampledCurve even = resampled(measured, range);
   FittedCurve fit;
-  fit.range = measured.x.back();
-  const SampledCurve even = resampled(measured, fit.range);
-  const std::vector<int> knots = best_knots(even, segments);
-  double before = 0;
-  for (std::size_t k = 0; k + 1 < knots.size(); ++k) {
-    const int i = knots[k];
-    const int j = knots[k + 1];
-    const double slope = (even.f[j] - even.f[i]) / (even.x[j] - even.x[i]);
-    if (k == 0) {
-      fit.curve.slope = slope;
-      before = slope;
-    } else if (std::abs(slope - before) > kNegligibleChange * std::abs(fit.curve.slope)) {
-      fit.curve.hinges.push_back({even.x[i], slope - before});
-      before = slope;
-    }
+  for (int pieces = 1; pieces <= segments; ++pieces) {
+    fit = fit_knots(even, best_knots(even, pieces));
+    if (fit.rms_error <= kExact * std::abs(even.f.back())) break;
   }
-  judge(even, fit);
   return fit;
 }
 

@@ -61,7 +61,7 @@ struct FittedCurve {
 
 /// Continuous piecewise linear curve of `segments` pieces through the origin over the whole
 /// measured range. The knots are points of the measured curve, chosen by dynamic programming to
-/// minimise the squared error. Changes of slope below 1e-4 of the initial slope are dropped.
+/// minimise the squared error. Fewer pieces are used when they fit to 1e-5 of the largest force.
 [[nodiscard]] FittedCurve fit_segments(const SampledCurve& measured, int segments);
 
 }  // namespace drape::sim

@@ -15,7 +15,9 @@ SampledCurve sampled(double (*law)(double), double reach) {
   return curve;
 }
 
-double tensile(double x) { return 85.6 * (std::exp(47.65 * x) - 1); }
+double tensile(double x) {
+  return 85.6 * (std::exp(47.65 * x) - 1);
+}
 
 TEST(Curve, ALineIsReproducedWithoutHinges) {
   const SampledCurve line = sampled([](double x) { return 3.5 * x; }, 2.0);

@@ -16,8 +16,8 @@ namespace {
 struct TestKind {
   std::vector<std::string> columns;
   double x_unit, f_unit;
-  double x_least, x_most;        ///< of the largest abscissa, in file units
-  const char* x_mistake;         ///< likely cause when it lies below or above
+  double x_least, x_most;          ///< of the largest abscissa, in file units
+  const char* x_mistake;           ///< likely cause when it lies below or above
   double slope_least, slope_most;  ///< of the chord to the largest abscissa, in file units
   const char* slope_mistake;
   bool one_sided;  ///< the test starts at the origin
@@ -26,24 +26,45 @@ struct TestKind {
 const TestKind& tensile_kind() {
   static const TestKind kind = {
       {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
-      units::percent, units::gf_per_cm, 0.3, 100, "is the strain a fraction instead of percent?",
-      0.5, 3000, "is the force in N/m or N instead of gf/cm?", true};
+      units::percent,
+      units::gf_per_cm,
+      0.3,
+      100,
+      "is the strain a fraction instead of percent?",
+      0.5,
+      3000,
+      "is the force in N/m or N instead of gf/cm?",
+      true};
   return kind;
 }
 
 const TestKind& shear_kind() {
   static const TestKind kind = {
       {"shear_angle_deg", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
-      units::deg, units::gf_per_cm, 1.5, 60, "is the angle in rad instead of degrees?",
-      0.02, 20, "is the force in N/m instead of gf/cm, or divided by the angle in rad?", false};
+      units::deg,
+      units::gf_per_cm,
+      1.5,
+      60,
+      "is the angle in rad instead of degrees?",
+      0.02,
+      20,
+      "is the force in N/m instead of gf/cm, or divided by the angle in rad?",
+      false};
   return kind;
 }
 
 const TestKind& bending_kind() {
   static const TestKind kind = {
       {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"},
-      units::per_cm, units::gf_cm_per_cm, 0.2, 20, "is the curvature in 1/m or 1/mm instead of 1/cm?",
-      5e-4, 20, "is the moment in N or uN instead of gf cm/cm?", false};
+      units::per_cm,
+      units::gf_cm_per_cm,
+      0.2,
+      20,
+      "is the curvature in 1/m or 1/mm instead of 1/cm?",
+      5e-4,
+      20,
+      "is the moment in N or uN instead of gf cm/cm?",
+      false};
   return kind;
 }
 
@@ -55,16 +76,16 @@ void check_abscissae(const Csv& csv, const TestKind& kind) {
   }
   for (std::size_t i = 1; i < x.size(); ++i) {
     if (x[i] <= x[i - 1]) {
-      throw bad_input(
-          fmt::format("{} follows {}: the column does not increase", x[i], x[i - 1]),
-          {.file = csv.file.string(), .line = csv.lines[i], .field = kind.columns[0]},
-          "order the points; both branches stand in the same row");
+      throw bad_input(fmt::format("{} follows {}: the column does not increase", x[i], x[i - 1]),
+                      {.file = csv.file.string(), .line = csv.lines[i], .field = kind.columns[0]},
+                      "order the points; both branches stand in the same row");
     }
   }
   if (kind.one_sided && x.front() != 0.0) {
-    throw bad_input(fmt::format("the curve starts at {}", x.front()),
-                    {.file = csv.file.string(), .line = csv.lines.front(), .field = kind.columns[0]},
-                    "a tensile test starts at strain 0");
+    throw bad_input(
+        fmt::format("the curve starts at {}", x.front()),
+        {.file = csv.file.string(), .line = csv.lines.front(), .field = kind.columns[0]},
+        "a tensile test starts at strain 0");
   }
   if (!kind.one_sided && (x.front() >= 0.0 || x.back() <= 0.0)) {
     throw bad_input("the curve lies on one side of 0",

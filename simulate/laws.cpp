@@ -23,8 +23,8 @@ sim::FittedCurve fitted(const sim::SampledCurve& merged, int segments, double li
   return segments == 1 ? sim::fit_line(merged, line_range) : sim::fit_segments(merged, segments);
 }
 
-CurveReport report_of(const std::string& name, const std::string& unit,
-                      const sim::FittedCurve& fit, double half_hysteresis) {
+CurveReport report_of(const std::string& name, const std::string& unit, const sim::FittedCurve& fit,
+                      double half_hysteresis) {
   return {name,
           unit,
           1 + static_cast<int>(fit.curve.hinges.size()),

@@ -9,10 +9,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWatch = 0.2e-3;      // m; a point closer than this may touch before the next refresh
-constexpr double kEndShare = 0.02;     // contacts nearer to a particle than this share are its own
-constexpr int kSearchSteps = 14;       // of the ternary search: 0.4 % of the line piece
-constexpr int kCellPoints = 3;         // per side, inside a cell; fixed, so that no load jumps between them
+constexpr double kWatch = 0.2e-3;   // m; a point closer than this may touch before the next refresh
+constexpr double kEndShare = 0.02;  // contacts nearer to a particle than this share are its own
+constexpr int kSearchSteps = 14;    // of the ternary search: 0.4 % of the line piece
+constexpr int kCellPoints =
+    3;  // per side, inside a cell; fixed, so that no load jumps between them
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -30,7 +31,10 @@ Vector3d mix(const Field& field, const Point& point) {
 
 LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                            double gravity_m_per_s2)
-    : cloth_(&cloth), surroundings_(&surroundings), friction_(friction), gravity_(gravity_m_per_s2) {
+    : cloth_(&cloth),
+      surroundings_(&surroundings),
+      friction_(friction),
+      gravity_(gravity_m_per_s2) {
   const double mass = cloth.total_mass_kg() / cloth.count();
   stiffness_ = mass * gravity_ / sink_m;
   // A fifth of critical: a light corner particle shares a dozen of these and must stay stable.

@@ -11,9 +11,10 @@
 namespace drape::sim {
 
 /// Contact of the cloth between its particles: each grid line piece touches an
-/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot cut through a coarse grid. The
-/// force is elastic with a stiffness at which the weight of one particle sinks in by `sink_m`,
-/// far below the springs' stiffness; friction is an elastic-plastic tangential spring.
+/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot
+/// cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
+/// particle sinks in by `sink_m`, far below the springs' stiffness; friction is an elastic-plastic
+/// tangential spring.
 class LineContacts {
  public:
   static constexpr double sink_m = 2e-6;

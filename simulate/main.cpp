@@ -27,21 +27,21 @@ drape::Ending ending_of(const drape::SimulateResult& result, const fs::path& out
   const drape::SimulateReport& report = result.report;
   drape::Ending ending;
   ending.go = report.status == drape::RestStatus::at_rest;
-  ending.verdict = fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)",
-                               result.sheet.rows, result.sheet.cols, report.sentence, report.time_s,
-                               report.steps);
+  ending.verdict =
+      fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)", result.sheet.rows,
+                  result.sheet.cols, report.sentence, report.time_s, report.steps);
   ending.numbers = {
       {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
-      {"strain warp, weft", fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %",
-                                        1e2 * report.strains.warp_least,
-                                        1e2 * report.strains.warp_most,
-                                        1e2 * report.strains.weft_least,
-                                        1e2 * report.strains.weft_most)},
+      {"strain warp, weft",
+       fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %", 1e2 * report.strains.warp_least,
+                   1e2 * report.strains.warp_most, 1e2 * report.strains.weft_least,
+                   1e2 * report.strains.weft_most)},
       {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
       {"particles touching", fmt::format("{}", report.contacts)}};
   ending.rejected = report.warnings;
   ending.next_command = fmt::format(
-      "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report report.html",
+      "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
+      "report.html",
       (out / "sheet.ply").string());
   return ending;
 }
@@ -57,7 +57,8 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   for (const fs::path& file : fabric.files()) record.input(file);
   record.input(scene.print_file);
   args.options.rows = args.options.cols = args.grid;
-  args.options.mass = args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
+  args.options.mass =
+      args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
   args.options.contact_between_particles = !args.particles_only;
   drape::Progress progress("simulate", common.quiet);
   args.options.progress = [&](double fraction, double residual) {
@@ -84,7 +85,8 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Drapes a fabric over the objects of a scene until it is at rest.", "drape-simulate");
+  CLI::App app("Drapes a fabric over the objects of a scene until it is at rest.",
+               "drape-simulate");
   drape::CommonOptions common;
   add_common_options(app, common);
   Arguments args;
@@ -98,13 +100,16 @@ int main(int argc, char** argv) {
   app.add_option("--model", args.options.model, "consistent")->capture_default_str();
   app.add_option("--solver", args.options.solver, "rk4")->capture_default_str();
   app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
-      ->check(CLI::IsMember({"area", "paper"}))->capture_default_str();
+      ->check(CLI::IsMember({"area", "paper"}))
+      ->capture_default_str();
   app.add_option("--tolerance", args.options.residual_tolerance,
-                 "rest: largest residual force over a particle's weight")->capture_default_str();
+                 "rest: largest residual force over a particle's weight")
+      ->capture_default_str();
   app.add_option("--max-steps", args.options.max_steps, "step limit")->capture_default_str();
   app.add_option("--damping-per-s", args.options.damping_per_s, "beta/m")->capture_default_str();
   app.add_option("--natural-time-s", args.options.natural_time_s,
-                 "motion before kinetic damping sets in")->capture_default_str();
+                 "motion before kinetic damping sets in")
+      ->capture_default_str();
   app.add_flag("!--no-kinetic-damping", args.options.kinetic_damping, "damping forces only");
   app.add_flag("--particles-only", args.particles_only, "no contact between the particles");
   return drape::run_program(app, argc, argv, common,

@@ -12,6 +12,7 @@ using Eigen::Vector3d;
 
 constexpr double kRk4ImaginaryLimit = 2.828;
 constexpr double kImpactDepth = 10e-6;   // m; shallower hits land without going back in time
+constexpr double kClearMargin = 1e-3;    // m; covers the way within a step and released particles
 constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the surface this gently
 constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
@@ -61,6 +62,8 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
   }
   for (const double mass : cloth.mass_kg()) inverse_mass_.push_back(1 / mass);
   touch_of_.assign(cloth.count(), -1);
+  clear_until_.assign(cloth.count(), 0.0);
+  inside_.reserve(cloth.count());
   touching_.reserve(cloth.count());
 }
 
@@ -92,7 +95,8 @@ void Motion::move_holds(const Eigen::Matrix3Xd& rate_m_per_s) {
 
 Vector3d Motion::held_point(std::size_t hold) const {
   Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) sum += holds_[hold].weight[k] * at(position, holds_[hold].particle[k]);
+  for (int k = 0; k < 4; ++k)
+    sum += holds_[hold].weight[k] * at(position, holds_[hold].particle[k]);
   return sum;
 }
 
@@ -214,27 +218,33 @@ void Motion::runge_kutta(double dt) {
   axpy(start_v_, dt / 6, sum_v_, velocity);
 }
 
+/// Distances change by at most the way of the fastest particle, so a particle far from everything
+/// is looked at again only when that way has been used up.
 double Motion::first_impact(double& share) {
   double deepest = 0;
   share = 1;
+  inside_.clear();
   for (int i = 0; i < cloth_.count(); ++i) {
-    if (touch_of_[i] >= 0) continue;
+    if (touch_of_[i] >= 0 || clear_until_[i] > way_m_ + kClearMargin) continue;
     const Vector3d p = at(position, i);
+    double least = 1e9;
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       const double gap = surroundings_.gap_m(shape, p);
+      least = std::min(least, gap);
       if (gap >= -kImpactDepth) continue;
       const double before = std::max(0.0, surroundings_.gap_m(shape, at(start_x_, i)));
       deepest = std::max(deepest, -gap);
       share = std::min(share, before / (before - gap));
     }
+    if (least < 0) inside_.push_back(i);
+    clear_until_[i] = way_m_ + std::max(0.0, least);
   }
   share = std::max(share, kShortestShare);
   return deepest;
 }
 
 void Motion::land() {
-  for (int i = 0; i < cloth_.count(); ++i) {
-    if (touch_of_[i] >= 0) continue;
+  for (const int i : inside_) {
     const Vector3d p = at(position, i);
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
       const double gap = surroundings_.gap_m(shape, p);
@@ -284,8 +294,7 @@ void Motion::follow_surfaces(double step_s) {
     }
     const double speed = v.norm();
     // Friction has stopped the particle when its velocity has turned round within the step.
-    touch.stuck = touch.stuck || speed == 0 ||
-                  (options_.friction > 0 && v.dot(touch.slide) <= 0);
+    touch.stuck = touch.stuck || speed == 0 || (options_.friction > 0 && v.dot(touch.slide) <= 0);
     if (touch.stuck) v.setZero();
     touch.slide = touch.stuck ? Vector3d(Vector3d::Zero()) : Vector3d(v / speed);
     put(position, touch.particle, p);
@@ -308,6 +317,7 @@ void Motion::book_losses(double step_s) {
   }
   viscous_loss_j_ += power * step_s;
   travel_m_ += std::sqrt(fastest2) * step_s;
+  way_m_ += std::sqrt(fastest2) * step_s;
 }
 
 double Motion::step(double step_s) {
@@ -330,6 +340,7 @@ double Motion::step(double step_s) {
     ++backtracked_;
     step_s *= share;
     runge_kutta(step_s);
+    (void)first_impact(share);
   }
   follow_surfaces(step_s);
   land();

@@ -19,9 +19,10 @@ struct Hold {
 
 struct MotionOptions {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
-  double damping_per_s = 0;     ///< beta / m of F = -beta v (paper section 4.2)
-  double air_drag_kg_per_m3 = 0;  ///< c of F = -c area |v| v, half the air density times drag factor
-  double friction = 0;          ///< Coulomb coefficient with the objects and the table
+  double damping_per_s = 0;  ///< beta / m of F = -beta v (paper section 4.2)
+  double air_drag_kg_per_m3 =
+      0;                ///< c of F = -c area |v| v, half the air density times drag factor
+  double friction = 0;  ///< Coulomb coefficient with the objects and the table
   bool contact_between_particles = true;
 };
 
@@ -91,7 +92,10 @@ class Motion {
   LineContacts line_contacts_;
   std::vector<double> inverse_mass_;
   std::vector<Touch> touching_;
-  std::vector<int> touch_of_;  ///< index into touching_, -1 for a free particle
+  std::vector<int> touch_of_;        ///< index into touching_, -1 for a free particle
+  std::vector<double> clear_until_;  ///< value of way_m_ up to which a particle cannot touch
+  std::vector<int> inside_;          ///< free particles found inside an object
+  double way_m_ = 0;                 ///< sum of the fastest particle's ways
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;
   Eigen::Matrix3Xd hold_rate_;

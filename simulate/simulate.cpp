@@ -18,11 +18,13 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr int kStepUpdate = 32;         // steps between two looks at the stability limit
-constexpr int kRestCheck = 64;          // steps between two looks at the residual
-constexpr double kQuietHeight = 10e-6;  // m; rest is judged below weight * this kinetic energy
-constexpr double kPinTravelTime = 0.3;  // s; pins move from the start to their places
-constexpr double kPinPlaced = 1e-9;     // m
+constexpr int kStepUpdate = 32;             // steps between two looks at the stability limit
+constexpr int kRestCheck = 64;              // steps between two looks at the residual
+constexpr double kQuietHeight = 10e-6;      // m; rest is judged below weight * this kinetic energy
+constexpr double kKineticSmoothing = 4e-3;  // s; peaks of the folding count, not those of rattling
+constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to their places
+constexpr double kTimeResolution = 1e-12;   // s
+constexpr double kPinPlaced = 1e-9;         // m
 constexpr int kProgressSteps = 512;
 
 Vector3d at(const sim::Field& x, int i) {
@@ -52,7 +54,7 @@ class Run {
   [[nodiscard]] bool quiet() const {
     return motion_.kinetic_energy_j() < weight_n_ * kQuietHeight && time_s_ >= pins_placed_s_;
   }
-  void damp_kinetically(SimulateReport& report);
+  void damp_kinetically(double step_s, SimulateReport& report);
   void place_pins();
   void note(SimulateResult& result);
   void certify(SimulateReport& report);
@@ -66,7 +68,7 @@ class Run {
   std::vector<sim::Hold> holds_;
   std::vector<Vector3d> hold_in_world_;
   double weight_n_;
-  double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, last_kinetic_j_ = 0;
+  double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, smooth_kinetic_j_ = 0;
   double next_note_s_ = 0;
   bool rising_ = false;
 };
@@ -108,24 +110,27 @@ double Run::total_energy_j() const {
 }
 
 void Run::place_pins() {
-  if (pins_placed_s_ == 0 || time_s_ < pins_placed_s_ || !motion_.holds_move()) return;
+  if (pins_placed_s_ == 0 || time_s_ < pins_placed_s_ - kTimeResolution || !motion_.holds_move())
+    return;
   motion_.move_holds(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(holds_.size())));
 }
 
-/// Barnes 1999: at a peak of kinetic energy the cloth passes near an equilibrium; starting anew
-/// from there leaves the equilibria unchanged and gets there sooner.
-void Run::damp_kinetically(SimulateReport& report) {
-  const double kinetic = motion_.kinetic_energy_j();
-  const bool falling = kinetic < last_kinetic_j_;
+/// Barnes 1999: at a peak of (smoothed) kinetic energy the cloth passes near an equilibrium;
+/// starting anew from there leaves the equilibria unchanged and gets there sooner.
+void Run::damp_kinetically(double step_s, SimulateReport& report) {
+  const double share = std::min(1.0, step_s / kKineticSmoothing);
+  const double smooth =
+      smooth_kinetic_j_ + share * (motion_.kinetic_energy_j() - smooth_kinetic_j_);
+  const bool falling = smooth < smooth_kinetic_j_;
   if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
     motion_.stop();
     ++report.kinetic_stops;
-    last_kinetic_j_ = 0;
+    smooth_kinetic_j_ = 0;
     rising_ = false;
     return;
   }
   rising_ = !falling;
-  last_kinetic_j_ = kinetic;
+  smooth_kinetic_j_ = smooth;
 }
 
 void Run::note(SimulateResult& result) {
@@ -161,10 +166,12 @@ void Run::go(SimulateResult& result) {
       options_.progress(static_cast<double>(report.steps) / static_cast<double>(options_.max_steps),
                         motion_.residual());
     }
-    time_s_ += motion_.step(step_s);
+    const double until_placed_s = pins_placed_s_ - time_s_;
+    time_s_ +=
+        motion_.step(until_placed_s > kTimeResolution ? std::min(step_s, until_placed_s) : step_s);
     ++report.steps;
     place_pins();
-    damp_kinetically(report);
+    damp_kinetically(step_s, report);
   }
   note(result);
   certify(report);
@@ -295,8 +302,8 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
   sim::Cloth cloth(grid, laws, options.mass);
   const sim::Surroundings surroundings(scene);
-  const sim::StartState start = sim::make_start(scene, print, grid, measured,
-                                                surroundings.top_z_m(), options.imperfection_m);
+  const sim::StartState start =
+      sim::make_start(scene, print, grid, measured, surroundings.top_z_m(), options.imperfection_m);
   report.placed_yaw_rad = start.report.flat.yaw_rad;
   report.placed_centre_in_world = start.report.flat.centre_in_world;
   report.placed_by_marks = start.report.marks_used;

@@ -17,22 +17,22 @@ namespace drape {
 
 /// How to simulate; SI. The defaults are those of the program.
 struct SimulateOptions {
-  int rows = 21;                       ///< particles along the warp
-  int cols = 21;                       ///< particles along the weft
-  int segments = 5;                    ///< line segments per Kawabata curve; 1: G, B, first slope
-  std::string model = "consistent";    ///< the only model built
-  std::string solver = "rk4";          ///< the only solver built
+  int rows = 21;                     ///< particles along the warp
+  int cols = 21;                     ///< particles along the weft
+  int segments = 5;                  ///< line segments per Kawabata curve; 1: G, B, first slope
+  std::string model = "consistent";  ///< the only model built
+  std::string solver = "rk4";        ///< the only solver built
   sim::MassRule mass = sim::MassRule::area;
-  double damping_per_s = 4;            ///< beta / m of the paper's F = -beta v
-  double air_drag_kg_per_m3 = 0.6;     ///< F = -c area |v| v; half of air's density, factor 1
-  double spring_damping_ratio = 0.1;   ///< of the fastest stretch vibration
-  double natural_time_s = 0.4;         ///< undisturbed motion before kinetic damping sets in
-  bool kinetic_damping = true;         ///< zero all velocities at each peak of kinetic energy
-  double residual_tolerance = 1e-3;    ///< of a particle's weight, see SimulateReport
-  double imperfection_m = 1e-6;        ///< height of the waves on a flat start
-  double step_share = 0.9;             ///< of the stability limit of the step
+  double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
+  double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
+  double spring_damping_ratio = 0.1;  ///< of the fastest stretch vibration
+  double natural_time_s = 0.4;        ///< undisturbed motion before kinetic damping sets in
+  bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
+  double residual_tolerance = 1e-3;   ///< of a particle's weight, see SimulateReport
+  double imperfection_m = 1e-6;       ///< height of the waves on a flat start
+  double step_share = 0.9;            ///< of the stability limit of the step
   long max_steps = 400000;
-  double history_interval_s = 0.02;    ///< between rows of history.csv
+  double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;
   /// Called now and then with the fraction of the step limit used and the residual so far.
   std::function<void(double fraction, double residual)> progress;
@@ -50,9 +50,9 @@ struct HistoryRow {
 
 /// How well one Kawabata curve is approximated.
 struct CurveReport {
-  std::string name;  ///< e.g. "tensile warp"
-  std::string unit;  ///< of the errors: "gf/cm" or "gf cm/cm"
-  int segments = 0;  ///< distinct slopes used
+  std::string name;        ///< e.g. "tensile warp"
+  std::string unit;        ///< of the errors: "gf/cm" or "gf cm/cm"
+  int segments = 0;        ///< distinct slopes used
   double first_slope = 0;  ///< SI: N/m, N/(m rad) or N m
   double range = 0;        ///< SI: strain, rad or 1/m
   double rms_error = 0;    ///< SI: N/m or N
@@ -68,24 +68,24 @@ struct SimulateReport {
   long steps = 0;
   int backtracked_steps = 0;
   int kinetic_stops = 0;
-  double time_s = 0;         ///< simulated
+  double time_s = 0;  ///< simulated
   double step_least_s = 0, step_most_s = 0;
   /// Largest net static force on any particle with damping off and contact, friction and pin
   /// reactions in, over the weight of the mean particle.
   double residual = 0;
   double residual_rms = 0;
   double residual_tolerance = 0;
-  double kinetic_j = 0;      ///< at the end
+  double kinetic_j = 0;  ///< at the end
   sim::Cloth::Strains strains;
-  int contacts = 0;               ///< particles touching
-  int contacts_between = 0;       ///< line pieces and cells watched between particles
+  int contacts = 0;                          ///< particles touching
+  int contacts_between = 0;                  ///< line pieces and cells watched between particles
   std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
   double least_gap_table_m = 0;
-  double deepest_between_m = 0;   ///< of the sheet between particles inside an object, 0 for none
+  double deepest_between_m = 0;  ///< of the sheet between particles inside an object, 0 for none
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
-  double lost_viscous_j = 0;      ///< to damping and air
+  double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
-  double hold_error_m = 0;        ///< of the pins at the end
+  double hold_error_m = 0;  ///< of the pins at the end
   std::vector<CurveReport> curves;
   double twist_n_m = 0;
   double placed_yaw_rad = 0;

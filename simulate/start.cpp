@@ -18,12 +18,12 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kTopDepth = 4e-3;      // m; weight 1/e this far below the highest mark
-constexpr double kTopLimit = 12e-3;     // m; marks further below do not place the sheet
-constexpr double kTopFar = 25e-3;       // m; highest mark this far below the object: not on top
-constexpr double kHuber = 1e-3;         // m; larger misfits lose weight
+constexpr double kTopDepth = 4e-3;   // m; weight 1/e this far below the highest mark
+constexpr double kTopLimit = 12e-3;  // m; marks further below do not place the sheet
+constexpr double kTopFar = 25e-3;    // m; highest mark this far below the object: not on top
+constexpr double kHuber = 1e-3;      // m; larger misfits lose weight
 constexpr int kReweights = 10;
-constexpr double kMarkWeight = 100;     // of a mark against a second difference, both in m
+constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
 
 /// Weighted rigid 2D fit world = centre + R(yaw) local.
 struct PlanarFit {
@@ -92,10 +92,10 @@ void add_holds(const Scene& scene, const Print& print, const GridSpec& grid,
       const SheetMark* found =
           need(measured, scene, "pin.at_mm", "a pin has no point in space").find(mark);
       if (found == nullptr) {
-        throw bad_input(fmt::format("the pin holds mark ({}, {}), which was not measured", mark.row,
-                                    mark.col),
-                        {.file = scene.file.string(), .field = "pin"},
-                        "give its position as at_mm, or pin a mark that was measured");
+        throw bad_input(
+            fmt::format("the pin holds mark ({}, {}), which was not measured", mark.row, mark.col),
+            {.file = scene.file.string(), .field = "pin"},
+            "give its position as at_mm, or pin a mark that was measured");
       }
       place = found->point_in_world;
     }
@@ -213,8 +213,7 @@ Field fill_measured(const Sheet& measured, const GridSpec& grid) {
 }
 
 StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
-                      const std::optional<Sheet>& measured, double top_z_m,
-                      double imperfection_m) {
+                      const std::optional<Sheet>& measured, double top_z_m, double imperfection_m) {
   StartState start;
   const int n = grid.count();
   if (scene.start.mode == StartMode::measured) {
@@ -234,8 +233,7 @@ StartState make_start(const Scene& scene, const Print& print, const GridSpec& gr
     start.position.assign(3 * static_cast<std::size_t>(n), 0.0);
     for (int r = 0; r < grid.rows; ++r) {
       for (int c = 0; c < grid.cols; ++c) {
-        const Vector3d p =
-            start.report.flat.point_in_world(material_of(grid, r, c), grid.patch_m);
+        const Vector3d p = start.report.flat.point_in_world(material_of(grid, r, c), grid.patch_m);
         for (int axis = 0; axis < 3; ++axis) {
           start.position[static_cast<std::size_t>(axis) * n + grid.index(r, c)] = p[axis];
         }

@@ -24,8 +24,8 @@ struct FlatPose {
 
 struct StartReport {
   FlatPose flat;
-  int marks_used = 0;               ///< measured marks that placed the sheet
-  double placement_rms_mm = 0;      ///< horizontal distance of those marks from the flat sheet
+  int marks_used = 0;           ///< measured marks that placed the sheet
+  double placement_rms_mm = 0;  ///< horizontal distance of those marks from the flat sheet
   std::vector<std::string> warnings;
 };
 

@@ -14,7 +14,9 @@ double gap_of(const Sphere& sphere, const Vector3d& p) {
   return (p - sphere.centre_in_world).norm() - sphere.radius_m;
 }
 
-double gap_of(const Table& table, const Vector3d& p) { return p.z() - table.z_m; }
+double gap_of(const Table& table, const Vector3d& p) {
+  return p.z() - table.z_m;
+}
 
 /// Point in the box frame.
 Vector3d in_box(const Box& box, const Vector3d& p) {
@@ -37,7 +39,9 @@ Vector3d normal_of(const Sphere& sphere, const Vector3d& p) {
   return distance > 0 ? Vector3d(out / distance) : Vector3d::UnitZ();
 }
 
-Vector3d normal_of(const Table&, const Vector3d&) { return Vector3d::UnitZ(); }
+Vector3d normal_of(const Table&, const Vector3d&) {
+  return Vector3d::UnitZ();
+}
 
 Vector3d normal_of(const Box& box, const Vector3d& p) {
   const Vector3d q = in_box(box, p);
@@ -52,7 +56,9 @@ Vector3d normal_of(const Box& box, const Vector3d& p) {
   return box.world_from_box.rotation * out.normalized();
 }
 
-double top_of(const Sphere& sphere) { return sphere.centre_in_world.z() + sphere.radius_m; }
+double top_of(const Sphere& sphere) {
+  return sphere.centre_in_world.z() + sphere.radius_m;
+}
 
 double top_of(const Box& box) {
   const Vector3d reach = 0.5 * box.size_m - Vector3d::Constant(box.edge_radius_m);
@@ -60,7 +66,9 @@ double top_of(const Box& box) {
          box.world_from_box.rotation.row(2).cwiseAbs().dot(reach);
 }
 
-double top_of(const Table& table) { return table.z_m; }
+double top_of(const Table& table) {
+  return table.z_m;
+}
 
 }  // namespace
 

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/simulate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulate/start.hpp"
+#include "tests/support/bench1_truth.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+std::filesystem::path bench() {
+  return test::source_root() / "rigs/bench1";
+}
+
+/// What triangulation would give without error: the dots that two cameras see well.
+Sheet true_sheet(const std::string& drape, const Print& print) {
+  Sheet sheet;
+  sheet.rows = print.rows;
+  sheet.cols = print.cols;
+  sheet.patch_m = print.patch_m;
+  for (const test::TrueDot& dot : test::bench1_truth().drapes.at(drape)) {
+    if (dot.facing_views(60) < 2) continue;
+    sheet.marks.push_back({dot.mark, print.material_m(dot.mark), dot.point_in_world, {}, {}, {}});
+  }
+  sheet.source = MeasuredSource{};
+  return sheet;
+}
+
+SimulateResult drape_bench1(const std::string& name, SimulateOptions options) {
+  const Scene scene = read_scene(bench() / "scenes" / (name + ".toml"));
+  const Print print = read_print(scene.print_file);
+  return simulate(scene, read_fabric(scene.fabric_file), print, true_sheet(name, print), options);
+}
+
+TEST(Start, FlatPoseIsFoundFromTheMarksOnTop) {
+  const Print print = read_print(bench() / "print.toml");
+  const sim::FlatPose truth{{0.01, -0.02, 0.1}, 17 * deg};
+  Sheet sheet;
+  sheet.rows = sheet.cols = 11;
+  sheet.patch_m = print.patch_m;
+  for (int r = 0; r < 11; ++r) {
+    for (int c = 0; c < 11; ++c) {
+      Vector3d p = truth.point_in_world(print.material_m({r, c}), print.patch_m);
+      // The border hangs down and inwards and must not count.
+      if (r < 3 || r > 7 || c < 3 || c > 7) p += Vector3d(0.005, 0.004, -0.04);
+      sheet.marks.push_back({{r, c}, print.material_m({r, c}), p, {}, {}, {}});
+    }
+  }
+  sim::StartReport report;
+  const sim::FlatPose found = sim::fit_flat(sheet, 0.1, report);
+  EXPECT_NEAR(found.yaw_rad, truth.yaw_rad, 1e-9);
+  EXPECT_LT((found.centre_in_world - truth.centre_in_world).norm(), 1e-9);
+  EXPECT_EQ(report.marks_used, 25);
+}
+
+TEST(Start, PrintedSideIsUp) {
+  // Seen from above with row 0 at the top, col 0 is at the left: weft x (-warp) points up.
+  const sim::FlatPose pose{Vector3d::Zero(), 0.3};
+  const Eigen::Vector2d patch(0.2, 0.2);
+  const Vector3d origin = pose.point_in_world({0.1, 0.1}, patch);
+  const Vector3d warp = pose.point_in_world({0.15, 0.1}, patch) - origin;
+  const Vector3d weft = pose.point_in_world({0.1, 0.15}, patch) - origin;
+  EXPECT_GT(warp.y() * weft.x() - warp.x() * weft.y(), -1.0);
+  EXPECT_NEAR(weft.x() * -warp.y() - weft.y() * -warp.x(), 0.0025, 1e-12);
+}
+
+TEST(Start, Bench1SheetsAreTurnedAsTheirDotsAre) {
+  // Every true cloth started near these yaws and turned by a few degrees while it fell.
+  const Print print = read_print(bench() / "print.toml");
+  const std::pair<const char*, double> drapes[] = {{"A", 9.0}, {"C", 15.5}, {"E", -6.0}};
+  for (const auto& [name, yaw_deg] : drapes) {
+    const sim::Surroundings objects(read_scene(bench() / "scenes" / (std::string(name) + ".toml")));
+    sim::StartReport report;
+    const sim::FlatPose pose = sim::fit_flat(true_sheet(name, print), objects.top_z_m(), report);
+    EXPECT_NEAR(pose.yaw_rad / deg, yaw_deg, 3) << name;
+    EXPECT_LT(report.placement_rms_mm, 2) << name;
+  }
+}
+
+TEST(Start, MeasuredMarksLieOnTheFilledSurface) {
+  const Print print = read_print(bench() / "print.toml");
+  const Sheet sheet = true_sheet("C", print);
+  const sim::GridSpec grid{21, 21, print.patch_m};
+  const sim::Field x = sim::fill_measured(sheet, grid);
+  for (const SheetMark& mark : sheet.marks) {
+    const sim::Hold at = sim::hold_at(grid, mark.material_m);
+    Vector3d p = Vector3d::Zero();
+    for (int k = 0; k < 4; ++k) {
+      for (int axis = 0; axis < 3; ++axis) {
+        p[axis] += at.weight[k] * x[static_cast<std::size_t>(axis) * 441 + at.particle[k]];
+      }
+    }
+    EXPECT_LT((p - mark.point_in_world).norm(), 0.1 * mm);
+  }
+}
+
+TEST(Start, PinsWithoutAPlaceNeedTheMeasuredSheet) {
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.2), 0};
+  scene.pins = {{{0, 0}, std::nullopt}};
+  const Print print = read_print(scene.print_file);
+  const sim::GridSpec grid{11, 11, print.patch_m};
+  EXPECT_THROW((void)sim::make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
+  scene.pins = {{{11, 0}, Vector3d::Zero()}};
+  EXPECT_THROW((void)sim::make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
+}
+
+TEST(Simulate, TooFewStepsAreNotCalledRest) {
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.max_steps = 300;
+  const SimulateResult result = drape_bench1("C", options);
+  EXPECT_EQ(result.report.status, RestStatus::step_limit);
+  EXPECT_THAT(result.report.sentence, ::testing::HasSubstr("not at rest after 300 steps"));
+  EXPECT_GT(result.report.residual, options.residual_tolerance);
+  EXPECT_EQ(std::get<SimulatedSource>(result.sheet.source).status, result.report.sentence);
+}
+
+TEST(Simulate, RestIsCertified) {
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.segments = 1;
+  const SimulateResult result = drape_bench1("C", options);
+  const SimulateReport& report = result.report;
+  ASSERT_EQ(report.status, RestStatus::at_rest) << report.sentence;
+  EXPECT_LT(report.residual, 1e-3);
+  EXPECT_GT(*report.least_gap_object_m, -1e-8);
+  EXPECT_LT(std::abs(report.strains.warp_most), 0.01);
+  // What was lost went somewhere: energy only falls.
+  EXPECT_LT(report.energy_end_j, report.energy_start_j);
+  EXPECT_LE(report.lost_viscous_j + report.lost_kinetic_stops_j,
+            report.energy_start_j - report.energy_end_j);
+  // The same again gives the same bytes.
+  const SimulateResult again = drape_bench1("C", options);
+  for (std::size_t i = 0; i < result.sheet.marks.size(); ++i) {
+    EXPECT_EQ(result.sheet.marks[i].point_in_world, again.sheet.marks[i].point_in_world);
+  }
+}
+
+TEST(Simulate, TwoPinsHoldTheSheet) {
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
+  const Vector3d left(-0.0775, 0.1, 0.3);
+  const Vector3d right(0.0775, 0.1, 0.3);
+  scene.pins = {{{0, 0}, left}, {{0, 10}, right}};
+  SimulateOptions options;
+  options.rows = options.cols = 12;  // marks lie on no particle
+  options.segments = 1;
+  const Print print = read_print(scene.print_file);
+  const SimulateResult result =
+      simulate(scene, read_fabric(scene.fabric_file), print, std::nullopt, options);
+  EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
+  EXPECT_LT(result.report.hold_error_m, 1e-6);
+  double lowest = 1;
+  for (const SheetMark& mark : result.sheet.marks) {
+    lowest = std::min(lowest, mark.point_in_world.z());
+  }
+  EXPECT_LT(lowest, 0.3 - 0.15);
+}
+
+TEST(Options, WhatIsNotBuiltIsRefusedByName) {
+  SimulateOptions options;
+  options.model = "paper";
+  EXPECT_THROW(options.check(), Error);
+  options = {};
+  options.solver = "static";
+  EXPECT_THROW(options.check(), Error);
+  options = {};
+  options.rows = 2;
+  EXPECT_THROW(options.check(), Error);
+}
+
+}  // namespace
+}  // namespace drape
