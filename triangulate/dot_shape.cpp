@@ -21,24 +21,29 @@ constexpr double kLeastSigmaPerM = 5;
 
 /// How the cloth leaves the tangent plane on the way to one neighbour. Lengths along the cloth.
 struct Arm {
-  Vector3d direction;   ///< unit tangent at the mark towards the neighbour
-  double length_m = 0;  ///< along the cloth
-  double height_m = 0;  ///< of the neighbour over the tangent plane
-  double slope = 0;     ///< of the cloth there against the tangent plane (sine), from its normal
-  Vector3d normal;      ///< of the neighbour
+  Vector3d direction;    ///< unit tangent at the mark towards the neighbour
+  double length_m = 0;   ///< along the cloth
+  double height_m = 0;   ///< of the neighbour over the tangent plane
+  double slope = 0;      ///< of the cloth there against the tangent plane (sine), from its normal
+  Vector3d normal;       ///< of the neighbour
+  double sigma_rad = 0;  ///< of that normal
+  double sigma_here_rad = 0;  ///< of the mark's own
 };
 
-std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const Vector3d& from,
-                          const Vector3d& normal, double pitch_m) {
+std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const MarkOnSurface& from,
+                          double pitch_m) {
   const auto other = marks.find(neighbour);
   if (other == marks.end() || !other->second.normal) return std::nullopt;
-  const Vector3d way = other->second.in_world - from;
+  const Vector3d& normal = from.normal->normal;
+  const Vector3d way = other->second.in_world - from.in_world;
   Arm arm;
   arm.height_m = way.dot(normal);
   arm.direction = (way - arm.height_m * normal).normalized();
   // Cloth hardly stretches, so the way along it is the pitch of the print.
   arm.length_m = std::max(pitch_m, way.norm());
   arm.normal = other->second.normal->normal;
+  arm.sigma_rad = other->second.normal->sigma_rad;
+  arm.sigma_here_rad = from.normal->sigma_rad;
   arm.slope = normal.cross(arm.direction).cross(arm.normal).normalized().dot(normal);
   return arm.direction.allFinite() ? std::optional(arm) : std::nullopt;
 }
@@ -54,7 +59,8 @@ Bend bend_of(const Arm& arm) {
   const double h = arm.length_m;
   const double cubic = 6 * arm.height_m / (h * h) - 2 * arm.slope / h;
   const double circle = arm.slope / h;
-  return {cubic, kLeastSigmaPerM + std::abs(cubic - circle) / 2};
+  const double of_normals = std::hypot(4 * arm.sigma_here_rad, 2 * arm.sigma_rad) / h;
+  return {cubic, std::hypot(kLeastSigmaPerM, of_normals, (cubic - circle) / 2)};
 }
 
 /// Quintic through both neighbours' heights and slopes (exact up to the fifth power).
@@ -63,7 +69,8 @@ Bend bend_of(const Arm& ahead, const Arm& behind) {
   const double quintic =
       2 * (ahead.height_m + behind.height_m) / (h * h) - (ahead.slope + behind.slope) / (2 * h);
   const double circle = (ahead.slope + behind.slope) / (2 * h);
-  return {quintic, kLeastSigmaPerM + std::abs(quintic - circle) / 3};
+  const double of_normals = std::hypot(ahead.sigma_rad, behind.sigma_rad) / (2 * h);
+  return {quintic, std::hypot(kLeastSigmaPerM, of_normals, (quintic - circle) / 3)};
 }
 
 struct Line {
@@ -96,7 +103,7 @@ SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitc
   const Vector3d normal = centre.normal ? centre.normal->normal : to_cameras;
   const auto arm = [&](int row, int col) -> std::optional<Arm> {
     if (!centre.normal) return std::nullopt;
-    return arm_to(marks, {mark.row + row, mark.col + col}, centre.in_world, normal, pitch_m);
+    return arm_to(marks, {mark.row + row, mark.col + col}, centre, pitch_m);
   };
   auto warp = line_through(arm(1, 0), arm(-1, 0), normal);
   auto weft = line_through(arm(0, 1), arm(0, -1), normal);
