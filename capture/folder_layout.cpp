@@ -81,7 +81,7 @@ SetLayout read_set(const fs::path& folder, const std::string& set,
   SetLayout layout{set, {}};
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
-    const std::string file = set + "/" + name;
+    const std::string file = fmt::format("{}/{}", set, name);
     if (is_hidden(name)) continue;
     if (!fs::is_regular_file(path) || !is_image_name(path)) {
       ignored.push_back({file, "not an image file (png, jpg, jpeg, tif, tiff)"});
@@ -126,7 +126,7 @@ std::vector<std::string> image_files_below(const fs::path& folder) {
   for (const std::string& set : names_in(folder)) {
     if (is_hidden(set) || !fs::is_directory(folder / set)) continue;
     for (const std::string& name : names_in(folder / set)) {
-      if (!is_hidden(name) && is_image_name(name)) files.push_back(set + "/" + name);
+      if (!is_hidden(name) && is_image_name(name)) files.push_back(fmt::format("{}/{}", set, name));
     }
   }
   return files;

@@ -107,12 +107,10 @@ Fault jpeg_fault(Bytes bytes) {
 
 // ---- TIFF 6.0 (section 2) -----------------------------------------------------------------
 
-enum TiffTag : std::uint32_t {
-  strip_offsets = 273,
-  strip_byte_counts = 279,
-  tile_offsets = 324,
-  tile_byte_counts = 325,
-};
+constexpr std::uint32_t strip_offsets = 273;
+constexpr std::uint32_t strip_byte_counts = 279;
+constexpr std::uint32_t tile_offsets = 324;
+constexpr std::uint32_t tile_byte_counts = 325;
 
 struct TiffFile {
   Bytes bytes;
@@ -139,9 +137,9 @@ struct TiffFile {
   /// Values of an entry of SHORT or LONG integers; nothing for other types.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> values(std::size_t entry) const {
     const auto offset = values_offset(entry);
-    const auto type = at(entry + 2, 2);
-    if (!offset || (type != 3U && type != 4U)) return std::nullopt;
-    const std::size_t width = type == 3U ? 2 : 4;
+    const std::uint32_t type = at(entry + 2, 2).value_or(0);
+    const std::size_t width = type == 3 ? 2 : 4;
+    if (!offset || type < 3 || type > 4) return std::nullopt;
     std::vector<std::uint32_t> result(*at(entry + 4, 4));
     for (std::size_t i = 0; i < result.size(); ++i) result[i] = *at(*offset + i * width, width);
     return result;
@@ -161,9 +159,9 @@ Fault tiff_fault(Bytes bytes) {
   std::optional<std::vector<std::uint32_t>> counts;
   for (std::size_t i = 0; i < *entries; ++i) {
     const std::size_t entry = *directory + 2 + i * 12;
-    const auto tag = file.at(entry, 2);
+    const std::uint32_t tag = file.at(entry, 2).value_or(0);
     if (!file.values_offset(entry)) {
-      return fmt::format("ends before the values of its directory entry {}", tag.value_or(0));
+      return fmt::format("ends before the values of its directory entry {}", tag);
     }
     if (tag == strip_offsets || tag == tile_offsets) offsets = file.values(entry);
     if (tag == strip_byte_counts || tag == tile_byte_counts) counts = file.values(entry);

@@ -25,10 +25,10 @@ std::strong_ordering compare_naturally(std::string_view a, std::string_view b) {
     if (is_digit(a.front()) && is_digit(b.front())) {
       const std::string_view number_a = take_number(a);
       const std::string_view number_b = take_number(b);
-      if (const auto order = number_a.size() <=> number_b.size(); order != 0) return order;
-      if (const auto order = number_a <=> number_b; order != 0) return order;
+      if (const auto order = number_a.size() <=> number_b.size(); std::is_neq(order)) return order;
+      if (const auto order = number_a <=> number_b; std::is_neq(order)) return order;
     } else {
-      if (const auto order = a.front() <=> b.front(); order != 0) return order;
+      if (const auto order = a.front() <=> b.front(); std::is_neq(order)) return order;
       a.remove_prefix(1);
       b.remove_prefix(1);
     }
@@ -40,7 +40,7 @@ std::strong_ordering compare_naturally(std::string_view a, std::string_view b) {
 
 bool natural_less(std::string_view a, std::string_view b) {
   const std::strong_ordering order = compare_naturally(a, b);
-  return order != 0 ? order < 0 : a < b;
+  return std::is_eq(order) ? a < b : std::is_lt(order);
 }
 
 }  // namespace drape

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Who may know whom: stages know core and third parties, core knows no device, image or database
 // library, public headers speak Eigen and core.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -93,7 +94,7 @@ TEST(Layering, PublicHeadersSpeakEigenAndCore) {
   std::vector<std::string> findings;
   for (const std::string stage : stages) {
     std::set<std::string> seen;
-    follow(stage, stage + "/" + stage + ".hpp", seen, findings);
+    follow(stage, fmt::format("{0}/{0}.hpp", stage), seen, findings);
   }
   EXPECT_THAT(findings, IsEmpty());
 }
@@ -106,9 +107,12 @@ TEST(Layering, CMakeRefusesCyclesAndVerifiesHeaders) {
 TEST(Layering, EveryStageHasTheSameRooms) {
   std::vector<std::string> missing;
   for (const std::string stage : stages) {
-    for (const std::string& room : {stage + "/README.md", stage + "/CMakeLists.txt",
-                                    stage + "/" + stage + ".hpp", stage + "/main.cpp"}) {
-      if (!std::filesystem::exists(source_root() / room)) missing.push_back(room);
+    const std::vector<std::string> rooms = {"README.md", "CMakeLists.txt", stage + ".hpp",
+                                            "main.cpp"};
+    for (const std::string& room : rooms) {
+      if (!std::filesystem::exists(source_root() / stage / room)) {
+        missing.push_back(fmt::format("{}/{}", stage, room));
+      }
     }
     if (source_files(stage, {"_test.cpp"}).empty()) missing.push_back(stage + "/*_test.cpp");
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The papers say what is true: commands exist, links lead somewhere, every file format is listed.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <regex>
@@ -90,7 +91,7 @@ TEST(Papers, EveryLinkLeadsSomewhere) {
   for (const std::string& paper : papers) {
     for (const std::string& target : link_targets(text_of(paper))) {
       const fs::path to = source_root() / fs::path(paper).parent_path() / target;
-      if (!fs::exists(to)) dead.push_back(paper + ": " + target);
+      if (!fs::exists(to)) dead.push_back(fmt::format("{}: {}", paper, target));
     }
   }
   EXPECT_THAT(dead, IsEmpty());

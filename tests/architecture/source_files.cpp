@@ -50,6 +50,7 @@ std::vector<SourceFile> source_files(const std::string& folder,
   }
   std::sort(paths.begin(), paths.end());
   std::vector<SourceFile> files;
+  files.reserve(paths.size());
   for (const std::string& path : paths) files.push_back(read_source(path));
   return files;
 }
