@@ -227,8 +227,10 @@ void Run::measure_gaps(SimulateReport& report) const {
       const Vector3d c = at(motion_.position, cell + grid.cols);
       const Vector3d d = at(motion_.position, cell + grid.cols + 1);
       for (int k = 0; k <= kSamples * (kSamples + 2); ++k) {
-        const double u = static_cast<double>(k / (kSamples + 1)) / kSamples;
-        const double v = static_cast<double>(k % (kSamples + 1)) / kSamples;
+        const int across = k / (kSamples + 1);
+        const int along = k % (kSamples + 1);
+        const double u = across / static_cast<double>(kSamples);
+        const double v = along / static_cast<double>(kSamples);
         const Vector3d p = (1 - u) * ((1 - v) * a + v * b) + u * ((1 - v) * c + v * d);
         report.deepest_between_m =
             std::max(report.deepest_between_m, -surroundings_.gap_m(shape, p));
