@@ -42,6 +42,18 @@ Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::s
   return list;
 }
 
+/// Arguments without those that never change a result.
+std::vector<std::string> decisive(const std::vector<std::string>& arguments) {
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    if (argument == "--threads") ++i;
+    if (argument != "--threads" && argument != "--json" && argument != "--quiet")
+      result.push_back(argument);
+  }
+  return result;
+}
+
 bool unchanged(const fs::path& folder, const JsonNode& root, const std::string& key) {
   for (const JsonNode& item : root.items(key)) {
     const fs::path file = folder / item.text("file");
@@ -104,7 +116,9 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
   try {
     const JsonNode root = JsonNode::open(record, "run", kVersion);
     const int code = root.integer("exit_code");
-    return (code == 0 || code == 1) && root.at("arguments").raw() == Json(arguments) &&
+    return (code == 0 || code == 1) &&
+           decisive(root.at("arguments").raw().get<std::vector<std::string>>()) ==
+               decisive(arguments) &&
            root.text("program_sha256") == sha256_of_file(program) &&
            unchanged(folder_of(record), root, "inputs") &&
            unchanged(folder_of(record), root, "outputs");

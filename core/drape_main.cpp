@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// The front door: `drape COMMAND ...` runs the program of that stage; `drape run` chains them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/drape_process.hpp"
+#include "core/drape_run.hpp"
+#include "core/error.hpp"
+#include "core/run_record.hpp"
+
+namespace {
+
+constexpr const char* kHelp = R"(drape: measures how far a simulated drape is from the real one
+
+  drape run rigs/bench1                  every stage in order, skipping what is up to date
+
+commands
+  run RIG                                recorded images to stored and reported millimetres
+  import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
+  capture, detect, calib, triangulate, simulate, compare
+                                         one stage; `drape COMMAND --help` tells its options
+  results list|show|tables|export|sql    the history in results.sqlite
+
+exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal
+)";
+
+constexpr std::array kStages = {"capture",  "detect",  "calib",  "triangulate",
+                                "simulate", "compare", "results"};
+
+int run_command(int argc, char** argv) {
+  CLI::App app(
+      "Runs every stage in order, from a recording to results.sqlite and report.html.\n\n"
+      "  drape run rigs/bench1 --out out/bench1",
+      "drape run");
+  drape::RunOptions options;
+  drape::CommonOptions common;
+  app.add_option("RIG", options.rig, "folder of the rig, or its rig.toml")->required();
+  app.add_option("--recording", options.recording, "another recording than the rig's");
+  app.add_option("--out", options.out, "output folder (default: out/<rig name>)");
+  app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
+  drape::add_common_options(app, common);
+  return drape::run_program(app, argc, argv, common, [&] {
+    options.threads = drape::thread_count(common);
+    return drape::run_bench(options, common);
+  });
+}
+
+[[noreturn]] void run_stage(const std::string& command, std::vector<std::string> arguments) {
+  if (command == "import") {
+    arguments.insert(arguments.begin(), "import");
+    drape::become(drape::stage_program("capture"), arguments);
+  }
+  drape::become(drape::stage_program(command), arguments);
+}
+
+int dispatch(int argc, char** argv) {
+  const std::string command = argc < 2 ? "--help" : argv[1];
+  if (command == "--help" || command == "-h" || command == "help") {
+    fmt::print("{}", kHelp);
+    return argc < 2 ? static_cast<int>(drape::ErrorKind::usage) : 0;
+  }
+  if (command == "--version") {
+    fmt::print("drapebench {}\n", drape::version());
+    return 0;
+  }
+  if (command == "run") return run_command(argc - 1, argv + 1);
+  const bool known = std::find(kStages.begin(), kStages.end(), command) != kStages.end();
+  if (known || command == "import") run_stage(command, {argv + 2, argv + argc});
+  throw drape::usage_error(fmt::format("`{}` is not a command", command), "see `drape --help`");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return dispatch(argc, argv);
+  } catch (const drape::Error& error) {
+    fmt::print(stderr, "drape: error: {}\n", error.what());
+    return static_cast<int>(error.kind());
+  }
+}
