@@ -80,7 +80,8 @@ TEST(DotImage, EqualsTheRenderersCentroidsOfTheFlatTarget) {
       const Camera& camera = truth.cameras[cam];
       const CamFromTarget cam_from_target = camera.cam_from_world * pose.world_from_target;
       for (int dot = 0; dot < 108; ++dot) {
-        const Eigen::Vector3d centre(((dot % 12) * 20 - 110) * mm, ((dot / 12) * 20 - 80) * mm, 0);
+        const int row = dot / 12, col = dot % 12;
+        const Eigen::Vector3d centre((col * 20 - 110) * mm, (row * 20 - 80) * mm, 0);
         const auto px = dot_centroid_px(camera.model,
                                         {cam_from_target * centre, cam_from_target.rotation.col(0),
                                          cam_from_target.rotation.col(1), 4 * mm});

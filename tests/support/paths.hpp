@@ -38,4 +38,4 @@ class TemporaryFolder {
   if (!name##_found)                                                       \
     GTEST_SKIP() << "reference data `" << (folder)                         \
                  << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
-  const std::filesystem::path name = *name##_found
+  const std::filesystem::path& name = *name##_found
