@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace drape::test {
 
@@ -34,8 +35,8 @@ class TemporaryFolder {
 
 /// Defines `name` as the folder, or skips the test and says what is missing.
 #define DRAPE_REQUIRE_REFERENCE(name, folder)                              \
-  const auto name##_found = drape::test::reference_data(folder);           \
+  auto name##_found = drape::test::reference_data(folder);                 \
   if (!name##_found)                                                       \
     GTEST_SKIP() << "reference data `" << (folder)                         \
                  << "` is absent; set DRAPE_REFERENCE_DATA to its parent"; \
-  const std::filesystem::path& name = *name##_found
+  const std::filesystem::path name = std::move(*name##_found)
