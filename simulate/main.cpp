@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/program.hpp"
 #include "core/progress.hpp"
 #include "core/run_record.hpp"
-#include "core/units.hpp"
+#include "simulate/ending.hpp"
 #include "simulate/simulate.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
-using drape::units::mm;
 
 struct Arguments {
   fs::path scene, out;
@@ -22,29 +20,6 @@ struct Arguments {
   bool particles_only = false;
   drape::SimulateOptions options;
 };
-
-drape::Ending ending_of(const drape::SimulateResult& result, const fs::path& out) {
-  const drape::SimulateReport& report = result.report;
-  drape::Ending ending;
-  ending.go = report.status == drape::RestStatus::at_rest;
-  ending.verdict =
-      fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)", result.sheet.rows,
-                  result.sheet.cols, report.sentence, report.time_s, report.steps);
-  ending.numbers = {
-      {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
-      {"strain warp, weft",
-       fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %", 1e2 * report.strains.warp_least,
-                   1e2 * report.strains.warp_most, 1e2 * report.strains.weft_least,
-                   1e2 * report.strains.weft_most)},
-      {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
-      {"particles touching", fmt::format("{}", report.contacts)}};
-  ending.rejected = report.warnings;
-  ending.next_command = fmt::format(
-      "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
-      "report.html",
-      (out / "sheet.ply").string());
-  return ending;
-}
 
 int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
   drape::RunRecord record("drape-simulate", std::move(words));
@@ -77,7 +52,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
     record.output(args.out / name);
   }
-  const drape::Ending ending = ending_of(result, args.out);
+  const drape::Ending ending = drape::ending_of(result, args.out);
   record.write(drape::run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
   return finish(ending, common);
 }
