@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole bench as an operator runs it, against the truth that only tests read.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "core/files.hpp"
+#include "core/sheet.hpp"
+#include "core/units.hpp"
+#include "tests/support/bench1_truth.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using drape::test::Outcome;
+using drape::test::SmallBench;
+using testing::HasSubstr;
+
+/// SHA-256 of every output but the run records, which alone hold clock times.
+std::map<std::string, std::string> contents(const fs::path& out) {
+  std::map<std::string, std::string> result;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
+    const std::string name = fs::relative(entry.path(), out).string();
+    if (!entry.is_regular_file() || name == ".lock" || name.ends_with(".run.json")) continue;
+    result[name] = drape::sha256_of_file(entry.path());
+  }
+  return result;
+}
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+}
+
+TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
+  const SmallBench bench({"A", "C", "E"});
+  const Outcome outcome = bench.run("out");
+  ASSERT_LE(outcome.exit_code, 1) << outcome.text;
+  int wanted = 0, measured = 0, wrong = 0;
+  std::vector<double> errors_mm;
+  for (const auto& [name, dots] : drape::test::bench1_truth().drapes) {
+    const drape::Sheet sheet = drape::read_sheet(bench.folder() / "out" / name / "sheet.ply");
+    EXPECT_EQ(sheet.marks.size() + sheet.gaps.size(), 121U) << "each mark is measured or a gap";
+    for (const drape::Gap& gap : sheet.gaps) EXPECT_FALSE(gap.reason.empty());
+    for (const drape::test::TrueDot& dot : dots) {
+      const drape::SheetMark* mark = sheet.find(dot.mark);
+      if (mark != nullptr) {
+        const double error_mm =
+            (mark->point_in_world - dot.point_in_world).norm() / drape::units::mm;
+        wrong += error_mm > 5;  // A quarter of the pitch: no true mark but its own is that near.
+        if (dot.facing_views(60) >= 2) errors_mm.push_back(error_mm);
+      }
+      wanted += dot.facing_views(60) >= 2;
+      measured += dot.facing_views(60) >= 2 && mark != nullptr;
+    }
+  }
+  EXPECT_GE(measured, 0.95 * wanted);
+  EXPECT_EQ(wrong, 0);
+  EXPECT_LE(percentile(errors_mm, 0.5), 0.04);
+  EXPECT_LE(percentile(errors_mm, 0.95), 0.15);
+  std::printf("measured %d of %d, 3D error median %.4f mm, p95 %.4f mm\n", measured, wanted,
+              percentile(errors_mm, 0.5), percentile(errors_mm, 0.95));
+}
+
+TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
+  const SmallBench bench({"C"});
+  const Outcome first = bench.run("out");
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  const Outcome second = bench.run("out");
+  EXPECT_EQ(second.exit_code, first.exit_code);
+  EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
+  EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
+  EXPECT_THAT(second.text, HasSubstr("11x11"));
+}
+
+TEST(EndToEnd, SameBytesAtOneAndTwoThreads) {
+  const SmallBench one({"C"});
+  const SmallBench two({"C"});
+  ASSERT_LE(one.run("out", "--threads 1").exit_code, 1);
+  ASSERT_LE(two.run("out", "--threads 2").exit_code, 1);
+  const auto bytes = contents(one.folder() / "out");
+  EXPECT_EQ(bytes, contents(two.folder() / "out"));
+  EXPECT_EQ(bytes.count("results.sqlite"), 1U);
+}
+
+/// Starts the run and kills it with all its children as soon as `file` exists.
+void kill_when(const SmallBench& bench, const fs::path& file) {
+  const pid_t pid = ::fork();
+  if (pid == 0) {
+    ::execl("/bin/sh", "sh", "-c", (bench.line("out") + " > run.log 2>&1").c_str(), nullptr);
+    ::_exit(127);
+  }
+  for (int i = 0; i < 6000 && !fs::exists(file); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  ::kill(pid, SIGKILL);
+  ::waitpid(pid, nullptr, 0);
+}
+
+TEST(EndToEnd, KilledRunsCompleteToTheSameContent) {
+  const SmallBench undisturbed({"C"});
+  ASSERT_LE(undisturbed.run("out").exit_code, 1);
+  const SmallBench killed({"C"});
+  const fs::path out = killed.folder() / "out";
+  for (const char* file :
+       {"target-detections.json", "calibration.json", "C/sheet.json", "results.sqlite"}) {
+    kill_when(killed, out / file);
+  }
+  const Outcome last = killed.run("out");
+  ASSERT_LE(last.exit_code, 1) << last.text;
+  const std::string dump = " && " + drape::test::program("drape-results").string() +
+                           " export json --store out/results.sqlite";
+  const Outcome whole = drape::test::run_line("cd " + undisturbed.folder().string() + dump);
+  const Outcome mended = drape::test::run_line("cd " + killed.folder().string() + dump);
+  EXPECT_EQ(whole.exit_code, 0) << whole.text;
+  EXPECT_EQ(whole.text, mended.text);
+  auto before = contents(undisturbed.folder() / "out"), after = contents(out);
+  before.erase("results.sqlite");
+  after.erase(
+      "results.sqlite");  // Compared by content above: a killed writer may leave free pages.
+  EXPECT_EQ(before, after);
+}
+
+}  // namespace

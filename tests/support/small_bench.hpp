@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+
+/// What a program printed (both streams) and its exit code.
+struct Outcome {
+  int exit_code = 0;
+  std::string text;
+};
+
+/// Runs a shell line; the exit code is -1 when it died of a signal.
+[[nodiscard]] Outcome run_line(const std::string& line);
+
+/// A copy of rigs/bench1 that a test may spoil: text files copied, images linked, 11x11 particles
+/// and one segment only, and the scenes asked for.
+class SmallBench {
+ public:
+  explicit SmallBench(const std::vector<std::string>& scenes);
+
+  [[nodiscard]] const std::filesystem::path& folder() const { return temporary_.path(); }
+  [[nodiscard]] std::filesystem::path rig() const { return folder() / "rig"; }
+  /// `drape run` with the output folder `out` below folder().
+  [[nodiscard]] Outcome run(const std::string& out, const std::string& more = "") const;
+  /// The shell line of run().
+  [[nodiscard]] std::string line(const std::string& out, const std::string& more = "") const;
+  /// Replaces text in a file below rig(); throws when the text is not there.
+  void replace(const std::string& file, const std::string& from, const std::string& to) const;
+
+ private:
+  TemporaryFolder temporary_;
+};
+
+}  // namespace drape::test
