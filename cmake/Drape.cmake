@@ -39,6 +39,19 @@ function(drape_test name)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${arg_TIMEOUT})
 endfunction()
 
+# drape_benchmark(<name> SOURCES ... LINK ...) builds a Google Benchmark program into <build>/bench
+# when DRAPE_BUILD_BENCHMARKS is on (preset `bench`). Benchmarks print; no test depends on a time.
+function(drape_benchmark name)
+  if(NOT DRAPE_BUILD_BENCHMARKS)
+    return()
+  endif()
+  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  find_package(benchmark REQUIRED)
+  add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bench)
+  target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::core benchmark::benchmark_main)
+endfunction()
+
 # The three OpenCV modules that read and filter images. Debian's module packages carry no
 # OpenCVConfig.cmake of their own, and the package that does pulls in 150 more.
 function(drape_find_opencv)
