@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The front door: `drape COMMAND ...` runs the program of that stage; `drape run` chains them.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include <algorithm>
-#include <array>
+#include <filesystem>
+#include <set>
 
 #include "core/drape_process.hpp"
 #include "core/drape_run.hpp"
@@ -20,14 +21,12 @@ commands
   run RIG                                recorded images to stored and reported millimetres
   import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
   capture, detect, calib, triangulate, simulate, compare
-                                         one stage; `drape COMMAND --help` tells its options
-  results list|show|tables|export|sql    the history in results.sqlite
-
+                                         one stage
+  results                                the history in results.sqlite
+{more}
+`drape COMMAND --help` tells a command's options. All have --json, --quiet, --threads N, --version.
 exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal
 )";
-
-constexpr std::array kStages = {"capture",  "detect",  "calib",  "triangulate",
-                                "simulate", "compare", "results"};
 
 int run_command(int argc, char** argv) {
   CLI::App app(
@@ -47,6 +46,21 @@ int run_command(int argc, char** argv) {
   });
 }
 
+/// Further programs that are built beside this one, for the help text.
+std::string more_commands() {
+  static const std::set<std::string> listed = {"capture",  "detect",  "calib",  "triangulate",
+                                               "simulate", "compare", "results"};
+  std::set<std::string> more;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(drape::stage_program("x").parent_path())) {
+    const std::string name = entry.path().filename().string();
+    const std::string prefix = "drape-";
+    if (name.starts_with(prefix) && listed.count(name.substr(prefix.size())) == 0)
+      more.insert(name.substr(prefix.size()));
+  }
+  return more.empty() ? "" : fmt::format("  {}\n", fmt::join(more, ", "));
+}
+
 [[noreturn]] void run_stage(const std::string& command, std::vector<std::string> arguments) {
   if (command == "import") {
     arguments.insert(arguments.begin(), "import");
@@ -58,7 +72,7 @@ int run_command(int argc, char** argv) {
 int dispatch(int argc, char** argv) {
   const std::string command = argc < 2 ? "--help" : argv[1];
   if (command == "--help" || command == "-h" || command == "help") {
-    fmt::print("{}", kHelp);
+    fmt::print(kHelp, fmt::arg("more", more_commands()));
     return argc < 2 ? static_cast<int>(drape::ErrorKind::usage) : 0;
   }
   if (command == "--version") {
@@ -66,7 +80,8 @@ int dispatch(int argc, char** argv) {
     return 0;
   }
   if (command == "run") return run_command(argc - 1, argv + 1);
-  const bool known = std::find(kStages.begin(), kStages.end(), command) != kStages.end();
+  // Like git: every program `drape-X` beside this one is the command `drape X`.
+  const bool known = std::filesystem::is_regular_file(drape::stage_program(command));
   if (known || command == "import") run_stage(command, {argv + 2, argv + argc});
   throw drape::usage_error(fmt::format("`{}` is not a command", command), "see `drape --help`");
 }

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/csv.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using testing::ElementsAre;
+
+const std::vector<std::string> kHeads = {"strain", "force_gf_per_cm"};
+
+class CsvFile : public testing::Test {
+ protected:
+  [[nodiscard]] Csv read(const std::string& text) const {
+    write_durable(file(), text);
+    return read_csv(file(), kHeads);
+  }
+  /// Where the refusal of this text points to.
+  [[nodiscard]] Where refusal(const std::string& text) const {
+    try {
+      static_cast<void>(read(text));
+    } catch (const Error& error) {
+      return error.where();
+    }
+    ADD_FAILURE() << "accepted: " << text;
+    return {};
+  }
+  [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "curve.csv"; }
+
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(CsvFile, ReadsColumnsAndRemembersLines) {
+  const Csv csv = read("# loading\nstrain,force_gf_per_cm\n0, 0\n\n0.5,1e-3\r\n");
+  EXPECT_THAT(csv.columns.at(0), ElementsAre(0.0, 0.5));
+  EXPECT_THAT(csv.columns.at(1), ElementsAre(0.0, 1e-3));
+  EXPECT_THAT(csv.lines, ElementsAre(3, 5));
+}
+
+TEST_F(CsvFile, RefusesAnotherUnitInTheHead) {
+  EXPECT_EQ(refusal("strain,force_n_per_m\n0,0\n").line, 1);
+}
+
+TEST_F(CsvFile, NamesLineAndColumnOfACellThatIsNoNumber) {
+  for (const char* cell : {"nan", "inf", "1,5", "", "2 mm", "0x10"}) {
+    const Where where = refusal(std::string("strain,force_gf_per_cm\n0,0\n1,") + cell + "\n");
+    EXPECT_EQ(where.line, 3) << cell;
+  }
+  EXPECT_EQ(refusal("strain,force_gf_per_cm\n0,nan\n").field, "force_gf_per_cm");
+}
+
+TEST_F(CsvFile, RefusesAFileWithoutHead) {
+  EXPECT_EQ(refusal("# nothing here\n").file, file().string());
+}
+
+TEST_F(CsvFile, WrittenNumbersComeBackExactly) {
+  const std::vector<double> values = {0.1, -1.0 / 3.0, 6.02214076e23, 5e-324};
+  const Csv csv = read(csv_text(kHeads, {values, values}));
+  EXPECT_EQ(csv.columns.at(0), values);
+  EXPECT_EQ(csv.columns.at(1), values);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/run_record.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A step that read `in.txt` and wrote `out.json`, as the running program.
+class RunRecords : public testing::Test {
+ protected:
+  RunRecords() {
+    write_durable(in_, "input");
+    write_durable(out_, "output");
+    write(0);
+  }
+
+  void write(int exit_code) const {
+    RunRecord record("drape-thing", arguments_);
+    record.input(in_);
+    record.output(out_);
+    record.write(run_record_path(out_), exit_code);
+  }
+  [[nodiscard]] bool up_to_date(const std::vector<std::string>& arguments) const {
+    return is_up_to_date(run_record_path(out_), fs::canonical("/proc/self/exe"), arguments);
+  }
+
+  test::TemporaryFolder folder_;
+  fs::path in_ = folder_.path() / "in.txt", out_ = folder_.path() / "out.json";
+  std::vector<std::string> arguments_ = {"in.txt", "--grid", "11"};
+};
+
+TEST_F(RunRecords, LieBesideTheOutput) {
+  EXPECT_EQ(run_record_path("a/sheet.ply"), fs::path("a/sheet.run.json"));
+}
+
+TEST_F(RunRecords, ProveAStepUpToDate) {
+  EXPECT_TRUE(up_to_date(arguments_));
+  EXPECT_EQ(recorded_exit_code(run_record_path(out_)), 0);
+}
+
+TEST_F(RunRecords, ForgetOptionsThatChangeNoResult) {
+  EXPECT_TRUE(up_to_date({"in.txt", "--threads", "7", "--grid", "11", "--json", "--quiet"}));
+  EXPECT_FALSE(up_to_date({"in.txt", "--grid", "21"}));
+}
+
+TEST_F(RunRecords, SeeEveryChangedFile) {
+  write_durable(in_, "other input");
+  EXPECT_FALSE(up_to_date(arguments_));
+  write_durable(in_, "input");
+  EXPECT_TRUE(up_to_date(arguments_));
+  write_durable(out_, "other output");
+  EXPECT_FALSE(up_to_date(arguments_));
+  fs::remove(out_);
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, ANoGoIsAResultAndAFailureIsNot) {
+  write(1);
+  EXPECT_TRUE(up_to_date(arguments_));
+  EXPECT_EQ(recorded_exit_code(run_record_path(out_)), 1);
+  write(5);
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, ADamagedRecordProvesNothing) {
+  const std::string text = read_text(run_record_path(out_));
+  write_durable(run_record_path(out_), text.substr(0, text.size() / 2));
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, AMovedFolderStaysUpToDate) {
+  const test::TemporaryFolder elsewhere;
+  fs::copy(folder_.path(), elsewhere.path() / "copy");
+  EXPECT_TRUE(is_up_to_date(elsewhere.path() / "copy" / "out.run.json",
+                            fs::canonical("/proc/self/exe"), arguments_));
+}
+
+}  // namespace
+}  // namespace drape
