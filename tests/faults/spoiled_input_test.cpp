@@ -23,6 +23,11 @@ struct Spoiled {
   std::string more = {};          ///< further arguments of `drape run`
 };
 
+/// GoogleTest names the case in its listing with this, instead of its bytes.
+void PrintTo(const Spoiled& spoiled, std::ostream* out) {
+  *out << spoiled.name;
+}
+
 /// Replaces a linked folder of images by a copy that may be changed.
 fs::path own_images(const SmallBench& bench, const std::string& set) {
   const fs::path link = bench.rig() / "recording" / set;
