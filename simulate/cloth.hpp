@@ -52,6 +52,14 @@ using Field = std::vector<double>;
 ///   Cooper's 4 B45 - Bwarp - Bweft (Cooper 1960), grid lines alone having none.
 class Cloth {
  public:
+  /// Springs or bending triples along one direction, indexed by particle; width 0: there is none.
+  struct Line {
+    int stride = 0;                    ///< index step from a particle to the next along the line
+    double spacing = 0;                ///< m, at rest
+    std::vector<double> width;         ///< m of cloth that spring i -> i + stride stands for
+    std::vector<double> triple_width;  ///< m, of the triple i - stride, i, i + stride
+  };
+
   Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule);
 
   [[nodiscard]] const GridSpec& grid() const { return grid_; }
@@ -60,6 +68,18 @@ class Cloth {
   [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }
   [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }
   [[nodiscard]] double total_mass_kg() const;
+  /// The elements, so that a solver can form second derivatives of its own: 0 along the warp, 1
+  /// along the weft. With l the spacing, w the width, laws() and ForceCurve::energy(), the energy
+  /// is
+  ///   spring i: w l tensile.energy(|x[i + stride] - x[i]| / l - 1),
+  ///   triple i: w l bending.energy(|x[i - stride] - 2 x[i] + x[i + stride]| / l^2),
+  ///   cell i:   A shear.energy(|asin(shear_sine(x, i))|) + twist |x00 - x01 - x10 + x11|^2 / (2
+  ///   A),
+  /// with A the product of both spacings and corners i, i + 1, i + cols, i + cols + 1.
+  [[nodiscard]] const Line& line(int direction) const { return lines_[direction]; }
+  [[nodiscard]] bool has_cell(int corner) const { return cell_[corner] != 0; }
+  /// Sine of the angle by which a cell's mid-lines depart from a right angle, -1 .. 1.
+  [[nodiscard]] double shear_sine(const Field& position, int cell) const;
 
   /// Adds internal forces (N); with `velocity` also the damping of the springs.
   void add_forces(const Field& position, const Field* velocity, Field& force);
@@ -76,18 +96,11 @@ class Cloth {
   [[nodiscard]] double stiffness_bound_per_s2(const Strains& strains) const;
 
  private:
-  struct Line {  ///< springs or triples along one direction
-    int stride = 0;
-    double spacing = 0;
-    std::vector<double> width;         ///< of spring i -> i + stride; 0 where there is none
-    std::vector<double> triple_width;  ///< of the triple centred at i; 0 where there is none
-  };
   void add_stretch(const Line& line, const ForceCurve& law, const Field& x, const Field* v,
                    Field& f);
   void add_bending(const Line& line, const ForceCurve& law, const Field& x, Field& f);
   void add_shear(const Field& x, Field& f);
   void add_twist(const Field& x, Field& f);
-  [[nodiscard]] double shear_sine(const Field& x, int cell) const;
 
   GridSpec grid_;
   ClothLaws laws_;

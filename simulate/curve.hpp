@@ -44,6 +44,12 @@ struct ForceCurve {
     }
     return 0.5 * e;
   }
+  /// Derivative of value(); at a knot that of the segment before it. For an odd law pass |x|.
+  [[nodiscard]] double tangent(double x) const {
+    double t = slope;
+    for (const Hinge& hinge : hinges) t += x > hinge.at ? hinge.change : 0.0;
+    return t;
+  }
   /// Largest tangent slope for any argument up to x.
   [[nodiscard]] double steepest_up_to(double x) const;
 };
