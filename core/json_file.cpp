@@ -62,7 +62,7 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
   std::shared_ptr<const Json> root;
   try {
     root = std::make_shared<const Json>(Json::parse(read_text(file)));
-  } catch (const Json::parse_error& error) {
+  } catch (const Json::exception& error) {
     throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
                     kRemake);
   }
