@@ -48,6 +48,13 @@ Ending ending_of(const TriangulateResult& result, int min_marks, const std::file
                        : "unknown (no covariance in the file)")},
       {"agreement of the views",
        fmt::format("{:.2f} of what the uncertainty predicts (median)", report.median_chi_per_dof)},
+      {"error budget",
+       fmt::format("{:.4f} mm RMS in space: detection {:.4f}, calibration {}, dot shape {:.4f} mm",
+                   report.budget.total_mm, report.budget.detection_mm,
+                   report.has_calibration_covariance
+                       ? fmt::format("{:.4f}", report.budget.calibration_mm)
+                       : "unknown",
+                   report.budget.dot_shape_mm)},
       {"correction of dot shape",
        fmt::format("median {:.4f} mm, largest {:.4f} mm", report.median_shape_shift_mm,
                    report.largest_shape_shift_mm)}};

@@ -22,11 +22,10 @@ using Eigen::VectorXd;
 constexpr int kMaxSteps = 30;
 constexpr double kStepTolerance = 1e-13;  // metres; a ten-millionth of a micrometre
 
-/// Residuals and derivatives of all views at a point, whitened by the detections' covariances.
+/// Residuals and derivatives of all views at a point.
 struct Linearised {
-  MatrixXd jacobian;   ///< 2n x 3, px by metre, whitened
-  VectorXd residuals;  ///< measured minus projected, whitened
-  std::vector<Vector2d> residuals_px;
+  MatrixXd jacobian;   ///< 2n x 3, px by metre
+  VectorXd residuals;  ///< measured minus projected, px
 };
 
 std::optional<Linearised> linearise(const std::vector<View>& views, const Vector3d& in_world) {
@@ -37,69 +36,77 @@ std::optional<Linearised> linearise(const std::vector<View>& views, const Vector
     const Camera& camera = views[i].camera->camera;
     const auto image = project(camera.model, camera.cam_from_world * in_world);
     if (!image) return std::nullopt;
-    const Vector2d residual = views[i].px - image->px;
-    const Matrix2d lower = views[i].covariance_px2.llt().matrixL();
-    const auto solver = lower.triangularView<Eigen::Lower>();
     const auto row = 2 * static_cast<Eigen::Index>(i);
-    all.residuals.segment<2>(row) = solver.solve(residual);
-    all.jacobian.middleRows<2>(row) = solver.solve(
-        Eigen::Matrix<double, 2, 3>(image->d_px_d_point * camera.cam_from_world.rotation));
-    all.residuals_px.push_back(residual);
+    all.residuals.segment<2>(row) = views[i].px - image->px;
+    all.jacobian.middleRows<2>(row) = image->d_px_d_point * camera.cam_from_world.rotation;
   }
+  if (!all.jacobian.allFinite() || !all.residuals.allFinite()) return std::nullopt;
   return all;
 }
 
-std::optional<Linearised> linearise_checked(const std::vector<View>& views,
-                                            const Vector3d& in_world) {
-  auto all = linearise(views, in_world);
-  if (all && !(all->jacobian.allFinite() && all->residuals.allFinite())) return std::nullopt;
-  return all;
-}
+/// What disturbs the pixels of a mark, besides the calibration.
+struct Noise {
+  MatrixXd detections;  ///< covariance, 2n x 2n, block diagonal by view
+  MatrixXd shared;      ///< derivative by the shared unknowns, 2n x k
+  MatrixXd lower;       ///< Cholesky factor of detections + shared shared'
 
-struct Share {
-  Matrix3d of_point;   ///< covariance of the point from the calibration alone
-  MatrixXd of_pixels;  ///< and of the projected pixels, block diagonal by camera
+  explicit Noise(const std::vector<View>& views)
+      : detections(MatrixXd::Zero(2 * views.size(), 2 * views.size())),
+        shared(2 * views.size(), views.front().shape_px.cols()) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const auto at = 2 * static_cast<Eigen::Index>(i);
+      detections.block<2, 2>(at, at) = views[i].covariance_px2;
+      shared.middleRows<2>(at) = views[i].shape_px;
+    }
+    lower = MatrixXd(detections + shared * shared.transpose()).llt().matrixL();
+  }
+
+  template <class M>
+  [[nodiscard]] MatrixXd whitened(const M& rows) const {
+    return lower.triangularView<Eigen::Lower>().solve(rows);
+  }
 };
 
-/// J_cal Sigma J_cal' of each camera, carried to the point by the solution's own gain. Cameras
-/// are calibrated apart, so their errors are independent.
-Share calibration_share(const std::vector<View>& views, const Vector3d& in_world,
-                        const Eigen::Matrix<double, 3, Eigen::Dynamic>& gain) {
-  Share share{Matrix3d::Zero(), MatrixXd::Zero(2 * views.size(), 2 * views.size())};
+/// Covariance of the projected pixels from the calibration. Cameras that are calibrated apart
+/// have independent errors: block diagonal by camera.
+MatrixXd calibration_noise(const std::vector<View>& views, const Vector3d& in_world) {
+  MatrixXd pixels = MatrixXd::Zero(2 * views.size(), 2 * views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     const CalibratedCamera& calibrated = *views[i].camera;
     if (calibrated.covariance.size() == 0) continue;
     const auto by_parameters = d_px_d_parameters(calibrated.camera, in_world);
     if (!by_parameters || by_parameters->cols() != calibrated.covariance.cols()) continue;
-    const Matrix2d pixel = *by_parameters * calibrated.covariance * by_parameters->transpose();
     const auto at = 2 * static_cast<Eigen::Index>(i);
-    share.of_pixels.block<2, 2>(at, at) = pixel;
-    share.of_point += gain.middleCols<2>(at) * pixel * gain.middleCols<2>(at).transpose();
+    pixels.block<2, 2>(at, at) =
+        *by_parameters * calibrated.covariance * by_parameters->transpose();
   }
-  return share;
+  return pixels;
 }
 
-void add_covariance(const std::vector<View>& views, const Linearised& at_end, Point& point) {
-  const Matrix3d normal = at_end.jacobian.transpose() * at_end.jacobian;
-  point.detection_covariance_m2 = normal.inverse();
-  Eigen::Matrix<double, 3, Eigen::Dynamic> gain =
-      point.detection_covariance_m2 * at_end.jacobian.transpose();
-  MatrixXd pixels = MatrixXd::Zero(2 * views.size(), 2 * views.size());
-  VectorXd residual(2 * views.size());
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const auto at = 2 * static_cast<Eigen::Index>(i);
-    const Matrix2d lower = views[i].covariance_px2.llt().matrixL();
-    gain.middleCols<2>(at) = (gain.middleCols<2>(at) * lower.inverse()).eval();
-    pixels.block<2, 2>(at, at) = views[i].covariance_px2;
-    residual.segment<2>(at) = point.residuals_px[i];
-  }
-  const Share share = calibration_share(views, point.in_world, gain);
-  point.calibration_covariance_m2 = share.of_point;
-  point.chi2 = residual.dot((pixels + share.of_pixels).llt().solve(residual));
+void add_covariance(const std::vector<View>& views, const Noise& noise, const Linearised& at_end,
+                    Point& point) {
+  const MatrixXd whitened = noise.whitened(at_end.jacobian);
+  const Matrix3d of_point = Matrix3d(whitened.transpose() * whitened).inverse();
+  // How the point answers to its pixels: (J'WJ)^-1 J'W.
+  const MatrixXd gain =
+      of_point * noise.lower.transpose().triangularView<Eigen::Upper>().solve(whitened).transpose();
+  const MatrixXd shared = gain * noise.shared;
+  const MatrixXd calibration = calibration_noise(views, point.in_world);
+  point.detection_covariance_m2 = gain * noise.detections * gain.transpose();
+  point.shape_covariance_m2 = shared * shared.transpose();
+  point.calibration_covariance_m2 = gain * calibration * gain.transpose();
+  const MatrixXd pixels = noise.lower * noise.lower.transpose() + calibration;
+  point.chi2 = at_end.residuals.dot(pixels.llt().solve(at_end.residuals));
   point.degrees_of_freedom = 2 * static_cast<int>(views.size()) - 3;
+  for (std::size_t i = 0; i < views.size(); ++i)
+    point.residuals_px.emplace_back(at_end.residuals.segment<2>(2 * static_cast<Eigen::Index>(i)));
 }
 
 }  // namespace
+
+Matrix3d Point::covariance_m2() const {
+  return detection_covariance_m2 + shape_covariance_m2 + calibration_covariance_m2;
+}
 
 double Point::rms_px() const {
   double sum = 0;
@@ -144,21 +151,23 @@ Point solve_point(const std::vector<View>& views, double min_angle_rad) {
   if (!start || !start->allFinite()) return point;
   point.in_world = *start;
   point.status = PointStatus::behind_a_camera;
-  auto at = linearise_checked(views, point.in_world);
+  const Noise noise(views);
+  auto at = linearise(views, point.in_world);
   if (!at) return point;
   point.status = PointStatus::not_converged;
   for (int i = 0; i < kMaxSteps && point.status != PointStatus::good; ++i) {
-    const Matrix3d normal = at->jacobian.transpose() * at->jacobian;
-    const Vector3d step = normal.ldlt().solve(at->jacobian.transpose() * at->residuals);
-    auto next = linearise_checked(views, point.in_world + step);
+    const MatrixXd jacobian = noise.whitened(at->jacobian);
+    const VectorXd residuals = noise.whitened(at->residuals);
+    const Matrix3d normal = jacobian.transpose() * jacobian;
+    const Vector3d step = normal.ldlt().solve(jacobian.transpose() * residuals);
+    auto next = linearise(views, point.in_world + step);
     if (!next) return point;
     point.in_world += step;
     at = std::move(next);
     // The last digits of a double at the cameras' distance are worth 1e-16 m.
     if (step.norm() <= kStepTolerance) point.status = PointStatus::good;
   }
-  point.residuals_px = at->residuals_px;
-  if (point.status == PointStatus::good) add_covariance(views, *at, point);
+  if (point.status == PointStatus::good) add_covariance(views, noise, *at, point);
   return point;
 }
 

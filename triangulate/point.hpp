@@ -9,6 +9,10 @@
 
 namespace drape {
 
+/// Derivative of a pixel by unknowns that all views of a mark share, each scaled to a standard
+/// deviation of 1; as many columns in every view of the mark.
+using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+
 /// Where one camera saw a mark.
 struct View {
   const CalibratedCamera* camera = nullptr;
@@ -16,6 +20,7 @@ struct View {
   Eigen::Matrix2d covariance_px2;
   Eigen::Vector2d semi_axes_px = Eigen::Vector2d::Zero();  ///< of the dot's ellipse
   double axis_angle_rad = 0;                               ///< from +u to the major axis
+  SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< of the dot's shape, see dot_shape.hpp
 };
 
 enum class PointStatus {
@@ -29,11 +34,13 @@ struct Point {
   PointStatus status = PointStatus::not_observable;
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();
   Eigen::Matrix3d detection_covariance_m2 = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d shape_covariance_m2 = Eigen::Matrix3d::Zero();  ///< from the shared unknowns
   Eigen::Matrix3d calibration_covariance_m2 = Eigen::Matrix3d::Zero();
   std::vector<Eigen::Vector2d> residuals_px;  ///< measured minus projected, by view
-  double chi2 = 0;  ///< residuals against detection and calibration covariance
+  double chi2 = 0;                            ///< residuals against all three covariances
   int degrees_of_freedom = 0;
 
+  [[nodiscard]] Eigen::Matrix3d covariance_m2() const;
   [[nodiscard]] double rms_px() const;  ///< root mean square point distance
   /// How far the views miss each other, in standard deviations of a normal variable.
   [[nodiscard]] double disagreement_sigmas() const;
@@ -44,8 +51,10 @@ struct Point {
 [[nodiscard]] std::optional<Eigen::Vector3d> midpoint(const std::vector<View>& views,
                                                       double min_angle_rad);
 
-/// Weighted least squares on distorted pixels from the midpoint (Gauss-Newton), with the
-/// covariance from the detections (J'WJ)^-1 and the share of the calibration's covariance.
+/// Weighted least squares on distorted pixels from the midpoint (Gauss-Newton). The weight is the
+/// inverse of the detections' covariance together with that of the shared unknowns, so that the
+/// views themselves tell of these what they can; the covariance of the point is (J'WJ)^-1 and the
+/// calibration's share.
 [[nodiscard]] Point solve_point(const std::vector<View>& views, double min_angle_rad);
 
 }  // namespace drape

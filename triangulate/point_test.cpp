@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "triangulate/dot_normal.hpp"
 #include "triangulate/dot_shape.hpp"
+#include "triangulate/test_bench.hpp"
 
 namespace drape {
 namespace {
@@ -22,46 +23,10 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
+using test::Bench;
+using test::camera_at;
+
 constexpr double kMinAngle = 2 * deg;
-
-/// A camera 700 mm from the origin, looking at it from an azimuth, 45 degrees from above.
-CalibratedCamera camera_at(double azimuth_deg, bool tsai, const std::string& name) {
-  const double azimuth = azimuth_deg * deg;
-  const Vector3d from(std::cos(azimuth) * 0.5, std::sin(azimuth) * 0.5, 0.5);
-  const Vector3d z = -from.normalized();
-  const Vector3d x = z.cross(Vector3d::UnitZ()).normalized();
-  Matrix3d rotation;
-  rotation << x.transpose(), z.cross(x).transpose(), z.transpose();
-  CalibratedCamera calibrated;
-  calibrated.camera.name = name;
-  calibrated.camera.cam_from_world = {rotation, -rotation * from};
-  calibrated.camera.model.width_px = 1600;
-  calibrated.camera.model.height_px = 1200;
-  if (tsai) {
-    calibrated.camera.model.lens = TsaiLens{10.6 * mm, 1200, 790, 600, 1.001, 3.45e-6, 3.45e-6};
-  } else {
-    calibrated.camera.model.lens = BrownLens{3100, 3098, 805, 596, -0.15, 0.03, 1e-3, -5e-4};
-  }
-  return calibrated;
-}
-
-struct Bench {
-  std::vector<CalibratedCamera> cameras;
-  Bench() {
-    cameras = {camera_at(0, true, "cam0"), camera_at(50, false, "cam1"),
-               camera_at(170, true, "cam2"), camera_at(260, false, "cam3")};
-  }
-  [[nodiscard]] std::vector<View> views(const Vector3d& point, int count,
-                                        const Eigen::Matrix2d& covariance) const {
-    std::vector<View> result;
-    for (int i = 0; i < count; ++i) {
-      const Camera& camera = cameras[i].camera;
-      result.push_back(
-          {&cameras[i], project(camera.model, camera.cam_from_world * point)->px, covariance});
-    }
-    return result;
-  }
-};
 
 TEST(Point, IsRecoveredExactlyFromAnyNumberOfViews) {
   const Bench bench;
@@ -219,7 +184,8 @@ TEST(DotShape, CurvatureOfACylinderComesFromPlacesAndNormals) {
   EXPECT_NEAR(patch.curvature_per_m(1, 1), 0, 1e-9);
   EXPECT_NEAR(patch.curvature_per_m(0, 1), 0, 1e-9);
   const MarksOnSurface alone{*marks.find({0, 0})};
-  EXPECT_GT(surface_patch(alone, {0, 0}, pitch, Vector3d::UnitZ()).curvature_sigma_per_m, 30);
+  const SurfacePatch lonely = surface_patch(alone, {0, 0}, pitch, Vector3d::UnitZ());
+  EXPECT_GT(lonely.curvature_variance({})[0], 30 * 30);
 }
 
 }  // namespace

@@ -28,7 +28,6 @@ constexpr double kLooser = 5;
 /// A mark on its way to the sheet.
 struct Placed {
   Agreed agreed;
-  std::optional<SurfacePatch> patch;  ///< when the dot's shape was corrected
   double shape_shift_m = 0;
 };
 
@@ -75,10 +74,11 @@ Eigen::Vector3d towards_cameras(const MarkViews& mark, const Eigen::Vector3d& in
 
 /// Solves again with the dots' shape predicted from the measured surface around each mark; only
 /// then the views must agree within their limit.
-void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
-                   const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
+CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& limits,
+                             const MarkLattice& lattice, int threads, std::vector<Placed>& placed) {
   MarksOnSurface surface = surface_of(marks, placed, lattice.dot_diameter_m, threads);
   const MarksOnSurface first = surface;
+  const CurvatureTrust trust = curvature_trust(surface, lattice.pitch_m);
   for (int round = 0; round < kShapeRounds; ++round) {
     parallel_for(marks.size(), threads, [&](std::size_t i) {
       const auto here = surface.find(marks[i].mark);
@@ -87,8 +87,7 @@ void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& l
       const SurfacePatch patch =
           surface_patch(surface, marks[i].mark, lattice.pitch_m, towards_cameras(marks[i], at));
       placed[i].agreed = solve_with_agreement(
-          without_dot_shape(marks[i].views, at, patch, lattice.dot_diameter_m), limits);
-      placed[i].patch = patch;
+          without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m), limits);
     });
     for (std::size_t i = 0; i < marks.size(); ++i) {
       const auto& point = placed[i].agreed.point;
@@ -97,14 +96,7 @@ void correct_shape(const std::vector<MarkViews>& marks, const AgreementLimits& l
       placed[i].shape_shift_m = (point->in_world - first.at(marks[i].mark).in_world).norm();
     }
   }
-}
-
-/// What the curvature's uncertainty moves alike in all views, along the normal.
-Eigen::Matrix3d shape_covariance(const Placed& placed, double dot_diameter_m) {
-  if (!placed.patch) return Eigen::Matrix3d::Zero();
-  const Eigen::Vector3d shift = placed.patch->axis_u.cross(placed.patch->axis_v) *
-                                shape_sigma_m(*placed.patch, dot_diameter_m);
-  return shift * shift.transpose();
+  return trust;
 }
 
 SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLattice& lattice) {
@@ -114,8 +106,7 @@ SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLatt
   result.material_m =
       lattice.margin_m + lattice.pitch_m * Eigen::Vector2d(mark.mark.row, mark.mark.col);
   result.point_in_world = point.in_world;
-  result.covariance_m2 = point.detection_covariance_m2 + point.calibration_covariance_m2 +
-                         shape_covariance(placed, lattice.dot_diameter_m);
+  result.covariance_m2 = point.covariance_m2();
   result.views = static_cast<int>(placed.agreed.used.size());
   result.reprojection_px = point.rms_px();
   return result;
@@ -141,6 +132,22 @@ void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& 
                                                : placed[i].agreed.gap_reason});
     }
   }
+}
+
+void note_budget(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                 const Sheet& sheet, ErrorBudget& budget) {
+  double detection = 0, calibration = 0, shape = 0;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (sheet.find(marks[i].mark) == nullptr) continue;
+    const Point& point = *placed[i].agreed.point;
+    detection += point.detection_covariance_m2.trace();
+    calibration += point.calibration_covariance_m2.trace();
+    shape += point.shape_covariance_m2.trace();
+  }
+  const double count = std::max<double>(1, static_cast<double>(sheet.marks.size()));
+  const auto rms_mm = [&](double sum_m2) { return std::sqrt(sum_m2 / count) / mm; };
+  budget = {rms_mm(detection), rms_mm(calibration), rms_mm(shape),
+            rms_mm(detection + calibration + shape)};
 }
 
 void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
@@ -207,9 +214,11 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
   const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
   std::vector<Placed> placed(marks.size());
   place_all(marks, limits, options.threads, placed);
-  if (options.correct_dot_shape) correct_shape(marks, limits, lattice, options.threads, placed);
-
   TriangulateResult result;
+  if (options.correct_dot_shape) {
+    result.report.hidden_bend_per_m =
+        correct_shape(marks, limits, lattice, options.threads, placed).least_per_m;
+  }
   result.sheet.rows = lattice.rows;
   result.sheet.cols = lattice.cols;
   result.sheet.patch_m = lattice.patch_m;
@@ -221,6 +230,7 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
   for (const CalibratedCamera& camera : calibration.cameras)
     report.has_calibration_covariance |= camera.covariance.size() > 0;
   note_statistics(marks, placed, result.sheet, report);
+  note_budget(marks, placed, result.sheet, report.budget);
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
   for (const std::string& warning : calibration.warnings)
     report.warnings.push_back("calibration: " + warning);
