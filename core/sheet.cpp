@@ -92,6 +92,24 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
                          node.text("status")};
 }
 
+Json json_of(const ErrorBudget& budget) {
+  Json json;
+  json["detection"] = budget.detection_m / mm;
+  json["calibration"] = budget.calibration_m ? Json(*budget.calibration_m / mm) : Json();
+  json["dot_shape"] = budget.dot_shape_m / mm;
+  json["total"] = budget.total_m / mm;
+  return json;
+}
+
+ErrorBudget read_budget(const JsonNode& node) {
+  ErrorBudget budget;
+  budget.detection_m = node.number("detection") * mm;
+  if (node.has("calibration")) budget.calibration_m = node.number("calibration") * mm;
+  budget.dot_shape_m = node.number("dot_shape") * mm;
+  budget.total_m = node.number("total") * mm;
+  return budget;
+}
+
 /// Quads of the lattice whose four corners exist, as indices into the marks.
 std::vector<std::array<int, 4>> quads_of(const Sheet& sheet) {
   std::map<MarkId, int> index;
@@ -167,6 +185,7 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   json["cols"] = sheet.cols;
   json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
   json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
+  if (sheet.error_budget) json["error_budget_mm"] = json_of(*sheet.error_budget);
   json["marks"] = Json::array();
   for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
   json["gaps"] = Json::array();
@@ -187,6 +206,7 @@ Sheet read_sheet(const std::filesystem::path& file) {
   sheet.cols = root.integer("cols");
   sheet.patch_m = root.vector2("patch_mm") * mm;
   sheet.source = read_source(root);
+  if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
   for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
   for (const JsonNode& node : root.items("gaps")) {
     sheet.gaps.push_back({{node.integer("row"), node.integer("col")}, node.text("reason")});

@@ -28,6 +28,15 @@ struct Gap {
   std::string reason;
 };
 
+/// Root mean square over the marks of a measured sheet of the standard deviation of a mark's place
+/// in space (square root of its covariance's trace), by what it comes from. Metres.
+struct ErrorBudget {
+  double detection_m = 0;               ///< noise of the marks' centres in the images
+  std::optional<double> calibration_m;  ///< of the cameras; absent when their file gives none
+  double dot_shape_m = 0;               ///< what the correction of bent and slanted dots may leave
+  double total_m = 0;                   ///< root sum of squares
+};
+
 /// Where a measured sheet comes from.
 struct MeasuredSource {
   std::string rig;
@@ -57,6 +66,7 @@ struct Sheet {
   std::vector<SheetMark> marks;  ///< ordered by mark
   std::vector<Gap> gaps;         ///< ordered by mark
   std::variant<MeasuredSource, SimulatedSource> source;
+  std::optional<ErrorBudget> error_budget = std::nullopt;  ///< measured sheets only
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
   /// The mark, or nothing when it is a gap.
