@@ -5,8 +5,12 @@
 
 #include <map>
 
+#include "core/units.hpp"
+
 namespace drape {
 namespace {
+
+using units::mm;
 
 /// Gaps with the same kind of reason together, figures and details left to the file.
 std::map<std::string, int> gaps_by_kind(const Sheet& sheet) {
@@ -26,6 +30,14 @@ std::string views_text(const std::vector<int>& marks_by_views) {
                         views);
   }
   return text.empty() ? "none" : text;
+}
+
+std::string budget_text(const ErrorBudget& budget) {
+  return fmt::format(
+      "{:.4f} mm RMS in space: detection {:.4f}, calibration {}, dot shape {:.4f} mm",
+      budget.total_m / mm, budget.detection_m / mm,
+      budget.calibration_m ? fmt::format("{:.4f}", *budget.calibration_m / mm) : "unknown",
+      budget.dot_shape_m / mm);
 }
 
 }  // namespace
@@ -48,16 +60,11 @@ Ending ending_of(const TriangulateResult& result, int min_marks, const std::file
                        : "unknown (no covariance in the file)")},
       {"agreement of the views",
        fmt::format("{:.2f} of what the uncertainty predicts (median)", report.median_chi_per_dof)},
-      {"error budget",
-       fmt::format("{:.4f} mm RMS in space: detection {:.4f}, calibration {}, dot shape {:.4f} mm",
-                   report.budget.total_mm, report.budget.detection_mm,
-                   report.has_calibration_covariance
-                       ? fmt::format("{:.4f}", report.budget.calibration_mm)
-                       : "unknown",
-                   report.budget.dot_shape_mm)},
       {"correction of dot shape",
        fmt::format("median {:.4f} mm, largest {:.4f} mm", report.median_shape_shift_mm,
                    report.largest_shape_shift_mm)}};
+  if (result.sheet.error_budget)
+    ending.numbers.emplace_back("error budget", budget_text(*result.sheet.error_budget));
   for (const auto& [kind, count] : gaps_by_kind(result.sheet))
     ending.rejected.push_back(fmt::format("{} marks: {}", count, kind));
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);

@@ -134,8 +134,8 @@ void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& 
   }
 }
 
-void note_budget(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
-                 const Sheet& sheet, ErrorBudget& budget) {
+ErrorBudget budget_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                      const Sheet& sheet, bool has_calibration_covariance) {
   double detection = 0, calibration = 0, shape = 0;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (sheet.find(marks[i].mark) == nullptr) continue;
@@ -144,10 +144,13 @@ void note_budget(const std::vector<MarkViews>& marks, const std::vector<Placed>&
     calibration += point.calibration_covariance_m2.trace();
     shape += point.shape_covariance_m2.trace();
   }
-  const double count = std::max<double>(1, static_cast<double>(sheet.marks.size()));
-  const auto rms_mm = [&](double sum_m2) { return std::sqrt(sum_m2 / count) / mm; };
-  budget = {rms_mm(detection), rms_mm(calibration), rms_mm(shape),
-            rms_mm(detection + calibration + shape)};
+  const auto rms = [&](double sum_m2) {
+    return std::sqrt(sum_m2 / static_cast<double>(sheet.marks.size()));
+  };
+  ErrorBudget budget{rms(detection), std::nullopt, rms(shape),
+                     rms(detection + calibration + shape)};
+  if (has_calibration_covariance) budget.calibration_m = rms(calibration);
+  return budget;
 }
 
 void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
@@ -230,7 +233,10 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
   for (const CalibratedCamera& camera : calibration.cameras)
     report.has_calibration_covariance |= camera.covariance.size() > 0;
   note_statistics(marks, placed, result.sheet, report);
-  note_budget(marks, placed, result.sheet, report.budget);
+  if (!result.sheet.marks.empty()) {
+    result.sheet.error_budget =
+        budget_of(marks, placed, result.sheet, report.has_calibration_covariance);
+  }
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
   for (const std::string& warning : calibration.warnings)
     report.warnings.push_back("calibration: " + warning);

@@ -24,15 +24,6 @@ struct TriangulateOptions {
   void check() const;
 };
 
-/// Root mean square over a sheet's marks of the standard deviation of a mark's place (square root
-/// of the trace of its covariance), by what it comes from.
-struct ErrorBudget {
-  double detection_mm = 0;    ///< noise of the marks' centres, with the floor
-  double calibration_mm = 0;  ///< of the cameras; absent covariances count as zero
-  double dot_shape_mm = 0;    ///< virtual-point bias of bent dots that its correction may leave
-  double total_mm = 0;        ///< root sum of squares
-};
-
 struct TriangulateReport {
   int measured = 0;
   int gaps = 0;
@@ -41,7 +32,6 @@ struct TriangulateReport {
   double median_sigma_mm = 0;              ///< root mean of a mark's three variances
   double median_calibration_sigma_mm = 0;  ///< the calibration's part of it
   bool has_calibration_covariance = false;
-  ErrorBudget budget;
   double hidden_bend_per_m = 0;   ///< curvature that no neighbour shows, as learned from the sheet
   double median_chi_per_dof = 0;  ///< of the views' agreement; about 0.7 to 1 is right
   double largest_shape_shift_mm = 0;  ///< by the correction of the dots' shape
