@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -46,12 +47,48 @@ Box read_box(const TomlTable& table) {
   return box;
 }
 
+Vector3d direction(const TomlTable& table, const std::string& key) {
+  const Vector3d value = vector3(table, key);
+  if (value.norm() < 1e-9) table.reject(key, "the direction has no length", "give e.g. [0, 0, 1]");
+  return value.normalized();
+}
+
+Cylinder read_cylinder(const TomlTable& table) {
+  Cylinder body;
+  body.radius_m = 0.5 * table.positive("diameter_mm") * mm;
+  body.height_m = table.positive("height_mm") * mm;
+  if (table.has("edge_radius_mm")) body.edge_radius_m = table.not_negative("edge_radius_mm") * mm;
+  if (body.edge_radius_m > std::min(body.radius_m, 0.5 * body.height_m)) {
+    table.reject("edge_radius_mm", "the rounded edges are larger than the cylinder",
+                 "give at most the radius and half of the height");
+  }
+  const Vector3d axis = table.has("axis") ? direction(table, "axis") : Vector3d(0, 0, 1);
+  body.world_from_cylinder.rotation =
+      Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+  const double reach =
+      0.5 * body.height_m * std::abs(axis.z()) + body.radius_m * std::hypot(axis.x(), axis.y());
+  body.world_from_cylinder.translation_m = {table.number("x_mm") * mm, table.number("y_mm") * mm,
+                                            table.number("z_bottom_mm") * mm + reach};
+  return body;
+}
+
+MeshObject read_mesh_object(const TomlTable& table) {
+  MeshObject body{table.file_path("file"), {}};
+  const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
+  body.world_from_mesh.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
+  body.world_from_mesh.translation_m = vector3(table, "origin_mm") * mm;
+  return body;
+}
+
 Obstacle read_obstacle(const TomlTable& table) {
   const std::string kind = table.text("kind");
   if (kind == "sphere") return read_sphere(table);
   if (kind == "box") return read_box(table);
+  if (kind == "cylinder") return read_cylinder(table);
+  if (kind == "plane") return Plane{vector3(table, "point_mm") * mm, direction(table, "normal")};
+  if (kind == "mesh") return read_mesh_object(table);
   table.reject("kind", fmt::format("objects of kind `{}` are not known", kind),
-               "use `sphere` or `box`");
+               "use `sphere`, `box`, `cylinder`, `plane` or `mesh`");
 }
 
 Pin read_pin(const TomlTable& table) {

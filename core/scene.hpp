@@ -25,7 +25,27 @@ struct Box {
   double edge_radius_m = 0;  ///< radius of the rounded edges
 };
 
-using Obstacle = std::variant<Sphere, Box>;
+/// Solid cylinder with its own frame at its centre, axis along z.
+struct Cylinder {
+  WorldFromObject world_from_cylinder;
+  double radius_m = 0;
+  double height_m = 0;
+  double edge_radius_m = 0;  ///< radius of the rounded edges
+};
+
+/// Everything behind a plane.
+struct Plane {
+  Eigen::Vector3d point_in_world;
+  Eigen::Vector3d normal_in_world;  ///< unit, out of the solid
+};
+
+/// Solid bounded by a closed triangle mesh (PLY or OBJ, millimetres in its own frame).
+struct MeshObject {
+  std::filesystem::path file;
+  WorldFromObject world_from_mesh;
+};
+
+using Obstacle = std::variant<Sphere, Box, Cylinder, Plane, MeshObject>;
 
 /// A mark held in place: at a measured mark of the sheet, or where the operator measured it.
 struct Pin {
