@@ -97,6 +97,22 @@ CamFromWorld read_pose(const JsonNode& node) {
   return pose;
 }
 
+/// Names and a matrix of that size under `prefix`_parameters and `prefix`.
+void read_covariance(const JsonNode& node, const std::string& prefix,
+                     std::vector<std::string>& names, Eigen::MatrixXd& covariance) {
+  const std::string key = prefix + "_parameters";
+  const Json& list = node.at(key).raw();
+  if (!list.is_array()) node.reject(key, "it is not a list of names");
+  for (const Json& name : list) {
+    if (!name.is_string()) node.reject(key, "a name is not text");
+    names.push_back(name.get<std::string>());
+  }
+  covariance = node.matrix(prefix);
+  const auto parameters = static_cast<Eigen::Index>(names.size());
+  if (covariance.rows() != parameters || covariance.cols() != parameters)
+    node.reject(prefix, fmt::format("its size is not the number of {}", key));
+}
+
 CalibratedCamera read_camera(const JsonNode& node) {
   CalibratedCamera result;
   result.camera.name = node.text("name");
@@ -106,14 +122,7 @@ CalibratedCamera read_camera(const JsonNode& node) {
   const JsonNode residuals = node.at("residuals");
   result.residuals = {residuals.integer("points"), residuals.number("rms_px"),
                       residuals.number("max_px"), residuals.number("object_rms_mm")};
-  for (const Json& name : node.at("covariance_parameters").raw()) {
-    result.covariance_parameters.push_back(name.get<std::string>());
-  }
-  result.covariance = node.matrix("covariance");
-  const auto parameters = static_cast<Eigen::Index>(result.covariance_parameters.size());
-  if (result.covariance.rows() != parameters || result.covariance.cols() != parameters) {
-    node.reject("covariance", "its size is not the number of covariance_parameters");
-  }
+  read_covariance(node, "covariance", result.covariance_parameters, result.covariance);
   result.valid_region_px = node.vector("valid_region_px", 4);
   const JsonNode worked = node.at("worked_point");
   result.worked_point = {worked.vector3("point_in_world_mm") * mm, worked.vector2("px")};
@@ -158,6 +167,10 @@ Calibration read_calibration(const std::filesystem::path& file) {
     calibration.warnings.push_back(warning.get<std::string>());
   for (const JsonNode& node : root.items("cameras"))
     calibration.cameras.push_back(read_camera(node));
+  if (root.has("joint_covariance")) {
+    read_covariance(root, "joint_covariance", calibration.joint_covariance_parameters,
+                    calibration.joint_covariance);
+  }
   return calibration;
 }
 
@@ -171,6 +184,10 @@ void write_calibration(const std::filesystem::path& file, const Calibration& cal
   json["cameras"] = Json::array();
   for (const CalibratedCamera& camera : calibration.cameras)
     json["cameras"].push_back(json_of(camera));
+  if (!calibration.joint_covariance_parameters.empty()) {
+    json["joint_covariance_parameters"] = calibration.joint_covariance_parameters;
+    json["joint_covariance"] = to_json(calibration.joint_covariance);
+  }
   write_json(file, json);
 }
 

@@ -41,6 +41,10 @@ struct Calibration {
   std::string rig;
   std::vector<std::string> sets;  ///< frame sets used
   std::vector<CalibratedCamera> cameras;
+  /// Covariance of ALL cameras' parameters together, named "cam0/fx_px" and so on, in file units:
+  /// cameras that saw one target share its errors. Empty when the method gives none ("tsai").
+  std::vector<std::string> joint_covariance_parameters;
+  Eigen::MatrixXd joint_covariance;
   std::vector<std::string> warnings;
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
