@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace drape {
+
+/// One reading of a device's clock between two readings of the host's clock. The device read its
+/// clock somewhere in between, so half the round trip bounds the error (Cristian 1989).
+struct ClockSample {
+  std::int64_t host_before_ns = 0;
+  std::int64_t device_ns = 0;
+  std::int64_t host_after_ns = 0;
+};
+
+/// host time = reference_host + (device - reference_device) * (1 + drift).
+struct ClockFit {
+  std::int64_t reference_device_ns = 0;
+  std::int64_t reference_host_ns = 0;
+  double drift_ppm = 0;   ///< how much faster the host counts, in parts per million
+  double residual_s = 0;  ///< root of the weighted mean square of the fit, seconds
+  double bound_s = 0;     ///< half the shortest round trip: the offset's error is below it
+  double span_s = 0;      ///< host time between the first and the last sample
+  std::size_t samples = 0;
+  bool drift_estimated = false;  ///< false: too short a span, drift taken as 0
+
+  /// Seconds on the host's clock since `host_epoch_ns`.
+  [[nodiscard]] double host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns) const;
+};
+
+struct ClockFitOptions {
+  double least_span_s = 1.0;   ///< shorter spans give no drift
+  double largest_ppm = 500.0;  ///< a larger drift is a jump of the clock, not a drift
+};
+
+/// Weighted least squares over the samples, weights 1 / (half round trip)^2. Nothing when there is
+/// no sample or one has a round trip below zero; nothing too when the drift exceeds `largest_ppm`,
+/// because then the clock jumped between two samples and no line describes it.
+[[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
+                                                const ClockFitOptions& options);
+
+/// A device clock that does not advance with its own frame count: index of the first frame after
+/// the jump and by how much the clock jumped.
+struct ClockJump {
+  std::size_t frame = 0;
+  double jump_s = 0;
+};
+
+/// Jumps of a device clock, told from frames that a timer exposes every `period_s`: the time
+/// between two frames must be their distance in frames times the period, to half a period.
+/// `frame_index` is unwrapped, both in order of arrival.
+[[nodiscard]] std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_index,
+                                                      const std::vector<std::int64_t>& device_ns,
+                                                      double period_s);
+
+}  // namespace drape

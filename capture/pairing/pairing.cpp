@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/pairing/pairing.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+/// Input indices of one camera's frames that can be in a set.
+using Candidates = std::vector<std::size_t>;
+
+double time_of(const std::vector<FrameMark>& frames, std::size_t i) {
+  return *frames[i].time_s;
+}
+
+/// Bins what cannot be paired and returns the rest per camera.
+std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const PairingOptions& options,
+                             PairingResult& result) {
+  // A fixed order, so that which of two frames with one id counts does not depend on arrival.
+  std::vector<std::size_t> order(frames.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const FrameMark &fa = frames[a], &fb = frames[b];
+    if (fa.index != fb.index) return fa.index < fb.index;
+    if (fa.complete != fb.complete) return fa.complete;
+    return fa.time_s < fb.time_s;
+  });
+  std::vector<Candidates> candidates(options.cameras);
+  std::vector<std::set<std::int64_t>> seen(options.cameras);
+  for (const std::size_t i : order) {
+    const FrameMark& frame = frames[i];
+    FramePlace& place = result.places[i];
+    CameraLedger& ledger = result.cameras[frame.camera];
+    if (!seen[frame.camera].insert(frame.index).second) {
+      place.why_unpaired = Unpaired::repeated_id;
+      ++ledger.repeated;
+    } else if (!frame.complete) {
+      place.bin = FrameBin::incomplete;
+      ++ledger.incomplete;
+    } else if (options.triggers && !frame.trigger) {
+      place.why_unpaired = Unpaired::no_trigger;
+      ++ledger.unpaired;
+    } else if (!options.triggers && !frame.time_s) {
+      place.why_unpaired = Unpaired::no_time;
+      ++ledger.unpaired;
+    } else {
+      candidates[frame.camera].push_back(i);
+    }
+  }
+  return candidates;
+}
+
+std::optional<double> spread_of(const std::vector<FrameMark>& frames,
+                                const std::vector<std::size_t>& members) {
+  double first = 0, last = 0;
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const std::optional<double>& time = frames[members[m]].time_s;
+    if (!time) return std::nullopt;
+    first = m == 0 ? *time : std::min(first, *time);
+    last = m == 0 ? *time : std::max(last, *time);
+  }
+  return last - first;
+}
+
+void add_set(const std::vector<FrameMark>& frames, std::vector<std::size_t> members,
+             std::optional<std::int64_t> trigger, PairingResult& result) {
+  for (const std::size_t i : members) {
+    result.places[i] = {FrameBin::in_set, Unpaired::no, result.sets.size()};
+    ++result.cameras[frames[i].camera].in_set;
+  }
+  const std::optional<double> spread = spread_of(frames, members);
+  result.sets.push_back({std::move(members), trigger, spread});
+}
+
+void leave_unpaired(const std::vector<FrameMark>& frames, std::size_t i, Unpaired why,
+                    PairingResult& result) {
+  result.places[i] = {FrameBin::unpaired, why, std::nullopt};
+  ++result.cameras[frames[i].camera].unpaired;
+}
+
+void pair_by_trigger(const std::vector<FrameMark>& frames,
+                     const std::vector<Candidates>& candidates, PairingResult& result) {
+  constexpr std::size_t none = static_cast<std::size_t>(-1);
+  std::map<std::int64_t, std::vector<std::size_t>> by_trigger;
+  for (std::size_t camera = 0; camera < candidates.size(); ++camera) {
+    for (const std::size_t i : candidates[camera]) {
+      auto& members =
+          by_trigger.try_emplace(*frames[i].trigger, candidates.size(), none).first->second;
+      if (members[camera] == none) {
+        members[camera] = i;
+      } else {  // a second frame of one trigger: the camera exposed on its own
+        leave_unpaired(frames, i, Unpaired::no_trigger, result);
+      }
+    }
+  }
+  for (auto& [trigger, members] : by_trigger) {
+    if (std::find(members.begin(), members.end(), none) == members.end()) {
+      add_set(frames, members, trigger, result);
+      continue;
+    }
+    for (const std::size_t i : members) {
+      if (i != none) leave_unpaired(frames, i, Unpaired::partner_missing, result);
+    }
+  }
+}
+
+struct Heads {
+  std::size_t earliest = 0;  ///< camera
+  double first_s = 0, last_s = 0;
+};
+
+Heads heads_of(const std::vector<FrameMark>& frames, const std::vector<Candidates>& candidates,
+               const std::vector<std::size_t>& head) {
+  Heads heads;
+  for (std::size_t c = 0; c < head.size(); ++c) {
+    const double t = time_of(frames, candidates[c][head[c]]);
+    if (c == 0 || t < heads.first_s) {
+      heads.earliest = c;
+      heads.first_s = t;
+    }
+    heads.last_s = c == 0 ? t : std::max(heads.last_s, t);
+  }
+  return heads;
+}
+
+/// Spread when the earliest camera's head is replaced by its next frame; nothing without one.
+std::optional<double> spread_without_earliest(const std::vector<FrameMark>& frames,
+                                              const std::vector<Candidates>& candidates,
+                                              const std::vector<std::size_t>& head,
+                                              std::size_t earliest) {
+  if (head[earliest] + 1 >= candidates[earliest].size()) return std::nullopt;
+  const double next = time_of(frames, candidates[earliest][head[earliest] + 1]);
+  double first = next, last = next;
+  for (std::size_t c = 0; c < head.size(); ++c) {
+    if (c == earliest) continue;
+    const double t = time_of(frames, candidates[c][head[c]]);
+    first = std::min(first, t);
+    last = std::max(last, t);
+  }
+  return last - first;
+}
+
+/// Walks all cameras in time. The earliest head is part of a set, or no set can hold it: every
+/// other camera's frames lie later, so its best partners are the heads.
+void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> candidates,
+                  double window_s, PairingResult& result) {
+  for (Candidates& list : candidates) {
+    std::stable_sort(list.begin(), list.end(), [&](std::size_t a, std::size_t b) {
+      return time_of(frames, a) < time_of(frames, b);
+    });
+  }
+  std::vector<std::size_t> head(candidates.size(), 0);
+  const auto all_have_one = [&] {
+    for (std::size_t c = 0; c < head.size(); ++c)
+      if (head[c] == candidates[c].size()) return false;
+    return true;
+  };
+  while (all_have_one()) {
+    const Heads heads = heads_of(frames, candidates, head);
+    const double spread = heads.last_s - heads.first_s;
+    const auto better = spread_without_earliest(frames, candidates, head, heads.earliest);
+    if (spread <= window_s && !(better && *better < spread)) {
+      std::vector<std::size_t> members;
+      for (std::size_t c = 0; c < head.size(); ++c) members.push_back(candidates[c][head[c]++]);
+      add_set(frames, std::move(members), std::nullopt, result);
+    } else {
+      const std::size_t i = candidates[heads.earliest][head[heads.earliest]++];
+      leave_unpaired(frames, i, Unpaired::partner_missing, result);
+    }
+  }
+  for (std::size_t c = 0; c < head.size(); ++c) {
+    for (; head[c] < candidates[c].size(); ++head[c])
+      leave_unpaired(frames, candidates[c][head[c]], Unpaired::partner_missing, result);
+  }
+}
+
+void count_expected(const std::vector<FrameMark>& frames, const PairingOptions& options,
+                    PairingResult& result) {
+  std::vector<std::optional<std::pair<std::int64_t, std::int64_t>>> span(options.cameras);
+  for (const FrameMark& frame : frames) {
+    auto& [first, last] = span[frame.camera] ? *span[frame.camera]
+                                             : span[frame.camera].emplace(frame.index, frame.index);
+    first = std::min(first, frame.index);
+    last = std::max(last, frame.index);
+  }
+  for (std::size_t c = 0; c < options.cameras; ++c) {
+    CameraLedger& ledger = result.cameras[c];
+    const std::int64_t seen = span[c] ? span[c]->second - span[c]->first + 1 : 0;
+    const std::int64_t told = options.triggers.value_or(options.expected_frames.value_or(seen));
+    const std::int64_t arrived = ledger.in_set + ledger.unpaired + ledger.incomplete;
+    // More frames than triggers: the camera exposed on its own, and those frames are in the bins.
+    ledger.expected = std::max(told, arrived);
+    ledger.never_arrived = ledger.expected - arrived;
+  }
+}
+
+}  // namespace
+
+std::string to_string(FrameBin bin) {
+  switch (bin) {
+    case FrameBin::in_set:
+      return "in_set";
+    case FrameBin::unpaired:
+      return "unpaired";
+    case FrameBin::incomplete:
+      return "incomplete";
+  }
+  return {};
+}
+
+std::string to_string(Unpaired reason) {
+  switch (reason) {
+    case Unpaired::no:
+      return "paired";
+    case Unpaired::partner_missing:
+      return "no frame of every other camera within the window";
+    case Unpaired::repeated_id:
+      return "its frame id was seen before";
+    case Unpaired::no_time:
+      return "it has no device time";
+    case Unpaired::no_trigger:
+      return "it answers no trigger";
+  }
+  return {};
+}
+
+void PairingOptions::check() const {
+  if (cameras == 0) throw usage_error("no camera to pair frames of", "name at least one camera");
+  if (!triggers && !(window_s > 0))
+    throw usage_error("the pairing window is not positive", "give half the frame period or less");
+}
+
+PairingResult pair_frames(const std::vector<FrameMark>& frames, const PairingOptions& options) {
+  options.check();
+  for (const FrameMark& frame : frames) {
+    if (frame.camera >= options.cameras)
+      throw internal_error(
+          fmt::format("a frame of camera {} among {}", frame.camera, options.cameras));
+  }
+  PairingResult result;
+  result.places.resize(frames.size());
+  result.cameras.resize(options.cameras);
+  std::vector<Candidates> candidates = sift(frames, options, result);
+  if (options.triggers) {
+    pair_by_trigger(frames, candidates, result);
+  } else {
+    pair_by_time(frames, std::move(candidates), options.window_s, result);
+  }
+  count_expected(frames, options, result);
+  return result;
+}
+
+std::optional<std::int64_t> trigger_of(double time_s, const std::vector<double>& trigger_time_s,
+                                       double early_s, double latest_s) {
+  const auto after =
+      std::upper_bound(trigger_time_s.begin(), trigger_time_s.end(), time_s + early_s);
+  if (after == trigger_time_s.begin()) return std::nullopt;
+  const auto trigger = std::prev(after);
+  if (time_s - *trigger > latest_s) return std::nullopt;
+  return std::distance(trigger_time_s.begin(), trigger);
+}
+
+}  // namespace drape

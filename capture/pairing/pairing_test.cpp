@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/pairing/pairing.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "capture/pairing/clock_fit.hpp"
+#include "capture/pairing/frame_id.hpp"
+#include "core/error.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape {
+namespace {
+
+using testing::ElementsAre;
+
+FrameMark at(std::size_t camera, std::int64_t index, double time_s) {
+  return {camera, index, time_s, std::nullopt, true};
+}
+
+void expect_closed(const PairingResult& result) {
+  for (const CameraLedger& ledger : result.cameras) EXPECT_TRUE(ledger.closes());
+}
+
+TEST(PairByTime, AnOrphanTakesNoPartnerAway) {
+  // Camera 1 lost its frame of the first instant; window just under half a period of 0.2 s.
+  const auto result = pair_frames({at(0, 0, 0.0), at(0, 1, 0.2), at(1, 0, 0.105)},
+                                  {.cameras = 2, .window_s = 0.11});
+  ASSERT_EQ(result.sets.size(), 1U);
+  EXPECT_THAT(result.sets[0].frames, ElementsAre(1, 2));  // 0.095 s apart, not 0.105 s
+  EXPECT_NEAR(*result.sets[0].spread_s, 0.095, 1e-12);
+  EXPECT_EQ(result.places[0].why_unpaired, Unpaired::partner_missing);
+  expect_closed(result);
+}
+
+TEST(PairByTime, EveryFrameIsInOneBin) {
+  std::vector<FrameMark> frames = {at(0, 0, 0),   at(1, 0, 0.001), at(0, 1, 0.1),  at(1, 1, 0.101),
+                                   at(0, 3, 0.3), at(1, 3, 0.301), at(1, 3, 0.301)};
+  frames[3].complete = false;
+  frames.push_back({0, 4, std::nullopt, std::nullopt, true});
+  const auto result = pair_frames(frames, {.cameras = 2, .window_s = 0.05});
+  EXPECT_EQ(result.sets.size(), 2U);
+  EXPECT_EQ(result.places[2].why_unpaired, Unpaired::partner_missing);
+  EXPECT_EQ(result.places[3].bin, FrameBin::incomplete);
+  EXPECT_EQ(result.places[6].why_unpaired, Unpaired::repeated_id);
+  EXPECT_EQ(result.places[7].why_unpaired, Unpaired::no_time);
+  EXPECT_EQ(result.cameras[0].expected, 5);
+  EXPECT_EQ(result.cameras[0].never_arrived, 1);
+  EXPECT_EQ(result.cameras[0].unpaired, 2);
+  EXPECT_EQ(result.cameras[1].expected, 4);
+  EXPECT_EQ(result.cameras[1].never_arrived, 1);
+  EXPECT_EQ(result.cameras[1].repeated, 1);
+  expect_closed(result);
+}
+
+TEST(PairByTime, ACameraThatSentNothingIsCountedByWhatWasAsked) {
+  const auto result = pair_frames({at(0, 0, 0), at(0, 1, 0.1)},
+                                  {.cameras = 2, .window_s = 0.05, .expected_frames = 3});
+  EXPECT_TRUE(result.sets.empty());
+  EXPECT_EQ(result.cameras[0].never_arrived, 1);
+  EXPECT_EQ(result.cameras[1].never_arrived, 3);
+  expect_closed(result);
+}
+
+TEST(PairByTrigger, GoesByTheTriggerAndNotByTime) {
+  std::vector<FrameMark> frames = {at(0, 0, 0.0), at(1, 0, 5.0), at(0, 1, 1.0), at(1, 1, 1.0)};
+  frames[0].trigger = 0;
+  frames[1].trigger = 0;
+  frames[2].trigger = 1;  // camera 1's second frame answers no trigger
+  const auto result = pair_frames(frames, {.cameras = 2, .triggers = 3});
+  ASSERT_EQ(result.sets.size(), 1U);
+  EXPECT_EQ(result.sets[0].trigger, 0);
+  EXPECT_NEAR(*result.sets[0].spread_s, 5.0, 1e-12);
+  EXPECT_EQ(result.places[2].why_unpaired, Unpaired::partner_missing);
+  EXPECT_EQ(result.places[3].why_unpaired, Unpaired::no_trigger);
+  EXPECT_EQ(result.cameras[0].never_arrived, 1);
+  expect_closed(result);
+}
+
+TEST(PairByTrigger, FindsTheTriggerOfATime) {
+  const std::vector<double> triggers = {1, 2, 3};
+  EXPECT_EQ(trigger_of(2.01, triggers, 0.001, 0.1), 1);
+  EXPECT_EQ(trigger_of(1.9995, triggers, 0.001, 0.1), 1);
+  EXPECT_EQ(trigger_of(2.5, triggers, 0.001, 0.1), std::nullopt);
+  EXPECT_EQ(trigger_of(0.5, triggers, 0.001, 0.1), std::nullopt);
+}
+
+TEST(Pairing, RefusesWhatMakesNoSense) {
+  EXPECT_THROW(static_cast<void>(pair_frames({}, {.cameras = 0, .window_s = 1})), Error);
+  EXPECT_THROW(static_cast<void>(pair_frames({}, {.cameras = 2})), Error);
+  EXPECT_THROW(static_cast<void>(pair_frames({at(2, 0, 0)}, {.cameras = 2, .window_s = 1})), Error);
+}
+
+// ---- random benches: device clocks, losses and wraps as the cameras have them --------------
+
+struct Bench {
+  std::vector<FrameMark> frames;
+  std::vector<std::int64_t> instant;  ///< the truth, one per frame
+  std::set<std::int64_t> whole;       ///< instants at which every camera's frame arrived whole
+  std::size_t cameras = 0;
+  double period_s = 0;
+};
+
+struct SimulatedCamera {
+  double offset_s = 0, drift_ppm = 0;
+  std::uint64_t first_id = 1;
+
+  /// What the device's clock shows at host time `t_s`.
+  [[nodiscard]] std::int64_t device_ns(double t_s) const {
+    return std::llround(1e9 * (t_s * (1 - 1e-6 * drift_ppm) + offset_s));
+  }
+};
+
+ClockFit read_clock(const SimulatedCamera& camera, double from_s, double to_s,
+                    std::mt19937& random) {
+  std::uniform_real_distribution<double> trip(5e-5, 2e-3), split(0, 1);
+  std::vector<ClockSample> samples;
+  for (int i = 0; i < 20; ++i) {
+    const double before = from_s + (to_s - from_s) * i / 19;
+    const double round_trip = trip(random);
+    samples.push_back({std::llround(1e9 * before),
+                       camera.device_ns(before + split(random) * round_trip),
+                       std::llround(1e9 * (before + round_trip))});
+  }
+  return fit_clock(samples, {}).value();
+}
+
+Bench random_bench(unsigned seed, std::int64_t instants) {
+  std::mt19937 random(seed);
+  const auto uniform = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(random);
+  };
+  Bench bench;
+  bench.cameras = 2 + seed % 3;
+  bench.period_s = uniform(0.02, 0.2);
+  std::vector<std::size_t> received(static_cast<std::size_t>(instants), 0);
+  const double end_s = bench.period_s * static_cast<double>(instants);
+  for (std::size_t c = 0; c < bench.cameras; ++c) {
+    SimulatedCamera camera{uniform(-10, 10), uniform(-100, 100), 65535 - seed % 50};
+    const ClockFit clock = read_clock(camera, -0.5, end_s + 0.5, random);
+    FrameIdUnwrapper ids({1, 65535});
+    std::optional<std::int64_t> zero;  // frame index of the first instant, as trigger 0 would give
+    for (std::int64_t k = 0; k < instants; ++k) {
+      const auto id = (camera.first_id - 1 + static_cast<std::uint64_t>(k)) % 65535 + 1;
+      const bool missing = uniform(0, 1) < 0.05;
+      if (missing) continue;
+      const auto index = ids.unwrap(id);
+      if (!zero) zero = k;
+      const double exposed =
+          bench.period_s * static_cast<double>(k) + uniform(-1, 1) * 0.1 * bench.period_s;
+      const bool complete = uniform(0, 1) > 0.01;
+      bench.frames.push_back(
+          {c, *index, clock.host_time_s(camera.device_ns(exposed), 0), std::nullopt, complete});
+      EXPECT_EQ(*index + *zero, k);  // ids unwrap to the true count
+      bench.instant.push_back(k);
+      if (complete) ++received[static_cast<std::size_t>(k)];
+    }
+  }
+  for (std::int64_t k = 0; k < instants; ++k) {
+    if (received[static_cast<std::size_t>(k)] == bench.cameras) bench.whole.insert(k);
+  }
+  return bench;
+}
+
+/// Arrival order is no information: shuffle it.
+void shuffle(Bench& bench, unsigned seed) {
+  std::vector<std::size_t> order(bench.frames.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::shuffle(order.begin(), order.end(), std::mt19937(seed));
+  const Bench before = bench;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    bench.frames[i] = before.frames[order[i]];
+    bench.instant[i] = before.instant[order[i]];
+  }
+}
+
+/// Offsets to 10 s, drift to 100 ppm, 5 % missing, 1 % incomplete, id wrap, jitter of a tenth of
+/// the period: no wrong set, no whole instant left out.
+TEST(Pairing, NoWrongSetInTenThousand) {
+  const unsigned benches = static_cast<unsigned>(test::trial_count(100, 1000));
+  std::size_t sets = 0, wrong = 0, left_out = 0;
+  for (unsigned seed = 0; seed < benches; ++seed) {
+    Bench bench = random_bench(seed, 120);
+    shuffle(bench, seed);
+    const auto result =
+        pair_frames(bench.frames, {.cameras = bench.cameras, .window_s = 0.4 * bench.period_s});
+    expect_closed(result);
+    std::set<std::int64_t> found;
+    for (const PairedFrames& set : result.sets) {
+      std::set<std::int64_t> instants;
+      for (const std::size_t i : set.frames) instants.insert(bench.instant[i]);
+      if (instants.size() != 1) ++wrong;
+      found.insert(instants.begin(), instants.end());
+    }
+    sets += result.sets.size();
+    for (const std::int64_t k : bench.whole) left_out += found.count(k) == 0 ? 1 : 0;
+  }
+  RecordProperty("sets", std::to_string(sets));
+  EXPECT_GE(sets, test::trial_count(100, 1000) * 90U);
+  EXPECT_EQ(wrong, 0U) << "of " << sets;
+  EXPECT_EQ(left_out, 0U);
+}
+
+TEST(Pairing, TheOrderOfArrivalNeverMatters) {
+  Bench bench = random_bench(7, 60);
+  const PairingOptions options{.cameras = bench.cameras, .window_s = 0.4 * bench.period_s};
+  const auto times = [&](const PairingResult& result) {
+    std::vector<double> all;
+    for (const PairedFrames& set : result.sets)
+      for (const std::size_t i : set.frames) all.push_back(*bench.frames[i].time_s);
+    return all;
+  };
+  const auto in_order = times(pair_frames(bench.frames, options));
+  shuffle(bench, 3);
+  EXPECT_EQ(times(pair_frames(bench.frames, options)), in_order);
+}
+
+}  // namespace
+}  // namespace drape
