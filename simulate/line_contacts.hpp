@@ -19,6 +19,14 @@ class LineContacts {
  public:
   static constexpr double sink_m = 2e-6;
 
+  /// A watched place of the sheet: a mixture of up to four particles.
+  struct Point {
+    int element = 0;  ///< a line piece or a place in a cell, below elements()
+    int shape = 0;
+    std::array<int, 4> particle{};
+    std::array<double, 4> weight{};
+  };
+
   LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                double gravity_m_per_s2);
 
@@ -30,16 +38,13 @@ class LineContacts {
   void advance(const Field& position, const Field& velocity, double step_s);
 
   [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
+  [[nodiscard]] const std::vector<Point>& points() const { return points_; }
+  [[nodiscard]] int elements() const { return static_cast<int>(touched_.size()); }
+  [[nodiscard]] double stiffness_n_per_m() const { return stiffness_; }
   [[nodiscard]] double energy_j(const Field& position) const;
   [[nodiscard]] double frequency_squared_per_s2() const { return gravity_ / sink_m; }
 
  private:
-  struct Point {
-    int element = 0;  ///< of friction_spring_
-    int shape = 0;
-    std::array<int, 4> particle{};
-    std::array<double, 4> weight{};
-  };
   struct Push {
     double gap = 0;
     double normal_n = 0;
