@@ -87,9 +87,21 @@ class StageProgress {
   std::map<std::string, double> fractions_;
 };
 
+/// The sentence of the verdict line in what a program printed for people.
+std::string sentence_of_text(const std::string& output) {
+  for (const std::string verdict : {"\nGO: ", "\nNO-GO: "}) {
+    const std::size_t at = ("\n" + output).rfind(verdict);
+    if (at == std::string::npos) continue;
+    const std::size_t begin = at + verdict.size() - 1;
+    return output.substr(begin, output.find('\n', begin) - begin);
+  }
+  return {};
+}
+
 std::string sentence_of(const std::string& output) {
   const Json json = Json::parse(output, nullptr, false);
-  if (json.is_discarded() || !json.contains("sentence") || !json["sentence"].is_string()) return {};
+  if (json.is_discarded()) return sentence_of_text(output);
+  if (!json.contains("sentence") || !json["sentence"].is_string()) return {};
   return json["sentence"].get<std::string>();
 }
 
