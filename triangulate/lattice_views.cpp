@@ -31,8 +31,14 @@ const CalibratedCamera& camera_of(const FrameDetections& frame, const Calibratio
   return camera;
 }
 
-View view_of(const Detection& d, const FrameDetections& frame, const CalibratedCamera& camera,
-             double floor_px) {
+/// What all views of a frame have in common.
+struct FrameCamera {
+  const CalibratedCamera* calibrated;
+  const InJointCovariance* joint;
+  double floor_px;
+};
+
+View view_of(const Detection& d, const FrameDetections& frame, const FrameCamera& camera) {
   if (!d.centre_px.allFinite() || !d.covariance_px2.allFinite() ||
       d.covariance_px2.llt().info() != Eigen::Success) {
     throw bad_input(
@@ -41,9 +47,15 @@ View view_of(const Detection& d, const FrameDetections& frame, const CalibratedC
                     d.mark.row, d.mark.col),
         {.camera = frame.camera, .set = frame.set}, "detect this frame again");
   }
-  return {&camera, d.centre_px,
-          d.covariance_px2 + floor_px * floor_px * Eigen::Matrix2d::Identity(), d.semi_axes_px,
-          d.axis_angle_rad};
+  View view;
+  view.camera = camera.calibrated;
+  view.joint = camera.joint;
+  view.px = d.centre_px;
+  view.covariance_px2 =
+      d.covariance_px2 + camera.floor_px * camera.floor_px * Eigen::Matrix2d::Identity();
+  view.semi_axes_px = d.semi_axes_px;
+  view.axis_angle_rad = d.axis_angle_rad;
+  return view;
 }
 
 std::vector<MarkViews> empty_lattice(const MarkLattice& lattice) {
@@ -54,8 +66,8 @@ std::vector<MarkViews> empty_lattice(const MarkLattice& lattice) {
   return marks;
 }
 
-void add_frame(const FrameDetections& frame, const MarkLattice& lattice,
-               const CalibratedCamera& camera, double floor_px, std::vector<MarkViews>& marks) {
+void add_frame(const FrameDetections& frame, const MarkLattice& lattice, const FrameCamera& camera,
+               std::vector<MarkViews>& marks) {
   const auto index = [&](MarkId mark) {
     return static_cast<std::size_t>(mark.row) * lattice.cols + mark.col;
   };
@@ -63,7 +75,7 @@ void add_frame(const FrameDetections& frame, const MarkLattice& lattice,
     return mark.row >= 0 && mark.col >= 0 && mark.row < lattice.rows && mark.col < lattice.cols;
   };
   for (const Detection& d : frame.detections) {
-    if (inside(d.mark)) marks[index(d.mark)].views.push_back(view_of(d, frame, camera, floor_px));
+    if (inside(d.mark)) marks[index(d.mark)].views.push_back(view_of(d, frame, camera));
   }
   for (const Rejection& r : frame.rejections) {
     if (!r.mark || !inside(*r.mark)) continue;
@@ -74,8 +86,34 @@ void add_frame(const FrameDetections& frame, const MarkLattice& lattice,
 
 }  // namespace
 
+JointPlaces joint_places(const Calibration& calibration) {
+  JointPlaces places;
+  if (calibration.joint_covariance.size() == 0) return places;
+  std::map<std::string, Eigen::Index> by_name;
+  Eigen::Index next = 0;
+  for (const std::string& name : calibration.joint_covariance_parameters)
+    by_name.emplace(name, next++);
+  for (const CalibratedCamera& camera : calibration.cameras) {
+    InJointCovariance& own = places[camera.camera.name];
+    own.covariance = &calibration.joint_covariance;
+    int found = 0;
+    for (const std::string& parameter : parameter_names(camera.camera.model)) {
+      const auto place = by_name.find(camera.camera.name + "/" + parameter);
+      own.places.push_back(place == by_name.end() ? -1 : place->second);
+      found += place != by_name.end();
+    }
+    if (found == 0) {
+      throw bad_input("the joint covariance has no parameter of this camera",
+                      {.field = "joint_covariance_parameters", .camera = camera.camera.name},
+                      "calibrate the rig again");
+    }
+  }
+  return places;
+}
+
 std::vector<MarkViews> collect_views(const Detections& detections, const Calibration& calibration,
-                                     const std::string& set, double floor_px) {
+                                     const JointPlaces& places, const std::string& set,
+                                     double floor_px) {
   if (detections.lattice.surface != Surface::cloth) {
     throw bad_input("the detections are of the calibration target, not of a cloth", {.set = set},
                     "give the file that `drape detect --surface cloth` wrote");
@@ -84,7 +122,10 @@ std::vector<MarkViews> collect_views(const Detections& detections, const Calibra
   int frames = 0;
   for (const FrameDetections& frame : detections.frames) {
     if (frame.set != set) continue;
-    add_frame(frame, detections.lattice, camera_of(frame, calibration), floor_px, marks);
+    const auto joint = places.find(frame.camera);
+    const FrameCamera camera{&camera_of(frame, calibration),
+                             joint == places.end() ? nullptr : &joint->second, floor_px};
+    add_frame(frame, detections.lattice, camera, marks);
     ++frames;
   }
   if (frames < 2) {

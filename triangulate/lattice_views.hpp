@@ -17,11 +17,18 @@ struct MarkViews {
   std::vector<std::string> refused;  ///< "cam1 rejected it: bad fit"
 };
 
-/// All marks of the lattice, row-major, with the views of a set. The floor is added to each
+/// Where each camera of a calibration stands in its joint covariance; empty when it has none.
+/// Points into the calibration. Throws Error(bad_input) when a camera has no parameter there.
+using JointPlaces = std::map<std::string, InJointCovariance>;
+[[nodiscard]] JointPlaces joint_places(const Calibration& calibration);
+
+/// All marks of the lattice, row-major, with the views of a set, which point into the calibration
+/// and the places. The floor is added to each
 /// detection's covariance. Throws Error(bad_input) when the set is unknown, a camera is not
 /// calibrated or has another image size, or a number is not finite.
 [[nodiscard]] std::vector<MarkViews> collect_views(const Detections& detections,
                                                    const Calibration& calibration,
+                                                   const JointPlaces& places,
                                                    const std::string& set, double floor_px);
 
 /// Reason for a mark with fewer than two views.

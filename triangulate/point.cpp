@@ -67,9 +67,8 @@ struct Noise {
   }
 };
 
-/// Covariance of the projected pixels from the calibration. Cameras that are calibrated apart
-/// have independent errors: block diagonal by camera.
-MatrixXd calibration_noise(const std::vector<View>& views, const Vector3d& in_world) {
+/// Covariance of the projected pixels from cameras that were calibrated apart: block diagonal.
+MatrixXd noise_of_separate_cameras(const std::vector<View>& views, const Vector3d& in_world) {
   MatrixXd pixels = MatrixXd::Zero(2 * views.size(), 2 * views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     const CalibratedCamera& calibrated = *views[i].camera;
@@ -83,6 +82,22 @@ MatrixXd calibration_noise(const std::vector<View>& views, const Vector3d& in_wo
   return pixels;
 }
 
+/// The same from cameras calibrated together, whose errors go hand in hand.
+MatrixXd noise_of_joint_cameras(const std::vector<View>& views, const Vector3d& in_world) {
+  const MatrixXd& covariance = *views.front().joint->covariance;
+  MatrixXd by_all = MatrixXd::Zero(2 * views.size(), covariance.cols());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto by_parameters = d_px_d_parameters(views[i].camera->camera, in_world);
+    if (!by_parameters) continue;
+    for (Eigen::Index k = 0; k < by_parameters->cols(); ++k) {
+      const Eigen::Index place = views[i].joint->places.at(k);
+      if (place >= 0)
+        by_all.block<2, 1>(2 * static_cast<Eigen::Index>(i), place) = by_parameters->col(k);
+    }
+  }
+  return by_all * covariance * by_all.transpose();
+}
+
 void add_covariance(const std::vector<View>& views, const Noise& noise, const Linearised& at_end,
                     Point& point) {
   const MatrixXd whitened = noise.whitened(at_end.jacobian);
@@ -91,7 +106,9 @@ void add_covariance(const std::vector<View>& views, const Noise& noise, const Li
   const MatrixXd gain =
       of_point * noise.lower.transpose().triangularView<Eigen::Upper>().solve(whitened).transpose();
   const MatrixXd shared = gain * noise.shared;
-  const MatrixXd calibration = calibration_noise(views, point.in_world);
+  const MatrixXd calibration = views.front().joint != nullptr
+                                   ? noise_of_joint_cameras(views, point.in_world)
+                                   : noise_of_separate_cameras(views, point.in_world);
   point.detection_covariance_m2 = gain * noise.detections * gain.transpose();
   point.shape_covariance_m2 = shared * shared.transpose();
   point.calibration_covariance_m2 = gain * calibration * gain.transpose();

@@ -13,6 +13,12 @@ namespace drape {
 /// deviation of 1; as many columns in every view of the mark.
 using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
+/// Where a camera's parameters stand in a covariance over all cameras together.
+struct InJointCovariance {
+  const Eigen::MatrixXd* covariance = nullptr;
+  std::vector<Eigen::Index> places;  ///< by parameter; -1: it was held fixed, its error is none
+};
+
 /// Where one camera saw a mark.
 struct View {
   const CalibratedCamera* camera = nullptr;
@@ -20,6 +26,8 @@ struct View {
   Eigen::Matrix2d covariance_px2;
   Eigen::Vector2d semi_axes_px = Eigen::Vector2d::Zero();  ///< of the dot's ellipse
   double axis_angle_rad = 0;                               ///< from +u to the major axis
+  /// Absent: cameras calibrated apart, each with its own covariance.
+  const InJointCovariance* joint = nullptr;
   SharedUnknowns shape_px = SharedUnknowns(2, 0);  ///< of the dot's shape, see dot_shape.hpp
 };
 

@@ -213,7 +213,8 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
                               const std::string& set, const TriangulateOptions& options) {
   options.check();
   const MarkLattice& lattice = detections.lattice;
-  const auto marks = collect_views(detections, calibration, set, options.floor_px);
+  const JointPlaces places = joint_places(calibration);
+  const auto marks = collect_views(detections, calibration, places, set, options.floor_px);
   const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
   std::vector<Placed> placed(marks.size());
   place_all(marks, limits, options.threads, placed);
@@ -230,6 +231,7 @@ TriangulateResult triangulate(const Detections& detections, const Calibration& c
   TriangulateReport& report = result.report;
   report.measured = static_cast<int>(result.sheet.marks.size());
   report.gaps = static_cast<int>(result.sheet.gaps.size());
+  report.has_calibration_covariance = !places.empty();
   for (const CalibratedCamera& camera : calibration.cameras)
     report.has_calibration_covariance |= camera.covariance.size() > 0;
   note_statistics(marks, placed, result.sheet, report);
