@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The Aravis backend against the emulated camera: real discovery, control and stream packets.
+#include <gmock/gmock.h>
+
+#include <cstring>
+#include <random>
+
+#include "capture/device/camera.hpp"
+#include "core/error.hpp"
+#include "tests/support/gige_camera/gige_camera.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape {
+namespace {
+
+using test::GigeCamera;
+using test::GigeCameraOptions;
+using testing::HasSubstr;
+
+std::vector<std::uint8_t> noise(int width_px, int height_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width_px) * height_px);
+  for (std::uint8_t& p : pixels) p = static_cast<std::uint8_t>(random());
+  return pixels;
+}
+
+CameraAddress at(const std::string& ip, const std::string& host = "127.0.0.1") {
+  return {Backend::aravis, ip, host, ""};
+}
+
+std::string value_of(const std::vector<SettingReadBack>& settings, const std::string& name) {
+  for (const SettingReadBack& s : settings)
+    if (s.name == name) return s.value;
+  return "absent";
+}
+
+struct Tally {
+  int complete = 0, incomplete = 0, altered = 0;
+  CameraCounters counters;
+};
+
+/// Triggers `frames` frames one after another and compares every pixel.
+Tally stream(Camera& camera, const std::vector<std::uint8_t>& pixels, int frames) {
+  Tally tally;
+  camera.start();
+  for (int i = 0; i < frames; ++i) {
+    camera.trigger();
+    const auto frame = camera.next(1.0);
+    if (!frame) continue;
+    if (!frame->complete) {
+      ++tally.incomplete;
+    } else if (frame->bytes != pixels.size() ||
+               std::memcmp(frame->pixels, pixels.data(), pixels.size()) != 0) {
+      ++tally.altered;
+    } else {
+      ++tally.complete;
+    }
+  }
+  tally.counters = camera.counters();
+  camera.stop();
+  return tally;
+}
+
+CameraSettings triggered(int packet_size_bytes) {
+  CameraSettings settings;
+  settings.trigger = TriggerSource::software;
+  settings.packet_size_bytes = packet_size_bytes;
+  return settings;
+}
+
+TEST(AravisCamera, IsFoundBySerialAndGivesThePictureBitForBit) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera left({.address = "127.0.0.2", .serial = "LEFT"});
+  GigeCamera right({.address = "127.0.0.3", .serial = "RIGHT"});
+  const auto pixels = noise(640, 480, 1);
+  right.show(pixels);
+  const auto found = find_aravis_devices();
+  ASSERT_EQ(found.size(), 2U);
+  const auto camera = open_camera(at("RIGHT", ""));
+  EXPECT_EQ(camera->identity().serial, "RIGHT");
+  EXPECT_EQ(camera->identity().address, "127.0.0.3");
+  EXPECT_EQ(camera->identity().host_address, "127.0.0.1");
+  const auto settings = camera->configure({});
+  EXPECT_EQ(value_of(settings, "pixel_format"), "Mono8");
+  camera->start();
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = camera->next(1.0);
+    ASSERT_TRUE(frame);
+    ASSERT_TRUE(frame->complete) << frame->fault;
+    EXPECT_EQ(frame->id, static_cast<std::uint64_t>(i + 1));
+    EXPECT_EQ(std::memcmp(frame->pixels, pixels.data(), pixels.size()), 0);
+  }
+}
+
+TEST(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({});
+  const auto camera = open_camera(at("127.0.0.2"));
+  CameraSettings s = triggered(8192);
+  s.width_px = 320;
+  s.height_px = 200;
+  s.offset_x_px = 64;
+  s.offset_y_px = 32;
+  s.exposure_us = 4000;
+  s.gain_db = 3;
+  const auto settings = camera->configure(s);
+  EXPECT_EQ(value_of(settings, "ExposureAuto"), "Off");
+  EXPECT_EQ(value_of(settings, "GainAuto"), "Off");
+  EXPECT_EQ(value_of(settings, "exposure_us"), "4000");
+  EXPECT_EQ(value_of(settings, "offset_x_px"), "64");
+  EXPECT_EQ(value_of(settings, "packet_size_bytes"), "8192");
+  EXPECT_EQ(value_of(settings, "trigger"), "Software");
+  EXPECT_EQ(device.register_word(test::reg::exposure_auto), 0U);
+  EXPECT_EQ(device.register_word(test::reg::width), 320U);
+  EXPECT_EQ(device.register_real(test::reg::exposure_us), 4000);
+  EXPECT_EQ(camera->frame_bytes(), 320U * 200U);
+}
+
+TEST(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({});
+  try {
+    static_cast<void>(open_camera(at("NOBODY", "")));
+    FAIL() << "opened a camera that is not there";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::device);
+    EXPECT_THAT(error.what(), HasSubstr("DB0001"));
+  }
+  const auto first = open_camera(at("127.0.0.2"));
+  CameraSettings s;
+  s.width_px = 10'000;
+  EXPECT_THROW(static_cast<void>(first->configure(s)), Error);
+  s = {};
+  s.pixel_format = "Mono12";
+  EXPECT_THROW(static_cast<void>(first->configure(s)), Error);
+  EXPECT_THROW(static_cast<void>(open_camera(at("127.0.0.2"))), Error) << "a second controller";
+  EXPECT_THROW(static_cast<void>(open_camera(at("127.0.0.2", "127.0.0.9"))), Error);
+}
+
+TEST(AravisCamera, LostPacketsAreSentAgainAndCountedExactly) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const int frames = test::trial_count(60, 3400);
+  for (const double loss : {0.001, 0.01, 0.05}) {
+    GigeCamera device({.width_px = 320, .height_px = 240, .seed = 7});
+    const auto pixels = noise(320, 240, 2);
+    device.show(pixels);
+    const auto camera = open_camera(at("127.0.0.2"));
+    static_cast<void>(camera->configure(triggered(1400)));
+    device.set_faults({.lose = loss});
+    const Tally tally = stream(*camera, pixels, frames);
+    const auto sent = device.counts();
+    EXPECT_EQ(tally.altered, 0);
+    EXPECT_EQ(tally.complete, frames) << "of " << frames << " at loss " << loss;
+    EXPECT_EQ(sent.frames_sent, static_cast<std::uint64_t>(frames));
+    EXPECT_EQ(sent.packets_lost, sent.packets_resent);
+    EXPECT_EQ(static_cast<std::uint64_t>(tally.counters.packets_resent), sent.packets_resent);
+    std::printf("loss %.1f %%: %d of %d frames whole, packets sent %lu, lost %lu, resent %lu\n",
+                100 * loss, tally.complete, frames, sent.packets_sent, sent.packets_lost,
+                sent.packets_resent);
+  }
+}
+
+TEST(AravisCamera, ReorderedRepeatedAndLatePacketsChangeNothing) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({.width_px = 320, .height_px = 240});
+  const auto pixels = noise(320, 240, 3);
+  device.show(pixels);
+  const auto camera = open_camera(at("127.0.0.2"));
+  static_cast<void>(camera->configure(triggered(1400)));
+  device.set_faults({.duplicate = 0.05, .reorder = 0.1, .late_ms = 5});
+  const Tally tally = stream(*camera, pixels, 30);
+  EXPECT_EQ(tally.complete, 30);
+  EXPECT_GT(device.counts().packets_reordered, 0U);
+  EXPECT_GT(device.counts().packets_duplicated, 0U);
+}
+
+TEST(AravisCamera, AFrameThatStaysIncompleteIsNeverPassedOffAsWhole) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({.width_px = 320, .height_px = 240, .resend = false});
+  const auto pixels = noise(320, 240, 4);
+  device.show(pixels);
+  const auto camera = open_camera(at("127.0.0.2"));
+  static_cast<void>(camera->configure(triggered(1400)));
+  device.set_faults({.lose = 0.02});
+  const Tally tally = stream(*camera, pixels, 10);
+  EXPECT_EQ(tally.altered, 0);
+  EXPECT_LT(tally.complete, 10);
+  EXPECT_GT(tally.incomplete, 0);
+}
+
+TEST(AravisCamera, TheFrameIdWraps) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({.width_px = 64, .height_px = 48, .first_frame_id = 65533});
+  const auto camera = open_camera(at("127.0.0.2"));
+  static_cast<void>(camera->configure(triggered(1400)));
+  camera->start();
+  FrameIdUnwrapper ids(camera->frame_ids());
+  for (std::int64_t i = 0; i < 8; ++i) {
+    camera->trigger();
+    const auto frame = camera->next(1.0);
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(ids.unwrap(frame->id), i);
+  }
+}
+
+TEST(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device(
+      {.width_px = 64, .height_px = 48, .clock_offset_s = -7.5, .clock_drift_ppm = 80});
+  const auto camera = open_camera(at("127.0.0.2"));
+  static_cast<void>(camera->configure(triggered(1400)));
+  std::vector<ClockSample> samples;
+  for (int i = 0; i < 10; ++i) samples.push_back(camera->read_clock().value());
+  const auto clock = fit_clock(samples, {});
+  ASSERT_TRUE(clock);
+  camera->start();
+  camera->trigger();
+  const auto frame = camera->next(1.0);
+  ASSERT_TRUE(frame && frame->device_ns);
+  const auto exposed = device.exposures().at(0).host_ns;
+  EXPECT_NEAR(clock->host_time_s(*frame->device_ns, exposed), 0, 5e-4 + clock->bound_s);
+}
+
+}  // namespace
+}  // namespace drape

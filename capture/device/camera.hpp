@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "capture/pairing/clock_fit.hpp"
+#include "capture/pairing/frame_id.hpp"
+
+namespace drape {
+
+enum class Backend { aravis, v4l2, replay };
+/// What makes a camera expose.
+enum class TriggerSource { free_run, software, line, action };
+
+[[nodiscard]] std::string to_string(Backend backend);
+[[nodiscard]] std::string to_string(TriggerSource source);
+
+/// Which device: never "the first one".
+struct CameraAddress {
+  Backend backend = Backend::aravis;
+  /// aravis: serial number or IP address; v4l2: bus path or device file; replay: the camera's name
+  /// in the recording.
+  std::string device;
+  std::string host_address;  ///< IP address of the network card it must be reached by; or empty
+  std::string recording;     ///< replay: folder of the recording
+};
+
+/// What is set on a camera. Absent means: leave as the camera has it, and record what that is.
+struct CameraSettings {
+  std::optional<int> width_px, height_px, offset_x_px, offset_y_px;
+  std::string pixel_format = "Mono8";
+  std::optional<double> exposure_us, gain_db, frame_rate_hz;
+  std::optional<int> packet_size_bytes, packet_delay_ns;
+  TriggerSource trigger = TriggerSource::free_run;
+  std::string trigger_line = "Line1";
+};
+
+struct CameraIdentity {
+  std::string vendor, model, serial, address, host_address;
+};
+
+/// One setting after it was written: what the camera says it is now.
+struct SettingReadBack {
+  std::string name;  ///< with its unit, e.g. "exposure_us"
+  std::string value;
+};
+
+/// A frame as it came from the device. `pixels` is valid until the next call of next().
+struct CameraFrame {
+  std::uint64_t id = 0;
+  std::optional<std::int64_t> device_ns;
+  int width_px = 0, height_px = 0;
+  bool complete = false;
+  std::string fault;  ///< why it is not complete
+  const std::uint8_t* pixels = nullptr;
+  std::size_t bytes = 0;
+};
+
+/// What the backend itself counted. Only for information: what is expected is counted by us.
+struct CameraCounters {
+  std::int64_t packets_requested_again = 0;
+  std::int64_t packets_resent = 0;
+  std::int64_t packets_repeated = 0;
+  std::int64_t buffer_underruns = 0;
+};
+
+/// Keys of the action command a camera obeys (GigE Vision 2.0).
+struct ActionKeys {
+  std::uint32_t device_key = 0x64726170;
+  std::uint32_t group_key = 1;
+  std::uint32_t group_mask = 1;
+};
+
+/// One camera, whatever its library. Every call throws Error(device) that names the camera's
+/// device and what to do. next() may run on another thread than the rest.
+class Camera {
+ public:
+  virtual ~Camera() = default;
+  [[nodiscard]] virtual CameraIdentity identity() const = 0;
+  /// Writes the settings in the order they depend on each other, with exposure, gain and white
+  /// balance no longer automatic, and reads all of them back. Throws when the camera took another
+  /// value than it was told (exposure, gain, rate: by more than 2 %).
+  [[nodiscard]] virtual std::vector<SettingReadBack> configure(const CameraSettings& settings) = 0;
+  [[nodiscard]] virtual FrameIdRange frame_ids() const = 0;
+  [[nodiscard]] virtual std::size_t frame_bytes() const = 0;  ///< after configure()
+  virtual void start() = 0;
+  virtual void stop() = 0;
+  virtual void trigger() = 0;
+  /// The next frame, or nothing within `timeout_s`.
+  [[nodiscard]] virtual std::optional<CameraFrame> next(double timeout_s) = 0;
+  /// Nothing when the device's clock cannot be read, or is the host's own.
+  [[nodiscard]] virtual std::optional<ClockSample> read_clock() = 0;
+  /// True when the device's times are on the host's monotonic clock already.
+  [[nodiscard]] virtual bool on_host_clock() const = 0;
+  [[nodiscard]] virtual CameraCounters counters() const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<Camera> open_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<Camera> open_aravis_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<Camera> open_v4l2_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<Camera> open_replay_camera(const CameraAddress& address);
+
+/// A device that could be named in cameras.toml.
+struct FoundDevice {
+  Backend backend = Backend::aravis;
+  CameraIdentity identity;
+  std::string name;  ///< what to write as `device`
+};
+
+/// Devices of all live backends, in order of their names. GigE Vision discovery takes about 1 s.
+[[nodiscard]] std::vector<FoundDevice> find_devices();
+[[nodiscard]] std::vector<FoundDevice> find_aravis_devices();
+[[nodiscard]] std::vector<FoundDevice> find_v4l2_devices();
+
+/// Error(device) whose field says which device.
+[[nodiscard]] class Error device_error(std::string what_failed, const std::string& device,
+                                       std::string what_to_do);
+
+/// Throws unless `got` is what was asked: numbers within 2 %, so that a step of the sensor passes.
+void require_taken(const std::string& name, double asked, double got, const std::string& device);
+
+}  // namespace drape

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording behind the same interface as a live camera: one frame per set, in order.
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/device/camera.hpp"
+#include "core/error.hpp"
+#include "core/recording.hpp"
+
+namespace drape {
+namespace {
+
+class ReplayCamera final : public Camera {
+ public:
+  ReplayCamera(Recording recording, std::string camera)
+      : recording_(std::move(recording)), camera_(std::move(camera)) {
+    for (const FrameSet& set : recording_.sets) static_cast<void>(frame_in(set));
+  }
+
+  [[nodiscard]] CameraIdentity identity() const override {
+    return {"drapebench", "recording", camera_, recording_.folder.string(), ""};
+  }
+
+  [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& settings) override {
+    const RecordedFrame& first = frame_in(recording_.sets.front());
+    if (settings.width_px) require_taken("width_px", *settings.width_px, first.width_px, camera_);
+    if (settings.height_px)
+      require_taken("height_px", *settings.height_px, first.height_px, camera_);
+    bytes_ = static_cast<std::size_t>(first.width_px) * static_cast<std::size_t>(first.height_px);
+    return {{"width_px", std::to_string(first.width_px)},
+            {"height_px", std::to_string(first.height_px)},
+            {"pixel_format", "Mono8"}};
+  }
+
+  [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 1'000'000'000}; }
+  [[nodiscard]] std::size_t frame_bytes() const override { return bytes_; }
+  void start() override { running_ = true; }
+  void stop() override { running_ = false; }
+  void trigger() override {}
+
+  [[nodiscard]] std::optional<CameraFrame> next(double) override {
+    if (!running_ || next_ == recording_.sets.size()) return std::nullopt;
+    const FrameSet& set = recording_.sets[next_];
+    const std::vector<unsigned char> bytes = read_frame(recording_, set, frame_in(set));
+    image_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+    CameraFrame frame;
+    frame.id = next_;
+    frame.device_ns = static_cast<std::int64_t>(next_++) * 100'000'000;
+    frame.complete = image_.type() == CV_8UC1 && image_.isContinuous();
+    if (!frame.complete) frame.fault = "its pixel format is not Mono8";
+    frame.width_px = image_.cols;
+    frame.height_px = image_.rows;
+    frame.pixels = image_.data;
+    frame.bytes = image_.total();
+    return frame;
+  }
+
+  [[nodiscard]] std::optional<ClockSample> read_clock() override { return std::nullopt; }
+  [[nodiscard]] bool on_host_clock() const override { return true; }
+  [[nodiscard]] CameraCounters counters() const override { return {}; }
+
+ private:
+  [[nodiscard]] const RecordedFrame& frame_in(const FrameSet& set) const {
+    for (const RecordedFrame& frame : set.frames)
+      if (frame.camera == camera_) return frame;
+    throw bad_input("the set has no image of this camera",
+                    {.file = (recording_.folder / "recording.json").string(),
+                     .camera = camera_,
+                     .set = set.name},
+                    "name a camera of the recording");
+  }
+
+  Recording recording_;
+  std::string camera_;
+  std::size_t next_ = 0, bytes_ = 0;
+  bool running_ = false;
+  cv::Mat image_;
+};
+
+}  // namespace
+
+std::unique_ptr<Camera> open_replay_camera(const CameraAddress& address) {
+  return std::make_unique<ReplayCamera>(read_recording(address.recording), address.device);
+}
+
+}  // namespace drape

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+// USB and other V4L2 cameras: native pixel formats only, memory-mapped buffers.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <libv4l2.h>
+#include <linux/videodev2.h>
+#include <poll.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+
+#include "capture/device/camera.hpp"
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+constexpr std::uint32_t kBuffers = 8;
+constexpr double kExposureUnit_us = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us
+
+/// An open device file.
+class Device {
+ public:
+  explicit Device(const std::string& file) : file_(file) {
+    descriptor_ = ::v4l2_open(file.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  }
+  ~Device() {
+    if (descriptor_ >= 0) ::v4l2_close(descriptor_);
+  }
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+  [[nodiscard]] int descriptor() const { return descriptor_; }
+  [[nodiscard]] bool call(unsigned long request, void* argument) const {
+    int result = 0;
+    do {
+      result = ::v4l2_ioctl(descriptor_, request, argument);
+    } while (result == -1 && errno == EINTR);
+    return result == 0;
+  }
+  void require(unsigned long request, void* argument, const std::string& doing) const {
+    if (call(request, argument)) return;
+    throw device_error(fmt::format("{} failed: {}", doing, std::strerror(errno)), file_,
+                       "unplug and plug the camera, and close other programs that use it");
+  }
+
+ private:
+  std::string file_;
+  int descriptor_ = -1;
+};
+
+std::string text_of(const __u8* text) {
+  return reinterpret_cast<const char*>(text);
+}
+
+std::optional<v4l2_capability> capability_of(const std::string& file) {
+  const Device device(file);
+  v4l2_capability capability{};
+  if (!device.is_open() || !device.call(VIDIOC_QUERYCAP, &capability)) return std::nullopt;
+  const std::uint32_t able = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
+                                 ? capability.device_caps
+                                 : capability.capabilities;
+  if ((able & V4L2_CAP_VIDEO_CAPTURE) == 0 || (able & V4L2_CAP_STREAMING) == 0) return std::nullopt;
+  return capability;
+}
+
+std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
+  std::vector<std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
+    if (entry.path().filename().string().starts_with("video")) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<std::pair<std::string, v4l2_capability>> found;
+  for (const std::string& file : files) {
+    if (const auto capability = capability_of(file)) found.emplace_back(file, *capability);
+  }
+  return found;
+}
+
+class V4l2Camera final : public Camera {
+ public:
+  V4l2Camera(const std::string& file, const v4l2_capability& capability)
+      : name_(text_of(capability.bus_info)), device_(file) {
+    identity_ = {text_of(capability.driver), text_of(capability.card), "", name_, ""};
+    if (!device_.is_open())
+      throw device_error(fmt::format("{} cannot be opened: {}", file, std::strerror(errno)), name_,
+                         "check the rights of the device file");
+  }
+  ~V4l2Camera() override { release(); }
+
+  [[nodiscard]] CameraIdentity identity() const override { return identity_; }
+
+  [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& s) override {
+    stop();
+    read_back_.clear();
+    if (s.trigger != TriggerSource::free_run)
+      throw device_error("a V4L2 camera has no trigger that can be set here", name_,
+                         "choose the sync method free_run");
+    set_format(s);
+    set_rate(s);
+    set_controls(s);
+    return read_back_;
+  }
+
+  [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 0xFFFFFFFF}; }
+  [[nodiscard]] std::size_t frame_bytes() const override {
+    return static_cast<std::size_t>(width_px_) * static_cast<std::size_t>(height_px_);
+  }
+
+  void start() override {
+    if (running_) return;
+    v4l2_requestbuffers request{};
+    request.count = kBuffers;
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = V4L2_MEMORY_MMAP;
+    device_.require(VIDIOC_REQBUFS, &request, "asking for buffers");
+    for (std::uint32_t i = 0; i < request.count; ++i) map(i);
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    device_.require(VIDIOC_STREAMON, &type, "starting the stream");
+    running_ = true;
+  }
+
+  void stop() override { release(); }
+  void trigger() override {
+    throw device_error("a V4L2 camera has no software trigger", name_, "choose free_run");
+  }
+
+  [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
+    give_back();
+    pollfd wait{device_.descriptor(), POLLIN, 0};
+    if (!running_ || ::poll(&wait, 1, static_cast<int>(timeout_s * 1e3)) <= 0) return std::nullopt;
+    if ((wait.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0)
+      throw device_error("the stream broke off", name_, "plug the camera in again");
+    v4l2_buffer buffer{};
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    if (!device_.call(VIDIOC_DQBUF, &buffer)) {
+      if (errno == EAGAIN) return std::nullopt;
+      throw device_error(fmt::format("no frame can be fetched: {}", std::strerror(errno)), name_,
+                         "plug the camera in again");
+    }
+    held_ = buffer;
+    return frame_of(buffer);
+  }
+
+  [[nodiscard]] std::optional<ClockSample> read_clock() override { return std::nullopt; }
+  [[nodiscard]] bool on_host_clock() const override { return true; }
+  [[nodiscard]] CameraCounters counters() const override { return {}; }
+
+ private:
+  struct Mapped {
+    void* at = nullptr;
+    std::size_t bytes = 0;
+  };
+
+  void note(const std::string& setting, const std::string& value) {
+    read_back_.push_back({setting, value});
+  }
+
+  void set_format(const CameraSettings& s) {
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    device_.require(VIDIOC_G_FMT, &format, "reading the format");
+    if (s.width_px) format.fmt.pix.width = static_cast<std::uint32_t>(*s.width_px);
+    if (s.height_px) format.fmt.pix.height = static_cast<std::uint32_t>(*s.height_px);
+    format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    device_.require(VIDIOC_S_FMT, &format, "setting the format");
+    if (format.fmt.pix.pixelformat != V4L2_PIX_FMT_GREY || !is_native(V4L2_PIX_FMT_GREY))
+      throw device_error("the camera has no native Mono8 (GREY) format", name_,
+                         "use a camera that sends 8-bit grey pixels uncompressed");
+    width_px_ = static_cast<int>(format.fmt.pix.width);
+    height_px_ = static_cast<int>(format.fmt.pix.height);
+    line_bytes_ = format.fmt.pix.bytesperline;
+    if (s.width_px) require_taken("width_px", *s.width_px, width_px_, name_);
+    if (s.height_px) require_taken("height_px", *s.height_px, height_px_, name_);
+    if (line_bytes_ != static_cast<std::uint32_t>(width_px_))
+      throw device_error("the camera pads its image lines", name_, "choose another width");
+    note("width_px", fmt::format("{}", width_px_));
+    note("height_px", fmt::format("{}", height_px_));
+    note("pixel_format", "Mono8");
+  }
+
+  [[nodiscard]] bool is_native(std::uint32_t fourcc) const {
+    v4l2_fmtdesc description{};
+    description.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    for (; device_.call(VIDIOC_ENUM_FMT, &description); ++description.index) {
+      const bool emulated = (description.flags & V4L2_FMT_FLAG_EMULATED) != 0;
+      if (description.pixelformat == fourcc && !emulated) return true;
+    }
+    return false;
+  }
+
+  void set_rate(const CameraSettings& s) {
+    v4l2_streamparm rate{};
+    rate.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (!device_.call(VIDIOC_G_PARM, &rate)) return;
+    if (s.frame_rate_hz) {
+      rate.parm.capture.timeperframe = {1000,
+                                        static_cast<__u32>(std::lround(*s.frame_rate_hz * 1000))};
+      device_.require(VIDIOC_S_PARM, &rate, "setting the frame rate");
+    }
+    const auto& period = rate.parm.capture.timeperframe;
+    if (period.numerator == 0) return;
+    const double got = static_cast<double>(period.denominator) / period.numerator;
+    if (s.frame_rate_hz) require_taken("frame_rate_hz", *s.frame_rate_hz, got, name_);
+    note("frame_rate_hz", fmt::format("{:g}", got));
+  }
+
+  /// Automatics off first, then the values they held; a control the camera lacks is left out.
+  void set_controls(const CameraSettings& s) {
+    turn_off(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "ExposureAuto");
+    turn_off(V4L2_CID_AUTOGAIN, 0, "GainAuto");
+    turn_off(V4L2_CID_AUTO_WHITE_BALANCE, 0, "BalanceWhiteAuto");
+    if (s.exposure_us)
+      set_control(V4L2_CID_EXPOSURE_ABSOLUTE, *s.exposure_us / kExposureUnit_us, kExposureUnit_us,
+                  "exposure_us");
+    if (s.gain_db) set_control(V4L2_CID_GAIN, *s.gain_db, 1, "gain_camera_units");
+  }
+
+  void turn_off(std::uint32_t id, int off, const char* name) {
+    v4l2_control control{id, off};
+    if (!device_.call(VIDIOC_S_CTRL, &control)) return;
+    device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
+    if (control.value != off)
+      throw device_error(fmt::format("{} cannot be turned off", name), name_,
+                         "turn it off by hand");
+    note(name, "Off");
+  }
+
+  void set_control(std::uint32_t id, double value, double unit, const std::string& name) {
+    v4l2_control control{id, static_cast<int>(std::lround(value))};
+    device_.require(VIDIOC_S_CTRL, &control, fmt::format("setting {}", name));
+    device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
+    require_taken(name, value * unit, control.value * unit, name_);
+    note(name, fmt::format("{:g}", control.value * unit));
+  }
+
+  void map(std::uint32_t index) {
+    v4l2_buffer buffer{};
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    buffer.memory = V4L2_MEMORY_MMAP;
+    buffer.index = index;
+    device_.require(VIDIOC_QUERYBUF, &buffer, "asking for a buffer");
+    void* at = ::v4l2_mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED,
+                           device_.descriptor(), buffer.m.offset);
+    if (at == MAP_FAILED)
+      throw device_error("a buffer cannot be mapped", name_, "free some memory");
+    mapped_.push_back({at, buffer.length});
+    device_.require(VIDIOC_QBUF, &buffer, "queueing a buffer");
+  }
+
+  [[nodiscard]] CameraFrame frame_of(const v4l2_buffer& buffer) const {
+    CameraFrame frame;
+    frame.id = buffer.sequence;
+    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC)
+      frame.device_ns = std::int64_t{buffer.timestamp.tv_sec} * 1'000'000'000 +
+                        std::int64_t{buffer.timestamp.tv_usec} * 1000;
+    frame.width_px = width_px_;
+    frame.height_px = height_px_;
+    frame.bytes = frame_bytes();
+    frame.pixels = static_cast<const std::uint8_t*>(mapped_[buffer.index].at);
+    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) frame.fault = "the driver marked it as faulty";
+    if (buffer.bytesused < frame.bytes) frame.fault = "it is short";
+    frame.complete = frame.fault.empty();
+    return frame;
+  }
+
+  void give_back() {
+    if (!held_) return;
+    if (!device_.call(VIDIOC_QBUF, &*held_))
+      throw device_error("a buffer cannot be queued again", name_, "plug the camera in again");
+    held_.reset();
+  }
+
+  void release() {
+    held_.reset();
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (running_) static_cast<void>(device_.call(VIDIOC_STREAMOFF, &type));
+    for (const Mapped& m : mapped_) ::v4l2_munmap(m.at, m.bytes);
+    mapped_.clear();
+    v4l2_requestbuffers none{};
+    none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    none.memory = V4L2_MEMORY_MMAP;
+    if (running_) static_cast<void>(device_.call(VIDIOC_REQBUFS, &none));
+    running_ = false;
+  }
+
+  std::string name_;
+  Device device_;
+  CameraIdentity identity_;
+  std::vector<SettingReadBack> read_back_;
+  std::vector<Mapped> mapped_;
+  std::optional<v4l2_buffer> held_;
+  int width_px_ = 0, height_px_ = 0;
+  std::uint32_t line_bytes_ = 0;
+  bool running_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Camera> open_v4l2_camera(const CameraAddress& address) {
+  std::string all;
+  std::vector<std::pair<std::string, v4l2_capability>> matching;
+  for (const auto& [file, capability] : capture_files()) {
+    const std::string bus = text_of(capability.bus_info);
+    all += (all.empty() ? "" : ", ") + bus;
+    if (address.device == bus || address.device == file) matching.emplace_back(file, capability);
+  }
+  if (matching.size() != 1)
+    throw device_error(
+        matching.empty() ? "no such V4L2 camera" : "several V4L2 cameras have this bus path",
+        address.device, "name one of: " + (all.empty() ? "none found" : all));
+  return std::make_unique<V4l2Camera>(matching[0].first, matching[0].second);
+}
+
+std::vector<FoundDevice> find_v4l2_devices() {
+  std::vector<FoundDevice> found;
+  for (const auto& [file, capability] : capture_files()) {
+    FoundDevice device;
+    device.backend = Backend::v4l2;
+    device.identity = {text_of(capability.driver), text_of(capability.card), "", file, ""};
+    device.name = text_of(capability.bus_info);
+    found.push_back(std::move(device));
+  }
+  return found;
+}
+
+}  // namespace drape
