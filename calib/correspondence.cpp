@@ -20,15 +20,23 @@ constexpr std::size_t kLeastPoints = 11;
 
 const FrameDetections& frame_of(const Detections& detections, const std::string& set,
                                 const std::string& camera) {
-  const auto found = std::find_if(
-      detections.frames.begin(), detections.frames.end(),
-      [&](const FrameDetections& frame) { return frame.set == set && frame.camera == camera; });
-  if (found == detections.frames.end()) {
+  const FrameDetections* found = find_frame(detections, set, camera);
+  if (found == nullptr) {
     throw bad_input("the detections hold no frame of this target stage",
                     {.camera = camera, .set = set},
                     "run `drape detect --surface target` on all sets of [[calibration.stage]]");
   }
   return *found;
+}
+
+}  // namespace
+
+const FrameDetections* find_frame(const Detections& detections, const std::string& set,
+                                  const std::string& camera) {
+  const auto found = std::find_if(
+      detections.frames.begin(), detections.frames.end(),
+      [&](const FrameDetections& frame) { return frame.set == set && frame.camera == camera; });
+  return found == detections.frames.end() ? nullptr : &*found;
 }
 
 void check_lattice(const Detections& detections, const Rig& rig, const Target& target) {
@@ -67,8 +75,6 @@ void check_detection(const Detection& d, const FrameDetections& frame) {
         {.camera = frame.camera, .set = frame.set}, "detect this frame again");
   }
 }
-
-}  // namespace
 
 std::vector<Correspondence> stage_correspondences(const Detections& detections, const Rig& rig,
                                                   const Target& target, const std::string& camera) {

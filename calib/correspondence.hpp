@@ -19,6 +19,18 @@ struct Correspondence {
   MarkId dot = {};
 };
 
+/// Throws Error(bad_input): the detections are of a cloth or of another target.
+void check_lattice(const Detections& detections, const Rig& rig, const Target& target);
+
+/// The frame of a set and camera, null when there is none.
+[[nodiscard]] const FrameDetections* find_frame(const Detections& detections,
+                                                const std::string& set, const std::string& camera);
+
+/// Throws Error(bad_input) with camera and set: another image size than the rig's; a position or
+/// covariance that is not finite or not positive.
+void check_frame(const FrameDetections& frame, const RigCamera& camera);
+void check_detection(const Detection& detection, const FrameDetections& frame);
+
 /// Dots of all target stages that the camera saw, by stage, then dot. Throws Error(bad_input) with
 /// camera and set when a stage is missing, the image size or the dot grid is not the rig's, or a
 /// number is not finite.

@@ -5,6 +5,8 @@
 
 #include "calib/calib.hpp"
 #include "calib/ending.hpp"
+#include "calib/joint.hpp"
+#include "calib/joint_ending.hpp"
 #include "core/error.hpp"
 #include "core/program.hpp"
 #include "core/run_record.hpp"
@@ -40,36 +42,58 @@ void note_options(RunRecord& record, const CalibOptions& options, const std::str
   record.option("correct_eccentricity", options.correct_eccentricity ? "true" : "false");
 }
 
+/// The calibration and how the program ends, by either method.
+std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
+                                         const std::string& method, const JointOptions& options,
+                                         const fs::path& out) {
+  const Target target = read_target(rig.target_file);
+  if (method == "tsai") {
+    const CalibResult result = calibrate_tsai(detections, rig, target, options.common);
+    return {result.calibration, ending_of(result, out)};
+  }
+  const JointResult result = calibrate_joint(detections, rig, target, options);
+  return {result.calibration, ending_of(result, out)};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
   CommonOptions common;
-  CalibOptions options;
+  JointOptions options;
   fs::path detections_file, rig_file, out;
-  std::string method = "tsai";
+  std::string method = "tsai", lens = "held-out";
   add_common_options(app, common);
-  app.add_option("DETECTIONS", detections_file, "detections.json of the target's stages")
-      ->required();
+  app.add_option("DETECTIONS", detections_file, "detections.json of the target")->required();
   app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
-  app.add_option("--method", method, "tsai: each camera from the target's stages")
-      ->check(CLI::IsMember({"tsai"}));
+  app.add_option(
+         "--method", method,
+         "tsai: each camera from the z stages; joint: all cameras from stages and free poses")
+      ->check(CLI::IsMember({"tsai", "joint"}))
+      ->capture_default_str();
   app.add_option("--out", out, "calibration.json to write")->required();
-  add_options(app, options);
+  add_options(app, options.common);
+  app.add_option("--lens", lens, "joint: the lens's terms, or held-out to choose by unseen views")
+      ->check(CLI::IsMember({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"}))
+      ->capture_default_str();
+  app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
   return run_program(app, argc, argv, common, [&] {
     options.check();
+    options.lens = lens_named(lens);
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     RunRecord record("drape-calib", arguments_of(argc, argv));
     const Rig rig = read_rig(rig_file);
     record.input(rig.file);
     record.input(rig.target_file);
     record.input(detections_file);
-    const CalibResult result = calibrate_tsai(read_detections(detections_file), rig,
-                                              read_target(rig.target_file), options);
-    write_calibration(out, result.calibration);
+    const auto [calibration, ending] =
+        calibrate(read_detections(detections_file), rig, method, options, out);
+    write_calibration(out, calibration);
     record.output(out);
-    note_options(record, options, method);
-    const int code = finish(ending_of(result, out), common);
+    note_options(record, options.common, method);
+    record.option("lens", lens);
+    record.option("bow", options.estimate_bow ? "true" : "false");
+    const int code = finish(ending, common);
     record.write(run_record_path(out), code);
     return code;
   });

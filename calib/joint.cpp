@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/joint_checks.hpp"
+#include "calib/joint_covariance.hpp"
+#include "calib/joint_start.hpp"
+#include "calib/next_view.hpp"
+#include "calib/residuals.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::MatrixXd;
+using units::mm;
+
+std::size_t count_points(const JointModel& model) {
+  std::size_t points = 0;
+  for (const JointFrame& frame : model.frames) points += frame.points.size();
+  return points;
+}
+
+/// A camera's points with their places in the world, for the measures shared with Tsai's method.
+std::vector<Correspondence> correspondences(const JointModel& model, std::size_t camera) {
+  std::vector<Correspondence> points;
+  for (const JointFrame& frame : model.frames) {
+    if (frame.camera != camera) continue;
+    const Placement& placement = model.placements[frame.placement];
+    for (const TargetPoint& p : frame.points) {
+      points.push_back({placement.world_from_target * model.bow.bent(p.point_in_target), p.px(),
+                        p.covariance_px2, placement.set, p.dot});
+    }
+  }
+  return points;
+}
+
+CalibratedCamera calibrated_camera(const JointModel& model, std::size_t index,
+                                   const MatrixXd& joint_covariance) {
+  CalibratedCamera calibrated;
+  calibrated.camera = model.cameras[index].camera;
+  const std::vector<Correspondence> points = correspondences(model, index);
+  calibrated.residuals = residuals_of(calibrated.camera, points);
+  calibrated.valid_region_px = covered_region_px(points);
+  const Eigen::Vector3d middle = points[points.size() / 2].point_in_world;
+  calibrated.worked_point = {
+      middle, project(calibrated.camera.model, calibrated.camera.cam_from_world * middle)->px};
+  if (joint_covariance.size() > 0) {
+    calibrated.covariance_parameters = parameter_names(calibrated.camera.model);
+    const auto size = static_cast<Eigen::Index>(calibrated.covariance_parameters.size());
+    const auto at = static_cast<Eigen::Index>(index) * size;
+    calibrated.covariance = joint_covariance.block(at, at, size, size);
+  }
+  return calibrated;
+}
+
+JointCameraReport camera_report(const JointModel& model, std::size_t index,
+                                const CalibratedCamera& calibrated) {
+  JointCameraReport report;
+  const auto& lens = std::get<BrownLens>(calibrated.camera.model.lens);
+  report.camera = calibrated.camera.name;
+  report.points = calibrated.residuals.points;
+  report.rms_px = calibrated.residuals.rms_px;
+  report.focal_px = lens.fx_px;
+  report.skew_px = model.cameras[index].skew_px;
+  report.covered_percent = covered_percent(model, index);
+  report.largest_tilt_deg = largest_tilt_deg(model, index);
+  for (const JointFrame& frame : model.frames)
+    report.views += frame.camera == index && !frame.points.empty() ? 1 : 0;
+  const MatrixXd& covariance = calibrated.covariance;
+  if (covariance.size() == 0) return report;
+  report.focal_sd_px = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
+  report.centre_sd_px = std::sqrt(std::max(covariance(2, 2), covariance(3, 3)));
+  report.position_sd_mm = std::sqrt(centre_covariance_mm2(calibrated).trace());
+  const WorldBox box = drape_volume(model);
+  report.image_sd_px = projected_sd_px(calibrated, 0.5 * (box.low + box.high)).value_or(0);
+  for (const Eigen::Vector3d& corner : grid_of(box, 2)) {
+    report.image_sd_worst_px =
+        std::max(report.image_sd_worst_px, projected_sd_px(calibrated, corner).value_or(0));
+  }
+  return report;
+}
+
+double largest_eccentricity(const JointModel& model) {
+  double largest = 0;
+  for (const JointFrame& frame : model.frames) {
+    for (const TargetPoint& p : frame.points) largest = std::max(largest, p.eccentricity_px.norm());
+  }
+  return largest;
+}
+
+/// The lens by held-out error; the table goes into the report.
+LensTerms chosen_lens(const JointModel& solved, const JointFit& fit, const JointOptions& options,
+                      JointReport& report) {
+  if (options.lens) return *options.lens;
+  for (const LensTerms lens : all_lens_terms) {
+    JointFit candidate = fit;
+    candidate.lens = lens;
+    report.held_out.push_back(held_out_error(solved, candidate, options.held_out_groups));
+  }
+  if (report.held_out.front().points == 0) {
+    report.warnings.emplace_back(
+        "one placement of the target only: the lens could not be chosen by held-out error");
+    report.held_out.clear();
+    return fit.lens;
+  }
+  return choose_lens(report.held_out);
+}
+
+void reset_unused(JointModel& model, LensTerms lens) {
+  for (JointCamera& camera : model.cameras) {
+    auto& brown = std::get<BrownLens>(camera.camera.model.lens);
+    if (lens < LensTerms::k1_k2_p1_p2_k3) brown.k3 = 0;
+    if (lens < LensTerms::k1_k2_p1_p2) brown.p1 = brown.p2 = 0;
+    if (lens < LensTerms::k1_k2) brown.k2 = 0;
+  }
+}
+
+void add_covariances(const JointSolution& solution, const JointFit& fit, JointResult& result) {
+  const JointModel& model = solution.model;
+  const double dof = 2.0 * static_cast<double>(count_points(model)) - free_parameters(model, fit);
+  result.report.chi2_per_dof = solution.chi2 / dof;
+  const JointCovariance covariance =
+      joint_covariance(model, fit, std::max(1.0, result.report.chi2_per_dof));
+  result.calibration.joint_covariance = covariance.cameras;
+  result.calibration.joint_covariance_parameters = covariance.names;
+  result.report.bow_sd_mm = covariance.bow_sd_mm;
+}
+
+void add_warnings(JointReport& report) {
+  for (const ViewReport& view : report.views) {
+    if (!view.suspicious) continue;
+    report.warnings.push_back(
+        fmt::format("set {}, {}: RMS {:.3f} px, above twice the median of all views; look at its "
+                    "image (blur, glare, a moved target) or take the set out",
+                    view.set, view.camera, view.rms_px));
+  }
+}
+
+}  // namespace
+
+WorldBox drape_volume(const JointModel& model) {
+  double top = 0;
+  for (const Placement& placement : model.placements) {
+    if (placement.known) top = std::max(top, placement.world_from_target.translation_m.z());
+  }
+  const Eigen::Vector2d half = model.bow.half_m;
+  return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
+}
+
+JointResult calibrate_joint(JointModel model, double dot_diameter_m, const JointOptions& options) {
+  JointResult result;
+  JointReport& report = result.report;
+  check_views(model, report.warnings);
+  const std::size_t measured = count_points(model);
+  JointFit fit;
+  fit.lens = options.lens.value_or(LensTerms::k1_k2);
+  fit.skew = options.estimate_skew;
+  fit.bow = options.estimate_bow;
+  fit.max_iterations = options.common.max_iterations;
+  JointCleaning cleaning;
+  cleaning.dot_diameter_m = options.common.correct_eccentricity ? dot_diameter_m : 0;
+  cleaning.outlier_sigmas = options.common.outlier_sigmas;
+  JointSolution solution = fit_joint(model, fit, cleaning);
+  report.rejected = reject_outliers(solution.model, cleaning);
+  fit.lens = chosen_lens(solution.model, fit, options, report);
+  report.lens = fit.lens;
+  reset_unused(solution.model, fit.lens);
+  solution = fit_joint(solution.model, fit, cleaning);
+  report.iterations = solution.iterations;
+  report.points = static_cast<int>(count_points(solution.model));
+  report.bow_mm = solution.model.bow.edge_rise_mm;
+  report.max_eccentricity_px = largest_eccentricity(solution.model);
+  report.views = view_reports(solution.model);
+  add_covariances(solution, fit, result);
+  Calibration& calibration = result.calibration;
+  calibration.method = "joint";
+  for (const Placement& placement : solution.model.placements)
+    calibration.sets.push_back(placement.set);
+  double sum = 0;
+  for (std::size_t c = 0; c < solution.model.cameras.size(); ++c) {
+    calibration.cameras.push_back(
+        calibrated_camera(solution.model, c, calibration.joint_covariance));
+    report.cameras.push_back(camera_report(solution.model, c, calibration.cameras.back()));
+    sum += std::pow(report.cameras.back().rms_px, 2) * report.cameras.back().points;
+  }
+  report.rms_px = std::sqrt(sum / report.points);
+  const bool has_covariance = calibration.joint_covariance.size() > 0;
+  if (has_covariance) {
+    report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
+    report.next_view = next_view(solution.model, fit, report.chi2_per_dof);
+  }
+  report.status =
+      joint_status(report, solution.converged, has_covariance, measured, options.common);
+  add_warnings(report);
+  if (!report.good()) calibration.warnings.push_back(report.status);
+  for (const std::string& rejected : report.rejected)
+    calibration.warnings.push_back("rejected " + rejected);
+  calibration.warnings.insert(calibration.warnings.end(), report.warnings.begin(),
+                              report.warnings.end());
+  return result;
+}
+
+JointResult calibrate_joint(const Detections& detections, const Rig& rig, const Target& target,
+                            const JointOptions& options) {
+  options.check();
+  std::vector<std::string> notes;
+  JointModel model = joint_frames(detections, rig, target, notes);
+  start_joint(model);
+  JointResult result = calibrate_joint(std::move(model), target.dot_diameter_m, options);
+  result.calibration.rig = rig.name;
+  result.report.rejected.insert(result.report.rejected.end(), notes.begin(), notes.end());
+  for (const std::string& note : notes) result.calibration.warnings.push_back(note);
+  return result;
+}
+
+}  // namespace drape

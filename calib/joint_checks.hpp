@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/joint.hpp"
+
+namespace drape {
+
+/// Throws Error(bad_input), naming the camera and the next action, when the views of a started
+/// model cannot calibrate: one view only, parallel planes, too little tilt, all views in one corner
+/// of the image. Warns of duplicate views in `warnings`.
+void check_views(const JointModel& started, std::vector<std::string>& warnings);
+
+/// Largest angle (deg) between the target's normal and the optical axis over a camera's views.
+[[nodiscard]] double largest_tilt_deg(const JointModel& model, std::size_t camera);
+
+/// Part of the image (percent) that the box around a camera's points covers.
+[[nodiscard]] double covered_percent(const JointModel& model, std::size_t camera);
+
+/// Residuals of each view; those above twice the median are marked.
+[[nodiscard]] std::vector<ViewReport> view_reports(const JointModel& model);
+
+/// Why the result must not be used, or "good".
+[[nodiscard]] std::string joint_status(const JointReport& report, bool converged,
+                                       bool has_covariance, std::size_t measured,
+                                       const CalibOptions& options);
+
+}  // namespace drape

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "calib/joint_solve.hpp"
+#include "core/calibration.hpp"
+
+namespace drape {
+
+struct JointCovariance {
+  std::vector<std::string> names;  ///< "cam0/fx_px" ..., by parameter_names()
+  Eigen::MatrixXd cameras;         ///< in file units; empty when singular
+  Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();
+};
+
+/// Covariance of all cameras' parameters, placements and bow taken out, times `variance_factor`.
+/// Parameters that the fit keeps have zero rows and columns.
+[[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
+                                               double variance_factor);
+
+/// The same from information_of(), for adding views.
+[[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
+                                               const Eigen::MatrixXd& information,
+                                               double variance_factor);
+
+/// Covariance (mm^2) of the camera centre in the world, from the camera's own covariance.
+[[nodiscard]] Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera);
+
+}  // namespace drape

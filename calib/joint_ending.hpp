@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "calib/joint.hpp"
+#include "core/program.hpp"
+
+namespace drape {
+
+/// Verdict, numbers, rejections and next command of a joint calibration, for people.
+[[nodiscard]] Ending ending_of(const JointResult& result, const std::filesystem::path& out);
+
+/// Value of --lens; nothing for "held-out".
+[[nodiscard]] std::optional<LensTerms> lens_named(const std::string& option);
+
+}  // namespace drape

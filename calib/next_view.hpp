@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "calib/joint_solve.hpp"
+
+namespace drape {
+
+/// One sentence: which further pose of the target would lower the calibration's share of the
+/// measured points' standard deviation most, and by how much (from the information it would add).
+[[nodiscard]] std::string next_view(const JointModel& model, const JointFit& fit,
+                                    double variance_factor);
+
+}  // namespace drape
