@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numeric>
 #include <tuple>
 
+#include "compare/bootstrap.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -15,6 +17,8 @@ namespace drape::compare {
 namespace {
 
 using units::mm;
+
+constexpr double kSurfaceSpacing_m = 5 * mm;  ///< between samples of two virtual surfaces
 
 struct PaperPair {
   int grid, segments, other_grid, other_segments;
@@ -32,7 +36,7 @@ constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
 
 bool is(const Simulation& simulation, int grid, int segments) {
   return simulation.sheet.sheet.rows == grid && simulation.sheet.sheet.cols == grid &&
-         simulation.source().segments == segments;
+         simulation.segments() == segments;
 }
 
 /// Simulations may differ in grid and segments only; model, solver and fabric must be the same.
@@ -61,28 +65,25 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
 }
 
 /// One scene per group, and no two simulations that the tables could not tell apart.
-void check_group(const DrapeInput& input) {
-  const auto key = [](const Simulation& s) {
-    return std::tuple(s.sheet.sheet.rows, s.sheet.sheet.cols, s.source().segments, s.source().model,
-                      s.source().solver, s.source().fabric_sha256);
-  };
-  for (std::size_t i = 0; i < input.simulations.size(); ++i) {
-    const Simulation& simulation = input.simulations[i];
-    check_patch(input, simulation);
-    if (simulation.source().scene != input.simulations.front().source().scene) {
-      throw bad_input(
-          fmt::format("scene `{}` stands in the group of scene `{}`", simulation.source().scene,
-                      input.simulations.front().source().scene),
-          {.file = simulation.sheet.file.string(), .field = "source.scene"},
-          "put the measured sheet of each drape before its simulations");
+void check_group(const std::vector<Simulation>& simulations) {
+  using Key = std::tuple<int, int, int, std::string, std::string, std::string>;
+  std::map<Key, const Simulation*> seen;
+  for (const Simulation& simulation : simulations) {
+    const SimulatedSource& source = simulation.source();
+    if (source.scene != simulations.front().source().scene) {
+      throw bad_input(fmt::format("scene `{}` stands in the group of scene `{}`", source.scene,
+                                  simulations.front().source().scene),
+                      {.file = simulation.sheet.file.string(), .field = "source.scene"},
+                      "put the measured sheet of each drape before its simulations");
     }
-    for (std::size_t j = 0; j < i; ++j) {
-      if (key(simulation) != key(input.simulations[j])) continue;
-      throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
-                                  simulation.label(), input.simulations[j].sheet.file.string()),
-                      {.file = simulation.sheet.file.string()},
-                      "give each grid and number of segments once per measured sheet");
-    }
+    const Key key(simulation.sheet.sheet.rows, simulation.sheet.sheet.cols, source.segments,
+                  source.model, source.solver, source.fabric_sha256);
+    const auto [first, fresh] = seen.emplace(key, &simulation);
+    if (fresh) continue;
+    throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
+                                simulation.label(), first->second->sheet.file.string()),
+                    {.file = simulation.sheet.file.string()},
+                    "give each grid and number of segments once per measured sheet");
   }
 }
 
@@ -124,7 +125,17 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
         {.file = input.simulations[simulation].sheet.file.string(), .field = "material_mm"},
         "check that both sheets use the same print file");
   }
-  row.statistics = statistics_of(row.marks.marks);
+  const std::vector<MarkError>& marks = row.marks.marks;
+  row.statistics = statistics_of(marks);
+  row.normal = normal_statistics_of(marks);
+  row.aligned = align(marks);
+  row.strain = strain_maps(input.measured.sheet, surfaces[simulation]);
+  const NearestSurface surface(mesh_of(input.simulations[simulation].sheet.sheet));
+  for (const MarkError& mark : marks) {
+    const double distance_m = surface.distance_m(mark.real_in_world);
+    row.to_surface_mean_m += distance_m / static_cast<double>(marks.size());
+    row.to_surface_max_m = std::max(row.to_surface_max_m, distance_m);
+  }
   return row;
 }
 
@@ -143,29 +154,54 @@ std::vector<Eigen::Vector2d> lattice_places(const DrapeInput& input, Report& rep
   return places;
 }
 
-void compare_virtual(const DrapeInput& input, const std::vector<Surface>& surfaces,
-                     Report& report) {
-  const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
+std::vector<VirtualVirtual> virtual_pairs(const std::vector<Simulation>& simulations,
+                                          const std::vector<Surface>& surfaces,
+                                          const std::vector<Eigen::Vector2d>& places) {
+  std::vector<VirtualVirtual> pairs;
   for (std::size_t order = 0; order < kPairs.size(); ++order) {
     const PaperPair& pair = kPairs[order];
     for (std::size_t a = 0; a < surfaces.size(); ++a) {
+      if (!is(simulations[a], pair.grid, pair.segments)) continue;
       for (std::size_t b = 0; b < surfaces.size(); ++b) {
-        const Simulation &first = input.simulations[a], &second = input.simulations[b];
-        if (!is(first, pair.grid, pair.segments) ||
-            !is(second, pair.other_grid, pair.other_segments) || !same_physics(first, second))
+        const Simulation &first = simulations[a], &second = simulations[b];
+        if (!is(second, pair.other_grid, pair.other_segments) || !same_physics(first, second))
           continue;
         const std::vector<double> distances = distances_between(surfaces[a], surfaces[b], places);
         if (distances.empty()) continue;
-        report.virtual_virtual.push_back({a, b, label_of(pair), order, statistics_of(distances)});
+        VirtualVirtual row{a, b, label_of(pair), order, statistics_of(distances), {}};
+        add_bootstrap(distances, row.statistics);
+        row.surface = surface_distance(mesh_of(first.sheet.sheet), mesh_of(second.sheet.sheet),
+                                       kSurfaceSpacing_m);
+        pairs.push_back(row);
       }
     }
   }
+  return pairs;
+}
+
+std::vector<Surface> surfaces_of(const std::vector<Simulation>& simulations) {
+  std::vector<Surface> surfaces;
+  for (const Simulation& simulation : simulations)
+    surfaces.emplace_back(simulation.sheet.sheet, simulation.sheet.file.string());
+  return surfaces;
+}
+
+void measure_drapes(const DrapeInput& input, Report& report) {
+  if (!input.scene) {
+    const std::string reason = "the scene file was not found";
+    report.measured_drapemeter.reason = reason;
+    report.drapemeters.assign(input.simulations.size(), {{}, reason});
+    return;
+  }
+  report.measured_drapemeter = drapemeter(input.measured.sheet, *input.scene, {});
+  for (const Simulation& simulation : input.simulations)
+    report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene, {}));
 }
 
 void judge_simulations(const DrapeInput& input, const Options& options, Report& report) {
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
-    if (simulation.source().status != "at rest") {
+    if (!simulation.other_simulator && simulation.source().status != "at rest") {
       (options.accept_unsettled ? report.warnings : report.no_go)
           .push_back(
               fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
@@ -216,6 +252,22 @@ void judge_measurement(const Options& options, Report& report) {
   }
 }
 
+/// The smallest mean among this program's own simulations; among the others where there is none.
+std::optional<std::size_t> best_of(const DrapeInput& input, const Report& report) {
+  std::optional<std::size_t> best;
+  const auto is_other = [&](std::size_t row) {
+    return input.simulations[report.real_virtual[row].simulation].other_simulator.has_value();
+  };
+  for (std::size_t row = 0; row < report.real_virtual.size(); ++row) {
+    const bool better =
+        !best || (is_other(*best) && !is_other(row)) ||
+        (is_other(*best) == is_other(row) &&
+         report.real_virtual[row].statistics.mean_m < report.real_virtual[*best].statistics.mean_m);
+    if (better) best = row;
+  }
+  return best;
+}
+
 }  // namespace
 
 const SimulatedSource& Simulation::source() const {
@@ -227,8 +279,17 @@ std::string Simulation::grid() const {
 }
 
 std::string Simulation::label() const {
-  const int segments = source().segments;
-  return fmt::format("{}, {} segment{}", grid(), segments, segments == 1 ? "" : "s");
+  if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
+  const int count = source().segments;
+  return fmt::format("{}, {} segment{}", grid(), count, count == 1 ? "" : "s");
+}
+
+std::optional<int> Simulation::segments() const {
+  return other_simulator ? std::nullopt : std::optional(source().segments);
+}
+
+std::string Simulation::segments_text() const {
+  return other_simulator ? std::string() : std::to_string(source().segments);
 }
 
 void Options::check() const {
@@ -247,28 +308,40 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
     throw bad_input("the measured sheet has no mark", {.file = input.measured.file.string()},
                     "see its gaps for the reasons");
   }
-  check_group(input);
+  check_group(input.simulations);
+  for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
   report.name = input.simulations.empty()
                     ? std::get<MeasuredSource>(input.measured.sheet.source).set
                     : input.simulations.front().source().scene;
   report.measurement = measurement_of(input.measured.sheet);
-  std::vector<Surface> surfaces;
-  for (const Simulation& simulation : input.simulations)
-    surfaces.emplace_back(simulation.sheet.sheet, simulation.sheet.file.string());
-  for (const std::size_t i : paper_order(input)) {
+  const std::vector<Surface> surfaces = surfaces_of(input.simulations);
+  for (const std::size_t i : paper_order(input))
     report.real_virtual.push_back(compare_real(input, surfaces, i));
-    const std::size_t now = report.real_virtual.size() - 1;
-    const double mean_m = report.real_virtual[now].statistics.mean_m;
-    if (!report.best || mean_m < report.real_virtual[*report.best].statistics.mean_m)
-      report.best = now;
-  }
-  compare_virtual(input, surfaces, report);
+  report.best = best_of(input, report);
+  const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
+  report.virtual_virtual = virtual_pairs(input.simulations, surfaces, places);
+  measure_drapes(input, report);
   judge_measurement(options, report);
   judge_simulations(input, options, report);
   warn_of_other_starts(input, report);
   if (input.simulations.empty()) report.no_go.emplace_back("no simulation was given");
   return report;
+}
+
+VirtualGroup compare_virtual_group(std::vector<Simulation> simulations) {
+  check_group(simulations);
+  VirtualGroup group{simulations.front().source().scene, std::move(simulations), {}};
+  const auto coarsest =
+      std::min_element(group.simulations.begin(), group.simulations.end(),
+                       [](const Simulation& a, const Simulation& b) {
+                         return a.sheet.sheet.marks.size() < b.sheet.sheet.marks.size();
+                       });
+  std::vector<Eigen::Vector2d> places;
+  for (const SheetMark& particle : coarsest->sheet.sheet.marks)
+    places.push_back(particle.material_m);
+  group.pairs = virtual_pairs(group.simulations, surfaces_of(group.simulations), places);
+  return group;
 }
 
 }  // namespace drape::compare

@@ -8,7 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "compare/alignment.hpp"
+#include "compare/dense.hpp"
+#include "compare/drapemeter.hpp"
 #include "compare/metrics.hpp"
+#include "compare/strain.hpp"
+#include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
@@ -39,16 +44,22 @@ struct Simulation {
   SheetFile sheet;
   std::optional<Certificate> certificate;
   std::optional<History> history;
+  std::optional<std::string> other_simulator = {};  ///< name of another program that made it
+  std::filesystem::path other_file = {};            ///< its mesh
 
   [[nodiscard]] const SimulatedSource& source() const;
   [[nodiscard]] std::string grid() const;   ///< "21x21"
-  [[nodiscard]] std::string label() const;  ///< "21x21, 5 segments"
+  [[nodiscard]] std::string label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
+  /// Line segments per Kawabata curve; another simulator has none.
+  [[nodiscard]] std::optional<int> segments() const;
+  [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
 };
 
 /// A measured sheet and the simulations of the same drape.
 struct DrapeInput {
   SheetFile measured;
   std::vector<Simulation> simulations;
+  std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
 };
 
 /// When a comparison counts as good.
@@ -67,6 +78,11 @@ struct RealVirtual {
   std::size_t simulation = 0;  ///< index into DrapeInput::simulations
   MarkComparison marks;
   DistanceStatistics statistics;
+  NormalStatistics normal;
+  std::optional<RigidAlignment> aligned;  ///< beside the statistics, never in them
+  double to_surface_mean_m = 0;  ///< of each mark to the nearest point of the virtual sheet
+  double to_surface_max_m = 0;
+  StrainMaps strain;
 };
 
 /// One row of the paper's tables with even numbers ("Virtual Vs virtual").
@@ -75,6 +91,7 @@ struct VirtualVirtual {
   std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
   std::size_t paper_order = 0;        ///< place in the paper's tables
   DistanceStatistics statistics;
+  SurfaceDistance surface;  ///< of the two sheets as surfaces, both ways
 };
 
 /// How well the real cloth was measured.
@@ -93,7 +110,9 @@ struct Report {
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
   bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
   std::optional<std::size_t> best;       ///< index into real_virtual of the smallest mean
-  std::vector<std::string> no_go;        ///< reasons; empty means GO
+  std::vector<DrapemeterResult> drapemeters;  ///< as DrapeInput::simulations
+  DrapemeterResult measured_drapemeter;
+  std::vector<std::string> no_go;  ///< reasons; empty means GO
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool go() const { return no_go.empty(); }
@@ -105,6 +124,17 @@ struct Report {
 /// 21 against 31 at 5 segments (Bottino, Laurentini & Scalabrin, section 5). Throws
 /// Error(bad_input) for sheets of different patches or scenes and for a simulation given twice.
 [[nodiscard]] Report compare_drape(const DrapeInput& input, const Options& options);
+
+/// Simulations of one scene without a real cloth, as the paper's even tables.
+struct VirtualGroup {
+  std::string name;  ///< the scene
+  std::vector<Simulation> simulations;
+  std::vector<VirtualVirtual> pairs;  ///< indices into `simulations`
+};
+
+/// The paper's pairs among the simulations, compared at the particles of their coarsest grid.
+/// Throws like compare_drape.
+[[nodiscard]] VirtualGroup compare_virtual_group(std::vector<Simulation> simulations);
 
 /// The parts of a length in percent of the patch's (warp, weft) side.
 [[nodiscard]] Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m);

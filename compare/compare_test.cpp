@@ -164,6 +164,32 @@ TEST(Verdict, PenetrationThatIsNotAcceptedIsNoGo) {
   EXPECT_TRUE(compare_drape(input, {}).go());
 }
 
+TEST(CompareDrape, AnotherSimulatorStandsBesideAndIsNotTheBest) {
+  Sheet other = simulated_sheet(23, 5);  // exactly the real cloth
+  std::get<SimulatedSource>(other.source).status = "as exported";
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm)), other});
+  input.simulations[1].other_simulator = "Other 1.0";
+  const Report report = compare_drape(input, {});
+  ASSERT_EQ(report.real_virtual.size(), 2U);
+  ASSERT_TRUE(report.best);
+  EXPECT_EQ(input.simulations[report.real_virtual[*report.best].simulation].label(),
+            "11x11, 5 segments");
+  EXPECT_TRUE(report.go()) << "another program need not state that it is at rest";
+  EXPECT_TRUE(report.virtual_virtual.empty());
+}
+
+TEST(CompareDrape, AlignmentIsReportedBesideAndNeverApplied) {
+  const Report report =
+      compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))}), {});
+  const RealVirtual& row = report.real_virtual.front();
+  EXPECT_NEAR(row.statistics.mean_m, 5 * mm, 1e-12);
+  ASSERT_TRUE(row.aligned);
+  EXPECT_NEAR(row.aligned->centroid_shift_m, 5 * mm, 1e-12);
+  EXPECT_NEAR(row.aligned->after.mean_m, 0, 1e-12);
+  EXPECT_NEAR(row.normal.mean_m, -5 * mm, 1e-12) << "the real cloth lies below the printed side";
+  EXPECT_NEAR(row.to_surface_mean_m, 5 * mm, 1e-12);
+}
+
 TEST(Verdict, AnotherStartSheetIsAWarning) {
   Sheet simulated = simulated_sheet(11, 5, raised(5 * mm));
   std::get<SimulatedSource>(simulated.source).start_sha256 = std::string(64, 'a');
@@ -193,11 +219,17 @@ TEST(Inputs, MeasuredSheetsOpenGroups) {
   }
 }
 
-TEST(Inputs, ASimulatedSheetCannotComeFirst) {
+TEST(Inputs, SimulationsWithoutARealClothAreComparedWithEachOtherOnly) {
   const drape::test::TemporaryFolder folder;
   auto files = test::write_example(folder.path());
   files.erase(files.begin());
-  EXPECT_THROW((void)read_session(files, {}), Error);
+  const Session session = read_session(files, {});
+  EXPECT_TRUE(session.drapes.empty());
+  ASSERT_EQ(session.virtual_only.size(), 1U);
+  const VirtualGroup group = compare_virtual_group(session.virtual_only.front());
+  EXPECT_EQ(group.name, "A");
+  ASSERT_EQ(group.pairs.size(), 4U);
+  EXPECT_EQ(group.pairs.front().statistics.marks, 121) << "the particles of the coarsest grid";
 }
 
 TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {

@@ -75,6 +75,11 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["virtual_vs_virtual"] = json_of(virtual_virtual_table(report));
     json["drapes"].push_back(std::move(drape));
   }
+  json["virtual_groups"] = Json::array();
+  for (const VirtualGroup& group : outcome.groups) {
+    json["virtual_groups"].push_back(
+        {{"name", group.name}, {"virtual_vs_virtual", json_of(virtual_group_table(group))}});
+  }
   json["rejected"] = ending.rejected;
   json["next_command"] = ending.next_command;
   return json;
@@ -96,6 +101,8 @@ int print_ending(const Session& session, const Outcome& outcome, const CommonOpt
       if (!outcome.reports[i].virtual_virtual.empty())
         fmt::print("{}\n", text_of(virtual_virtual_table(outcome.reports[i])));
     }
+    for (const VirtualGroup& group : outcome.groups)
+      fmt::print("{}\n", text_of(virtual_group_table(group)));
     for (const std::string& warning : outcome.warnings) fmt::print("warning: {}\n", warning);
     for (const std::string& reason : outcome.reasons()) fmt::print("reason: {}\n", reason);
   }

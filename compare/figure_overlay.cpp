@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "compare/figures.hpp"
+#include "compare/obstacle_mesh.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -177,7 +180,117 @@ Crop crop_of(const FrameDetections& frame, const Photograph* photograph, const S
   return crop;
 }
 
+/// Something to paint in a photograph's frame, the far ones first.
+struct Piece {
+  double distance_m = 0;
+  std::vector<Eigen::Vector2d> px;
+  std::string style;
+};
+
+std::optional<Piece> piece_of(const Camera& camera, const std::vector<Eigen::Vector3d>& corners,
+                              const Eigen::Vector3d& base, bool two_sided) {
+  Piece piece;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& corner : corners) {
+    const auto projection = project(camera.model, camera.cam_from_world * corner);
+    if (!projection) return std::nullopt;
+    piece.px.push_back(projection->px);
+    middle += corner / static_cast<double>(corners.size());
+  }
+  const Eigen::Vector3d toward = centre_in_world(camera) - middle;
+  piece.distance_m = toward.norm();
+  Eigen::Vector3d normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]).normalized();
+  const bool front = normal.dot(toward) > 0;
+  if (!front && !two_sided) return std::nullopt;
+  if (!front) normal = -normal;
+  const Eigen::Vector3d light =
+      (toward.normalized() + Eigen::Vector3d(0.3, -0.2, 0.6)).normalized();
+  const Eigen::Vector3d colour = (0.45 + 0.55 * std::max(0.0, normal.dot(light))) *
+                                 (front ? base : Eigen::Vector3d(0.82 * base));
+  const std::string fill = fmt::format("#{:02x}{:02x}{:02x}", std::lround(colour.x()),
+                                       std::lround(colour.y()), std::lround(colour.z()));
+  piece.style = fmt::format("fill=\"{0}\" stroke=\"{0}\"", fill);
+  return piece;
+}
+
+std::vector<Piece> pieces_of(const Camera& camera, const DrapeInput& input, const Sheet& sheet) {
+  std::vector<Piece> pieces;
+  const auto add = [&](const std::vector<Eigen::Vector3d>& corners, const Eigen::Vector3d& base,
+                       bool two_sided, double behind_m) {
+    if (auto piece = piece_of(camera, corners, base, two_sided)) {
+      piece->distance_m += behind_m;
+      pieces.push_back(std::move(*piece));
+    }
+  };
+  if (input.scene) {
+    for (const auto& quad : obstacle_quads(*input.scene))
+      add({quad.begin(), quad.end()}, {190, 158, 112}, false, 3 * mm);
+  }
+  for (int row = 0; row + 1 < sheet.rows; ++row) {
+    for (int col = 0; col + 1 < sheet.cols; ++col) {
+      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({row + 1, col}),
+                      *c = sheet.find({row + 1, col + 1}), *d = sheet.find({row, col + 1});
+      if (!a || !b || !c || !d) continue;
+      add({a->point_in_world, b->point_in_world, c->point_in_world, d->point_in_world},
+          {226, 228, 232}, true, 0);
+    }
+  }
+  return pieces;
+}
+
+/// The marks of the print, where the virtual cloth shows its face.
+void add_dots(const Photograph& photograph, const Camera& camera, const DrapeInput& input,
+              const Surface& surface, double unit, std::vector<Piece>& pieces) {
+  const auto lattice = LatticeCoordinates::of(input.measured.sheet, input.measured.file.string());
+  if (!lattice) return;
+  for (int row = 0; row < input.measured.sheet.rows; ++row) {
+    for (int col = 0; col < input.measured.sheet.cols; ++col) {
+      const auto place = surface.at(lattice->at({row, col}));
+      const auto seen = place ? photograph.see(*place) : std::nullopt;
+      if (!seen || !seen->faces_camera) continue;
+      const double distance_m = (centre_in_world(camera) - place->point_in_world).norm();
+      pieces.push_back({distance_m - 4 * mm, {seen->px}, coordinate(4.5 * unit)});
+    }
+  }
+}
+
 }  // namespace
+
+Figure render_figure(const std::string& drape, const FrameDetections& frame,
+                     const CalibratedCamera& camera, const DrapeInput& input,
+                     const RealVirtual& comparison) {
+  const Simulation& simulation = input.simulations[comparison.simulation];
+  const Surface surface(simulation.sheet.sheet, simulation.sheet.file.string());
+  const Photograph photograph(camera.camera);
+  const Crop crop = crop_of(frame, &photograph, surface, comparison);
+  const Eigen::Vector2d size = crop.high - crop.low;
+  const double unit = size.x() / 1000;
+  Svg svg(size.x(), size.y(),
+          fmt::format("Drape {}: simulation {} as camera {} would see it", drape,
+                      simulation.label(), frame.camera),
+          crop.low);
+  svg.rectangle(crop.low.x(), crop.low.y(), size.x(), size.y(), "fill=\"#5b626b\"");
+  std::vector<Piece> pieces = pieces_of(camera.camera, input, simulation.sheet.sheet);
+  add_dots(photograph, camera.camera, input, surface, unit, pieces);
+  std::stable_sort(pieces.begin(), pieces.end(),
+                   [](const Piece& a, const Piece& b) { return a.distance_m > b.distance_m; });
+  svg.open_group(fmt::format("stroke-width=\"{:.2f}\" stroke-linejoin=\"round\"", 0.8 * unit));
+  for (const Piece& piece : pieces) {
+    if (piece.px.size() == 1) {
+      svg.circle(piece.px.front(), std::stod(piece.style), "fill=\"#20242a\"");
+    } else {
+      svg.polygon(piece.px, piece.style);
+    }
+  }
+  svg.close_group();
+  return {fmt::format("{}-render-{}", drape, frame.camera),
+          fmt::format("Simulation {} as camera {} would see it.", simulation.label(), frame.camera),
+          svg.finish()};
+}
+
+std::string photo_id(const std::string& drape, const std::string& camera) {
+  return "photo-" + drape + "-" + camera;
+}
 
 ErrorScale scale_of(const RealVirtual& comparison) {
   return ErrorScale(comparison.statistics.max_m / mm);
@@ -202,7 +315,8 @@ Figure overlay_figure(const std::string& drape, const FrameDetections& frame,
   if (preview.empty()) {
     svg.rectangle(-0.5, -0.5, frame.width_px, frame.height_px, "fill=\"#8a8f96\"");
   } else {
-    svg.image(-0.5, -0.5, frame.width_px, frame.height_px, jpeg_data_uri(preview));
+    svg.image(-0.5, -0.5, frame.width_px, frame.height_px, jpeg_data_uri(preview),
+              photo_id(drape, frame.camera));
   }
   if (photograph) draw_virtual(svg, *photograph, input, surface, unit);
   draw_marks(svg, frame, photograph ? &*photograph : nullptr, surface, comparison, unit);

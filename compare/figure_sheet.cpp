@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "compare/figures.hpp"
+#include "compare/obstacle_mesh.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -15,8 +16,9 @@ namespace {
 using units::deg;
 using units::mm;
 
-constexpr double kPanel = 500;         ///< side of one view, picture units
-constexpr double kMarkLift_m = 0.006;  ///< draws a mark before the cells around it
+constexpr double kPanel = 500;             ///< side of one view, picture units
+constexpr double kObjectBehind_m = 0.003;  ///< cloth that touches is drawn over the object
+constexpr double kMarkLift_m = 0.006;      ///< draws a mark before the cells around it
 
 /// Orthographic view from an azimuth and an elevation.
 struct View {
@@ -45,9 +47,11 @@ struct Item {
   double nearness = 0;
   const MarkError* mark = nullptr;       ///< a mark, else the cell
   std::vector<Eigen::Vector3d> corners;  ///< of a cell
+  bool object = false;                   ///< the cell is of the object under the cloth
 };
 
-std::string cell_colour(const std::vector<Eigen::Vector3d>& corners, const View& view) {
+std::string cell_colour(const std::vector<Eigen::Vector3d>& corners, const View& view,
+                        bool object) {
   Eigen::Vector3d normal = (corners[1] - corners[0] + corners[2] - corners[3])
                                .cross(corners[3] - corners[0] + corners[2] - corners[1]);
   normal.normalize();
@@ -55,8 +59,9 @@ std::string cell_colour(const std::vector<Eigen::Vector3d>& corners, const View&
   if (!printed_side) normal = -normal;
   const Eigen::Vector3d light = (view.toward + 0.55 * view.up - 0.45 * view.right).normalized();
   const double shade = 0.60 + 0.40 * std::max(0.0, normal.dot(light));
-  const Eigen::Vector3d base =
-      printed_side ? Eigen::Vector3d(236, 239, 243) : Eigen::Vector3d(196, 190, 184);
+  const Eigen::Vector3d base = object         ? Eigen::Vector3d(205, 170, 120)
+                               : printed_side ? Eigen::Vector3d(236, 239, 243)
+                                              : Eigen::Vector3d(196, 190, 184);
   const Eigen::Vector3d colour = shade * base;
   return fmt::format("#{:02x}{:02x}{:02x}", std::lround(colour.x()), std::lround(colour.y()),
                      std::lround(colour.z()));
@@ -79,6 +84,21 @@ std::vector<Item> cells_of(const Sheet& sheet, const View& view) {
   return items;
 }
 
+/// Faces of the object that look at the viewer.
+std::vector<Item> object_items(const DrapeInput& input, const View& view) {
+  std::vector<Item> items;
+  if (!input.scene) return items;
+  for (const auto& quad : obstacle_quads(*input.scene)) {
+    if ((quad[2] - quad[0]).cross(quad[3] - quad[1]).dot(view.toward) <= 0) continue;
+    Item item;
+    item.corners.assign(quad.begin(), quad.end());
+    item.nearness = view.nearness(0.25 * (quad[0] + quad[1] + quad[2] + quad[3])) - kObjectBehind_m;
+    item.object = true;
+    items.push_back(item);
+  }
+  return items;
+}
+
 void paint_mark(Svg& svg, const View& view, const MarkError& mark, const ErrorScale& scale) {
   const std::string colour = scale.colour(mark.distance_m / mm);
   const Eigen::Vector2d real = view.draw(mark.real_in_world),
@@ -91,9 +111,12 @@ void paint_mark(Svg& svg, const View& view, const MarkError& mark, const ErrorSc
       fmt::format("row {}, col {}: {:.2f} mm", mark.mark.row, mark.mark.col, mark.distance_m / mm));
 }
 
-void paint(Svg& svg, const View& view, const Sheet& sheet, const RealVirtual& comparison,
+void paint(Svg& svg, const View& view, const DrapeInput& input, const RealVirtual& comparison,
            const ErrorScale& scale) {
-  std::vector<Item> items = cells_of(sheet, view);
+  std::vector<Item> items = object_items(input, view);
+  const std::vector<Item> cells =
+      cells_of(input.simulations[comparison.simulation].sheet.sheet, view);
+  items.insert(items.end(), cells.begin(), cells.end());
   for (const MarkError& mark : comparison.marks.marks) {
     Item item;
     item.mark = &mark;
@@ -109,8 +132,10 @@ void paint(Svg& svg, const View& view, const Sheet& sheet, const RealVirtual& co
       continue;
     }
     const auto& c = item.corners;
+    const std::string colour = cell_colour(c, view, item.object);
+    const std::string edge = item.object ? fmt::format(" stroke=\"{}\"", colour) : "";
     svg.polygon({view.draw(c[0]), view.draw(c[1]), view.draw(c[2]), view.draw(c[3])},
-                fmt::format("fill=\"{}\"", cell_colour(c, view)));
+                fmt::format("fill=\"{}\"{}", colour, edge));
   }
 }
 
@@ -165,7 +190,7 @@ Figure sheet_figure(const std::string& drape, const DrapeInput& input,
       fmt::format("Drape {}: real marks and the simulated sheet {}", drape, simulation.label()));
   for (std::size_t side = 0; side < 2; ++side) {
     svg.open_group("stroke=\"#8a94a0\" stroke-width=\"0.5\" stroke-linejoin=\"round\"");
-    paint(svg, views[side], sheet, comparison, scale);
+    paint(svg, views[side], input, comparison, scale);
     svg.close_group();
     draw_axes(svg, views[side], kPanel * static_cast<double>(side), bottom);
   }
@@ -173,12 +198,14 @@ Figure sheet_figure(const std::string& drape, const DrapeInput& input,
   svg.line({150, bottom - 22}, {150 + bar, bottom - 22}, "stroke=\"#333\" stroke-width=\"2\"");
   svg.text({150 + bar / 2, bottom - 6}, "50 mm", 11, "middle", "fill=\"#333\"");
   scale.draw(svg, kPanel + 150, bottom - 44, 300);
-  return {drape + "-sheet",
-          fmt::format("Simulation {} (grey; darker where the back of the cloth is seen) and the "
-                      "real marks, from two opposite sides. Each line leads from a real mark to "
-                      "the same point of the virtual cloth, true to scale; axes are 30 mm long.",
-                      simulation.label()),
-          svg.finish()};
+  return {
+      drape + "-sheet",
+      fmt::format("Simulation {} (grey; darker where the back of the cloth is seen), the object "
+                  "under it (brown) and the real marks, from two opposite sides. Each line leads "
+                  "from a real mark to "
+                  "the same point of the virtual cloth, true to scale; axes are 30 mm long.",
+                  simulation.label()),
+      svg.finish()};
 }
 
 }  // namespace drape::compare

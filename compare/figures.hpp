@@ -19,6 +19,9 @@ struct Figure {
   std::string svg;
 };
 
+/// Name under which a page holds a photograph, so that crops of it need no second copy.
+[[nodiscard]] std::string photo_id(const std::string& drape, const std::string& camera);
+
 /// The scale that all pictures of one drape share.
 [[nodiscard]] ErrorScale scale_of(const RealVirtual& comparison);
 
@@ -34,6 +37,29 @@ struct Figure {
 /// their error and a line from each to its place on the sheet.
 [[nodiscard]] Figure sheet_figure(const std::string& drape, const DrapeInput& input,
                                   const RealVirtual& comparison);
+
+/// The virtual drape alone as this camera would see it: shaded, marks as on the print, hidden parts
+/// behind what is nearer. Same crop as overlay_figure, so the two compare at a glance.
+[[nodiscard]] Figure render_figure(const std::string& drape, const FrameDetections& frame,
+                                   const CalibratedCamera& camera, const DrapeInput& input,
+                                   const RealVirtual& comparison);
+
+/// Strain between neighbouring marks on the flat patch, real and virtual side by side.
+[[nodiscard]] Figure strain_figure(const std::string& drape, const DrapeInput& input,
+                                   const RealVirtual& comparison);
+
+/// Radius of the hem's shadow over the angle and its spectrum, of every sheet that has one.
+[[nodiscard]] std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& input,
+                                               const Report& report);
+
+/// A Kawabata curve file as it was read.
+struct FabricCurve {
+  std::string name;  ///< "bending warp"
+  History points;
+};
+/// Small charts of the curves, side by side.
+[[nodiscard]] Figure fabric_figure(const std::string& drape,
+                                   const std::vector<FabricCurve>& curves);
 
 /// The patch laid flat, one tile per mark with its distance in mm; gaps are hatched.
 [[nodiscard]] Figure map_figure(const std::string& drape, const DrapeInput& input,

@@ -15,8 +15,9 @@ namespace drape::compare {
 /// All pictures of one drape; `best` of Report is set.
 struct DrapeFigures {
   std::vector<Figure> overlays;
-  Figure sheet, map, histogram;
-  std::optional<Figure> convergence;
+  std::vector<Figure> renders;  ///< as overlays; empty without a calibration
+  Figure sheet, map, histogram, strain;
+  std::optional<Figure> convergence, hem, fabric;
 };
 
 [[nodiscard]] std::string html_style();
@@ -27,6 +28,9 @@ struct DrapeFigures {
 /// The whole section of one drape.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
                                      const Session& session, const DrapeFigures& figures);
+/// Every measured mark as each camera saw it, cut out of the photographs of this page.
+[[nodiscard]] std::string html_crops(const std::string& drape, const DrapeFiles& files,
+                                     const RealVirtual& best);
 /// What is in the stated uncertainty and what is not.
 [[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report,
                                       const Session& session);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "compare/html.hpp"
+#include "compare/viewer.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -62,8 +63,7 @@ Table direction_table(const DrapeInput& input, const Report& report) {
     const auto n = static_cast<double>(row.marks.marks.size());
     const Eigen::Vector3d average = mean / n / mm, rms = (squares / n).cwiseSqrt() / mm;
     const Simulation& simulation = input.simulations[row.simulation];
-    std::vector<std::string> cells = {simulation.grid(),
-                                      std::to_string(simulation.source().segments)};
+    std::vector<std::string> cells = {simulation.grid(), simulation.segments_text()};
     // Adding zero turns a rounded -0.00 into +0.00.
     for (int k = 0; k < 3; ++k)
       cells.push_back(fmt::format("{:+.2f}", std::round(average[k] * 100) / 100 + 0.0));
@@ -156,7 +156,7 @@ Table status_table(const DrapeInput& input, const Report& report) {
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const SimulatedSource& source = simulation.source();
-    table.add({simulation.grid(), std::to_string(source.segments), source.model, source.solver,
+    table.add({simulation.grid(), simulation.segments_text(), source.model, source.solver,
                source.fabric, source.status});
   }
   return table;
@@ -166,12 +166,26 @@ std::string simulations_part(const DrapeFiles& drape, const Report& report,
                              const DrapeFigures& figures) {
   std::string text = "<h3>Simulations</h3>\n" + html_table(status_table(drape.input, report));
   if (figures.convergence) text += html_figure(*figures.convergence, "chart");
+  if (figures.fabric) text += html_figure(*figures.fabric, "chart");
   const Table certificates = certificate_table(drape.input, report);
   if (certificates.rows.empty()) return text;
   text += html_table(certificates, "dense") +
           "<p class=\"soft\">Options and curve fits are in the full certificate.json beside each "
           "simulated sheet, and in the store.</p>\n";
   return text;
+}
+
+std::string shape_part(const DrapeFiles& drape, const Report& report, const DrapeFigures& figures) {
+  std::string text = "<h3>Shape</h3>\n" + html_table(drapemeter_table(drape.input, report));
+  if (figures.hem) text += html_figure(*figures.hem, "chart");
+  const StrainSummary& s = report.real_virtual[*report.best].strain.difference;
+  if (s.warp && s.weft && s.area) {
+    text += fmt::format(
+        "<p>Real minus virtual strain between marks, RMS: {:.2f} % along the warp, {:.2f} % along "
+        "the weft, {:.2f} % of area.</p>\n",
+        *s.warp / units::percent, *s.weft / units::percent, *s.area / units::percent);
+  }
+  return text + html_figure(figures.strain);
 }
 
 std::string tables_part(const DrapeFiles& drape, const Report& report) {
@@ -185,6 +199,11 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
                             ? "all marks of the lattice, the ones that were not measured included"
                             : "the measured marks");
   }
+  text +=
+      html_table(trust_table(drape.input, report.real_virtual[*report.best])) +
+      "<p class=\"soft\">± is what the measurement leaves open; the interval is what other marks "
+      "on the same cloth might have given (2,000 bootstrap resamples). The rigid move is shown "
+      "to judge placement; no other number uses it.</p>\n";
   return text + html_table(direction_table(drape.input, report)) +
          "<p class=\"soft\">Real minus virtual along the warp tangent, the weft tangent and the "
          "normal (out of the printed side) of the virtual sheet. Where the cloth shears, the two "
@@ -205,6 +224,7 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
       xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig),
       xml(simulation.source().fabric), simulation.label());
   text += facts(drape.input, report);
+  text += viewer_figure(report.name, drape.input, best);
   text += html_figure(figures.sheet);
   text += tables_part(drape, report);
   if (!figures.overlays.empty()) {
@@ -217,18 +237,23 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
           "back is turned to the camera; a short line leads from each mark to its virtual "
           "place.";
     text += "</p>\n<div class=\"photos\">\n";
-    for (const Figure& figure : figures.overlays) text += html_figure(figure);
+    for (std::size_t i = 0; i < figures.overlays.size(); ++i) {
+      text += html_figure(figures.overlays[i]);
+      if (i < figures.renders.size()) text += html_figure(figures.renders[i]);
+    }
     text += "</div>\n";
   }
   text += "<h3>Marks</h3>\n<div class=\"columns\">" + html_figure(figures.map) +
           html_figure(figures.histogram) + "</div>\n" + mark_tables(best) +
           "<p class=\"soft\">dist: distance real to virtual; ±: its standard deviation; sigma: "
           "standard deviation of the mark along its worst direction; views: cameras that saw "
-          "it.</p>\n";
+          "it.</p>\n" +
+          html_crops(report.name, drape, best);
   const Table gaps = gap_table(drape.input, report);
   text += "<h3>Gaps</h3>\n" + (gaps.rows.empty()
                                    ? std::string("<p>Every mark was measured.</p>\n")
                                    : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
+  text += shape_part(drape, report, figures);
   text += simulations_part(drape, report, figures);
   text += html_budget(drape, report, session);
   return text + "</section>\n";

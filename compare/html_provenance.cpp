@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "compare/html.hpp"
+#include "compare/provenance.hpp"
 #include "core/run_record.hpp"
 
 namespace drape::compare {
@@ -67,6 +68,38 @@ std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
   return steps;
 }
 
+std::string tree_of(RecordBook& book, const SheetFile& sheet, const fs::path& folder) {
+  fs::path json = sheet.file;
+  json.replace_extension(".json");
+  std::string text;
+  for (const ChainLink& link : chain_of(book, json, sheet.sha256)) {
+    const std::string made = link.made_by.starts_with("drape-")
+                                 ? link.made_by.substr(0, link.made_by.find(' '))
+                                 : link.made_by;
+    text +=
+        fmt::format("{}{}  {}{}  {}\n", std::string(2 * static_cast<std::size_t>(link.depth), ' '),
+                    from_folder(link.file, folder), link.sha256.substr(0, 12),
+                    link.state == "unchanged" ? "" : " (" + link.state + ")", made);
+  }
+  return xml(text);
+}
+
+/// The measured sheet and the best simulation of each drape, back to photographs and curves.
+std::string trees(const Session& session, const Outcome& outcome, const fs::path& folder) {
+  RecordBook book;
+  std::string text;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    if (!report.best) continue;
+    const DrapeInput& input = session.drapes[i].input;
+    const Simulation& best = input.simulations[report.real_virtual[*report.best].simulation];
+    text += "<details><summary>Drape " + xml(report.name) + ": " + xml(best.label()) +
+            " and the measured sheet</summary>\n<pre>" + tree_of(book, input.measured, folder) +
+            (best.other_simulator ? "" : tree_of(book, best.sheet, folder)) + "</pre></details>\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string html_provenance(const Session& session, const Outcome& outcome,
@@ -93,7 +126,9 @@ std::string html_provenance(const Session& session, const Outcome& outcome,
          ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
          "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
          "<p>Run in the folder of this report, these make everything above anew.</p>\n<pre>" +
-         commands + "</pre>\n<h3>Files read</h3>\n" + html_table(files, "dense") + "</section>\n";
+         commands + "</pre>\n<h3>From the sheets back to photographs and curves</h3>\n" +
+         trees(session, outcome, report_folder) + "<h3>Files read</h3>\n" +
+         html_table(files, "dense") + "</section>\n";
 }
 
 }  // namespace drape::compare

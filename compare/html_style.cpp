@@ -35,6 +35,14 @@ table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12r
 .photos figure:first-child { grid-column: 1 / -1; }
 .marks { columns: 19rem auto; column-gap: 2rem; }
 figure { margin: 0 0 1rem; break-inside: avoid; }
+.turn canvas { display: block; width: 100%; max-width: 62rem; height: auto; touch-action: none; cursor: grab; background: #f5f7f9; border-radius: 4px; }
+.turn canvas:focus-visible, button:focus-visible, summary:focus-visible { outline: 3px solid #0072b2; outline-offset: 2px; }
+.keys { display: flex; flex-wrap: wrap; gap: .5rem; align-items: center; padding-top: .4rem; font-size: .88rem; }
+.keys button { font: inherit; padding: .15rem .7rem; border: 1.5px solid var(--ink); border-radius: 4px; background: #fff; color: var(--ink); }
+.keys button[aria-pressed="true"] { background: var(--ink); color: #fff; }
+.crops { display: flex; flex-wrap: wrap; gap: .35rem .6rem; margin: .6rem 0 1rem; font-size: .72rem; line-height: 1.3; font-variant-numeric: tabular-nums; }
+.crops span { display: block; color: var(--soft); } .crops svg { width: 2.6rem; height: 2.6rem; margin-right: 2px; background: #e3e6ea; border-radius: 3px; }
+summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
 figure svg { display: block; width: 100%; height: auto; }
 .chart { max-width: 46rem; }
 .photos svg { border-radius: 4px; }
@@ -47,6 +55,7 @@ pre { background: #f5f7f9; padding: .8rem 1rem; white-space: pre-wrap; overflow-
 td code { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 15px; } h2 { font-size: 1.4rem; } th, td { padding-right: .55rem; } .verdict strong { font-size: 1.6rem; } }
 @media print {
+  .turn { display: none; } .crops svg { width: 1.9rem; height: 1.9rem; } .crops { font-size: 6.5pt; }
   body { font-size: 9.5pt; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
   h3 { break-after: avoid; } tr, figure { break-inside: avoid; } .scroll { overflow: visible; }
   .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }

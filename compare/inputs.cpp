@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 
+#include "compare/other_mesh.hpp"
 #include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json_file.hpp"
+#include "core/recording.hpp"
 #include "core/run_record.hpp"
 
 namespace drape::compare {
@@ -75,10 +78,24 @@ std::optional<MadeBy> read_made_by(const fs::path& output) {
   const fs::path record = run_record_path(output);
   if (!fs::is_regular_file(record)) return std::nullopt;
   const JsonNode root = JsonNode::open(record, "run", kRunVersion);
-  MadeBy made_by{root.text("program"), root.text("version"), {}};
+  MadeBy made_by{root.text("program"), root.text("version"), {}, {}};
   for (const Json& argument : root.at("arguments").raw())
     made_by.arguments.push_back(argument.get<std::string>());
+  for (const JsonNode& input : root.items("inputs")) {
+    made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
+                                input.text("sha256"));
+  }
   return made_by;
+}
+
+/// The recording that the detections were found in; its date when its list is still there.
+void find_recording(DrapeFiles& drape) {
+  for (const auto& [file, sha256] : drape.detected_by->inputs) {
+    if (file.filename() != "recording.json") continue;
+    drape.recording = RecordingId{sha256, std::nullopt};
+    if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
+      drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
+  }
 }
 
 SheetFile read_sheet_file(const fs::path& file, Session& session) {
@@ -115,6 +132,7 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   drape.detections_file = file;
   drape.detected_by = read_made_by(file);
   session.read.emplace_back(file, sha256);
+  if (drape.detected_by) find_recording(drape);
 }
 
 DrapeFiles read_measured(SheetFile sheet, Session& session) {
@@ -125,7 +143,8 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   return drape;
 }
 
-void add_simulated(SheetFile sheet, DrapeFiles& drape, Session& session) {
+/// The sheet with the files beside it, and the run record of what made it.
+Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
   simulation.sheet = std::move(sheet);
   const fs::path folder = simulation.sheet.file.parent_path();
@@ -137,8 +156,49 @@ void add_simulated(SheetFile sheet, DrapeFiles& drape, Session& session) {
     simulation.history = read_history(file);
     session.read.emplace_back(file, sha256_of_file(file));
   }
+  return simulation;
+}
+
+/// The scene file named by the run record, when it is still what the simulation read.
+void find_scene(DrapeFiles& drape, const Simulation& simulation, const MadeBy& made_by,
+                Session& session) {
+  for (const auto& [file, sha256] : made_by.inputs) {
+    if (sha256 != simulation.source().scene_sha256 || drape.input.scene) continue;
+    if (!fs::is_regular_file(file) || sha256_of_file(file) != sha256) continue;
+    drape.input.scene = read_scene(file);
+    session.read.emplace_back(file, sha256);
+  }
+}
+
+void add_simulated(Simulation simulation, DrapeFiles& drape, Session& session) {
   drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
+  if (drape.simulated_by.back()) find_scene(drape, simulation, *drape.simulated_by.back(), session);
   drape.input.simulations.push_back(std::move(simulation));
+}
+
+void add_other(const fs::path& file, Session& session) {
+  if (session.drapes.empty()) {
+    throw bad_input("another simulator's mesh stands before any measured sheet",
+                    {.file = file.string()}, "give it after the measured sheet of its drape");
+  }
+  DrapeFiles& drape = session.drapes.back();
+  Simulation simulation = read_other_mesh(file, drape.input.measured.sheet);
+  session.read.emplace_back(file, sha256_of_file(file));
+  session.read.emplace_back(simulation.other_file, simulation.sheet.ply_sha256);
+  drape.simulated_by.emplace_back();
+  drape.input.simulations.push_back(std::move(simulation));
+}
+
+void add_virtual_only(Simulation simulation, Session& session) {
+  auto& groups = session.virtual_only;
+  const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+    return group.front().source().scene == simulation.source().scene;
+  });
+  if (same != groups.end()) {
+    same->push_back(std::move(simulation));
+  } else {
+    groups.push_back({std::move(simulation)});
+  }
 }
 
 void read_calibration_of(const fs::path& file, Session& session) {
@@ -188,17 +248,20 @@ History read_history(const fs::path& file) {
 Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file) {
   Session session;
   for (const fs::path& file : sheets) {
+    if (file.extension() == ".toml") {
+      add_other(file, session);
+      continue;
+    }
     SheetFile sheet = read_sheet_file(file, session);
     if (sheet.sheet.is_measured()) {
       session.drapes.push_back(read_measured(std::move(sheet), session));
     } else if (session.drapes.empty()) {
-      throw bad_input("the first sheet is a simulated one", {.file = file.string()},
-                      "give the measured sheet of each drape before its simulations");
+      add_virtual_only(read_simulated(std::move(sheet), session), session);
     } else {
-      add_simulated(std::move(sheet), session.drapes.back(), session);
+      add_simulated(read_simulated(std::move(sheet), session), session.drapes.back(), session);
     }
   }
-  if (session.drapes.empty())
+  if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
   return session;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/store.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 
@@ -18,6 +19,7 @@ struct MadeBy {
   std::string program;
   std::string version;
   std::vector<std::string> arguments;
+  std::vector<std::pair<std::filesystem::path, std::string>> inputs = {};  ///< file and SHA-256
 };
 
 /// A drape with the files that lie beside its measured sheet.
@@ -27,12 +29,15 @@ struct DrapeFiles {
   std::filesystem::path detections_file;
   std::optional<MadeBy> detected_by;
   std::optional<MadeBy> measured_by;
+  std::optional<RecordingId> recording;             ///< through the record of the detections
   std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
 };
 
 /// All that one call of drape-compare reads.
 struct Session {
   std::vector<DrapeFiles> drapes;
+  /// Simulations given before any measured sheet, one group per scene in the order given.
+  std::vector<std::vector<Simulation>> virtual_only;
   std::optional<Calibration> calibration;
   std::filesystem::path calibration_file;
   std::string calibration_sha256;
@@ -41,9 +46,10 @@ struct Session {
   std::vector<std::string> warnings;
 };
 
-/// Reads the sheets (each measured one opens a group), and beside them detections.json,
-/// certificate.json, history.csv and the run records where they exist. `calibration_file` may be
-/// empty. Throws Error(bad_input) when the first sheet is not a measured one or a sheet was
+/// Reads the sheets (each measured one opens a group; simulated ones before any of these are only
+/// compared with each other), and beside them detections.json, certificate.json, history.csv, the
+/// run records and through these the scene, where they exist. A .toml is another simulator's mesh
+/// (other_mesh.hpp). `calibration_file` may be empty. Throws Error(bad_input) when a sheet was
 /// measured with another calibration than the one given.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file);

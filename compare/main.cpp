@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/ending.hpp"
 #include "compare/report.hpp"
+#include "compare/seal.hpp"
 #include "core/progress.hpp"
 #include "core/run_record.hpp"
 
@@ -16,7 +17,8 @@ struct Arguments {
 void add_options(CLI::App& app, Arguments& arguments) {
   app.add_option("SHEET", arguments.sheets,
                  "sheet.ply or sheet.json; each measured one opens a group, the simulated ones "
-                 "after it belong to it")
+                 "after it belong to it (before any measured one: compared with each other only); "
+                 "a .toml describes another simulator's mesh")
       ->required();
   app.add_option("--calibration", arguments.calibration,
                  "calibration.json: draws the virtual cloth into the photographs");
@@ -43,16 +45,15 @@ int run(Arguments& arguments, const drape::CommonOptions& common,
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
-  Outcome outcome{{},     session.warnings, {}, arguments.store.string(), arguments.report.string(),
-                  command};
-  for (const DrapeFiles& drape : session.drapes) {
-    outcome.reports.push_back(compare_drape(drape.input, arguments.options));
-    for (const std::string& warning : outcome.reports.back().warnings)
-      outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
-  }
+  Outcome outcome;
+  outcome.warnings = session.warnings;
+  outcome.store = arguments.store.string();
+  outcome.report = arguments.report.string();
+  outcome.arguments = command;
+  compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
   if (!arguments.store.empty()) {
-    outcome.stored = import_session(arguments.store, session, outcome.reports);
+    outcome.stored = import_session(arguments.store, session, outcome);
     record.output(arguments.store);
   }
   progress.update(0.6, "writing the report");
@@ -63,6 +64,11 @@ int run(Arguments& arguments, const drape::CommonOptions& common,
   const int code = outcome.go() ? 0 : 1;
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   if (!primary.empty()) record.write(drape::run_record_path(primary), code);
+  if (!arguments.store.empty()) {
+    std::vector<std::filesystem::path> files = files_of(session);
+    if (!arguments.report.empty()) files.push_back(arguments.report);
+    seal_store(arguments.store, files);
+  }
   return print_ending(session, outcome, common);
 }
 

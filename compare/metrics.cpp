@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compare/bootstrap.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {
@@ -43,6 +44,8 @@ MarkComparison compare_marks(const Sheet& measured, const Surface& virtual_sheet
     if (mark.covariance_m2) {
       error.sigma_mark_m = worst_sigma_m(*mark.covariance_m2);
       error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
+      error.sigma_normal_m =
+          std::sqrt(std::max(0.0, place->normal.dot(*mark.covariance_m2 * place->normal)));
     }
     result.marks.push_back(error);
   }
@@ -88,21 +91,39 @@ DistanceStatistics statistics_of(const std::vector<double>& distances_m) {
 }
 
 DistanceStatistics statistics_of(const std::vector<MarkError>& marks) {
-  std::vector<double> distances;
-  double variance_sum_m2 = 0;
-  bool all_known = true;
+  std::vector<double> distances, sigmas;
   for (const MarkError& mark : marks) {
     distances.push_back(mark.distance_m);
-    all_known = all_known && mark.sigma_distance_m.has_value();
-    const double sigma = mark.sigma_distance_m.value_or(0);
-    variance_sum_m2 += sigma * sigma;
+    if (mark.sigma_distance_m) sigmas.push_back(*mark.sigma_distance_m);
   }
   DistanceStatistics statistics = statistics_of(distances);
   const auto worst = std::max_element(distances.begin(), distances.end()) - distances.begin();
   statistics.worst_mark = marks[static_cast<std::size_t>(worst)].mark;
-  if (all_known)
-    statistics.sigma_mean_m = std::sqrt(variance_sum_m2) / static_cast<double>(marks.size());
+  add_bootstrap(distances, statistics);
+  if (sigmas.size() == marks.size()) add_sigmas(distances, sigmas, statistics);
+  statistics.sigma_mean_m = statistics.mean.sigma_m;
   return statistics;
+}
+
+NormalStatistics normal_statistics_of(const std::vector<MarkError>& marks) {
+  if (marks.empty()) throw internal_error("statistics of no distance were asked for");
+  NormalStatistics result;
+  std::vector<double> values;
+  double squares = 0, variance_sum_m2 = 0;
+  bool all_known = true;
+  for (const MarkError& mark : marks) {
+    values.push_back(mark.warp_weft_normal_m.z());
+    result.mean_m += values.back();
+    squares += values.back() * values.back();
+    all_known = all_known && mark.sigma_normal_m.has_value();
+    variance_sum_m2 += mark.sigma_normal_m.value_or(0) * mark.sigma_normal_m.value_or(0);
+  }
+  const auto n = static_cast<double>(marks.size());
+  result.mean_m /= n;
+  result.rms_m = std::sqrt(squares / n);
+  if (all_known) result.mean.sigma_m = std::sqrt(variance_sum_m2) / n;
+  result.mean.bootstrap = bootstrap_of_mean(values);
+  return result;
 }
 
 }  // namespace drape::compare

@@ -23,7 +23,24 @@ struct MarkError {
   Eigen::Vector3d warp_weft_normal_m;
   std::optional<double> sigma_mark_m;      ///< 1 sigma of the mark along its worst direction
   std::optional<double> sigma_distance_m;  ///< 1 sigma of the distance, see distance_sigma_m()
+  std::optional<double> sigma_normal_m;    ///< 1 sigma of the part along the normal
   std::optional<int> views;
+};
+
+/// From the 2.5th to the 97.5th percentile of a resampled statistic, metres.
+struct Interval {
+  double low_m = 0, high_m = 0;
+};
+
+/// How far a statistic may be trusted. The two answer different questions and are not added:
+/// `sigma_m` is what the measurement of the marks leaves open, `bootstrap` what other marks on the
+/// same cloth might have given.
+struct Trust {
+  /// One standard deviation from the marks' covariances, first order, marks independent. Absent
+  /// when any mark has no covariance.
+  std::optional<double> sigma_m;
+  /// 95 % percentile interval over resampled marks (Efron 1979). Absent below 2 marks.
+  std::optional<Interval> bootstrap;
 };
 
 /// Statistics of distances in metres.
@@ -38,6 +55,15 @@ struct DistanceStatistics {
   /// 1 sigma of the mean: sqrt(sum sigma_i^2) / n for independent marks. Absent when any mark
   /// has no covariance.
   std::optional<double> sigma_mean_m;
+  Trust mean, median, rms, p95, max;  ///< mean.sigma_m equals sigma_mean_m
+};
+
+/// Mean of the signed distances along the virtual sheet's normal; positive: the real cloth lies on
+/// the printed side of the virtual one.
+struct NormalStatistics {
+  double mean_m = 0;
+  double rms_m = 0;
+  Trust mean;
 };
 
 /// A mark that could not be compared, and why.
@@ -70,6 +96,7 @@ struct MarkComparison {
 
 /// Throws Error(internal) when there is no distance.
 [[nodiscard]] DistanceStatistics statistics_of(const std::vector<MarkError>& marks);
+[[nodiscard]] NormalStatistics normal_statistics_of(const std::vector<MarkError>& marks);
 [[nodiscard]] DistanceStatistics statistics_of(const std::vector<double>& distances_m);
 
 }  // namespace drape::compare

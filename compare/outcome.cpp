@@ -31,6 +31,11 @@ std::string Outcome::sentence() const {
                                               : "");
   }
   std::string text;
+  for (const VirtualGroup& group : groups)
+    text +=
+        fmt::format("{}{} pairs of {}", text.empty() ? "" : ", ", group.pairs.size(), group.name);
+  if (reports.empty()) return "simulations compared with each other: " + text;
+  text.clear();
   for (const Report& drape : reports) {
     text += fmt::format("{}{} {:.2f} mm", text.empty() ? "" : ", ", drape.name,
                         drape.real_virtual[*drape.best].statistics.mean_m / mm);
@@ -64,18 +69,41 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
   return numbers;
 }
 
+void compare_session(const Session& session, const Options& options, Outcome& outcome) {
+  for (const DrapeFiles& drape : session.drapes) {
+    outcome.reports.push_back(compare_drape(drape.input, options));
+    for (const std::string& warning : outcome.reports.back().warnings)
+      outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
+  }
+  for (const auto& simulations : session.virtual_only) {
+    outcome.groups.push_back(compare_virtual_group(simulations));
+    if (outcome.groups.back().pairs.empty()) {
+      outcome.warnings.push_back(outcome.groups.back().name +
+                                 ": no two simulations make a pair of the paper's tables");
+    }
+  }
+}
+
 ImportCounts import_session(const std::filesystem::path& file, const Session& session,
-                            const std::vector<Report>& reports) {
+                            const Outcome& outcome) {
   Store results(file);
   if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
   ImportCounts sum;
-  for (std::size_t i = 0; i < reports.size(); ++i) {
-    const ImportCounts counts = results.add(session.drapes[i].input, reports[i]);
+  const auto count = [&](const ImportCounts& counts) {
     sum.added += counts.added;
     sum.present += counts.present;
-  }
+  };
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i)
+    count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
+  for (const VirtualGroup& group : outcome.groups) count(results.add(group));
   results.close();
   return sum;
+}
+
+std::vector<std::filesystem::path> files_of(const Session& session) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& [file, sha256] : session.read) files.push_back(file);
+  return files;
 }
 
 }  // namespace drape::compare

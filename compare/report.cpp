@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compare/figures.hpp"
 #include "compare/html.hpp"
+#include "compare/viewer.hpp"
 #include "core/files.hpp"
 #include "core/run_record.hpp"
 #include "core/units.hpp"
@@ -40,11 +43,49 @@ std::vector<Figure> overlays_of(const DrapeFiles& drape, const Report& report,
   return figures;
 }
 
+std::vector<Figure> renders_of(const DrapeFiles& drape, const Report& report,
+                               const Session& session) {
+  std::vector<Figure> figures;
+  if (!drape.detections) return figures;
+  const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
+  for (const FrameDetections& frame : drape.detections->frames) {
+    const CalibratedCamera* camera = calibrated(session, frame.camera);
+    if (frame.set != set || camera == nullptr) continue;
+    figures.push_back(
+        render_figure(report.name, frame, *camera, drape.input, report.real_virtual[*report.best]));
+  }
+  return figures;
+}
+
+/// Curves that the best simulation read and that are still the same.
+std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
+  const auto& made_by = drape.simulated_by[report.real_virtual[*report.best].simulation];
+  if (!made_by) return std::nullopt;
+  std::vector<FabricCurve> curves;
+  for (const auto& [file, sha256] : made_by->inputs) {
+    if (file.extension() != ".csv" || !fs::is_regular_file(file) || sha256_of_file(file) != sha256)
+      continue;
+    std::string name = file.stem().string();
+    std::replace(name.begin(), name.end(), '_', ' ');
+    History points = read_history(file);
+    if (points.names.size() >= 2 && !points.columns[0].empty())
+      curves.push_back({name, std::move(points)});
+  }
+  if (curves.empty()) return std::nullopt;
+  return fabric_figure(report.name, curves);
+}
+
 DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Session& session) {
   const RealVirtual& best = report.real_virtual[*report.best];
-  return {overlays_of(drape, report, session), sheet_figure(report.name, drape.input, best),
-          map_figure(report.name, drape.input, best), histogram_figure(report.name, best),
-          convergence_figure(report.name, drape.input, report)};
+  return {overlays_of(drape, report, session),
+          renders_of(drape, report, session),
+          sheet_figure(report.name, drape.input, best),
+          map_figure(report.name, drape.input, best),
+          histogram_figure(report.name, best),
+          strain_figure(report.name, drape.input, best),
+          convergence_figure(report.name, drape.input, report),
+          hem_figure(report.name, drape.input, report),
+          fabric_of(drape, report)};
 }
 
 std::string verdict_part(const Outcome& outcome) {
@@ -106,9 +147,11 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
                    const DrapeFigures& figures, std::vector<fs::path>& written) {
   std::vector<const Figure*> all;
   for (const Figure& figure : figures.overlays) all.push_back(&figure);
-  for (const Figure* figure : {&figures.sheet, &figures.map, &figures.histogram})
+  for (const Figure& figure : figures.renders) all.push_back(&figure);
+  for (const Figure* figure : {&figures.sheet, &figures.map, &figures.histogram, &figures.strain})
     all.push_back(figure);
-  if (figures.convergence) all.push_back(&*figures.convergence);
+  for (const auto* figure : {&figures.convergence, &figures.hem, &figures.fabric})
+    if (*figure) all.push_back(&**figure);
   for (const Figure* figure : all)
     write_beside(folder, figure->name + ".svg", figure->svg, written);
   const auto csv = [&](const char* name, const Table& table) {
@@ -118,6 +161,10 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
   csv("-gaps.csv", gap_table(input, report));
+  const RealVirtual& best = report.real_virtual[*report.best];
+  csv("-trust.csv", trust_table(input, best));
+  csv("-strain.csv", strain_table(best));
+  csv("-drapemeter.csv", drapemeter_table(input, report));
 }
 
 /// Drape names become file names: anything but letters, digits, `-` and `_` is replaced.
@@ -142,6 +189,9 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
     drapes += html_drape(session.drapes[i], report, session, figures);
     write_exports(folder / file.stem(), session.drapes[i].input, safe, figures, written);
   }
+  for (const VirtualGroup& group : outcome.groups)
+    drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
+              html_table(virtual_group_table(group)) + "</section>\n";
   const std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
@@ -150,7 +200,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
       overview_part(session, outcome) + drapes + html_provenance(session, outcome, folder) +
-      "</main>\n</body>\n</html>\n";
+      "</main>\n" + viewer_script() + "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);
   return written;

@@ -10,7 +10,8 @@
 
 namespace drape::compare {
 
-/// Writes report.html (self-contained XHTML-style HTML without scripts or external loads) and,
+/// Writes report.html (self-contained XHTML-style HTML without external loads; its one script turns
+/// the 3D view, everything else stands without it) and,
 /// beside it in a folder named like its stem, the same pictures as .svg and the tables as .csv.
 /// Returns the files written, the report last. The same session gives the same bytes; paths in it
 /// are relative to the report's folder.

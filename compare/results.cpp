@@ -12,9 +12,9 @@ struct Condition {
   std::string sql = " WHERE 1";
   std::vector<std::string> parameters;
 
-  void add(const std::string& column, const std::string& value) {
+  void add(const std::string& column, const std::string& value, const char* relation = "=") {
     if (value.empty()) return;
-    sql += fmt::format(" AND {} = ?", column);
+    sql += fmt::format(" AND {} {} ?", column, relation);
     parameters.push_back(value);
   }
 };
@@ -29,16 +29,12 @@ Condition condition_of(const ResultFilter& filter) {
   condition.add("fabric", filter.fabric);
   condition.add("grid_size", grid_text(filter.grid));
   if (filter.segments) condition.add("CAST(segments AS TEXT)", std::to_string(*filter.segments));
+  condition.add("rig", filter.rig);
+  condition.add("model", filter.model);
+  condition.add("simulator", filter.simulator);
+  condition.add("recorded_on", filter.since, ">=");
+  condition.add("recorded_on", filter.until, "<=");
   return condition;
-}
-
-std::string full_key(const StoreReader& store, const std::string& key) {
-  const Table found =
-      store.query("SELECT sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1", {key});
-  if (found.rows.size() == 1) return found.rows.front().front();
-  throw usage_error(
-      fmt::format("{} comparisons have a key that starts with `{}`", found.rows.size(), key),
-      "take a key from the column `comparison` of drape-results list");
 }
 
 /// Turns the one row of `table` into name, value, unit and definition.
@@ -67,6 +63,15 @@ Table turned(const Table& row) {
 
 }  // namespace
 
+std::string full_key(const StoreReader& store, const std::string& key) {
+  const Table found =
+      store.query("SELECT sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1", {key});
+  if (found.rows.size() == 1) return found.rows.front().front();
+  throw usage_error(
+      fmt::format("{} comparisons have a key that starts with `{}`", found.rows.size(), key),
+      "take a key from the column `comparison` of drape-results list");
+}
+
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
   const Condition condition = condition_of(filter);
   return store.query(
@@ -74,7 +79,7 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
-      "status, measured FROM v_real_vs_virtual" +
+      "simulator, status, recorded_on, measured FROM v_real_vs_virtual" +
           condition.sql,
       condition.parameters);
 }
@@ -87,27 +92,33 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
                          "sheet AS m ON m.sha256 = c.measured_sha256 WHERE c.sha256 = ?",
                          {full}));
   shown.provenance = turned(store.query(
-      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, f.name AS "
-      "fabric, s.model, s.solver, s.status, m.rig_name AS rig, m.set_name AS measured_set, "
+      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, s.simulator, "
+      "coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status, m.rig_name AS "
+      "rig, m.set_name AS measured_set, "
       "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
       "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
       "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
       "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
-      "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN fabric "
-      "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration AS k ON k.sha256 = "
+      "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
+      "fabric "
+      "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration_file AS k ON k.calibration_sha256 "
+      "= "
       "m.calibration_sha256 WHERE c.sha256 = ?",
       {full}));
   shown.marks = store.query(
       "SELECT \"row\", \"col\", round(distance_mm, 3) AS distance_mm, round(along_warp_mm, 3) AS "
       "along_warp_mm, round(along_weft_mm, 3) AS along_weft_mm, round(along_normal_mm, 3) AS "
       "along_normal_mm, round(sigma_distance_mm, 4) AS sigma_distance_mm, views FROM mark_error "
-      "WHERE comparison_sha256 = ? ORDER BY \"row\", \"col\"",
+      "WHERE comparison_id = (SELECT id FROM comparison WHERE sha256 = ?) ORDER BY \"row\", "
+      "\"col\"",
       {full});
   return shown;
 }
 
 std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
-  ResultFilter scene_filter{filter.scene, filter.fabric, {}, {}};
+  ResultFilter scene_filter;
+  scene_filter.scene = filter.scene;
+  scene_filter.fabric = filter.fabric;
   const Condition condition = condition_of(scene_filter);
   const Table groups =
       store.query("SELECT DISTINCT scene, measured, measured_set FROM v_real_vs_virtual" +
@@ -152,7 +163,7 @@ std::string dump_sql(const StoreReader& store) {
       kApplicationId, kStoreVersion);
   const Table objects = store.query(
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY type = 'view', "
-      "type = 'index', rowid");
+      "type = 'trigger', type = 'index', rowid");
   for (const auto& object : objects.rows) text += object[2] + ";\n";
   for (const auto& object : objects.rows) {
     if (object[0] != "table") continue;

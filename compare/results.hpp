@@ -15,7 +15,15 @@ struct ResultFilter {
   std::string fabric = {};
   std::string grid = {};  ///< "21x21" or "21"
   std::optional<int> segments = {};
+  std::string rig = {};
+  std::string model = {};
+  std::string simulator = {};
+  std::string since = {};  ///< ISO date of the recording, inclusive; drops undated ones
+  std::string until = {};
 };
+
+/// The whole key that starts so. Throws Error(usage) when no or more than one comparison does.
+[[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
 
 /// One row per comparison between a measured sheet and a simulation.
 [[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);

@@ -18,8 +18,15 @@ constexpr const char* kTables[] = {
 ) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE calibration (
   sha256 TEXT NOT NULL PRIMARY KEY,  -- of calibration.json
-  rig_name TEXT NOT NULL REFERENCES rig (name),
-  method TEXT  -- NULL: the file was not given at the import
+  rig_name TEXT NOT NULL REFERENCES rig (name)
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE calibration_file (  -- absent: the file was not given at an import
+  calibration_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES calibration (sha256),
+  method TEXT NOT NULL
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE recording (
+  sha256 TEXT NOT NULL PRIMARY KEY,  -- of recording.json
+  recorded_on TEXT  -- ISO date, as the recording states it
 ) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE calibration_camera (
   calibration_sha256 TEXT NOT NULL REFERENCES calibration (sha256),
@@ -47,6 +54,7 @@ constexpr const char* kTables[] = {
   set_name TEXT,
   calibration_sha256 TEXT REFERENCES calibration (sha256),
   detections_sha256 TEXT,
+  recording_sha256 TEXT REFERENCES recording (sha256),
   sigma_median_mm REAL,
   sigma_max_mm REAL,
   CHECK ((kind = 'measured') = (rig_name IS NOT NULL))
@@ -60,22 +68,43 @@ constexpr const char* kTables[] = {
 ) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE simulation (
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES sheet (sha256),
+  simulator TEXT NOT NULL,  -- drapebench, or the other program that made it
   scene TEXT NOT NULL,
-  scene_sha256 TEXT NOT NULL,
-  fabric_sha256 TEXT NOT NULL REFERENCES fabric (sha256),
+  scene_sha256 TEXT,
+  fabric_sha256 TEXT REFERENCES fabric (sha256),
+  fabric_stated TEXT,  -- a name without a fabric file
   start_sha256 TEXT,  -- of the measured sheet that placed the cloth
   grid_rows INTEGER NOT NULL,
   grid_cols INTEGER NOT NULL,
-  segments INTEGER NOT NULL,
+  segments INTEGER,  -- NULL: another simulator
   model TEXT NOT NULL,
   solver TEXT NOT NULL,
   status TEXT NOT NULL,
-  at_rest INTEGER NOT NULL CHECK (at_rest IN (0, 1)),
+  at_rest INTEGER CHECK (at_rest IN (0, 1)),  -- NULL: not stated
   certificate_sha256 TEXT,
   certificate_json TEXT  -- names end in their units
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE drapemeter (
+  sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES sheet (sha256),
+  centre_x_mm REAL NOT NULL,
+  centre_y_mm REAL NOT NULL,
+  covered_area_mm2 REAL NOT NULL,
+  flat_area_mm2 REAL NOT NULL,
+  drape_coefficient_percent REAL,  -- NULL: no flat support under the cloth
+  mean_radius_mm REAL NOT NULL,
+  folds INTEGER NOT NULL,
+  fold_depth_mm REAL NOT NULL
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE hem_harmonic (
+  sheet_sha256 TEXT NOT NULL REFERENCES drapemeter (sheet_sha256),
+  "order" INTEGER NOT NULL,
+  amplitude_mm REAL NOT NULL,
+  phase_deg REAL NOT NULL,
+  PRIMARY KEY (sheet_sha256, "order")
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE comparison (
-  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
+  id INTEGER PRIMARY KEY,  -- short name for mark_error, in the order of the imports
+  sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),
   measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
   simulated_sha256 TEXT NOT NULL REFERENCES simulation (sheet_sha256),
   metrics_version INTEGER NOT NULL,
@@ -91,10 +120,22 @@ constexpr const char* kTables[] = {
   worst_col INTEGER NOT NULL,
   mean_percent_of_warp_side REAL NOT NULL,
   mean_percent_of_weft_side REAL NOT NULL,
+  -- from here on NULL in rows of metrics version 1, which did not have them
+  mean_low_mm REAL, mean_high_mm REAL,
+  sigma_of_median_mm REAL, median_low_mm REAL, median_high_mm REAL,
+  sigma_of_rms_mm REAL, rms_low_mm REAL, rms_high_mm REAL,
+  sigma_of_p95_mm REAL, p95_low_mm REAL, p95_high_mm REAL,
+  sigma_of_max_mm REAL, max_low_mm REAL, max_high_mm REAL,
+  mean_normal_mm REAL, sigma_mean_normal_mm REAL,
+  mean_normal_low_mm REAL, mean_normal_high_mm REAL, rms_normal_mm REAL,
+  to_surface_mean_mm REAL, to_surface_max_mm REAL,
+  aligned_mean_mm REAL, aligned_rms_mm REAL, aligned_max_mm REAL,
+  aligned_shift_mm REAL, aligned_turn_deg REAL,
+  strain_warp_rms_percent REAL, strain_weft_rms_percent REAL, strain_area_rms_percent REAL,
   UNIQUE (measured_sha256, simulated_sha256, metrics_version)
-) STRICT, WITHOUT ROWID)sql",
+) STRICT)sql",
     R"sql(CREATE TABLE mark_error (
-  comparison_sha256 TEXT NOT NULL REFERENCES comparison (sha256),
+  comparison_id INTEGER NOT NULL REFERENCES comparison (id),
   "row" INTEGER NOT NULL,
   "col" INTEGER NOT NULL,
   material_warp_mm REAL NOT NULL,
@@ -112,11 +153,12 @@ constexpr const char* kTables[] = {
   sigma_mark_mm REAL,
   sigma_distance_mm REAL,
   views INTEGER,
-  PRIMARY KEY (comparison_sha256, "row", "col")
+  PRIMARY KEY (comparison_id, "row", "col")
 ) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE simulation_pair (
   sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
-  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),  -- whose lattice gave the points
+  measured_sha256 TEXT REFERENCES sheet (sha256),  -- whose lattice gave the points; NULL: no real
+                                                   -- cloth, points of the coarsest grid
   first_sha256 TEXT NOT NULL REFERENCES simulation (sheet_sha256),
   second_sha256 TEXT NOT NULL REFERENCES simulation (sheet_sha256),
   label TEXT NOT NULL,
@@ -128,11 +170,41 @@ constexpr const char* kTables[] = {
   median_mm REAL NOT NULL,
   rms_mm REAL NOT NULL,
   p95_mm REAL NOT NULL,
-  max_mm REAL NOT NULL
+  max_mm REAL NOT NULL,
+  mean_low_mm REAL,
+  mean_high_mm REAL,
+  surface_mean_mm REAL,
+  hausdorff_mm REAL
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE ledger (
+  sequence INTEGER PRIMARY KEY,
+  kind TEXT NOT NULL,  -- table of the row
+  key TEXT NOT NULL,   -- its first column that names it
+  content_sha256 TEXT NOT NULL,  -- of the row and of the rows that hang on it
+  chain_sha256 TEXT NOT NULL,    -- of the entry before and this one
+  UNIQUE (kind, key)
+) STRICT)sql",
     R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
     R"sql(CREATE INDEX pair_by_measured ON simulation_pair (measured_sha256))sql",
+    R"sql(CREATE INDEX pair_by_sheets ON simulation_pair (first_sha256, second_sha256))sql",
 };
+
+constexpr const char* kAppendOnly[] = {"metric",
+                                       "rig",
+                                       "calibration",
+                                       "calibration_file",
+                                       "calibration_camera",
+                                       "recording",
+                                       "fabric",
+                                       "sheet",
+                                       "gap",
+                                       "simulation",
+                                       "drapemeter",
+                                       "hem_harmonic",
+                                       "comparison",
+                                       "mark_error",
+                                       "simulation_pair",
+                                       "ledger"};
 
 constexpr const char* kMetrics = R"sql(INSERT INTO metric (name, unit, definition, better) VALUES
 ('mean_mm', 'mm', 'mean distance between each measured mark and the same material point of the virtual sheet (the paper, section 5); between simulations, of the same material points', 'smaller'),
@@ -150,27 +222,80 @@ constexpr const char* kMetrics = R"sql(INSERT INTO metric (name, unit, definitio
 ('sigma_mark_mm', 'mm', 'one standard deviation of the mark along its worst direction: root of the largest eigenvalue of its covariance', 'smaller'),
 ('sigma_distance_mm', 'mm', 'one standard deviation of the distance: sqrt(u'' C u), u the unit vector from the real to the virtual point, C the covariance of the mark', 'smaller'),
 ('sigma_median_mm', 'mm', 'median of sigma_mark_mm over the sheet', 'smaller'),
-('sigma_max_mm', 'mm', 'largest sigma_mark_mm of the sheet', 'smaller'))sql";
+('sigma_max_mm', 'mm', 'largest sigma_mark_mm of the sheet', 'smaller'),
+('mean_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of mean_mm over the marks (2,000 resamples, fixed start)', 'neither'),
+('mean_high_mm', 'mm', 'upper end of it', 'neither'),
+('sigma_of_median_mm', 'mm', 'one standard deviation of median_mm from the covariances of the marks, first order', 'smaller'),
+('median_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of median_mm', 'neither'),
+('median_high_mm', 'mm', 'upper end of it', 'neither'),
+('sigma_of_rms_mm', 'mm', 'one standard deviation of rms_mm: sqrt(sum of (distance sigma_distance) squared) / (marks rms), first order', 'smaller'),
+('rms_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of rms_mm', 'neither'),
+('rms_high_mm', 'mm', 'upper end of it', 'neither'),
+('sigma_of_p95_mm', 'mm', 'one standard deviation of p95_mm from the covariances of the marks, first order', 'smaller'),
+('p95_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of p95_mm', 'neither'),
+('p95_high_mm', 'mm', 'upper end of it', 'neither'),
+('sigma_of_max_mm', 'mm', 'sigma_distance_mm of the mark with the largest distance', 'smaller'),
+('max_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of max_mm', 'neither'),
+('max_high_mm', 'mm', 'upper end of it: never above max_mm', 'neither'),
+('mean_normal_mm', 'mm', 'mean of along_normal_mm: positive when the real cloth lies on the printed side of the virtual one', 'neither'),
+('sigma_mean_normal_mm', 'mm', 'one standard deviation of mean_normal_mm for independent marks', 'smaller'),
+('mean_normal_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of mean_normal_mm', 'neither'),
+('mean_normal_high_mm', 'mm', 'upper end of it', 'neither'),
+('rms_normal_mm', 'mm', 'root of the mean square of along_normal_mm', 'smaller'),
+('to_surface_mean_mm', 'mm', 'mean distance of the measured marks to the nearest point of the virtual sheet, whichever material point that is', 'smaller'),
+('to_surface_max_mm', 'mm', 'largest of these', 'smaller'),
+('aligned_mean_mm', 'mm', 'mean distance that would be left if the real marks were moved as one rigid body onto the virtual ones (Kabsch 1976); never part of mean_mm', 'smaller'),
+('aligned_rms_mm', 'mm', 'root mean square that would be left', 'smaller'),
+('aligned_max_mm', 'mm', 'largest distance that would be left', 'smaller'),
+('aligned_shift_mm', 'mm', 'how far that move takes the centroid of the real marks', 'smaller'),
+('aligned_turn_deg', 'deg', 'angle of that move', 'smaller'),
+('strain_warp_rms_percent', '%', 'RMS over neighbouring marks along the warp of the real minus the virtual length of the straight line between them, over its length on the print', 'smaller'),
+('strain_weft_rms_percent', '%', 'the same along the weft', 'smaller'),
+('strain_area_rms_percent', '%', 'the same for the area between four marks', 'smaller'),
+('surface_mean_mm', 'mm', 'mean distance from either virtual surface to the nearest point of the other, over the area, both ways', 'smaller'),
+('hausdorff_mm', 'mm', 'largest distance from either virtual surface to the nearest point of the other, sampled every 5 mm or closer', 'smaller'),
+('covered_area_mm2', 'mm2', 'area of the shadow of the cloth on the table, light from straight above', 'neither'),
+('flat_area_mm2', 'mm2', 'area of the patch before draping', 'neither'),
+('drape_coefficient_percent', '%', '(shadow - flat top of the object) / (flat cloth - flat top) (Cusick 1968)', 'neither'),
+('mean_radius_mm', 'mm', 'mean over 720 directions of the radius of the shadow about the object', 'neither'),
+('folds', '1', 'crests of that radius that stand out by 2 % of its mean', 'neither'),
+('fold_depth_mm', 'mm', 'mean crest minus mean valley of that radius', 'neither'),
+('amplitude_mm', 'mm', 'amplitude of one harmonic of that radius over the angle', 'neither'),
+('phase_deg', 'deg', 'angle of the first crest of the harmonic times its order', 'neither'))sql";
 
+/// Only the newest definition of the metrics for each pair of sheets.
 constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
 SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments AS segments,
-  c.mean_mm AS mean_dist_mm, c.sigma_mean_mm AS sigma_mean_mm, c.median_mm AS median_mm,
+  c.mean_mm AS mean_dist_mm, c.sigma_mean_mm AS sigma_mean_mm, c.mean_low_mm AS mean_low_mm,
+  c.mean_high_mm AS mean_high_mm, c.median_mm AS median_mm,
   c.rms_mm AS rms_mm, c.p95_mm AS p95_mm, c.max_mm AS max_mm,
+  c.mean_normal_mm AS mean_normal_mm, c.aligned_mean_mm AS aligned_mean_mm,
   c.mean_percent_of_warp_side AS mean_percent_of_warp_side,
   c.mean_percent_of_weft_side AS mean_percent_of_weft_side, c.marks AS marks, m.gaps AS gaps,
-  f.name AS fabric, s.model AS model, s.solver AS solver, s.status AS status,
-  m.rig_name AS rig, m.set_name AS measured_set, substr(m.sha256, 1, 12) AS measured,
-  substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows
+  coalesce(f.name, s.fabric_stated) AS fabric, s.simulator AS simulator, s.model AS model,
+  s.solver AS solver, s.status AS status,
+  m.rig_name AS rig, m.set_name AS measured_set, r.recorded_on AS recorded_on,
+  substr(m.sha256, 1, 12) AS measured,
+  substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows, c.id AS id
 FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
-  JOIN sheet AS m ON m.sha256 = c.measured_sha256 JOIN fabric AS f ON f.sha256 = s.fabric_sha256
-ORDER BY s.scene, m.sha256, s.segments DESC, s.grid_rows DESC, s.model, s.solver, c.sha256)sql";
+  JOIN sheet AS m ON m.sha256 = c.measured_sha256
+  LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
+  LEFT JOIN recording AS r ON r.sha256 = m.recording_sha256
+WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.measured_sha256
+  AND n.simulated_sha256 = c.simulated_sha256 AND n.metrics_version > c.metrics_version)
+ORDER BY s.scene, m.sha256, s.simulator <> 'drapebench', s.segments DESC, s.grid_rows DESC, s.model,
+  s.solver, c.sha256)sql";
 
 constexpr const char* kVirtualView = R"sql(CREATE VIEW v_virtual_vs_virtual AS
 SELECT s.scene AS scene, p.label AS pair, p.mean_mm AS mean_dist_mm, p.max_mm AS max_mm,
+  p.surface_mean_mm AS surface_mean_mm, p.hausdorff_mm AS hausdorff_mm,
   p.points AS points, f.name AS fabric, s.model AS model, s.solver AS solver,
   substr(p.measured_sha256, 1, 12) AS measured, p.paper_order AS paper_order
 FROM simulation_pair AS p JOIN simulation AS s ON s.sheet_sha256 = p.first_sha256
-  JOIN fabric AS f ON f.sha256 = s.fabric_sha256
+  LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
+WHERE NOT EXISTS (SELECT 1 FROM simulation_pair AS n WHERE n.first_sha256 = p.first_sha256
+  AND n.second_sha256 = p.second_sha256 AND n.measured_sha256 IS p.measured_sha256
+  AND n.metrics_version > p.metrics_version)
 ORDER BY s.scene, p.measured_sha256, p.paper_order, s.model, s.solver, p.sha256)sql";
 
 }  // namespace
@@ -191,6 +316,14 @@ std::vector<std::string> schema_statements() {
         fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured "
                     "FROM v_virtual_vs_virtual WHERE scene = '{}'",
                     2 * experiment + 2, scene));
+  }
+  for (const char* table : kAppendOnly) {
+    for (const char* change : {"UPDATE", "DELETE"}) {
+      statements.push_back(
+          fmt::format("CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN SELECT RAISE(ABORT, 'the "
+                      "store only grows: rows of {0} are never changed'); END",
+                      table, change));
+    }
   }
   return statements;
 }

@@ -5,6 +5,10 @@
 #include <SQLiteCpp/VariadicBind.h>
 #include <fmt/format.h>
 
+#include <map>
+
+#include "compare/ledger.hpp"
+#include "compare/migrate.hpp"
 #include "compare/sqlite_error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
@@ -29,39 +33,111 @@ void bind_one(SQLite::Statement& statement, int index, const std::optional<T>& v
   if (value) bind_one(statement, index, *value);  // an unbound parameter is NULL
 }
 
-/// Inserts one row; a row that is there already is left as it is.
-template <class... Values>
-void insert(SQLite::Database& database, const std::string& into, const Values&... values) {
-  std::string marks = "?";
-  for (std::size_t i = 1; i < sizeof...(values); ++i) marks += ", ?";
-  SQLite::Statement statement(
-      database, fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT DO NOTHING", into, marks));
-  int index = 0;
-  (bind_one(statement, ++index, values), ...);
-  statement.exec();
-}
+/// One write transaction: prepared statements are kept, and what is new goes into the ledger.
+class Writer {
+ public:
+  explicit Writer(SQLite::Database& database)
+      : database_(database),
+        transaction_(database, SQLite::TransactionBehavior::IMMEDIATE),
+        ledger_(database) {}
+
+  /// Inserts one row; false when it is there already, which leaves it as it is.
+  template <class... Values>
+  bool insert(const std::string& into, const Values&... values) {
+    SQLite::Statement& statement = prepared(into, sizeof...(values));
+    int index = 0;
+    (bind_one(statement, ++index, values), ...);
+    const bool added = statement.exec() > 0;
+    statement.reset();
+    statement.clearBindings();
+    return added;
+  }
+  /// Closes a unit: its row and all that hang on it are there.
+  void enter(const std::string& kind, const std::string& key) { ledger_.append(kind, key); }
+
+  [[nodiscard]] bool has(const std::string& table, const std::string& key) {
+    SQLite::Statement query(database_, fmt::format("SELECT 1 FROM {} WHERE sha256 = ?", table));
+    query.bind(1, key);
+    return query.executeStep();
+  }
+  [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
+  void commit() {
+    statements_.clear();
+    transaction_.commit();
+  }
+
+ private:
+  SQLite::Statement& prepared(const std::string& into, std::size_t count) {
+    const auto found = statements_.find(into);
+    if (found != statements_.end()) return found->second;
+    std::string marks = "?";
+    for (std::size_t i = 1; i < count; ++i) marks += ", ?";
+    return statements_
+        .try_emplace(into, database_,
+                     fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT DO NOTHING", into, marks))
+        .first->second;
+  }
+
+  SQLite::Database& database_;
+  SQLite::Transaction transaction_;
+  LedgerWriter ledger_;
+  std::map<std::string, SQLite::Statement> statements_;
+};
 
 std::optional<double> in_mm(const std::optional<double>& length_m) {
   return length_m ? std::optional(*length_m / mm) : std::nullopt;
 }
 
-void insert_calibration(SQLite::Database& database, const std::string& sha256,
-                        const std::string& rig, const std::optional<std::string>& method) {
-  insert(database, "rig", rig);
-  insert(database, "calibration", sha256, rig, method);
+std::optional<double> low_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->low_m / mm) : std::nullopt;
+}
+std::optional<double> high_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->high_m / mm) : std::nullopt;
+}
+std::optional<double> in_percent(const std::optional<double>& ratio) {
+  return ratio ? std::optional(*ratio / units::percent) : std::nullopt;
 }
 
-void insert_measured(SQLite::Database& database, const SheetFile& file,
-                     const Measurement& measurement) {
+void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
+  if (writer.insert("rig", rig)) writer.enter("rig", rig);
+  if (writer.insert("calibration", sha256, rig)) writer.enter("calibration", sha256);
+}
+
+void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
+  if (!result.value) return;
+  constexpr double mm2 = mm * mm;
+  const Drapemeter& d = *result.value;
+  if (!writer.insert("drapemeter", sheet, d.centre_in_world.x() / mm, d.centre_in_world.y() / mm,
+                     d.covered_area_m2 / mm2, d.flat_area_m2 / mm2, in_percent(d.drape_coefficient),
+                     d.mean_radius_m / mm, d.folds, d.fold_depth_m / mm))
+    return;
+  for (const Harmonic& harmonic : d.spectrum) {
+    writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
+                  harmonic.phase_rad / units::deg);
+  }
+  writer.enter("drapemeter", sheet);
+}
+
+void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
+                     const std::optional<RecordingId>& recording) {
   const Sheet& sheet = file.sheet;
   const auto& source = std::get<MeasuredSource>(sheet.source);
-  insert_calibration(database, source.calibration_sha256, source.rig, std::nullopt);
-  insert(database, "sheet", file.sha256, std::string("measured"), sheet.rows, sheet.cols,
-         sheet.patch_m.x() / mm, sheet.patch_m.y() / mm, measurement.marks, measurement.gaps,
-         source.rig, source.set, source.calibration_sha256, source.detections_sha256,
-         in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m));
+  insert_calibration(writer, source.calibration_sha256, source.rig);
+  std::optional<std::string> recording_sha256;
+  if (recording) {
+    recording_sha256 = recording->sha256;
+    if (writer.insert("recording", recording->sha256, recording->recorded_on))
+      writer.enter("recording", recording->sha256);
+  }
+  const bool added = writer.insert(
+      "sheet", file.sha256, std::string("measured"), sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+      sheet.patch_m.y() / mm, measurement.marks, measurement.gaps, source.rig, source.set,
+      source.calibration_sha256, source.detections_sha256, recording_sha256,
+      in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m));
+  if (!added) return;
   for (const Gap& gap : sheet.gaps)
-    insert(database, "gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
+    writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
+  writer.enter("sheet", file.sha256);
 }
 
 std::optional<std::string> certificate_json(const Simulation& simulation) {
@@ -71,51 +147,87 @@ std::optional<std::string> certificate_json(const Simulation& simulation) {
   return json.dump();
 }
 
-void insert_simulated(SQLite::Database& database, const Simulation& simulation) {
+void insert_simulated(Writer& writer, const Simulation& simulation) {
   const Sheet& sheet = simulation.sheet.sheet;
   const SimulatedSource& source = simulation.source();
   const std::optional<std::string> absent;
-  insert(database, "fabric", source.fabric_sha256, source.fabric);
-  insert(database, "sheet", simulation.sheet.sha256, std::string("simulated"), sheet.rows,
-         sheet.cols, sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
-         static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()), absent, absent,
-         absent, absent, std::optional<double>(), std::optional<double>());
-  insert(database, "simulation", simulation.sheet.sha256, source.scene, source.scene_sha256,
-         source.fabric_sha256, source.start_sha256, sheet.rows, sheet.cols, source.segments,
-         source.model, source.solver, source.status, source.status == "at rest" ? 1 : 0,
-         simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
-         certificate_json(simulation));
+  const bool own = !simulation.other_simulator;
+  if (own && writer.insert("fabric", source.fabric_sha256, source.fabric))
+    writer.enter("fabric", source.fabric_sha256);
+  const std::string& key = simulation.sheet.sha256;
+  const std::optional<double> no_sigma;
+  if (writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
+                    sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
+                    static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()),
+                    absent, absent, absent, absent, absent, no_sigma, no_sigma))
+    writer.enter("sheet", key);
+  if (writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"),
+                    source.scene, own ? std::optional(source.scene_sha256) : absent,
+                    own ? std::optional(source.fabric_sha256) : absent,
+                    own ? absent : std::optional(source.fabric), source.start_sha256, sheet.rows,
+                    sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                    own ? std::optional(source.status == "at rest" ? 1 : 0) : std::optional<int>(),
+                    simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
+                    certificate_json(simulation)))
+    writer.enter("simulation", key);
 }
 
-void insert_mark(SQLite::Database& database, const std::string& key, const MarkError& mark) {
+void insert_mark(Writer& writer, int id, const MarkError& mark) {
   const Eigen::Vector3d real = mark.real_in_world / mm, simulated = mark.virtual_in_world / mm;
   const Eigen::Vector3d parts = mark.warp_weft_normal_m / mm;
-  insert(database, "mark_error", key, mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
-         mark.material_m.y() / mm, real.x(), real.y(), real.z(), simulated.x(), simulated.y(),
-         simulated.z(), mark.distance_m / mm, parts.x(), parts.y(), parts.z(),
-         in_mm(mark.sigma_mark_m), in_mm(mark.sigma_distance_m), mark.views);
+  writer.insert("mark_error", id, mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
+                mark.material_m.y() / mm, real.x(), real.y(), real.z(), simulated.x(),
+                simulated.y(), simulated.z(), mark.distance_m / mm, parts.x(), parts.y(), parts.z(),
+                in_mm(mark.sigma_mark_m), in_mm(mark.sigma_distance_m), mark.views);
 }
 
-void insert_comparison(SQLite::Database& database, const std::string& key, const DrapeInput& input,
+void insert_comparison(Writer& writer, const std::string& key, const DrapeInput& input,
                        const RealVirtual& row) {
   const Simulation& simulation = input.simulations[row.simulation];
   const DistanceStatistics& s = row.statistics;
+  const NormalStatistics& n = row.normal;
   const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-  insert(database, "comparison", key, input.measured.sha256, simulation.sheet.sha256,
-         kMetricsVersion, s.marks, static_cast<int>(row.marks.excluded.size()), s.mean_m / mm,
-         in_mm(s.sigma_mean_m), s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm,
-         s.worst_mark.row, s.worst_mark.col, percent.x(), percent.y());
-  for (const MarkError& mark : row.marks.marks) insert_mark(database, key, mark);
+  const auto aligned = [&](double RigidAlignment::*value, double unit) {
+    return row.aligned ? std::optional((*row.aligned).*value / unit) : std::nullopt;
+  };
+  const auto left = [&](double DistanceStatistics::*value) {
+    return row.aligned ? std::optional(row.aligned->after.*value / mm) : std::nullopt;
+  };
+  const std::optional<int> next_id;
+  writer.insert(
+      "comparison", next_id, key, input.measured.sha256, simulation.sheet.sha256, kMetricsVersion,
+      s.marks, static_cast<int>(row.marks.excluded.size()), s.mean_m / mm, in_mm(s.sigma_mean_m),
+      s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col,
+      percent.x(), percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m),
+      low_mm(s.median), high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms),
+      in_mm(s.p95.sigma_m), low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max),
+      high_mm(s.max), n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean),
+      n.rms_m / mm, row.to_surface_mean_m / mm, row.to_surface_max_m / mm,
+      left(&DistanceStatistics::mean_m), left(&DistanceStatistics::rms_m),
+      left(&DistanceStatistics::max_m), aligned(&RigidAlignment::centroid_shift_m, mm),
+      aligned(&RigidAlignment::turn_rad, units::deg), in_percent(row.strain.difference.warp),
+      in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
+  const int id = writer.last_id();
+  for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
+  writer.enter("comparison", key);
 }
 
-void insert_pair(SQLite::Database& database, const std::string& key, const DrapeInput& input,
-                 const Report& report, const VirtualVirtual& row) {
+/// `measured` is absent for simulations without a real cloth.
+bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
+                 const std::vector<Simulation>& simulations, bool gaps_filled,
+                 const VirtualVirtual& row) {
+  const std::string &first = simulations[row.first].sheet.sha256,
+                    &second = simulations[row.second].sheet.sha256;
+  const std::string key = comparison_key({measured.value_or("no real cloth"), first, second});
+  if (writer.has("simulation_pair", key)) return false;
   const DistanceStatistics& s = row.statistics;
-  insert(database, "simulation_pair", key, input.measured.sha256,
-         input.simulations[row.first].sheet.sha256, input.simulations[row.second].sheet.sha256,
-         row.label, static_cast<int>(row.paper_order), kMetricsVersion, s.marks,
-         report.lattice_has_gaps_filled ? 1 : 0, s.mean_m / mm, s.median_m / mm, s.rms_m / mm,
-         s.p95_m / mm, s.max_m / mm);
+  writer.insert("simulation_pair", key, measured, first, second, row.label,
+                static_cast<int>(row.paper_order), kMetricsVersion, s.marks, gaps_filled ? 1 : 0,
+                s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm,
+                low_mm(s.mean), high_mm(s.mean), row.surface.mean_m() / mm,
+                row.surface.hausdorff_m() / mm);
+  writer.enter("simulation_pair", key);
+  return true;
 }
 
 int pragma_value(SQLite::Database& database, const char* name) {
@@ -147,9 +259,7 @@ bool check_identity(SQLite::Database& database, const fs::path& file) {
 void create_tables(SQLite::Database& database, const fs::path& file) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
   if (check_identity(database, file)) return;  // another program was faster
-  database.exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
-  database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));
-  for (const std::string& statement : schema_statements()) database.exec(statement);
+  create_store(database);
   transaction.commit();
 }
 
@@ -177,24 +287,10 @@ struct Store::Connection {
     if (database.execAndGet("PRAGMA journal_mode").getString() != "wal")
       database.execAndGet("PRAGMA journal_mode = WAL").getString();
     database.exec("PRAGMA synchronous = FULL");
-    database.exec("PRAGMA foreign_keys = ON");
     if (!complete) create_tables(database, file);
-  }
-
-  [[nodiscard]] bool has(const char* table, const std::string& key) {
-    SQLite::Statement statement(database, fmt::format("SELECT 1 FROM {} WHERE sha256 = ?", table));
-    statement.bind(1, key);
-    return statement.executeStep();
-  }
-
-  /// One transaction for one row of `table` and all it needs; false when it is there already.
-  template <class Insert>
-  bool add_once(const char* table, const std::string& key, const Insert& insert_rows) {
-    SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-    if (has(table, key)) return false;
-    insert_rows();
-    transaction.commit();
-    return true;
+    const int version = pragma_value(database, "user_version");
+    if (version < kStoreVersion) migrate(database, version);
+    database.exec("PRAGMA foreign_keys = ON");
   }
 };
 
@@ -215,48 +311,62 @@ Store::~Store() {
 }
 
 void Store::add(const Calibration& calibration, const std::string& sha256) {
-  SQLite::Database& database = connection_->database;
   try {
-    SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
-    insert_calibration(database, sha256, calibration.rig, calibration.method);
-    SQLite::Statement update(
-        database, "UPDATE calibration SET method = ? WHERE sha256 = ? AND method IS NULL");
-    update.bind(1, calibration.method);
-    update.bind(2, sha256);
-    update.exec();
-    for (const CalibratedCamera& camera : calibration.cameras) {
-      const CalibrationResiduals& residuals = camera.residuals;
-      insert(database, "calibration_camera", sha256, camera.camera.name, residuals.points,
-             residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
+    Writer writer(connection_->database);
+    insert_calibration(writer, sha256, calibration.rig);
+    if (writer.insert("calibration_file", sha256, calibration.method)) {
+      for (const CalibratedCamera& camera : calibration.cameras) {
+        const CalibrationResiduals& residuals = camera.residuals;
+        writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
+                      residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
+      }
+      writer.enter("calibration_file", sha256);
     }
-    transaction.commit();
+    writer.commit();
   } catch (const SQLite::Exception& exception) {
     throw store_error(connection_->file, exception);
   }
 }
 
-ImportCounts Store::add(const DrapeInput& input, const Report& report) {
-  SQLite::Database& database = connection_->database;
+ImportCounts Store::add(const DrapeInput& input, const Report& report,
+                        const std::optional<RecordingId>& recording) {
   ImportCounts counts;
   const auto count = [&](bool added) { ++(added ? counts.added : counts.present); };
   try {
+    Writer writer(connection_->database);
+    insert_measured(writer, input.measured, report.measurement, recording);
+    insert_drapemeter(writer, input.measured.sha256, report.measured_drapemeter);
+    for (std::size_t i = 0; i < input.simulations.size(); ++i) {
+      insert_simulated(writer, input.simulations[i]);
+      insert_drapemeter(writer, input.simulations[i].sheet.sha256, report.drapemeters[i]);
+    }
     for (const RealVirtual& row : report.real_virtual) {
-      const Simulation& simulation = input.simulations[row.simulation];
-      const std::string key = comparison_key({input.measured.sha256, simulation.sheet.sha256});
-      count(connection_->add_once("comparison", key, [&] {
-        insert_measured(database, input.measured, report.measurement);
-        insert_simulated(database, simulation);
-        insert_comparison(database, key, input, row);
-      }));
-    }
-    for (const VirtualVirtual& row : report.virtual_virtual) {
-      const Simulation &first = input.simulations[row.first],
-                       &second = input.simulations[row.second];
       const std::string key =
-          comparison_key({input.measured.sha256, first.sheet.sha256, second.sheet.sha256});
-      count(connection_->add_once("simulation_pair", key,
-                                  [&] { insert_pair(database, key, input, report, row); }));
+          comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+      const bool fresh = !writer.has("comparison", key);
+      if (fresh) insert_comparison(writer, key, input, row);
+      count(fresh);
     }
+    for (const VirtualVirtual& row : report.virtual_virtual)
+      count(insert_pair(writer, input.measured.sha256, input.simulations,
+                        report.lattice_has_gaps_filled, row));
+    writer.commit();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(connection_->file, exception);
+  }
+  return counts;
+}
+
+ImportCounts Store::add(const VirtualGroup& group) {
+  ImportCounts counts;
+  try {
+    Writer writer(connection_->database);
+    for (const Simulation& simulation : group.simulations) insert_simulated(writer, simulation);
+    for (const VirtualVirtual& row : group.pairs) {
+      const bool added = insert_pair(writer, std::nullopt, group.simulations, true, row);
+      ++(added ? counts.added : counts.present);
+    }
+    writer.commit();
   } catch (const SQLite::Exception& exception) {
     throw store_error(connection_->file, exception);
   }

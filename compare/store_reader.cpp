@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/Backup.h>
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -7,6 +8,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "compare/ledger.hpp"
+#include "compare/migrate.hpp"
 #include "compare/sqlite_error.hpp"
 #include "compare/store.hpp"
 
@@ -103,6 +106,15 @@ struct StoreReader::Connection {
                       {.file = file.string(), .field = "user_version"},
                       "use the newer drapebench that wrote it");
     }
+    if (version < kStoreVersion) use_migrated_copy(version);
+  }
+
+  void use_migrated_copy(int version) {
+    SQLite::Database copy(":memory:", SQLite::OPEN_READWRITE);
+    SQLite::Backup(copy, database).executeStep();
+    migrate(copy, version);
+    copy.exec("PRAGMA query_only = ON");
+    database = std::move(copy);
   }
 };
 
@@ -115,6 +127,10 @@ StoreReader::StoreReader(const fs::path& file) {
 }
 
 StoreReader::~StoreReader() = default;
+
+const fs::path& StoreReader::file() const {
+  return connection_->file;
+}
 
 Table StoreReader::query(const std::string& sql, const std::vector<std::string>& parameters) const {
   check_read_only(sql);
@@ -143,6 +159,76 @@ Table StoreReader::query(const std::string& sql, const std::vector<std::string>&
                         "FROM sqlite_master\"");
     throw store_error(connection_->file, exception);
   }
+}
+
+namespace {
+
+/// Rows without an entry and entries without a row.
+void check_counts(SQLite::Database& database, LedgerCheck& check) {
+  for (const LedgerKind& kind : ledger_kinds()) {
+    SQLite::Statement query(
+        database, fmt::format("SELECT {1} FROM {0} WHERE {1} NOT IN (SELECT key FROM ledger WHERE "
+                              "kind = '{0}')",
+                              kind.table, kind.key_column));
+    while (query.executeStep()) {
+      check.findings.push_back(fmt::format("{} `{}` was not written by drapebench", kind.table,
+                                           query.getColumn(0).getString()));
+    }
+  }
+  SQLite::Statement orphans(database,
+                            "SELECT \"table\", count(*) FROM pragma_foreign_key_check() "
+                            "GROUP BY \"table\" ORDER BY \"table\"");
+  while (orphans.executeStep()) {
+    check.findings.push_back(fmt::format("{} rows of {} hang on a row that is not there",
+                                         orphans.getColumn(1).getInt(),
+                                         orphans.getColumn(0).getString()));
+  }
+}
+
+void check_chain(SQLite::Database& database, LedgerCheck& check) {
+  SQLite::Statement entries(
+      database,
+      "SELECT sequence, kind, key, content_sha256, chain_sha256 FROM ledger ORDER BY "
+      "sequence");
+  while (entries.executeStep()) {
+    ++check.entries;
+    const long long sequence = entries.getColumn(0).getInt64();
+    const std::string kind = entries.getColumn(1).getString(),
+                      key = entries.getColumn(2).getString();
+    const std::string content = entries.getColumn(3).getString();
+    if (sequence != check.entries) {
+      check.findings.push_back(fmt::format("entry {} of the ledger is not there", check.entries));
+      return;
+    }
+    const auto& kinds = ledger_kinds();
+    const auto known = std::find_if(kinds.begin(), kinds.end(),
+                                    [&](const LedgerKind& k) { return kind == k.table; });
+    if (known == kinds.end() || content_sha256(database, *known, key) != content)
+      check.findings.push_back(fmt::format("{} `{}` is not what was written", kind, key));
+    const std::string chain = chain_sha256(check.head, sequence, kind, key, content);
+    check.head = entries.getColumn(4).getString();
+    if (chain != check.head) {
+      check.findings.push_back(
+          fmt::format("entry {} of the ledger ({} `{}`) was changed", sequence, kind, key));
+    }
+  }
+}
+
+}  // namespace
+
+LedgerCheck check_ledger(const StoreReader& store) {
+  SQLite::Database& database = store.connection_->database;
+  LedgerCheck check;
+  try {
+    check_chain(database, check);
+    check_counts(database, check);
+    const std::string integrity = database.execAndGet("PRAGMA integrity_check").getString();
+    if (integrity != "ok") check.findings.push_back("SQLite finds damage: " + integrity);
+  } catch (const SQLite::Exception& exception) {
+    check.findings.push_back(std::string("the store cannot be read to its end: ") +
+                             exception.what());
+  }
+  return check;
 }
 
 }  // namespace drape::compare

@@ -133,10 +133,10 @@ TEST(Store, RefusesANewerStore) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite";
   import_into(file, example());
-  SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 2");
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 3");
   const std::string before = sha256_of_file(file);
-  EXPECT_THAT(refusal([&] { Store store(file); }), HasSubstr("version 2"));
-  EXPECT_THAT(refusal([&] { StoreReader store(file); }), HasSubstr("version 2"));
+  EXPECT_THAT(refusal([&] { Store store(file); }), HasSubstr("version 3"));
+  EXPECT_THAT(refusal([&] { StoreReader store(file); }), HasSubstr("version 3"));
   EXPECT_EQ(sha256_of_file(file), before);
 }
 
@@ -262,7 +262,7 @@ TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) 
       if (database.tableExists("comparison")) {
         EXPECT_EQ(database
                       .execAndGet("SELECT count(*) FROM comparison WHERE marks <> (SELECT "
-                                  "count(*) FROM mark_error WHERE comparison_sha256 = sha256)")
+                                  "count(*) FROM mark_error WHERE comparison_id = id)")
                       .getInt(),
                   0);
       }

@@ -139,13 +139,14 @@ void Svg::text(const Eigen::Vector2d& at, const std::string& text, double size,
                        style.empty() ? "fill=\"#222\"" : style, xml(text));
 }
 
-void Svg::image(double x, double y, double width, double height, const std::string& data_uri) {
-  element(
-      "image",
-      fmt::format("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
-                  "href=\"{}\"",
-                  coordinate(x), coordinate(y), coordinate(width), coordinate(height), data_uri),
-      {});
+void Svg::image(double x, double y, double width, double height, const std::string& data_uri,
+                const std::string& id) {
+  element("image",
+          fmt::format("x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
+                      "href=\"{}\"{}",
+                      coordinate(x), coordinate(y), coordinate(width), coordinate(height), data_uri,
+                      id.empty() ? "" : " id=\"" + xml(id) + "\""),
+          {});
 }
 
 void Svg::open_group(const std::string& style) {

@@ -31,7 +31,8 @@ class Svg {
   /// `anchor` is start, middle or end.
   void text(const Eigen::Vector2d& at, const std::string& text, double size,
             const std::string& anchor = "start", const std::string& style = {});
-  void image(double x, double y, double width, double height, const std::string& data_uri);
+  void image(double x, double y, double width, double height, const std::string& data_uri,
+             const std::string& id = {});
   void open_group(const std::string& style);
   void close_group();
 

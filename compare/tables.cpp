@@ -60,7 +60,7 @@ Json json_cell(const std::string& cell, bool numeric) {
 /// Names of the columns that only matter when simulations differ in them.
 bool several_models(const DrapeInput& input) {
   return std::any_of(input.simulations.begin(), input.simulations.end(), [&](const auto& s) {
-    return s.source().model != input.simulations.front().source().model ||
+    return s.other_simulator || s.source().model != input.simulations.front().source().model ||
            s.source().solver != input.simulations.front().source().solver;
   });
 }
@@ -148,11 +148,13 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
     const Simulation& simulation = input.simulations[row.simulation];
     const DistanceStatistics& s = row.statistics;
     const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-    table.add({simulation.grid(), std::to_string(simulation.source().segments), mm_text(s.mean_m),
+    table.add({simulation.grid(), simulation.segments_text(), mm_text(s.mean_m),
                mm_text(s.sigma_mean_m), mm_text(s.median_m), mm_text(s.rms_m), mm_text(s.p95_m),
                mm_text(s.max_m), fmt::format("{:.2f}", percent.x()),
                fmt::format("{:.2f}", percent.y()), std::to_string(s.marks),
-               simulation.source().status == "at rest" ? "yes" : "no"});
+               simulation.other_simulator                ? "not stated"
+               : simulation.source().status == "at rest" ? "yes"
+                                                         : "no"});
     if (!models) continue;
     table.rows.back().push_back(simulation.source().model);
     table.rows.back().push_back(simulation.source().solver);
@@ -160,17 +162,31 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
   return table;
 }
 
-Table virtual_virtual_table(const Report& report) {
+namespace {
+
+Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pairs) {
   Table table;
-  table.title = fmt::format("Virtual vs virtual, experiment {}", report.name);
-  table.names = {"pair", "mean_dist_mm", "max_mm", "points"};
-  table.heads = {"", "mean dist (mm)", "max (mm)", "points"};
-  table.numeric = {false, true, true, true};
-  for (const VirtualVirtual& row : report.virtual_virtual) {
+  table.title = fmt::format("Virtual vs virtual, experiment {}", name);
+  table.names = {"pair", "mean_dist_mm", "max_mm", "surface_mean_mm", "hausdorff_mm", "points"};
+  table.heads = {"",      "mean dist (mm)", "max (mm)", "surfaces, mean (mm)", "Hausdorff (mm)",
+                 "points"};
+  table.numeric = {false, true, true, true, true, true};
+  for (const VirtualVirtual& row : pairs) {
     table.add({row.label, mm_text(row.statistics.mean_m), mm_text(row.statistics.max_m),
+               mm_text(row.surface.mean_m()), mm_text(row.surface.hausdorff_m()),
                std::to_string(row.statistics.marks)});
   }
   return table;
+}
+
+}  // namespace
+
+Table virtual_virtual_table(const Report& report) {
+  return pair_table(report.name, report.virtual_virtual);
+}
+
+Table virtual_group_table(const VirtualGroup& group) {
+  return pair_table(group.name, group.pairs);
 }
 
 Table mark_table(const DrapeInput& input, const Report& report) {
@@ -179,8 +195,8 @@ Table mark_table(const DrapeInput& input, const Report& report) {
   table.names = {"row", "col", "x_mm", "y_mm", "z_mm", "sigma_mm", "views"};
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
-    std::string name = fmt::format("dist_{}_{}", simulation.grid(), simulation.source().segments);
-    if (models)
+    std::string name = fmt::format("dist_{}_{}", simulation.grid(), simulation.segments_text());
+    if (models || simulation.other_simulator)
       name += fmt::format("_{}_{}", simulation.source().model, simulation.source().solver);
     table.names.push_back(name + "_mm");
   }

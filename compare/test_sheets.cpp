@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/files.hpp"
+#include "core/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare::test {
@@ -114,6 +115,50 @@ std::vector<fs::path> write_example(const fs::path& folder) {
     }
   }
   return files;
+}
+
+namespace {
+
+/// A run record with these inputs and outputs, as the program would have left it.
+void write_step(const std::string& program, const std::vector<std::string>& arguments,
+                const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
+  RunRecord record(program, arguments);
+  for (const fs::path& file : inputs) record.input(file);
+  for (const fs::path& file : outputs) record.output(file);
+  record.option("method", "the usual one");
+  record.option("limit_px", "0.3");
+  record.write(run_record_path(outputs.back()), 0);
+}
+
+}  // namespace
+
+std::vector<fs::path> write_recorded_example(const fs::path& folder) {
+  const fs::path bench = folder / "bench", out = folder / "A";
+  std::vector<fs::path> photographs;
+  for (const char* camera : {"cam0", "cam1", "cam2"}) {
+    photographs.push_back(bench / "recording" / "drape_A" / (std::string(camera) + ".png"));
+    write_durable(photographs.back(), std::string("photograph of ") + camera);
+  }
+  std::vector<fs::path> seen = photographs;
+  seen.push_back(bench / "recording" / "list.json");
+  write_durable(seen.back(), "{}\n");
+  write_durable(bench / "scene.toml", "# the sphere\n");
+  write_durable(bench / "fabric.toml", "# the cloth\n");
+  write_durable(bench / "fabric" / "bending_warp.csv", "curvature_per_cm,moment_gf\n0,0\n1,0.05\n");
+  std::vector<fs::path> sheets = write_example(out);
+  write_durable(out / "points.json", "{\"centres\": 121}\n");
+  write_step("drape-detect", {"recording", "--sets", "drape_A"}, seen, {out / "points.json"});
+  write_step("drape-triangulate", {"points.json", "--set", "drape_A"}, {out / "points.json"},
+             {out / "sheet.json", out / "sheet.ply"});
+  for (std::size_t i = 1; i < sheets.size(); ++i) {
+    const fs::path place = sheets[i].parent_path();
+    write_step("drape-simulate", {"scene.toml", "--grid", std::to_string(i)},
+               {bench / "scene.toml", bench / "fabric.toml", bench / "fabric" / "bending_warp.csv",
+                out / "sheet.json"},
+               {place / "certificate.json", place / "history.csv", place / "sheet.json",
+                place / "sheet.ply"});
+  }
+  return sheets;
 }
 
 }  // namespace drape::compare::test

@@ -30,4 +30,9 @@ using Shape = std::function<Eigen::Vector3d(const Eigen::Vector2d&)>;
 /// <folder>/simulations/, each with certificate.json and history.csv. Returns all sheet files.
 [[nodiscard]] std::vector<std::filesystem::path> write_example(const std::filesystem::path& folder);
 
+/// The same, with what stands behind it in a real run: photographs, recording.json, a scene, a
+/// fabric with a curve, and run records of the steps that made detections and sheets.
+[[nodiscard]] std::vector<std::filesystem::path> write_recorded_example(
+    const std::filesystem::path& folder);
+
 }  // namespace drape::compare::test

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// A surface of triangles in the world frame, metres.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<std::array<std::size_t, 3>> triangles;
+};
+
+/// Two triangles for each cell of the sheet's grid whose four corners exist.
+[[nodiscard]] TriangleMesh mesh_of(const Sheet& sheet);
+
+/// Answers "how far is the nearest point of the surface" through a tree of boxes.
+class NearestSurface {
+ public:
+  /// Throws Error(bad_input) without a triangle.
+  explicit NearestSurface(const TriangleMesh& mesh);
+  ~NearestSurface();
+  NearestSurface(const NearestSurface&) = delete;
+  NearestSurface& operator=(const NearestSurface&) = delete;
+
+  [[nodiscard]] double distance_m(const Eigen::Vector3d& point) const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<Tree> tree_;
+};
+
+/// Nearest point of the triangle a, b, c (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
+[[nodiscard]] Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& point,
+                                                  const Eigen::Vector3d& a,
+                                                  const Eigen::Vector3d& b,
+                                                  const Eigen::Vector3d& c);
+
+/// Distances from one surface to another, in one direction.
+struct OneWay {
+  double mean_m = 0;       ///< over the area
+  double rms_m = 0;        ///< over the area
+  double hausdorff_m = 0;  ///< largest, at the samples
+};
+
+/// What can be said of two surfaces without knowing which point belongs to which. It is always at
+/// most the distance of corresponding points: cloth that slid along itself has none.
+struct SurfaceDistance {
+  OneWay first_to_second, second_to_first;
+  [[nodiscard]] double mean_m() const;       ///< of both ways
+  [[nodiscard]] double hausdorff_m() const;  ///< larger of both ways
+};
+
+/// Samples: all vertices, and the centroids of each triangle cut into n^2 equal ones, so that their
+/// sides are at most `spacing_m`. The means weigh the centroids by area; the Hausdorff distance
+/// also looks at the vertices and misses at most `spacing_m`.
+[[nodiscard]] SurfaceDistance surface_distance(const TriangleMesh& first,
+                                               const TriangleMesh& second, double spacing_m);
+
+}  // namespace drape::compare

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// One harmonic of the hem's radius: amplitude cos(order angle - phase).
+struct Harmonic {
+  int order = 0;
+  double amplitude_m = 0;
+  double phase_rad = 0;  ///< angle of the first crest times the order; 0 when the amplitude is 0
+};
+
+/// What a drapemeter sees: the shadow of the cloth on the table, light from straight above
+/// (Cusick 1968). Angles from +x about the vertical through `centre`.
+struct Drapemeter {
+  Eigen::Vector2d centre_in_world;  ///< metres
+  double covered_area_m2 = 0;       ///< of the shadow
+  double flat_area_m2 = 0;          ///< of the cloth before draping
+  /// (shadow - support) / (flat - support); absent without a flat support under the cloth.
+  std::optional<double> drape_coefficient;
+  double mean_radius_m = 0;
+  int folds = 0;                   ///< crests of the hem
+  double fold_depth_m = 0;         ///< mean crest minus mean valley; 0 without a fold
+  std::vector<Harmonic> spectrum;  ///< orders 1 to 24
+};
+
+struct DrapemeterOptions {
+  int rays = 720;            ///< directions at which the hem's radius is taken
+  double fold_ratio = 0.02;  ///< a crest stands out by this part of the mean radius, or is no fold
+};
+
+/// Outline of the shadow: the largest distance from the centre at which a ray meets an edge of the
+/// sheet's cells; exact where the rays meet vertices. Nothing at rays without cloth.
+[[nodiscard]] std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
+                                                                const Eigen::Vector2d& centre_m,
+                                                                int rays);
+
+/// Area, folds and spectrum of a closed outline with equal steps of angle.
+[[nodiscard]] Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m2,
+                                       std::optional<double> support_area_m2,
+                                       const DrapemeterOptions& options);
+
+/// The whole: centre above the obstacle's centre. `reason` says why there is none: a sheet with
+/// gaps at the hem, no obstacle, or cloth that does not go around the centre.
+struct DrapemeterResult {
+  std::optional<Drapemeter> value;
+  std::string reason;
+};
+[[nodiscard]] DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
+                                          const DrapemeterOptions& options);
+
+/// Area of an obstacle's flat top: a box that stands upright; a sphere has none.
+[[nodiscard]] std::optional<double> support_area_m2(const Obstacle& obstacle);
+
+}  // namespace drape::compare

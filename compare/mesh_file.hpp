@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <vector>
+
+namespace drape::compare {
+
+/// One corner of a face: a vertex and, where the file has them, its texture coordinates.
+struct MeshCorner {
+  std::size_t point = 0;
+  std::size_t uv = 0;  ///< index into MeshFile::uvs; only when these are not empty
+};
+
+/// A mesh as the file holds it, in the file's own unit and axes. Faces are cut into triangles.
+struct MeshFile {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<Eigen::Vector2d> uvs;  ///< empty: the file has no texture coordinates
+  std::vector<std::array<MeshCorner, 3>> triangles;
+};
+
+/// Reads PLY (ascii, binary of either byte order; texture coordinates as vertex properties s, t or
+/// u, v) or OBJ (v, vt, f), by the name's end. Throws Error(bad_input) naming the file, and the
+/// line where it is text.
+[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& file);
+
+}  // namespace drape::compare

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape::compare {
+
+/// One run record (*.run.json), with its paths made absolute or relative to where we are.
+struct StepRecord {
+  std::filesystem::path file;
+  std::string program, version;
+  std::vector<std::string> arguments;
+  std::vector<std::pair<std::string, std::string>> options;
+  std::vector<std::pair<std::filesystem::path, std::string>> inputs, outputs;  ///< SHA-256
+};
+
+/// Reads run records as they are asked for, and remembers them and the hashes of files.
+class RecordBook {
+ public:
+  /// The record in the file's folder that lists it as an output. Damaged records count as absent.
+  [[nodiscard]] const StepRecord* maker_of(const std::filesystem::path& file);
+  /// SHA-256 of the file as it is now; nothing when it is not there.
+  [[nodiscard]] std::optional<std::string> sha256(const std::filesystem::path& file);
+
+ private:
+  std::map<std::filesystem::path, std::vector<StepRecord>> folders_;
+  std::map<std::filesystem::path, std::optional<std::string>> hashes_;
+};
+
+/// A step of the way from a number back to what was photographed and measured.
+struct ChainLink {
+  int depth = 0;
+  std::filesystem::path file;
+  std::string sha256;   ///< as the step that used it recorded it
+  std::string state;    ///< "unchanged", "altered" or "not there"
+  std::string made_by;  ///< command, or what an original file is
+};
+
+/// Everything that `file` was made from, depth first, down to files that no program made. Each file
+/// is followed once.
+[[nodiscard]] std::vector<ChainLink> chain_of(RecordBook& book, const std::filesystem::path& file,
+                                              const std::string& sha256);
+
+/// The files themselves, everything the records name and the records: sorted, each once.
+[[nodiscard]] std::vector<std::filesystem::path> files_behind(
+    RecordBook& book, const std::vector<std::filesystem::path>& files);
+
+}  // namespace drape::compare
