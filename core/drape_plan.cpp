@@ -51,11 +51,18 @@ Step detect_step(const Bench& bench, const std::string& what, const std::string&
               output, static_cast<double>(sets.size()));
 }
 
+/// Stages first, then free poses: the sets that calibrate.
+std::vector<std::string> target_sets(const Rig& rig) {
+  std::vector<std::string> sets;
+  for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
+  sets.insert(sets.end(), rig.free_poses.begin(), rig.free_poses.end());
+  return sets;
+}
+
 Group detect_group(const Bench& bench) {
   Group group{"detect", {}, 1};
-  std::vector<std::string> stages;
-  for (const TargetStage& stage : bench.rig.stages) stages.push_back(stage.set);
-  group.steps.push_back(detect_step(bench, "target", "target", stages, bench.target_detections()));
+  group.steps.push_back(
+      detect_step(bench, "target", "target", target_sets(bench.rig), bench.target_detections()));
   for (const Drape& drape : bench.drapes) {
     group.steps.push_back(detect_step(bench, "drape " + drape.scene.name, "cloth",
                                       {drape.scene.set}, drape.folder / "detections.json"));
@@ -63,11 +70,13 @@ Group detect_group(const Bench& bench) {
   return group;
 }
 
+/// All cameras together where the rig has free poses of the target, else the paper's method.
 Group calib_group(const Bench& bench) {
+  const std::string method = bench.rig.free_poses.empty() ? "tsai" : "joint";
   return {"calib",
           {step("calib", fmt::format("{} cameras", bench.rig.cameras.size()),
                 {bench.target_detections().string(), "--rig", bench.rig.file.string(), "--method",
-                 "tsai", "--out", bench.calibration().string(), "--json"},
+                 method, "--out", bench.calibration().string(), "--json"},
                 bench.calibration())},
           1};
 }
@@ -131,11 +140,18 @@ Group compare_group(const Bench& bench, const fs::path& report) {
 }
 
 void check_rig(const Rig& rig) {
+  if (rig.cameras.size() < 2) {
+    throw bad_input(fmt::format("{} camera in the rig", rig.cameras.size()),
+                    {.file = rig.file.string(), .field = "camera"},
+                    "a point in space needs two views: add [[camera]] tables");
+  }
   const Where where{.file = rig.file.string(), .field = "calibration.stage"};
-  if (rig.stages.size() < 2) {
+  const bool joint = !rig.free_poses.empty();
+  if (rig.stages.size() < (joint ? 1 : 2)) {
     throw bad_input(
-        fmt::format("{} target stage(s): Tsai's method needs points at two heights or more",
-                    rig.stages.size()),
+        joint ? std::string("no target stage: the target's reference pose defines the world")
+              : fmt::format("{} target stage(s): Tsai's method needs points at two heights or more",
+                            rig.stages.size()),
         where, "add [[calibration.stage]] tables with set and z_mm");
   }
   if (rig.scenes.empty()) {
@@ -147,8 +163,7 @@ void check_rig(const Rig& rig) {
 /// Each set a step will read must be there with an image of each camera.
 void check_recording(const Bench& bench) {
   const Recording recording = read_recording(bench.recording);
-  std::vector<std::string> needed;
-  for (const TargetStage& stage : bench.rig.stages) needed.push_back(stage.set);
+  std::vector<std::string> needed = target_sets(bench.rig);
   for (const Drape& drape : bench.drapes) needed.push_back(drape.scene.set);
   for (const std::string& name : needed) {
     const FrameSet& set = recording.set(name);
