@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
+drape_library(print
+  HEADERS print_layout.hpp print_page.hpp print_tags.hpp
+  SOURCES print_layout.cpp print_page.cpp print_tags.cpp
+  PUBLIC drapebench::core
+  PRIVATE ${DRAPE_APRILTAG} fmt::fmt)
+target_include_directories(drape_print SYSTEM PRIVATE ${DRAPE_APRILTAG_INCLUDE})
+
+drape_program(drape-print SOURCES print_main.cpp LINK drapebench::print)
+
+drape_test(drape_print_test SOURCES print_test.cpp
+  LINK drapebench::print drapebench::detect drape_opencv TIMEOUT 600)

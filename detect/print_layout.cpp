@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/print_layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "detect/print_tags.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector2d;
+using units::mm;
+
+constexpr double kBorder = 5 * mm;  // printers leave about so much of the paper white
+constexpr double kFoot = 16 * mm;   // scale bar and two lines of text
+constexpr double kBarStep = 10 * mm;
+constexpr double kLine = 0.2 * mm;  // width of the corner marks
+constexpr double kCornerLength = 4 * mm;
+constexpr double kText = 2.6 * mm;
+
+struct Paper {
+  const char* name;
+  Vector2d size_m;
+};
+
+std::vector<Paper> papers_for(const std::string& wanted) {
+  const std::array<Paper, 3> all = {{{"a4", Vector2d(210, 297) * mm},
+                                     {"a3", Vector2d(297, 420) * mm},
+                                     {"letter", Vector2d(215.9, 279.4) * mm}}};
+  std::vector<Paper> result;
+  for (const Paper& paper : all) {
+    const bool automatic = wanted == "auto" && std::string(paper.name) != "letter";
+    if (automatic || wanted == paper.name) result.push_back(paper);
+  }
+  return result;
+}
+
+/// A sheet of paper and where the print lies on it.
+struct Place {
+  std::string paper;
+  Vector2d size_m;
+  Vector2d corner_m;  ///< upper left corner of the print
+};
+
+Place place_on(const Vector2d& print_m, const PrintOptions& options) {
+  const Vector2d needed = print_m + Vector2d(2 * kBorder, 2 * kBorder + kFoot);
+  const auto on = [&](const std::string& name, const Vector2d& size) {
+    return Place{name, size, {(size.x() - print_m.x()) / 2, kBorder}};
+  };
+  if (options.paper == "fit") {
+    return on(fmt::format("{:g} x {:g} mm", needed.x() / mm, needed.y() / mm), needed);
+  }
+  constexpr double kRounding = 1e-9;
+  for (const Paper& paper : papers_for(options.paper)) {
+    const Vector2d turned(paper.size_m.y(), paper.size_m.x());
+    if ((needed.array() <= paper.size_m.array() + kRounding).all()) {
+      return on(paper.name, paper.size_m);
+    }
+    if ((needed.array() <= turned.array() + kRounding).all()) {
+      return on(std::string(paper.name) + " landscape", turned);
+    }
+  }
+  throw bad_input(
+      fmt::format("the print needs {:.1f} x {:.1f} mm of paper with its border and scale bar; {} "
+                  "does not hold it",
+                  needed.x() / mm, needed.y() / mm,
+                  options.paper == "auto" ? "neither a4 nor a3" : options.paper),
+      {.field = "--paper"}, "give --paper fit and a printer that takes such a sheet");
+}
+
+/// Black L-shaped marks that touch the print's corners from outside.
+PageArea corner_marks(const Vector2d& corner, const Vector2d& size) {
+  PageArea area;
+  for (const int right : {0, 1}) {
+    for (const int down : {0, 1}) {
+      const Vector2d at = corner + size.cwiseProduct(Vector2d(right, down));
+      const double x = right == 0 ? -kCornerLength : 0, y = down == 0 ? -kCornerLength : 0;
+      const double line_x = right == 0 ? -kLine : 0, line_y = down == 0 ? -kLine : 0;
+      area.boxes.push_back({at + Vector2d(x, line_y), {kCornerLength, kLine}});
+      area.boxes.push_back({at + Vector2d(line_x, y), {kLine, kCornerLength}});
+    }
+  }
+  return area;
+}
+
+/// A bar of whole centimetres, black and white in turn, as long as the print allows up to 100 mm.
+double add_scale_bar(Page& page, const Vector2d& at, double room_m) {
+  const int steps = std::clamp(static_cast<int>(room_m / kBarStep), 1, 10);
+  const double length = steps * kBarStep;
+  PageArea bar;
+  bar.boxes.push_back({at, {length, kLine}});
+  bar.boxes.push_back({at + Vector2d(0, 3 * mm - kLine), {length, kLine}});
+  bar.boxes.push_back({at + Vector2d(length - kLine, 0), {kLine, 3 * mm}});
+  for (int i = 0; i < steps; i += 2)
+    bar.boxes.push_back({at + Vector2d(i * kBarStep, 0), {kBarStep, 3 * mm}});
+  page.items.emplace_back(bar);
+  return length;
+}
+
+void add_foot(PrintedPage& result, const Vector2d& corner, const Vector2d& size,
+              const std::string& what) {
+  const Vector2d at = corner + Vector2d(0, size.y() + 3 * mm);
+  const double bar = add_scale_bar(result.page, at, size.x());
+  result.page.items.emplace_back(
+      PageText{at + Vector2d(0, 3 * mm + 1.4 * kText), kText,
+               fmt::format("{}. Print at 100 %. The bar is {:.0f} mm long.", what, bar / mm)});
+  result.page.items.emplace_back(PageText{
+      at + Vector2d(0, 3 * mm + 2.8 * kText), kText,
+      fmt::format("Check length: {} = {:.2f} mm.", result.check_text, result.check_m / mm)});
+}
+
+struct Grid {
+  int rows, cols;
+  double pitch_m, dot_diameter_m;
+};
+
+void add_dots(PrintedPage& result, const Grid& grid) {
+  for (int row = 0; row < grid.rows; ++row) {
+    for (int col = 0; col < grid.cols; ++col) {
+      result.page.items.emplace_back(
+          PageDisc{result.first_m + row * result.by_row_m + col * result.by_col_m,
+                   grid.dot_diameter_m / 2, true});
+    }
+  }
+}
+
+/// A tag is read against the white around it: one module must stay free up to the nearest dot.
+void check_quiet_zone(const Grid& grid, double edge_m, const PageArea& tag, const Vector2d& to_dot,
+                      int id) {
+  const Vector2d beyond = (to_dot.cwiseAbs().array() - edge_m / 2).max(0).matrix();
+  const double module_m = tag.boxes.front().size_m.y();
+  if (beyond.norm() - grid.dot_diameter_m / 2 >= module_m) return;
+  throw bad_input(
+      fmt::format(
+          "tag {} (edge {:g} mm) leaves {:.2f} mm to the nearest dot, one module is {:.2f} mm", id,
+          edge_m / mm, (beyond.norm() - grid.dot_diameter_m / 2) / mm, module_m / mm),
+      {.field = "tags.edge_mm"}, "make the tags or the dots smaller");
+}
+
+struct PlacedTag {
+  int id;
+  Vector2d centre_m;  ///< on the page
+};
+
+void add_tags(PrintedPage& result, const Grid& grid, const std::string& family, double edge_m,
+              const std::vector<PlacedTag>& tags) {
+  for (const auto& [id, centre_m] : tags) {
+    PageArea tag = tag_on_page(family, id, edge_m, centre_m);
+    const Vector2d steps = (centre_m - result.first_m) / grid.pitch_m;
+    const Vector2d to_dot = grid.pitch_m * (steps.array() - steps.array().round()).matrix();
+    check_quiet_zone(grid, edge_m, tag, to_dot, id);
+    result.page.items.emplace_back(std::move(tag));
+  }
+}
+
+}  // namespace
+
+void PrintOptions::check() const {
+  if (paper != "fit" && papers_for(paper).empty()) {
+    throw usage_error(fmt::format("the paper `{}` is not known", paper),
+                      "give --paper auto, a4, a3, letter or fit");
+  }
+}
+
+PrintedPage page_of(const Print& print, const PrintOptions& options) {
+  options.check();
+  const Vector2d size(print.patch_m[1], print.patch_m[0]);  // weft to the right, warp down
+  const Place place = place_on(size, options);
+  const Grid grid{print.rows, print.cols, print.pitch_m, print.dot_diameter_m};
+  PrintedPage result;
+  result.paper = place.paper;
+  result.page.size_m = place.size_m;
+  result.page.title = fmt::format("drapebench cloth {}", print.file.stem().string());
+  result.first_m = place.corner_m + Vector2d(print.margin_m[1], print.margin_m[0]);
+  result.by_row_m = {0, print.pitch_m};
+  result.by_col_m = {print.pitch_m, 0};
+  result.check_m = (print.cols - 1) * print.pitch_m;
+  result.check_text = fmt::format(
+      "middle of the first to middle of the last dot of a row (0 to {})", print.cols - 1);
+  result.page.items.emplace_back(corner_marks(place.corner_m, size));
+  add_dots(result, grid);
+  std::vector<PlacedTag> tags;
+  for (const PrintedTag& tag : print.tags)
+    tags.push_back({tag.id, place.corner_m + Vector2d(tag.centre_m[1], tag.centre_m[0])});
+  add_tags(result, grid, print.tag_family, print.tag_edge_m, tags);
+  add_foot(result, place.corner_m, size,
+           fmt::format("Mark (0, 0) is upper left, rows down along the warp; patch {:g} x {:g} mm, "
+                       "pitch {:g} mm",
+                       size.x() / mm, size.y() / mm, print.pitch_m / mm));
+  return result;
+}
+
+PrintedPage page_of(const Target& target, const std::string& name, const PrintOptions& options) {
+  options.check();
+  const Vector2d size = target.pitch_m * Vector2d(target.cols, target.rows);
+  const Place place = place_on(size, options);
+  const Grid grid{target.rows, target.cols, target.pitch_m, target.dot_diameter_m};
+  PrintedPage result;
+  result.paper = place.paper;
+  result.page.size_m = place.size_m;
+  result.page.title = fmt::format("drapebench target {}", name);
+  const Vector2d middle = place.corner_m + size / 2;  // y of the target up, of the page down
+  const Eigen::Vector3d first = target.point_in_target({0, 0});
+  result.first_m = middle + Vector2d(first.x(), -first.y());
+  result.by_row_m = {0, -target.pitch_m};
+  result.by_col_m = {target.pitch_m, 0};
+  result.check_m = (target.cols - 1) * target.pitch_m;
+  result.check_text = fmt::format(
+      "middle of the first to middle of the last dot of a row (0 to {})", target.cols - 1);
+  result.page.items.emplace_back(corner_marks(place.corner_m, size));
+  add_dots(result, grid);
+  std::vector<PlacedTag> tags;
+  for (const PrintedTag& tag : target.tags)
+    tags.push_back({tag.id, middle + Vector2d(tag.centre_m.x(), -tag.centre_m.y())});
+  add_tags(result, grid, target.tag_family, target.tag_edge_m, tags);
+  add_foot(
+      result, place.corner_m, size,
+      fmt::format("Dot (0, 0) is lower left, x right, y up; pitch {:g} mm", target.pitch_m / mm));
+  return result;
+}
+
+}  // namespace drape
