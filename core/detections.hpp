@@ -16,7 +16,7 @@ struct Detection {
   MarkId mark;
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d covariance_px2;
-  Eigen::Vector2d semi_axes_px;  ///< major, minor
+  Eigen::Vector2d semi_axes_px;  ///< major, minor; of a corner: half the window it was placed in
   double axis_angle_rad = 0;     ///< from +u to the major axis
   double contrast = 0;           ///< grey levels between print and cloth
   double chi2_per_dof = 0;       ///< of the fit, in units of the frame's noise

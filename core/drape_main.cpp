@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <set>
 
+#include "core/drape_calib_images.hpp"
 #include "core/drape_process.hpp"
 #include "core/drape_run.hpp"
 #include "core/error.hpp"
@@ -20,6 +21,7 @@ constexpr const char* kHelp = R"(drape: measures how far a simulated drape is fr
 commands
   run RIG                                recorded images to stored and reported millimetres
   import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
+  calib-images FOLDER --board 9x6 ...    a plain folder of chessboard pictures to a calibration
   capture, detect, calib, triangulate, simulate, compare
                                          one stage
   results                                the history in results.sqlite
@@ -44,6 +46,26 @@ int run_command(int argc, char** argv) {
     options.threads = drape::thread_count(common);
     return drape::run_bench(options, common);
   });
+}
+
+int calib_images_command(int argc, char** argv) {
+  CLI::App app(
+      "Calibrates cameras from a plain folder of chessboard pictures: left01.jpg, right01.jpg, "
+      "...\n"
+      "or <view>/<camera>.png. All cameras together; one camera alone is fine too.\n\n"
+      "  drape calib-images pictures --board 9x6 --square-mm 30 --out out/pictures",
+      "drape calib-images");
+  drape::CalibImagesOptions options;
+  drape::CommonOptions common;
+  app.add_option("FOLDER", options.folder, "folder of the pictures")->required();
+  app.add_option("--board", options.board, "inner corners as COLSxROWS, e.g. 9x6")->required();
+  app.add_option("--square-mm", options.square_mm, "side of a square, measured")
+      ->required()
+      ->check(CLI::PositiveNumber);
+  app.add_option("--out", options.out, "output folder")->required();
+  drape::add_common_options(app, common);
+  return drape::run_program(app, argc, argv, common,
+                            [&] { return drape::calibrate_images(options, common); });
 }
 
 /// Further programs that are built beside this one, for the help text.
@@ -80,6 +102,7 @@ int dispatch(int argc, char** argv) {
     return 0;
   }
   if (command == "run") return run_command(argc - 1, argv + 1);
+  if (command == "calib-images") return calib_images_command(argc - 1, argv + 1);
   // Like git: every program `drape-X` beside this one is the command `drape X`.
   const bool known = std::filesystem::is_regular_file(drape::stage_program(command));
   if (known || command == "import") run_stage(command, {argv + 2, argv + argc});

@@ -45,10 +45,8 @@ void read_cameras(const TomlTable& root, Rig& rig) {
                    "give each camera its own name");
     }
   }
-  if (rig.cameras.size() < 2) {
-    root.reject("camera", fmt::format("{} camera(s) in the rig", rig.cameras.size()),
-                "a point in space needs two views: add [[camera]] tables");
-  }
+  if (rig.cameras.empty())
+    root.reject("camera", "the rig has no camera", "add a [[camera]] table per camera");
 }
 
 void read_calibration_plan(const TomlTable& root, Rig& rig) {
@@ -67,6 +65,14 @@ std::vector<int> positive_list(const TomlTable& root, const std::string& key, in
                 fmt::format("give whole numbers from {} on", least));
   }
   return values;
+}
+
+/// A rig that is only calibrated has no scenes, and then neither print nor grids.
+void read_drapes(const TomlTable& root, Rig& rig) {
+  for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
+  rig.print_file = root.file_path("print");
+  rig.grids = positive_list(root, "grids", 3);
+  rig.segments = positive_list(root, "segments", 1);
 }
 
 std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& print) {
@@ -108,26 +114,17 @@ Rig read_rig(const std::filesystem::path& path) {
   const TomlTable root = TomlTable::open(rig.file, "rig");
   rig.name = root.text("name");
   rig.target_file = root.file_path("target");
-  rig.print_file = root.file_path("print");
   rig.recording = root.file_path("recording");
-  for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
-  rig.grids = positive_list(root, "grids", 3);
-  rig.segments = positive_list(root, "segments", 1);
+  if (root.has("scenes") || root.has("print")) read_drapes(root, rig);
   read_cameras(root, rig);
   read_calibration_plan(root, rig);
   root.finish();
   return rig;
 }
 
-Target read_target(const std::filesystem::path& file) {
-  const TomlTable root = TomlTable::open(file, "target");
-  Target target;
-  if (const std::string kind = root.text("kind"); kind != "dot-grid") {
-    root.reject("kind", fmt::format("targets of kind `{}` are not known", kind), "use `dot-grid`");
-  }
-  target.rows = root.positive_integer("rows");
-  target.cols = root.positive_integer("cols");
-  target.pitch_m = root.positive("pitch_mm") * mm;
+namespace {
+
+void read_dots(const TomlTable& root, Target& target) {
   target.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
   if (target.dot_diameter_m >= target.pitch_m) {
     root.reject("dot_diameter_mm", "the dots touch each other",
@@ -138,6 +135,27 @@ Target read_target(const std::filesystem::path& file) {
   target.tag_edge_m = tags.positive("edge_mm") * mm;
   for (const TomlTable& tag : tags.tables("tag")) {
     target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
+  }
+}
+
+}  // namespace
+
+Target read_target(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "target");
+  Target target;
+  const std::string kind = root.text("kind");
+  if (kind != "dot-grid" && kind != "chessboard") {
+    root.reject("kind", fmt::format("targets of kind `{}` are not known", kind),
+                "use `dot-grid` or `chessboard`");
+  }
+  target.kind = kind == "chessboard" ? TargetKind::chessboard : TargetKind::dot_grid;
+  target.rows = root.positive_integer("rows");
+  target.cols = root.positive_integer("cols");
+  target.pitch_m = root.positive("pitch_mm") * mm;
+  if (target.kind == TargetKind::dot_grid) read_dots(root, target);
+  if (target.kind == TargetKind::chessboard && std::min(target.rows, target.cols) < 4) {
+    root.reject("rows", "the chessboard has fewer than 4 x 4 inner corners",
+                "count the corners where four squares meet, not the squares");
   }
   root.finish();
   return target;

@@ -17,12 +17,21 @@ struct PrintedTag {
   Eigen::Vector2d centre_m;  ///< in the plane of the print, see Target and Print
 };
 
-/// Calibration target: a dot grid with tags (target.toml). Frame: origin at the grid's centre,
-/// x along the columns, y along the rows, z out of the printed face.
+/// What a calibration target's points are.
+enum class TargetKind {
+  dot_grid,    ///< centres of printed dots, with tags that tell one side from the other
+  chessboard,  ///< inner corners of a chessboard
+};
+
+/// Calibration target (target.toml). Frame: origin at the grid's centre, x along the columns,
+/// y along the rows, z out of the printed face. A chessboard's four squares around corner (0, 0)
+/// include a dark one between the corners (0, 0) and (1, 1), which tells its sides apart when
+/// rows + cols is odd.
 struct Target {
-  int rows = 0, cols = 0;  ///< rows along y, cols along x
-  double pitch_m = 0;
-  double dot_diameter_m = 0;
+  TargetKind kind = TargetKind::dot_grid;
+  int rows = 0, cols = 0;     ///< dots or inner corners; rows along y, cols along x
+  double pitch_m = 0;         ///< of the dots, or the side of a square
+  double dot_diameter_m = 0;  ///< 0 for a chessboard
   std::string tag_family;
   double tag_edge_m = 0;         ///< outer edge of the black square
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
@@ -65,13 +74,13 @@ struct Rig {
   std::filesystem::path file;
   std::string name;
   std::filesystem::path target_file;
-  std::filesystem::path print_file;
-  std::filesystem::path recording;  ///< folder of the recording
+  std::filesystem::path print_file;  ///< empty without scenes
+  std::filesystem::path recording;   ///< folder of the recording
   std::vector<RigCamera> cameras;
   std::vector<TargetStage> stages;
   std::vector<std::string> free_poses;        ///< frame sets with the target anywhere
   bool estimate_scale_x = false;              ///< Tsai's s_x; fixed at 1 when false
-  std::vector<std::filesystem::path> scenes;  ///< in the order of the report
+  std::vector<std::filesystem::path> scenes;  ///< in the order of the report; may be empty
   std::vector<int> grids;                     ///< particles per side, e.g. 11 21 31
   std::vector<int> segments;                  ///< line segments per Kawabata curve, e.g. 1 5
 

@@ -13,6 +13,7 @@
 #include "core/files.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
+#include "detect/chessboard.hpp"
 #include "detect/frame.hpp"
 #include "detect/image.hpp"
 #include "detect/overlay.hpp"
@@ -26,6 +27,7 @@ constexpr double preview_scale = 0.5;
 struct Surroundings {
   PrintPlane plane;
   MarkLattice lattice;
+  std::optional<Target> chessboard;  ///< when the surface is such a target
 };
 
 Surroundings read_surface(const Rig& rig, Surface surface) {
@@ -35,6 +37,7 @@ Surroundings read_surface(const Rig& rig, Surface surface) {
   if (surface == Surface::target) {
     const Target target = read_target(rig.target_file);
     result.plane = plane_of(target);
+    if (target.kind == TargetKind::chessboard) result.chessboard = target;
     lattice.sha256 = sha256_of_file(rig.target_file);
   } else {
     const Print print = read_print(rig.print_file);
@@ -103,26 +106,28 @@ class FinderPool {
   std::vector<std::unique_ptr<TagFinder>> idle_;
 };
 
-FrameLimits limits_of(const DetectOptions& options) {
-  return {options.most_chi2_per_dof, options.most_masked_edge,   options.most_one_sided,
-          options.most_one_sided_px, options.least_semi_axis_px, options.most_sigma_px};
-}
-
 struct Output {
   FrameDetections frame;
   std::optional<Picture> preview, overlay;
 };
 
-Output run_job(const Recording& recording, const Job& job, const PrintPlane& plane,
+FrameDetections detect_marks(const GreyImage& image, const Surroundings& surface,
+                             const DetectOptions& options, FinderPool& pool) {
+  if (surface.chessboard) return detect_chessboard(image, *surface.chessboard);
+  std::unique_ptr<TagFinder> finder = pool.take();
+  FrameDetections frame = detect_frame(image, surface.plane, *finder, limits_of(options));
+  pool.give_back(std::move(finder));
+  return frame;
+}
+
+Output run_job(const Recording& recording, const Job& job, const Surroundings& surface,
                const DetectOptions& options, FinderPool& pool) {
   const std::vector<unsigned char> bytes = read_frame(recording, *job.set, *job.frame);
   const GreyImage image = decode_image(bytes, job.camera->width_px, job.camera->height_px,
                                        {.file = (recording.folder / job.frame->file).string(),
                                         .camera = job.camera->name,
                                         .set = job.set->name});
-  std::unique_ptr<TagFinder> finder = pool.take();
-  Output output{detect_frame(image, plane, *finder, limits_of(options)), {}, {}};
-  pool.give_back(std::move(finder));
+  Output output{detect_marks(image, surface, options, pool), {}, {}};
   output.frame.set = job.set->name;
   output.frame.camera = job.camera->name;
   output.frame.image_sha256 = job.frame->sha256;
@@ -151,7 +156,7 @@ std::optional<double> median_sigma_px(const std::vector<FrameDetections>& frames
   return *middle;
 }
 
-void add_to_report(const FrameDetections& frame, DetectReport& report) {
+void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& report) {
   const std::string name = fmt::format("set {}, camera {}", frame.set, frame.camera);
   ++report.frames;
   report.tags += static_cast<int>(frame.tags.size());
@@ -160,10 +165,16 @@ void add_to_report(const FrameDetections& frame, DetectReport& report) {
     ++report.rejections_by_reason[rejection.reason.substr(0, rejection.reason.find(':'))];
   }
   if (frame.detections.empty()) report.frames_without_marks.push_back(name);
-  if (frame.tags.empty()) report.warnings.push_back(name + ": no tag of the print was recognised");
+  if (has_tags && frame.tags.empty())
+    report.warnings.push_back(name + ": no tag of the print was recognised");
 }
 
 }  // namespace
+
+FrameLimits limits_of(const DetectOptions& options) {
+  return {options.most_chi2_per_dof, options.most_masked_edge,   options.most_one_sided,
+          options.most_one_sided_px, options.least_semi_axis_px, options.most_sigma_px};
+}
 
 void DetectOptions::check() const {
   if (sets.empty())
@@ -194,7 +205,7 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   std::mutex mutex;
   std::size_t done = 0;
   parallel_for(jobs.size(), options.threads, [&](std::size_t k) {
-    outputs[k] = run_job(recording, jobs[k], surface.plane, options, pool);
+    outputs[k] = run_job(recording, jobs[k], surface, options, pool);
     const std::lock_guard lock(mutex);
     ++done;
     if (progress) {
@@ -206,10 +217,15 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   result.detections.rig = rig.name;
   result.detections.lattice = surface.lattice;
   for (Output& output : outputs) {
-    add_to_report(output.frame, result.report);
+    add_to_report(output.frame, !surface.chessboard, result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
     if (output.overlay) result.overlays.push_back(std::move(*output.overlay));
     result.detections.frames.push_back(std::move(output.frame));
+  }
+  if (surface.chessboard && is_ambiguous(*surface.chessboard)) {
+    result.report.warnings.push_back(
+        "the chessboard looks the same upside down: its columns were taken to run to the right in "
+        "every picture");
   }
   result.report.median_sigma_px = median_sigma_px(result.detections.frames);
   return result;

@@ -30,6 +30,10 @@ struct DetectOptions {
   void check() const;
 };
 
+struct FrameLimits;
+/// The limits of one frame as the options have them.
+[[nodiscard]] FrameLimits limits_of(const DetectOptions& options);
+
 /// A file to be written beside the detections.
 struct Picture {
   std::string file_name;

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/program.hpp"
+
+namespace drape {
+
+struct CalibImagesOptions {
+  std::filesystem::path folder;  ///< of the images
+  std::string board;             ///< inner corners as COLSxROWS, e.g. "9x6"
+  double square_mm = 0;          ///< side of a square
+  std::filesystem::path out;
+};
+
+/// `drape calib-images`: a plain folder of chessboard pictures to calibration.json, in one command.
+/// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg: the same number is one
+/// view) or FOLDER/<view>/<camera>.<ending>. Makes a recording and a rig in the output folder, then
+/// runs `drape import`, `drape detect` and `drape calib --method joint` on them. Returns the exit
+/// code. Throws Error(usage, bad_input) for a board or a folder that cannot be used.
+[[nodiscard]] int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common);
+
+}  // namespace drape
