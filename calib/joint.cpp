@@ -213,6 +213,7 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   options.check();
   std::vector<std::string> notes;
   JointModel model = joint_frames(detections, rig, target, notes);
+  check_places(model);
   start_joint(model);
   JointResult result = calibrate_joint(std::move(model), target.dot_diameter_m, options);
   result.calibration.rig = rig.name;

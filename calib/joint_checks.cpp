@@ -138,10 +138,14 @@ double covered_percent(const JointModel& model, std::size_t camera) {
   return 100 * (box[2] - box[0]) * (box[3] - box[1]) / (image.width_px * image.height_px);
 }
 
+void check_places(const JointModel& views) {
+  for (std::size_t camera = 0; camera < views.cameras.size(); ++camera)
+    check_place_in_image(views, camera);
+}
+
 void check_views(const JointModel& started, std::vector<std::string>& warnings) {
   for (std::size_t camera = 0; camera < started.cameras.size(); ++camera) {
     check_directions(started, camera);
-    check_place_in_image(started, camera);
   }
   warn_of_duplicates(started, warnings);
 }

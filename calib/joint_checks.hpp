@@ -8,9 +8,12 @@
 
 namespace drape {
 
+/// Throws Error(bad_input) naming the camera when all its views lie in one corner of the image.
+void check_places(const JointModel& views);
+
 /// Throws Error(bad_input), naming the camera and the next action, when the views of a started
-/// model cannot calibrate: one view only, parallel planes, too little tilt, all views in one corner
-/// of the image. Warns of duplicate views in `warnings`.
+/// model cannot calibrate: one view only, parallel planes, too little tilt. Warns of duplicate
+/// views in `warnings`.
 void check_views(const JointModel& started, std::vector<std::string>& warnings);
 
 /// Largest angle (deg) between the target's normal and the optical axis over a camera's views.

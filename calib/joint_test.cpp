@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <sstream>
+
+#include "calib/joint_covariance.hpp"
+#include "calib/joint_start.hpp"
+#include "calib/test_rigs.hpp"
+#include "calib/test_targets.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape {
+namespace {
+
+using test::bench1_target;
+using test::bench1_target_detections;
+using test::SyntheticBench;
+using testing::Each;
+using testing::HasSubstr;
+using testing::Not;
+using units::mm;
+
+Rig bench1_with_free_poses() {
+  Rig rig = test::bench1_rig();
+  for (int i = 0; i < 15; ++i)
+    rig.free_poses.push_back("pose_" + std::string(i < 10 ? "0" : "") + std::to_string(i));
+  return rig;
+}
+
+JointResult calibrate_bench1(const Detections& detections, const JointOptions& options = {}) {
+  return calibrate_joint(detections, bench1_with_free_poses(), bench1_target(), options);
+}
+
+TEST(Joint, FindsBench1sCamerasWithinAHundredthOfAPercentAnd30Micrometres) {
+  const JointResult result = calibrate_bench1(bench1_target_detections(0.01));
+  EXPECT_EQ(result.report.status, "good");
+  ASSERT_EQ(result.calibration.cameras.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    const Camera& truth = test::bench1_truth().cameras[i];
+    const Camera& found = result.calibration.cameras[i].camera;
+    const auto &lens = std::get<BrownLens>(found.model.lens),
+               &true_lens = std::get<BrownLens>(truth.model.lens);
+    EXPECT_NEAR(lens.fx_px / true_lens.fx_px, 1, 1e-4) << found.name;
+    EXPECT_NEAR(lens.fy_px / true_lens.fy_px, 1, 1e-4) << found.name;
+    EXPECT_LT((centre_in_world(found) - centre_in_world(truth)).norm() / mm, 0.03) << found.name;
+    EXPECT_EQ(result.calibration.cameras[i].covariance.rows(), 15);
+  }
+  // The renderer's lens has k1 and k2; a larger one must not be worth its parameters.
+  EXPECT_EQ(result.report.lens, LensTerms::k1_k2);
+  EXPECT_EQ(result.report.held_out.size(), 4u);
+  EXPECT_NEAR(result.report.chi2_per_dof, 1, 0.05);
+  // The renderer's plate is flat.
+  EXPECT_LT(result.report.bow_mm.norm(), 4 * result.report.bow_sd_mm.norm());
+  EXPECT_EQ(result.calibration.joint_covariance.rows(), 45);
+  EXPECT_EQ(result.calibration.joint_covariance_parameters[15], "cam1/fx_px");
+  EXPECT_THAT(result.report.next_view, HasSubstr("target tilted by"));
+}
+
+TEST(Joint, SameInputSameBytes) {
+  test::TemporaryFolder folder;
+  for (const char* name : {"a.json", "b.json"}) {
+    write_calibration(folder.path() / name,
+                      calibrate_bench1(bench1_target_detections(0.01)).calibration);
+  }
+  EXPECT_EQ(read_text(folder.path() / "a.json"), read_text(folder.path() / "b.json"));
+}
+
+TEST(Joint, CovarianceOfAllCamerasComesBackFromTheFile) {
+  test::TemporaryFolder folder;
+  const Calibration written = calibrate_bench1(bench1_target_detections(0.01)).calibration;
+  write_calibration(folder.path() / "calibration.json", written);
+  const Calibration read = read_calibration(folder.path() / "calibration.json");
+  EXPECT_EQ(read.joint_covariance_parameters, written.joint_covariance_parameters);
+  EXPECT_EQ(read.joint_covariance, written.joint_covariance);
+}
+
+TEST(Joint, RejectsAMislabelledDotByName) {
+  Detections detections = bench1_target_detections(0.01);
+  for (FrameDetections& frame : detections.frames) {
+    if (frame.set == "pose_03" && frame.camera == "cam1")
+      frame.detections[40].centre_px += Eigen::Vector2d(3, -2);
+  }
+  const JointResult result = calibrate_bench1(detections);
+  EXPECT_TRUE(result.report.good());
+  ASSERT_EQ(result.report.rejected.size(), 1u);
+  EXPECT_THAT(result.report.rejected[0], HasSubstr("set pose_03, cam1, dot (3, 4)"));
+}
+
+TEST(Joint, FlagsAViewAboveTwiceTheMedianByName) {
+  Detections detections = bench1_target_detections(0.01);
+  unsigned i = 0;
+  for (FrameDetections& frame : detections.frames) {
+    if (frame.set != "pose_07" || frame.camera != "cam2") continue;
+    for (Detection& d : frame.detections) {
+      d.centre_px += Eigen::Vector2d(i % 2 == 0 ? 0.03 : -0.03, i % 3 == 0 ? 0.03 : -0.02);
+      ++i;
+    }
+  }
+  const JointResult result = calibrate_bench1(detections);
+  EXPECT_THAT(result.calibration.warnings, testing::Contains(HasSubstr("set pose_07, cam2: RMS")));
+}
+
+TEST(Joint, TheEccentricityOfTheDotsWouldBeABias) {
+  JointOptions without;
+  without.common.correct_eccentricity = false;
+  const auto off_mm = [](const JointResult& result) {
+    double sum = 0;
+    for (int i = 0; i < 3; ++i)
+      sum += (centre_in_world(result.calibration.cameras[i].camera) -
+              centre_in_world(test::bench1_truth().cameras[i]))
+                 .norm() /
+             mm / 3;
+    return sum;
+  };
+  const Detections exact = bench1_target_detections(0);
+  EXPECT_LT(off_mm(calibrate_bench1(exact)), 0.002);
+  EXPECT_GT(off_mm(calibrate_bench1(exact, without)), 0.004);
+}
+
+TEST(Joint, DerivativesEqualDifferences) {
+  const SyntheticBench bench(3);
+  const JointModel model = bench.true_model();
+  const JointCamera camera = [&] {
+    JointCamera c = model.cameras[1];
+    c.skew_px = 0.7;
+    return c;
+  }();
+  const Placement& placement = model.placements[2];
+  const Eigen::Vector3d point(0.05, -0.03, 0);
+  const TargetImage image = *image_of(camera, placement, model.bow, point);
+  const auto& l = std::get<BrownLens>(camera.camera.model.lens);
+  const Eigen::Vector3d t = camera.camera.cam_from_world.translation_m / mm;
+  const double base[camera_parameters] = {l.fx_px, l.fy_px, l.cx_px, l.cy_px, l.k1, l.k2,
+                                          l.p1,    l.p2,    l.k3,    0.7,     0,    0,
+                                          0,       t.x(),   t.y(),   t.z()};
+  for (int i = 0; i < camera_parameters; ++i) {
+    const double step = 1e-6 * std::max(1.0, std::abs(base[i]));
+    double low[camera_parameters], high[camera_parameters];
+    std::copy(base, base + camera_parameters, low);
+    std::copy(base, base + camera_parameters, high);
+    low[i] -= step;
+    high[i] += step;
+    const Eigen::Vector2d slope = (*pixel_of(moved(camera, high), placement, model.bow, point) -
+                                   *pixel_of(moved(camera, low), placement, model.bow, point)) /
+                                  (2 * step);
+    EXPECT_LT((slope - image.by_camera.col(i)).norm(), 1e-5 * (1 + slope.norm())) << i;
+  }
+  BoardBow bent = model.bow;
+  bent.edge_rise_mm.x() += 1e-3;
+  const Eigen::Vector2d slope = (*pixel_of(camera, placement, bent, point) - image.px) / 1e-3;
+  EXPECT_LT((slope - image.by_bow.col(0)).norm(), 1e-4);
+}
+
+/// Zhang's corners: one camera, five views. His axes run y down, z away from the camera: turned
+/// by half a turn about x into this project's.
+JointModel zhang_views(const std::filesystem::path& folder) {
+  JointModel model;
+  JointCamera camera;
+  camera.camera.name = "zhang";
+  camera.camera.model = {BrownLens{}, 640, 480};
+  model.cameras.push_back(camera);
+  for (int view = 0; view < 5; ++view) {
+    model.placements.push_back({"view" + std::to_string(view + 1), {}, view == 0});
+    JointFrame frame{0, static_cast<std::size_t>(view), {}};
+    std::istringstream flat(read_text(folder / "Model.txt"));
+    std::istringstream seen(read_text(folder / ("data" + std::to_string(view + 1) + ".txt")));
+    double x, y, u, v;
+    for (int i = 0; flat >> x >> y && seen >> u >> v; ++i)
+      frame.points.push_back({{i / 4, i % 4}, Eigen::Vector3d(x, -y, 0) * 25.4 * mm, {u, v}});
+    model.frames.push_back(frame);
+  }
+  return model;
+}
+
+TEST(Joint, ZhangsSetGivesHisPublishedDigits) {
+  DRAPE_REQUIRE_REFERENCE(folder, "zhang-1998");
+  JointModel model = zhang_views(folder);
+  ASSERT_EQ(model.frames[4].points.size(), 256u);
+  start_joint(model);
+  JointFit fit;
+  fit.lens = LensTerms::k1_k2;
+  fit.skew = true;
+  fit.bow = false;
+  const JointSolution solution = solve_joint(model, fit);
+  EXPECT_TRUE(solution.converged);
+  EXPECT_NEAR(std::sqrt(solution.chi2 / (5 * 256)), 0.336434, 1e-6);
+  const auto& lens = std::get<BrownLens>(solution.model.cameras[0].camera.model.lens);
+  EXPECT_NEAR(lens.fx_px, 832.5, 0.05);  // half a unit of the last published digit
+  EXPECT_NEAR(solution.model.cameras[0].skew_px, 0.204494, 1e-5);
+  EXPECT_NEAR(lens.fy_px, 832.53, 0.005);
+  EXPECT_NEAR(lens.cx_px, 303.959, 5e-4);
+  EXPECT_NEAR(lens.cy_px, 206.585, 5e-4);
+  EXPECT_NEAR(lens.k1, -0.228601, 5e-6);
+  EXPECT_NEAR(lens.k2, 0.190353, 5e-6);
+  std::printf("Zhang: %.6f %.6f %.6f %.6f %.6f %.6f %.6f, RMS %.7f px\n", lens.fx_px,
+              solution.model.cameras[0].skew_px, lens.fy_px, lens.cx_px, lens.cy_px, lens.k1,
+              lens.k2, std::sqrt(solution.chi2 / (5 * 256)));
+  EXPECT_EQ(free_parameters(model, fit), 37);
+}
+
+/// Counts how often the truth lies inside the 95 % interval.
+struct Coverage {
+  int inside = 0, all = 0;
+  void add(double error, double variance) {
+    inside += std::abs(error) <= 1.959964 * std::sqrt(variance);
+    ++all;
+  }
+  [[nodiscard]] double share() const { return static_cast<double>(inside) / all; }
+};
+
+TEST(Joint, NinetyFivePercentIntervalsHoldOnSyntheticRigs) {
+  const int rigs = test::trial_count(8, 200);
+  Coverage focal, principal, position, turn;
+  for (int seed = 0; seed < rigs; ++seed) {
+    const SyntheticBench bench(static_cast<unsigned>(seed));
+    JointOptions options;
+    options.lens = LensTerms::k1_k2;
+    JointModel model = bench.noisy_views();
+    start_joint(model);
+    const JointResult result = calibrate_joint(std::move(model), 0, options);
+    ASSERT_TRUE(result.report.good()) << seed << ": " << result.report.status;
+    for (std::size_t c = 0; c < result.calibration.cameras.size(); ++c) {
+      const CalibratedCamera& found = result.calibration.cameras[c];
+      const Camera& truth = bench.true_model().cameras[c].camera;
+      const auto &lens = std::get<BrownLens>(found.camera.model.lens),
+                 &true_lens = std::get<BrownLens>(truth.model.lens);
+      const Eigen::MatrixXd& s = found.covariance;
+      focal.add(lens.fx_px - true_lens.fx_px, s(0, 0));
+      focal.add(lens.fy_px - true_lens.fy_px, s(1, 1));
+      principal.add(lens.cx_px - true_lens.cx_px, s(2, 2));
+      principal.add(lens.cy_px - true_lens.cy_px, s(3, 3));
+      const Eigen::Vector3d off = (centre_in_world(found.camera) - centre_in_world(truth)) / mm;
+      const Eigen::Matrix3d off_covariance = centre_covariance_mm2(found);
+      const auto vector_of = [](const Camera& camera) {
+        const Eigen::AngleAxisd a(camera.cam_from_world.rotation);
+        return Eigen::Vector3d(a.angle() * a.axis());
+      };
+      const Eigen::Vector3d turned = vector_of(found.camera) - vector_of(truth);
+      for (int i = 0; i < 3; ++i) {
+        position.add(off[i], off_covariance(i, i));
+        if (turned.norm() < 1) turn.add(turned[i], s(9 + i, 9 + i));
+      }
+    }
+  }
+  std::printf("inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d rigs\n",
+              focal.share(), principal.share(), position.share(), turn.share(), rigs);
+  // Six numbers of a kind per rig; three standard deviations of the slice's share beside the
+  // issue's 93 to 97 %.
+  const double slack = rigs < 200 ? 3 * std::sqrt(0.95 * 0.05 / (6.0 * rigs)) : 0;
+  for (const Coverage& kind : {focal, principal, position, turn}) {
+    EXPECT_GE(kind.share(), 0.93 - slack);
+    EXPECT_LE(kind.share(), 0.97 + slack);
+  }
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+#include "calib/joint_model.hpp"
+#include "core/units.hpp"
+
+namespace drape::test {
+
+/// Makes the frames that the model's cameras see of its placements, all 12 x 9 points.
+inline void see(JointModel& model, double noise_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0, noise_px);
+  model.frames.clear();
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+      JointFrame frame{c, p, {}};
+      for (int dot = 0; dot < 108; ++dot) {
+        const int row = dot / 12, col = dot % 12;
+        const Eigen::Vector3d flat((col - 5.5) * 0.02, (row - 4) * 0.02, 0);
+        const auto px = pixel_of(model.cameras[c], model.placements[p], model.bow, flat);
+        if (!px) continue;
+        frame.points.push_back({{row, col},
+                                flat,
+                                *px + Eigen::Vector2d(noise(random), noise(random)),
+                                noise_px * noise_px * Eigen::Matrix2d::Identity()});
+      }
+      model.frames.push_back(frame);
+    }
+  }
+}
+
+/// The same views with cameras, free placements and bow not known.
+inline JointModel forgotten(const JointModel& model) {
+  JointModel views = model;
+  views.bow.edge_rise_mm.setZero();
+  for (JointCamera& camera : views.cameras) {
+    camera.camera.model.lens = BrownLens{};
+    camera.camera.cam_from_world = {};
+  }
+  for (Placement& placement : views.placements) {
+    if (!placement.known) placement.world_from_target = {};
+  }
+  return views;
+}
+
+/// A made-up bench: three cameras on a cone, a bent target in its reference pose, raised, and in
+/// free poses. Everything follows from the seed.
+class SyntheticBench {
+ public:
+  explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05)
+      : random_(seed) {
+    model_.bow.half_m = {0.11, 0.08};
+    model_.bow.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
+    model_.bow.edge_rise_mm = {number(-0.1, 0.1), number(-0.1, 0.1)};
+    for (int i = 0; i < 3; ++i) model_.cameras.push_back(camera(i));
+    for (const double z_m : {0.0, 0.06}) {
+      Placement stage{"stage" + std::to_string(model_.placements.size()), {}, true};
+      stage.world_from_target.translation_m.z() = z_m;
+      model_.placements.push_back(stage);
+    }
+    for (int i = 0; i < free_poses; ++i) model_.placements.push_back(free_pose(i));
+    see(model_, noise_px, seed + 1000);
+  }
+
+  [[nodiscard]] const JointModel& true_model() const { return model_; }
+
+  /// What the cameras see, with nothing known of cameras and placements.
+  [[nodiscard]] JointModel noisy_views() const { return forgotten(model_); }
+
+ private:
+  double number(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+  JointCamera camera(int index) {
+    const double turn = (index * 120 + number(-20, 20)) * units::deg;
+    const double lean = number(30, 40) * units::deg, distance = number(0.7, 0.85);
+    const Eigen::Vector3d centre =
+        distance * Eigen::Vector3d(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn),
+                                   std::cos(lean));
+    const Eigen::Vector3d forward = (Eigen::Vector3d(0, 0, 0.03) - centre).normalized();
+    const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
+    JointCamera result;
+    result.camera.name = "cam" + std::to_string(index);
+    CamFromWorld& pose = result.camera.cam_from_world;
+    pose.rotation << right.transpose(), forward.cross(right).transpose(), forward.transpose();
+    pose.translation_m = -(pose.rotation * centre);
+    const double f = number(2600, 3000);
+    result.camera.model = {
+        BrownLens{f, f * number(0.999, 1.001), number(785, 815), number(585, 615),
+                  number(-0.2, -0.05), number(-0.05, 0.05), 0, 0, 0},
+        1600, 1200};
+    return result;
+  }
+
+  Placement free_pose(int index) {
+    Placement pose{"pose" + std::to_string(index), {}, false};
+    const double about = number(0, 2 * 3.14159265);
+    const Eigen::Vector3d axis(std::cos(about), std::sin(about), 0);
+    pose.world_from_target.rotation = rotation_about(number(15, 35) * units::deg * axis) *
+                                      rotation_about(number(-0.5, 0.5) * Eigen::Vector3d::UnitZ());
+    pose.world_from_target.translation_m = {number(-0.03, 0.03), number(-0.03, 0.03),
+                                            number(0.0, 0.08)};
+    return pose;
+  }
+
+  std::mt19937 random_;
+  JointModel model_;
+};
+
+}  // namespace drape::test
