@@ -94,7 +94,14 @@ std::string charts(const Trend& trend, double alarm_sigmas) {
 
 std::string history_page(const StoreReader& store, const TrendOptions& options) {
   const Trend trend = trend_of(store, options);
-  const Table list = list_results(store, {});
+  Table list = store.query(
+      "SELECT scene, fabric, simulator, grid_size AS grid, segments AS seg, round(mean_dist_mm, 3) "
+      "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
+      "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
+      "comparison FROM v_real_vs_virtual");
+  list.heads = {"scene",     "fabric", "simulator",      "grid",     "segments",
+                "mean (mm)", "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
+                "marks",     "gaps",   "status",         "recorded", "comparison"};
   Table drapemeters = store.query(
       "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, "
       "s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, round(d.covered_area_mm2) AS "
@@ -103,6 +110,9 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "m.sha256 = d.sheet_sha256 LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256 "
       "ORDER "
       "BY drape, sheet, s.segments, s.grid_rows, d.sheet_sha256");
+  drapemeters.heads = {"drape",    "sheet",          "grid",
+                       "segments", "covered (mm²)",  "drape coefficient (%)",
+                       "folds",    "fold depth (mm)"};
   const bool go = trend.alarms == 0;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
          "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "

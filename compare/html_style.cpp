@@ -32,7 +32,6 @@ tr.best td { font-weight: 700; background: #f3f6fa; }
 table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12rem .5rem .12rem 0; }
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(19rem, 1fr)); gap: .5rem 2.5rem; align-items: start; }
 .photos { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
-.photos figure:first-child { grid-column: 1 / -1; }
 .marks { columns: 19rem auto; column-gap: 2rem; }
 figure { margin: 0 0 1rem; break-inside: avoid; }
 .turn canvas { display: block; width: 100%; max-width: 62rem; height: auto; touch-action: none; cursor: grab; background: #f5f7f9; border-radius: 4px; }
@@ -58,8 +57,8 @@ td code { overflow-wrap: anywhere; }
   .turn { display: none; } .crops svg { width: 1.9rem; height: 1.9rem; } .crops { font-size: 6.5pt; }
   body { font-size: 9.5pt; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
   h3 { break-after: avoid; } tr, figure { break-inside: avoid; } .scroll { overflow: visible; }
-  .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-  table { font-size: 8.5pt; } table.dense { font-size: 7pt; } .photos { grid-template-columns: 1fr 1fr; }
+  h2.first { break-before: auto; } .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  table { font-size: 8.5pt; } table.dense { font-size: 7pt; } .photos { grid-template-columns: 1fr 1fr; } .facts { gap: .5rem 1.6rem; }
 }
 )css";
 }

@@ -57,13 +57,25 @@ class SealLock {
   int fd_;
 };
 
+/// The chain may have grown since it was sealed, but what was sealed must still be its beginning:
+/// else sealing again would hide that rows were removed.
+void check_beginning(SQLite::Database& database, const Seal& before, const fs::path& store) {
+  if (before.entries == 0) return;
+  SQLite::Statement entry(database, "SELECT chain_sha256 FROM ledger WHERE sequence = ?");
+  entry.bind(1, static_cast<int64_t>(before.entries));
+  if (entry.executeStep() && entry.getColumn(0).getString() == before.head) return;
+  throw bad_input("rows of the results store are missing since it was sealed",
+                  {.file = store.string()}, "restore the store and its seal from a backup");
+}
+
 /// Hash of the store while nobody can write it; nothing when somebody still does.
-bool hash_store(const fs::path& store, Seal& seal) {
+bool hash_store(const fs::path& store, const Seal& before, Seal& seal) {
   SQLite::Database database(store.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
   SQLite::Statement checkpoint(database, "PRAGMA wal_checkpoint(TRUNCATE)");
   if (!checkpoint.executeStep() || checkpoint.getColumn(0).getInt() != 0) return false;
   checkpoint.reset();
   SQLite::Transaction writers_wait(database, SQLite::TransactionBehavior::IMMEDIATE);
+  check_beginning(database, before, store);
   std::error_code absent;
   const auto log_size = fs::file_size(store.string() + "-wal", absent);
   if (!absent && log_size > 0) return false;  // somebody wrote in between and will seal
@@ -93,7 +105,9 @@ Seal read_seal(const fs::path& store) {
   const std::string text = read_text(file);
   const Json json = Json::parse(text, nullptr, false);
   const Where where{.file = file.string()};
-  const char* what_to_do = "restore the store and its seal from a backup";
+  const char* what_to_do =
+      "restore the store and its seal from a backup; without one, find what changed, remove the "
+      "seal and import again";
   if (json.is_discarded()) throw bad_input(kDamaged, where, what_to_do);
   Seal seal;
   try {
@@ -111,8 +125,9 @@ Seal read_seal(const fs::path& store) {
 
 void seal_store(const fs::path& store, const std::vector<fs::path>& starts) {
   const SealLock lock(folder_of(store));
-  Seal seal;
-  if (fs::is_regular_file(seal_path(store))) seal.files = read_seal(store).files;
+  Seal seal, before;
+  if (fs::is_regular_file(seal_path(store))) before = read_seal(store);
+  seal.files = before.files;
   RecordBook book;
   const fs::path folder = folder_of(store);
   for (const fs::path& file : files_behind(book, starts)) {
@@ -121,7 +136,7 @@ void seal_store(const fs::path& store, const std::vector<fs::path>& starts) {
       seal.files[fs::proximate(file, folder).generic_string()] = *sha256;
   }
   try {
-    if (!hash_store(store, seal)) return;
+    if (!hash_store(store, before, seal)) return;
   } catch (const SQLite::Exception& exception) {
     throw store_error(store, exception);
   }

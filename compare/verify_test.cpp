@@ -92,6 +92,16 @@ TEST_F(Sealed, ASealThatIsOlderThanTheStoreIsSaid) {
   EXPECT_THAT(findings(), IsEmpty());
 }
 
+TEST_F(Sealed, SealingAgainDoesNotHideRemovedRows) {
+  {
+    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
+    database.exec("DROP TRIGGER ledger_no_DELETE");
+    database.exec("DELETE FROM ledger WHERE sequence = (SELECT max(sequence) FROM ledger)");
+  }
+  EXPECT_THROW(seal_store(store(), sheets_), Error);
+  EXPECT_FALSE(findings().empty());
+}
+
 /// Puts a file back as it was when the trial ends.
 class Restored {
  public:
