@@ -2,6 +2,7 @@
 #include "capture/ending.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace drape {
 
@@ -40,6 +41,40 @@ Ending ending_of(const VerifyReport& report) {
   for (const std::string& file : report.not_listed) {
     ending.rejected.push_back(fmt::format("{}: not listed in recording.json", file));
   }
+  return ending;
+}
+
+Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
+                 const std::filesystem::path& recording_folder) {
+  Ending ending;
+  const std::size_t captured =
+      report.cameras.empty() ? 0 : static_cast<std::size_t>(report.cameras[0].ledger.in_set);
+  ending.go = stored.refused.empty() && captured >= static_cast<std::size_t>(frames);
+  ending.verdict = stored.sets.empty()
+                       ? "nothing was stored"
+                       : fmt::format("{} of {} sets captured, stored in {}", captured, frames,
+                                     (recording_folder / "recording.json").string());
+  ending.numbers.emplace_back("sets", fmt::format("{}", fmt::join(stored.sets, ", ")));
+  ending.numbers.emplace_back("sync", to_string(report.method));
+  if (!report.why_fallen_back.empty())
+    ending.numbers.emplace_back("fallen back", report.why_fallen_back);
+  for (const LiveCameraReport& camera : report.cameras) {
+    const CameraLedger& l = camera.ledger;
+    ending.numbers.emplace_back(
+        camera.name,
+        fmt::format("{} frames expected: {} in sets, {} unpaired, {} incomplete, {} never arrived; "
+                    "{} packets resent",
+                    l.expected, l.in_set, l.unpaired, l.incomplete, l.never_arrived,
+                    camera.counters.packets_resent));
+  }
+  for (const auto& [camera, what, to_do] : report.faults)
+    ending.rejected.push_back(fmt::format("camera `{}`: {}; to do: {}", camera, what, to_do));
+  for (const auto& [camera, what, to_do] : stored.refused)
+    ending.rejected.push_back(fmt::format(
+        "{}{}; to do: {}", camera.empty() ? "" : "camera `" + camera + "`, ", what, to_do));
+  ending.next_command = ending.go
+                            ? fmt::format("drape-capture verify {}", recording_folder.string())
+                            : "drape doctor RIG";
   return ending;
 }
 

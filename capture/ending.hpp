@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/capture.hpp"
+#include "capture/live/record.hpp"
 #include "core/program.hpp"
 
 namespace drape {
@@ -12,5 +13,9 @@ namespace drape {
 
 /// The last lines after a verification: every fault by name.
 [[nodiscard]] Ending ending_of(const VerifyReport& report);
+
+/// Of a capture: good when every set that was asked for is stored.
+[[nodiscard]] Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
+                               const std::filesystem::path& recording_folder);
 
 }  // namespace drape

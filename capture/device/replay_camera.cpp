@@ -22,6 +22,9 @@ class ReplayCamera final : public Camera {
   }
 
   [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& settings) override {
+    if (settings.trigger != TriggerSource::free_run)
+      throw device_error("a recording cannot be triggered", camera_,
+                         "choose the sync method free_run");
     const RecordedFrame& first = frame_in(recording_.sets.front());
     if (settings.width_px) require_taken("width_px", *settings.width_px, first.width_px, camera_);
     if (settings.height_px)

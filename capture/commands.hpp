@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/program.hpp"
+
+namespace drape {
+
+struct CaptureCommand {
+  std::filesystem::path rig, recording;
+  std::string set;
+  int frames = 1;
+  bool average = false;
+  double patience_s = 20;
+};
+
+// What the subcommands of drape-capture do; each returns the exit code.
+int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
+                const CommonOptions& common);
+int run_import(const std::filesystem::path& folder, const std::filesystem::path& recording,
+               std::vector<std::string> arguments, const CommonOptions& common);
+int run_verify(const std::filesystem::path& recording, const CommonOptions& common);
+
+}  // namespace drape

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/host/camera_host.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "core/error.hpp"
+
+extern char** environ;
+
+namespace drape {
+namespace {
+
+constexpr int kControl = 3, kMemory = 4;  ///< descriptors as the child sees them
+constexpr double kOpening_s = 8.0;        ///< discovery and set-up may take that long
+
+}  // namespace
+
+CameraHost::CameraHost(CameraAddress address, CameraSettings settings, HostOptions options)
+    : address_(std::move(address)), settings_(std::move(settings)), options_(std::move(options)) {}
+
+CameraHost::~CameraHost() {
+  control_.reset();  // the host ends by itself and lets go of the camera
+  for (int i = 0; process_ > 0 && i < 100; ++i) {
+    if (::waitpid(process_, nullptr, WNOHANG) != 0) return;
+    ::usleep(10'000);
+  }
+  kill();
+}
+
+void CameraHost::launch() {
+  kill();
+  int ends[2];
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) != 0)
+    throw internal_error("no socket pair for the camera host");
+  control_ = Descriptor(ends[0]);
+  const Descriptor theirs(ends[1]);
+  memory_.emplace(options_.slots, options_.slot_bytes);
+  spawn(theirs.get(), memory_->descriptor());
+  fault_.reset();
+  ready_ = false;
+  clock_.clear();
+  frames_.clear();
+  counters_before_ = counters();
+  counters_ = {};
+  last_sign_ = std::chrono::steady_clock::now();
+  ++launches_;
+  // Once known, the address spares the second of discovery.
+  CameraAddress address = address_;
+  if (address.backend == Backend::aravis && !identity_.host_address.empty()) {
+    address.device = identity_.address;
+    address.host_address = identity_.host_address;
+  }
+  send_message(control_.get(), {{"do", "open"},
+                                {"address", json_of(address)},
+                                {"settings", json_of(settings_)},
+                                {"slots", options_.slots},
+                                {"slot_bytes", options_.slot_bytes}});
+}
+
+void CameraHost::spawn(int control, int memory) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  // Copies above the wanted numbers first, so that neither overwrites the other.
+  const Descriptor c(::fcntl(control, F_DUPFD_CLOEXEC, 10));
+  const Descriptor m(::fcntl(memory, F_DUPFD_CLOEXEC, 10));
+  posix_spawn_file_actions_adddup2(&actions, c.get(), kControl);
+  posix_spawn_file_actions_adddup2(&actions, m.get(), kMemory);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  std::vector<std::string> words = {options_.program.string(),
+                                    "--control",
+                                    std::to_string(kControl),
+                                    "--memory",
+                                    std::to_string(kMemory),
+                                    "--memory-limit-mb",
+                                    std::to_string(options_.memory_limit_mb)};
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const int refused =
+      ::posix_spawn(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (refused == 0) return;
+  process_ = -1;
+  throw Error(ErrorKind::device, "the camera host cannot be started", {.file = words[0]},
+              "build or install drape-camera-host beside this program");
+}
+
+void CameraHost::kill() {
+  if (process_ > 0) {
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+  }
+  process_ = -1;
+  control_.reset();
+  ready_ = false;
+}
+
+void CameraHost::command(const char* what) {
+  if (control_.get() >= 0) send_message(control_.get(), {{"do", what}});
+}
+
+void CameraHost::pump() {
+  if (fault_ || control_.get() < 0) return;
+  Json message;
+  for (;;) {
+    const Received got = receive_message(control_.get(), 0, message);
+    if (got == Received::nothing) break;
+    if (got == Received::closed) {
+      int status = 0;
+      ::waitpid(process_, &status, 0);
+      process_ = -1;
+      return fail(WIFSIGNALED(status)
+                      ? fmt::format("its camera host was ended by signal {}", WTERMSIG(status))
+                      : "its camera host ended",
+                  "it is started again; when that repeats, look for junk on the camera's network");
+    }
+    last_sign_ = std::chrono::steady_clock::now();
+    take(message);
+    if (fault_) return;
+  }
+  const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_sign_;
+  if (silence.count() > (ready_ ? options_.silence_s : kOpening_s))
+    fail("its camera host gives no sign of life", "check cable and power of the camera");
+}
+
+void CameraHost::take(const Json& message) {
+  const std::string is = message.at("is");
+  if (is == "ready") take_ready(message);
+  if (is == "frame") take_frame(message);
+  if (is == "error") fail(message.at("what"), message.at("do"));
+  if (is != "alive" || !message.contains("counters")) return;
+  take_clock(message.at("clock"));
+  const Json& c = message.at("counters");
+  counters_ = {c[0], c[1], c[2], c[3]};
+  no_slot_ = c[4];
+}
+
+void CameraHost::take_ready(const Json& message) {
+  ready_ = true;
+  identity_ = identity_of(message.at("identity"));
+  read_back_.clear();
+  for (const Json& s : message.at("settings")) read_back_.push_back({s[0], s[1]});
+  ids_ = {message.at("first_id"), message.at("last_id")};
+  on_host_clock_ = message.at("on_host_clock");
+  take_clock(message.at("clock"));
+}
+
+void CameraHost::take_frame(const Json& message) {
+  HostFrame frame;
+  frame.id = message.at("id");
+  frame.complete = message.at("complete");
+  frame.fault = message.at("fault");
+  if (!message.at("device_ns").is_null())
+    frame.device_ns = message.at("device_ns").get<std::int64_t>();
+  if (frame.complete) {
+    frame.width_px = message.at("width_px");
+    frame.height_px = message.at("height_px");
+    const std::size_t slot = message.at("slot");
+    const auto bytes =
+        static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
+    const auto pixels = memory_->slot(slot);
+    if (bytes > pixels.size()) return fail("a frame is larger than its slot", "correct rig.toml");
+    frame.pixels.assign(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(bytes));
+    send_message(control_.get(), {{"do", "free"}, {"slot", slot}});
+  }
+  frames_.push_back(std::move(frame));
+}
+
+void CameraHost::take_clock(const Json& samples) {
+  for (const Json& s : samples) clock_.push_back({s[0], s[1], s[2]});
+}
+
+void CameraHost::fail(std::string what, std::string what_to_do) {
+  fault_ = std::move(what);
+  what_to_do_ = std::move(what_to_do);
+}
+
+CameraCounters CameraHost::counters() const {
+  return {counters_before_.packets_requested_again + counters_.packets_requested_again,
+          counters_before_.packets_resent + counters_.packets_resent,
+          counters_before_.packets_repeated + counters_.packets_repeated,
+          counters_before_.buffer_underruns + counters_.buffer_underruns};
+}
+
+std::filesystem::path camera_host_program() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "drape-camera-host";
+}
+
+}  // namespace drape

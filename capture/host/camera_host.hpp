@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/host/channel.hpp"
+
+namespace drape {
+
+struct HostOptions {
+  std::filesystem::path program;  ///< drape-camera-host
+  std::size_t slots = 8;          ///< frames on their way at once
+  std::size_t slot_bytes = 0;     ///< bytes of the largest frame
+  int memory_limit_mb = 2048;
+  double silence_s = 1.0;  ///< without a sign of life it is taken as hung
+};
+
+/// A frame as it left the camera host, pixels copied out of the shared memory.
+struct HostFrame {
+  std::uint64_t id = 0;
+  std::optional<std::int64_t> device_ns;
+  bool complete = false;
+  std::string fault;
+  int width_px = 0, height_px = 0;
+  std::vector<std::uint8_t> pixels;
+};
+
+/// One camera behind its own process, seen from the capture. launch() starts a process (a fresh one
+/// when there was one); pump() takes in what it said. Never blocks, never throws for a fault of the
+/// camera: fault() tells it.
+class CameraHost {
+ public:
+  CameraHost(CameraAddress address, CameraSettings settings, HostOptions options);
+  ~CameraHost();
+  CameraHost(const CameraHost&) = delete;
+  CameraHost& operator=(const CameraHost&) = delete;
+
+  void launch();
+  void kill();
+  void pump();
+  void start() { command("start"); }
+  void stop() { command("stop"); }
+  void trigger() { command("trigger"); }
+  void set_settings(const CameraSettings& settings) { settings_ = settings; }
+
+  /// Why the camera cannot go on: it said so, its process ended, or it went silent.
+  [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
+  [[nodiscard]] const std::string& what_to_do() const { return what_to_do_; }
+  [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] int descriptor() const { return control_.get(); }
+  [[nodiscard]] pid_t process() const { return process_; }
+  [[nodiscard]] int launches() const { return launches_; }
+
+  [[nodiscard]] const CameraIdentity& identity() const { return identity_; }
+  [[nodiscard]] const std::vector<SettingReadBack>& settings() const { return read_back_; }
+  [[nodiscard]] FrameIdRange frame_ids() const { return ids_; }
+  [[nodiscard]] bool on_host_clock() const { return on_host_clock_; }
+  [[nodiscard]] const std::vector<ClockSample>& clock_samples() const { return clock_; }
+  [[nodiscard]] CameraCounters counters() const;
+  [[nodiscard]] std::int64_t frames_without_room() const { return no_slot_; }
+  [[nodiscard]] std::deque<HostFrame>& frames() { return frames_; }
+
+ private:
+  void command(const char* what);
+  void take(const Json& message);
+  void take_ready(const Json& message);
+  void take_frame(const Json& message);
+  void take_clock(const Json& samples);
+  void fail(std::string what, std::string what_to_do);
+  void spawn(int control, int memory);
+
+  CameraAddress address_;
+  CameraSettings settings_;
+  HostOptions options_;
+  Descriptor control_;
+  std::optional<SharedFrames> memory_;
+  pid_t process_ = -1;
+  int launches_ = 0;
+  bool ready_ = false, on_host_clock_ = false;
+  std::optional<std::string> fault_;
+  std::string what_to_do_;
+  std::chrono::steady_clock::time_point last_sign_;
+  CameraIdentity identity_;
+  std::vector<SettingReadBack> read_back_;
+  FrameIdRange ids_;
+  std::vector<ClockSample> clock_;
+  CameraCounters counters_, counters_before_;
+  std::int64_t no_slot_ = 0;
+  std::deque<HostFrame> frames_;
+};
+
+/// drape-camera-host beside the running program.
+[[nodiscard]] std::filesystem::path camera_host_program();
+
+}  // namespace drape

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape-camera-host: one camera in a process of its own, so that a camera, its library or its
+// network cannot take the capture down.
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "capture/host/serve.hpp"
+#include "core/program.hpp"
+
+namespace {
+
+void limit_memory(int limit_mb) {
+  const rlim_t bytes = static_cast<rlim_t>(limit_mb) << 20;
+  const rlimit limit{bytes, bytes};
+  ::setrlimit(RLIMIT_AS, &limit);
+}
+
+int list() {
+  drape::Json devices = drape::Json::array();
+  for (const drape::FoundDevice& device : drape::find_devices()) {
+    devices.push_back({{"backend", drape::to_string(device.backend)},
+                       {"name", device.name},
+                       {"identity", json_of(device.identity)}});
+  }
+  fmt::print("{}\n", devices.dump());
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Runs one camera in a process of its own. Started by drape capture, drape cameras and\n"
+      "drape doctor; by itself it lists the cameras that answer:\n\n"
+      "  drape-camera-host --list\n",
+      "drape-camera-host");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  int control = -1, memory = -1, limit_mb = 2048;
+  bool listing = false;
+  app.add_flag("--list", listing, "print the cameras that answer as JSON, and end");
+  app.add_option("--control", control, "inherited descriptor of the commands");
+  app.add_option("--memory", memory, "inherited descriptor of the shared frames");
+  app.add_option("--memory-limit-mb", limit_mb, "address space of this process, in MB");
+  return drape::run_program(app, argc, argv, common, [&] {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    limit_memory(limit_mb);
+    if (listing || control < 0 || memory < 0) return list();
+    drape::serve_camera(drape::Descriptor(control), drape::Descriptor(memory));
+    return 0;
+  });
+}

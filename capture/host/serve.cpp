@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/host/serve.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <thread>
+
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kAliveEvery = std::chrono::milliseconds(100);
+constexpr int kClockEvery = 5;  ///< alive messages per reading of the camera's clock
+constexpr int kFirstClockReadings = 10;
+constexpr double kPatience_s = 0.05;
+
+class Server {
+ public:
+  Server(Descriptor control, Descriptor memory)
+      : control_(std::move(control)), memory_(std::move(memory)) {}
+
+  void run() {
+    std::thread grabber;
+    try {
+      Clock::time_point alive = Clock::now();
+      Json message;
+      while (!failed_) {
+        const Received got = receive_message(control_.get(), 20, message);
+        if (got == Received::closed) break;
+        if (got == Received::message) obey(message);
+        if (camera_ && !grabber.joinable()) grabber = std::thread([this] { grab(); });
+        if (Clock::now() - alive >= kAliveEvery) {
+          alive = Clock::now();
+          tell_alive();
+        }
+      }
+    } catch (const Error& error) {
+      tell(error);
+    } catch (const std::exception& error) {
+      tell(internal_error(error.what()));
+    }
+    ended_ = true;
+    changed_.notify_all();
+    if (grabber.joinable()) grabber.join();
+  }
+
+ private:
+  void tell(const Error& error) {
+    send_message(control_.get(), {{"is", "error"},
+                                  {"what", error.what_failed()},
+                                  {"where", error.where().field},
+                                  {"do", error.what_to_do()}});
+  }
+
+  void obey(const Json& message) {
+    const std::string what = message.at("do");
+    if (what == "open") open(message);
+    if (what == "start") set_running(true);
+    if (what == "stop") set_running(false);
+    if (what == "trigger" && camera_) camera_->trigger();
+    if (what == "free") {
+      const std::lock_guard lock(mutex_);
+      free_.push_back(message.at("slot"));
+    }
+  }
+
+  void open(const Json& message) {
+    camera_ = open_camera(address_of(message.at("address")));
+    const auto settings = camera_->configure(settings_of(message.at("settings")));
+    const std::size_t slots = message.at("slots");
+    const std::size_t slot_bytes = message.at("slot_bytes");
+    if (camera_->frame_bytes() > slot_bytes)
+      throw Error(ErrorKind::device, "the camera's frames are larger than the rig says", {},
+                  "correct width_px and height_px in rig.toml");
+    frames_.emplace(std::move(memory_), slots, slot_bytes);
+    for (std::size_t i = 0; i < slots; ++i) free_.push_back(i);
+    Json ready{{"is", "ready"}, {"identity", json_of(camera_->identity())}};
+    ready["settings"] = Json::array();
+    for (const SettingReadBack& s : settings) ready["settings"].push_back({s.name, s.value});
+    const FrameIdRange ids = camera_->frame_ids();
+    ready["first_id"] = ids.first;
+    ready["last_id"] = ids.last;
+    ready["on_host_clock"] = camera_->on_host_clock();
+    ready["clock"] = Json::array();
+    for (int i = 0; i < kFirstClockReadings; ++i) add_clock(ready["clock"]);
+    send_message(control_.get(), ready);
+  }
+
+  void add_clock(Json& to) {
+    if (const auto s = camera_->read_clock())
+      to.push_back({s->host_before_ns, s->device_ns, s->host_after_ns});
+  }
+
+  void set_running(bool running) {
+    if (!camera_) return;
+    std::unique_lock lock(mutex_);
+    wanted_ = running;
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return failed_ || running_ == running; });
+  }
+
+  void tell_alive() {
+    Json alive{{"is", "alive"}};
+    if (camera_) {
+      alive["clock"] = Json::array();
+      if (++alive_count_ % kClockEvery == 0) add_clock(alive["clock"]);
+      const CameraCounters c = camera_->counters();
+      alive["counters"] = {c.packets_requested_again, c.packets_resent, c.packets_repeated,
+                           c.buffer_underruns, no_slot_.load()};
+    }
+    send_message(control_.get(), alive);
+  }
+
+  /// The grabber alone starts, stops and reads the stream.
+  void grab() {
+    try {
+      while (!ended_) {
+        if (follow_orders()) grab_one();
+      }
+      camera_->stop();
+    } catch (const Error& error) {
+      tell(error);
+      const std::lock_guard lock(mutex_);
+      failed_ = true;
+      changed_.notify_all();
+    }
+  }
+
+  /// True while streaming.
+  bool follow_orders() {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, std::chrono::milliseconds(running_ ? 0 : 20),
+                      [&] { return ended_ || wanted_ != running_; });
+    if (wanted_ != running_) {
+      wanted_ ? camera_->start() : camera_->stop();
+      running_ = wanted_;
+      changed_.notify_all();
+    }
+    return running_;
+  }
+
+  void grab_one() {
+    const auto frame = camera_->next(kPatience_s);
+    if (!frame) return;
+    Json message{{"is", "frame"}, {"id", frame->id}, {"complete", frame->complete}};
+    message["device_ns"] =
+        frame->device_ns && *frame->device_ns != 0 ? Json(*frame->device_ns) : Json();
+    message["fault"] = frame->fault;
+    if (frame->complete) {
+      const auto slot = take_slot();
+      if (!slot) return;
+      const auto to = frames_->slot(*slot);
+      if (frame->bytes > to.size()) return;
+      std::copy_n(frame->pixels, frame->bytes, to.begin());
+      message["slot"] = *slot;
+      message["width_px"] = frame->width_px;
+      message["height_px"] = frame->height_px;
+    }
+    send_message(control_.get(), message);
+  }
+
+  std::optional<std::size_t> take_slot() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) {
+      ++no_slot_;
+      return std::nullopt;
+    }
+    const std::size_t slot = free_.front();
+    free_.pop_front();
+    return slot;
+  }
+
+  Descriptor control_, memory_;
+  std::unique_ptr<Camera> camera_;
+  std::optional<SharedFrames> frames_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::size_t> free_;
+  bool wanted_ = false, running_ = false;
+  std::atomic<bool> ended_{false}, failed_{false};
+  std::atomic<std::int64_t> no_slot_{0};
+  int alive_count_ = 0;
+};
+
+}  // namespace
+
+void serve_camera(Descriptor control, Descriptor memory) {
+  Server(std::move(control), std::move(memory)).run();
+}
+
+}  // namespace drape

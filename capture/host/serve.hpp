@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "capture/host/channel.hpp"
+
+namespace drape {
+
+/// The camera's side: opens the camera it is told, obeys commands on `control` and passes frames
+/// through the shared memory, until the other side closes. Says every 100 ms that it is alive.
+/// Faults of the camera are told as a message and end it; nothing is thrown.
+void serve_camera(Descriptor control, Descriptor memory);
+
+}  // namespace drape

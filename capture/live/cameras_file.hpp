@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "capture/device/camera.hpp"
+
+namespace drape {
+
+/// How the cameras are made to expose together, best last.
+enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
+
+[[nodiscard]] std::string to_string(SyncMethod method);
+[[nodiscard]] TriggerSource trigger_of(SyncMethod method);
+
+struct LiveCamera {
+  std::string name;  ///< as in rig.toml
+  CameraAddress address;
+  CameraSettings settings;
+};
+
+/// cameras.toml beside rig.toml: which device each camera of the rig is, how it is set, and how all
+/// are synchronised.
+struct CamerasFile {
+  std::filesystem::path file;
+  std::vector<LiveCamera> cameras;  ///< in the order of rig.toml
+  SyncMethod method = SyncMethod::free_run;
+  std::vector<SyncMethod> fall_backs;  ///< tried in this order when a camera cannot do `method`
+  double frame_rate_hz = 10;           ///< free run, and the pace of the triggers
+  double largest_spread_s = 0;         ///< a set of larger spread is refused
+};
+
+/// Reads cameras.toml of the rig in `rig_folder` and the names and sizes in its rig.toml. Throws
+/// Error(bad_input) for a camera that is missing, named twice, or the same device as another.
+[[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_folder);
+
+}  // namespace drape

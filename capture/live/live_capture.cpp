@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/live/live_capture.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "capture/live/action_command.hpp"
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kRetryEvery_s = 0.3;
+constexpr double kOpening_s = 15;
+constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
+constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
+constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
+
+std::int64_t now_ns() {
+  return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+/// A frame before the clocks are fitted.
+struct Arrival {
+  std::size_t camera = 0;
+  std::int64_t index = 0;
+  HostFrame frame;
+};
+
+struct Running {
+  std::unique_ptr<CameraHost> host;
+  FrameIdUnwrapper ids{FrameIdRange{}};
+  std::int64_t base = 0;  ///< added to the unwrapped id; grows when ids start again
+  std::int64_t newest = -1;
+  std::optional<std::int64_t> newest_device_ns;
+  std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
+  std::int64_t failed_ns = 0;      ///< 0: it runs
+  std::int64_t retry_ns = 0;
+  bool started = false, fresh = true;
+  double longest_gap_s = 0;
+  std::vector<ClockSample> clock;
+  std::size_t clock_taken = 0;
+  std::int64_t complete = 0;
+};
+
+class Session {
+ public:
+  Session(const CamerasFile& cameras, const LiveOptions& options)
+      : file_(cameras), options_(options), epoch_ns_(now_ns()), last_progress_ns_(epoch_ns_) {
+    for (const LiveCamera& camera : file_.cameras) {
+      HostOptions host;
+      host.program = options_.host_program;
+      host.memory_limit_mb = options_.memory_limit_mb;
+      host.slot_bytes = static_cast<std::size_t>(*camera.settings.width_px) *
+                        static_cast<std::size_t>(*camera.settings.height_px);
+      auto& running = running_.emplace_back();
+      running.host = std::make_unique<CameraHost>(camera.address, camera.settings, host);
+    }
+  }
+
+  LiveResult run() {
+    open_with_fall_backs();
+    for (Running& r : running_) start(r);
+    report_.method == SyncMethod::free_run ? run_free() : run_triggered();
+    for (Running& r : running_) r.host->stop();
+    return finish();
+  }
+
+ private:
+  // ---- opening ------------------------------------------------------------------------------
+  void open_with_fall_backs() {
+    std::vector<SyncMethod> methods = {file_.method};
+    methods.insert(methods.end(), file_.fall_backs.begin(), file_.fall_backs.end());
+    for (std::size_t i = 0;; ++i) {
+      report_.method = methods[i];
+      const auto refused = open_all(methods[i]);
+      if (!refused) return;
+      if (i + 1 == methods.size())
+        throw Error(ErrorKind::device, refused->what, {.camera = refused->camera},
+                    refused->what_to_do);
+      report_.why_fallen_back +=
+          fmt::format("{}{}: camera `{}`: {}", report_.why_fallen_back.empty() ? "" : "; ",
+                      to_string(methods[i]), refused->camera, refused->what);
+    }
+  }
+
+  std::optional<LiveFault> open_all(SyncMethod method) {
+    for (std::size_t c = 0; c < running_.size(); ++c) {
+      CameraSettings settings = file_.cameras[c].settings;
+      settings.trigger = trigger_of(method);
+      running_[c].host->set_settings(settings);
+      running_[c].host->launch();
+    }
+    const std::int64_t until = now_ns() + std::llround(1e9 * kOpening_s);
+    for (;;) {
+      wait(0.02);
+      bool all = true;
+      for (std::size_t c = 0; c < running_.size(); ++c) {
+        CameraHost& host = *running_[c].host;
+        host.pump();
+        all = all && host.ready();
+        if (host.fault()) return LiveFault{name(c), *host.fault(), host.what_to_do()};
+        if (!host.ready() && now_ns() > until)
+          return LiveFault{name(c), "it does not open", "check cable and power of the camera"};
+      }
+      if (all) return method == SyncMethod::scheduled_action ? without_clock() : std::nullopt;
+    }
+  }
+
+  std::optional<LiveFault> without_clock() {
+    for (std::size_t c = 0; c < running_.size(); ++c) {
+      if (!fit_clock(running_[c].host->clock_samples(), {}))
+        return LiveFault{name(c), "its clock cannot be read", "use another sync method"};
+    }
+    return std::nullopt;
+  }
+
+  void start(Running& r) {
+    r.ids = FrameIdUnwrapper(r.host->frame_ids());
+    r.base = r.newest + 1;
+    r.fresh = true;
+    r.started = true;
+    r.clock_taken = 0;
+    r.last_frame_ns = now_ns();
+    r.host->start();
+  }
+
+  // ---- taking in what the hosts say ---------------------------------------------------------
+  void wait(double timeout_s) {
+    std::vector<pollfd> descriptors;
+    for (const Running& r : running_) descriptors.push_back({r.host->descriptor(), POLLIN, 0});
+    ::poll(descriptors.data(), descriptors.size(), static_cast<int>(std::ceil(1e3 * timeout_s)));
+  }
+
+  void take_in() {
+    for (std::size_t c = 0; c < running_.size(); ++c) {
+      Running& r = running_[c];
+      r.host->pump();
+      const auto& samples = r.host->clock_samples();
+      for (; r.clock_taken < samples.size(); ++r.clock_taken)
+        r.clock.push_back(samples[r.clock_taken]);
+      while (!r.host->frames().empty()) {
+        take_frame(c, std::move(r.host->frames().front()));
+        r.host->frames().pop_front();
+      }
+      look_after(c);
+    }
+  }
+
+  void take_frame(std::size_t c, HostFrame frame) {
+    Running& r = running_[c];
+    const auto unwrapped = r.ids.unwrap(frame.id);
+    if (!unwrapped) return;
+    if (r.fresh) rebase(r, frame);
+    r.fresh = false;
+    const std::int64_t index = r.base + *unwrapped;
+    r.newest = std::max(r.newest, index);
+    if (frame.device_ns) r.newest_device_ns = frame.device_ns;
+    r.last_frame_ns = now_ns();
+    last_progress_ns_ = r.last_frame_ns;
+    if (r.failed_ns != 0) {
+      r.longest_gap_s = std::max(r.longest_gap_s, seconds(now_ns() - r.failed_ns));
+      r.failed_ns = 0;
+    }
+    if (frame.complete) {
+      ++r.complete;
+    } else {
+      report_.faults.push_back({name(c), "a frame is incomplete: " + frame.fault,
+                                "raise packet_delay_ns or the socket buffer; see `drape doctor`"});
+    }
+    if (!options_.keep_pixels) frame.pixels = {};
+    arrivals_.push_back({c, index, std::move(frame)});
+  }
+
+  /// After a restart the device counts from the start again: frames missed meanwhile are counted
+  /// by its clock, when that ran on.
+  void rebase(Running& r, const HostFrame& frame) {
+    if (r.newest < 0) return;
+    r.base = r.newest + 1;
+    if (!frame.device_ns || !r.newest_device_ns || report_.method != SyncMethod::free_run) return;
+    const double frames = seconds(*frame.device_ns - *r.newest_device_ns) * file_.frame_rate_hz;
+    if (frames > 1.5 && frames < 1e6) r.base = r.newest + std::llround(frames);
+  }
+
+  /// Notices a camera that is lost and brings it back, while the others go on.
+  void look_after(std::size_t c) {
+    Running& r = running_[c];
+    const std::int64_t now = now_ns();
+    const double quiet_s = 2 / file_.frame_rate_hz + 0.5;
+    const bool streaming = r.started && r.host->ready() && !r.host->fault();
+    const bool quiet = report_.method == SyncMethod::free_run && streaming &&
+                       seconds(now - r.last_frame_ns) > quiet_s;
+    if (r.host->fault() || quiet) {
+      if (r.started) {
+        report_.faults.push_back({name(c), r.host->fault().value_or("it stopped sending frames"),
+                                  "check cable and power of the camera; it is opened again"});
+        if (r.failed_ns == 0) r.failed_ns = now;
+        r.started = false;
+        r.retry_ns = now;
+      }
+      if (now >= r.retry_ns) {
+        r.retry_ns = now + std::llround(1e9 * kRetryEvery_s);
+        r.host->launch();
+      }
+    } else if (!r.started && r.host->ready()) {
+      start(r);
+    }
+  }
+
+  // ---- the sync methods ---------------------------------------------------------------------
+  [[nodiscard]] bool patience_ended() const {
+    return seconds(now_ns() - last_progress_ns_) > options_.patience_s;
+  }
+
+  [[nodiscard]] std::int64_t least_complete() const {
+    std::int64_t least = running_.front().complete;
+    for (const Running& r : running_) least = std::min(least, r.complete);
+    return least;
+  }
+
+  void tell_progress(std::int64_t done) {
+    if (options_.progress)
+      options_.progress(std::min(1.0, static_cast<double>(done) / options_.frames),
+                        fmt::format("{} sets", done));
+  }
+
+  void run_free() {
+    std::int64_t look_at = options_.frames;
+    while (!patience_ended() && seconds(now_ns() - epoch_ns_) < longest_s()) {
+      wait(0.02);
+      take_in();
+      const std::int64_t have = least_complete();
+      tell_progress(have);
+      if (have < look_at) continue;
+      // One more frame of each, so that the last set's best partner has surely come.
+      const std::size_t sets = pair(marks()).sets.size();
+      if (sets > static_cast<std::size_t>(options_.frames)) return;
+      look_at = have + 1;
+    }
+  }
+
+  /// So that a bench with a camera that never pairs ends too.
+  [[nodiscard]] double longest_s() const {
+    return 5 * options_.patience_s + 3 * (options_.frames + 2) / file_.frame_rate_hz;
+  }
+
+  void run_triggered() {
+    const auto pace_ns = std::llround(1e9 / file_.frame_rate_hz);
+    std::int64_t next_ns = now_ns();
+    for (int k = 0; k < options_.frames; ++k) {
+      while (now_ns() < next_ns) {
+        wait(seconds(next_ns - now_ns()));
+        take_in();
+      }
+      next_ns = now_ns() + pace_ns;
+      fire();
+      await_answers();
+      tell_progress(k + 1);
+    }
+  }
+
+  void fire() {
+    ++report_.triggers;
+    std::int64_t at = now_ns();
+    if (report_.method == SyncMethod::software_trigger) {
+      for (Running& r : running_) r.host->trigger();
+    } else if (report_.method == SyncMethod::action) {
+      for (const Running& r : running_) act(r, std::nullopt);
+    } else if (report_.method == SyncMethod::scheduled_action) {
+      at += std::llround(1e9 * kScheduleAhead_s);
+      for (const Running& r : running_) act(r, at);
+    }
+    trigger_ns_.push_back(at);
+  }
+
+  void act(const Running& r, std::optional<std::int64_t> host_ns) {
+    std::optional<std::int64_t> device_ns;
+    if (host_ns) {
+      const auto clock = fit_clock(r.clock, {});
+      if (!clock) return;
+      const auto since = static_cast<double>(*host_ns - clock->reference_host_ns);
+      device_ns = clock->reference_device_ns + std::llround(since / (1 + 1e-6 * clock->drift_ppm));
+    }
+    if (!actions_) actions_ = std::make_unique<ActionSender>(r.host->identity().host_address);
+    if (!actions_->send(r.host->identity().address, device_ns))
+      report_.faults.push_back(
+          {"", "an action command could not be sent", "check the network card"});
+  }
+
+  void await_answers() {
+    std::vector<std::int64_t> before;
+    for (const Running& r : running_) before.push_back(r.newest);
+    double exposure_s = 0;
+    for (const LiveCamera& c : file_.cameras)
+      exposure_s = std::max(exposure_s, 1e-6 * c.settings.exposure_us.value_or(0));
+    // A line is pulsed from outside whenever it likes.
+    const double allowed =
+        report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + kAnswer_s;
+    const std::int64_t until = now_ns() + std::llround(1e9 * allowed);
+    const auto answered = [&] {
+      for (std::size_t c = 0; c < running_.size(); ++c)
+        if (running_[c].newest == before[c]) return false;
+      return true;
+    };
+    while (!answered() && now_ns() < until) {
+      wait(0.02);
+      take_in();
+    }
+  }
+
+  // ---- what comes out -----------------------------------------------------------------------
+  [[nodiscard]] std::optional<double> time_of(const Arrival& a,
+                                              const std::optional<ClockFit>& clock) const {
+    if (!a.frame.device_ns) return std::nullopt;
+    if (running_[a.camera].host->on_host_clock()) return seconds(*a.frame.device_ns - epoch_ns_);
+    if (!clock) return std::nullopt;
+    return clock->host_time_s(*a.frame.device_ns, epoch_ns_);
+  }
+
+  [[nodiscard]] bool by_trigger() const {
+    return report_.method != SyncMethod::free_run && report_.method != SyncMethod::line_trigger;
+  }
+
+  std::vector<FrameMark> marks() const {
+    std::vector<std::optional<ClockFit>> clocks;
+    for (const Running& r : running_) clocks.push_back(fit_clock(r.clock, {}));
+    std::vector<double> triggers;
+    for (const std::int64_t t : trigger_ns_) triggers.push_back(seconds(t - epoch_ns_));
+    std::vector<FrameMark> result;
+    for (const Arrival& a : arrivals_) {
+      FrameMark mark{a.camera, a.index, time_of(a, clocks[a.camera]), std::nullopt,
+                     a.frame.complete};
+      if (by_trigger() && mark.time_s)
+        mark.trigger = trigger_of(*mark.time_s, triggers, kTriggerEarly_s, kAnswer_s);
+      result.push_back(mark);
+    }
+    return result;
+  }
+
+  PairingResult pair(const std::vector<FrameMark>& frames) const {
+    PairingOptions options;
+    options.cameras = running_.size();
+    options.window_s = std::min(file_.largest_spread_s, 0.4 / file_.frame_rate_hz);
+    if (by_trigger()) options.triggers = report_.triggers;
+    return pair_frames(frames, options);
+  }
+
+  /// Free-running cameras neither start nor stop together: what counts is the time from the first
+  /// set to the last one that was asked for.
+  std::vector<std::size_t> within(const std::vector<FrameMark>& all) const {
+    std::vector<std::size_t> kept;
+    const PairingResult pairing = pair(all);
+    const bool whole = by_trigger() || pairing.sets.empty();
+    std::vector<std::pair<std::int64_t, std::int64_t>> span(running_.size());
+    if (!whole) {
+      const std::size_t last =
+          std::min(pairing.sets.size(), static_cast<std::size_t>(options_.frames)) - 1;
+      for (std::size_t c = 0; c < running_.size(); ++c)
+        span[c] = {all[pairing.sets[0].frames[c]].index, all[pairing.sets[last].frames[c]].index};
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto& [first, last] = span[all[i].camera];
+      if (whole || (all[i].index >= first && all[i].index <= last)) kept.push_back(i);
+    }
+    return kept;
+  }
+
+  LiveResult finish() {
+    LiveResult result;
+    const std::vector<FrameMark> all = marks();
+    std::vector<FrameMark> kept;
+    for (const std::size_t i : within(all)) {
+      HostFrame& frame = arrivals_[i].frame;
+      kept.push_back(all[i]);
+      result.frames.push_back(
+          {all[i], frame.width_px, frame.height_px, frame.fault, std::move(frame.pixels)});
+    }
+    result.pairing = pair(kept);
+    for (std::size_t c = 0; c < running_.size(); ++c) {
+      const Running& r = running_[c];
+      report_.cameras.push_back({name(c), r.host->identity(), r.host->settings(),
+                                 r.host->on_host_clock() ? std::nullopt : fit_clock(r.clock, {}),
+                                 result.pairing.cameras[c], r.host->counters(),
+                                 r.host->frames_without_room(), r.host->launches(),
+                                 r.longest_gap_s});
+    }
+    result.report = std::move(report_);
+    return result;
+  }
+
+  [[nodiscard]] const std::string& name(std::size_t camera) const {
+    return file_.cameras[camera].name;
+  }
+
+  const CamerasFile& file_;
+  const LiveOptions& options_;
+  std::int64_t epoch_ns_, last_progress_ns_;
+  std::vector<Running> running_;
+  std::vector<Arrival> arrivals_;
+  std::vector<std::int64_t> trigger_ns_;
+  std::unique_ptr<ActionSender> actions_;
+  LiveReport report_;
+};
+
+}  // namespace
+
+void LiveOptions::check() const {
+  if (frames < 1) throw usage_error("the number of frames must be 1 or more", "give --frames 1");
+  if (!(patience_s > 0)) throw usage_error("the patience is not positive", "give some seconds");
+}
+
+LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options) {
+  options.check();
+  if (cameras.cameras.empty()) throw usage_error("no camera to capture with", "name a camera");
+  return Session(cameras, options).run();
+}
+
+}  // namespace drape
