@@ -89,6 +89,26 @@ std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& prin
   return result;
 }
 
+DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
+  DotClasses classes;
+  classes.light_centre_diameter_m = table.positive("light_centre_diameter_mm") * mm;
+  if (classes.light_centre_diameter_m >= print.dot_diameter_m) {
+    table.reject("light_centre_diameter_mm", "the light centre is as large as the dot",
+                 "give less than dot_diameter_mm");
+  }
+  classes.rows = table.texts("rows");
+  const auto fits = [&](const std::string& row) {
+    return row.size() == static_cast<std::size_t>(print.cols) &&
+           row.find_first_not_of("#o") == std::string::npos;
+  };
+  if (classes.rows.size() != static_cast<std::size_t>(print.rows) ||
+      !std::all_of(classes.rows.begin(), classes.rows.end(), fits)) {
+    table.reject("rows", "the signs do not fit the grid",
+                 "give one text a row with one sign a dot: # full, o light centre");
+  }
+  return classes;
+}
+
 }  // namespace
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
@@ -138,6 +158,23 @@ void read_dots(const TomlTable& root, Target& target) {
   }
 }
 
+MarkId mark_of(const TomlTable& table, const std::string& key, const Target& target) {
+  const std::vector<int> mark = table.integers(key);
+  if (mark.size() != 2 || mark[0] < 0 || mark[1] < 0 || mark[0] >= target.rows ||
+      mark[1] >= target.cols) {
+    table.reject(key, "this is no point of the target", "give [row, col], counted from 0");
+  }
+  return {mark[0], mark[1]};
+}
+
+KnownLength read_known_length(const TomlTable& table, const Target& target) {
+  const KnownLength known{mark_of(table, "from", target), mark_of(table, "to", target),
+                          table.positive("length_mm") * mm, table.positive("uncertainty_mm") * mm};
+  if (known.from == known.to)
+    table.reject("to", "a point has no distance from itself", "name the far corner");
+  return known;
+}
+
 }  // namespace
 
 Target read_target(const std::filesystem::path& file) {
@@ -157,6 +194,8 @@ Target read_target(const std::filesystem::path& file) {
     root.reject("rows", "the chessboard has fewer than 4 x 4 inner corners",
                 "count the corners where four squares meet, not the squares");
   }
+  if (const auto table = root.optional_table("known_length"))
+    target.known_length = read_known_length(*table, target);
   root.finish();
   return target;
 }
@@ -184,6 +223,8 @@ Print read_print(const std::filesystem::path& file) {
   print.tag_family = tags.text("family");
   print.tag_edge_m = tags.positive("edge_mm") * mm;
   print.tags = read_print_tags(tags, print);
+  if (const auto classes = root.optional_table("dot_classes"))
+    print.dot_classes = read_dot_classes(*classes, print);
   root.finish();
   return print;
 }

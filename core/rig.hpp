@@ -17,6 +17,13 @@ struct PrintedTag {
   Eigen::Vector2d centre_m;  ///< in the plane of the print, see Target and Print
 };
 
+/// Distance between two points of the target that the operator measured on the plate itself.
+struct KnownLength {
+  MarkId from, to;
+  double length_m = 0;
+  double standard_uncertainty_m = 0;
+};
+
 /// What a calibration target's points are.
 enum class TargetKind {
   dot_grid,    ///< centres of printed dots, with tags that tell one side from the other
@@ -35,9 +42,19 @@ struct Target {
   std::string tag_family;
   double tag_edge_m = 0;         ///< outer edge of the black square
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
+  std::optional<KnownLength> known_length;
 
   /// Centre of a dot in the target frame, z = 0 (metres).
   [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
+};
+
+/// Two looks of a cloth's dots, full and with a light centre, arranged so that every window of
+/// 3 x 3 dots occurs once: labels where tags cannot be read.
+struct DotClasses {
+  double light_centre_diameter_m = 0;
+  std::vector<std::string> rows;  ///< one text a row, one sign a dot: '#' full, 'o' light centre
+
+  [[nodiscard]] bool is_light(MarkId mark) const { return rows.at(mark.row).at(mark.col) == 'o'; }
 };
 
 /// Marks printed on the cloth (print.toml). Material coordinates are (warp, weft) distances in
@@ -53,6 +70,7 @@ struct Print {
   std::string tag_family;
   double tag_edge_m = 0;
   std::vector<PrintedTag> tags;  ///< centre in material coordinates (warp, weft)
+  std::optional<DotClasses> dot_classes;
 
   [[nodiscard]] Eigen::Vector2d material_m(MarkId mark) const;
 };
