@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "compare/other_mesh.hpp"
 #include "compare/provenance.hpp"
 #include "compare/results.hpp"
 #include "compare/seal.hpp"
@@ -20,8 +21,12 @@ fs::path sheet_file(const StoreReader& store, const std::string& sha256) {
   const Seal seal = read_seal(store.file());
   const fs::path folder =
       store.file().has_parent_path() ? store.file().parent_path() : fs::path(".");
-  for (const auto& [name, hash] : seal.files)
-    if (hash == sha256) return (folder / name).lexically_normal();
+  for (const auto& [name, hash] : seal.files) {
+    const fs::path file = (folder / name).lexically_normal();
+    if (hash == sha256) return file;
+    const auto other = other_mesh_id(file);
+    if (other && other->sha256 == sha256) return file;
+  }
   return {};
 }
 
@@ -34,6 +39,13 @@ void add_chain(const StoreReader& store, RecordBook& book, const std::string& wh
                       "seals",
                       sha256, "not followed"});
     result.complete = false;
+    return;
+  }
+  if (const auto other = other_mesh_id(file); other && other->sha256 == sha256) {
+    result.chain.add(
+        {"0", file.generic_string(), "written by people", *book.sha256(file), "unchanged"});
+    result.chain.add({"1", "  " + other->mesh.generic_string(), "another simulator's mesh",
+                      other->mesh_sha256, "unchanged"});
     return;
   }
   for (const ChainLink& link : chain_of(book, file, sha256)) {

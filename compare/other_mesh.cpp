@@ -168,7 +168,24 @@ void add_chart(const TomlTable& table, const MeshFile& mesh,
   }
 }
 
+std::string id_of(const fs::path& file, const std::string& mesh_sha256) {
+  return sha256_of("drapebench/mesh\n" + sha256_of_file(file) + "\n" + mesh_sha256);
+}
+
 }  // namespace
+
+std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
+  if (file.extension() != ".toml" || !fs::is_regular_file(file) ||
+      read_text(file).find("\"drapebench/mesh/") == std::string::npos)
+    return std::nullopt;
+  try {
+    const fs::path mesh = TomlTable::open(file, "mesh").file_path("mesh");
+    const std::string mesh_sha256 = sha256_of_file(mesh);
+    return OtherMeshId{id_of(file, mesh_sha256), mesh, mesh_sha256};
+  } catch (const Error&) {
+    return std::nullopt;  // not one that anything could have been compared with
+  }
+}
 
 Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   const TomlTable table = TomlTable::open(file, "mesh");
@@ -202,8 +219,7 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   }
   table.finish();
   simulation.sheet.ply_sha256 = sha256_of_file(mesh_file);
-  simulation.sheet.sha256 =
-      sha256_of("drapebench/mesh\n" + sha256_of_file(file) + "\n" + simulation.sheet.ply_sha256);
+  simulation.sheet.sha256 = id_of(file, simulation.sheet.ply_sha256);
   simulation.other_file = mesh_file;
   source.scene_sha256 = source.fabric_sha256 = sha256_of("not stated: " + source.fabric);
   sheet.source = source;

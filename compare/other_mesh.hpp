@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 #include "compare/compare.hpp"
 
@@ -34,5 +36,14 @@ namespace drape::compare {
 /// 2 mm of cloth, linear on its triangles; without them its vertices are the points. The mesh's
 /// world must be the bench's. Throws Error(bad_input) naming file and field.
 [[nodiscard]] Simulation read_other_mesh(const std::filesystem::path& file, const Sheet& measured);
+
+/// The file as a sheet's identity in the store, without reading the mesh: the hash of both files.
+struct OtherMeshId {
+  std::string sha256;
+  std::filesystem::path mesh;
+  std::string mesh_sha256;
+};
+/// Nothing when the file is not a "drapebench/mesh" or its mesh is not there.
+[[nodiscard]] std::optional<OtherMeshId> other_mesh_id(const std::filesystem::path& file);
 
 }  // namespace drape::compare

@@ -82,9 +82,11 @@ void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification
     const auto measured = sheets.find(row[2]), simulated = sheets.find(row[3]);
     if (measured == sheets.end() || simulated == sheets.end()) continue;
     try {
-      const auto marks =
-          compare_marks(read_sheet(measured->second),
-                        Surface(read_sheet(simulated->second), simulated->second.string()));
+      const Sheet real = read_sheet(measured->second);
+      const Sheet other = simulated->second.extension() == ".toml"
+                              ? read_other_mesh(simulated->second, real).sheet.sheet
+                              : read_sheet(simulated->second);
+      const auto marks = compare_marks(real, Surface(other, simulated->second.string()));
       ++result.comparisons;
       if (!same_numbers(reader, row[0], row[4], marks.marks))
         result.findings.push_back(
@@ -126,8 +128,11 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   check_files(folder_of(store), seal, result);
   if (!with_recomputation) return result;
   SheetFiles sheets;
-  for (const auto& [name, sha256] : seal.files)
-    if (name.ends_with(".json")) sheets[sha256] = folder_of(store) / name;
+  for (const auto& [name, sha256] : seal.files) {
+    const fs::path file = folder_of(store) / name;
+    if (name.ends_with(".json")) sheets[sha256] = file;
+    if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
+  }
   try {
     recompute(*reader, sheets, result);
   } catch (const Error& error) {

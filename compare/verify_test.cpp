@@ -248,6 +248,29 @@ TEST_F(Sealed, WhySaysWhereTheWayIsBroken) {
     EXPECT_EQ(row[4] == "altered", row[1].ends_with("cam2.png")) << row[1];
 }
 
+TEST_F(Sealed, AnotherSimulatorsMeshIsRecomputedAndExplained) {
+  // One of our own sheets, taken as if another program had made it.
+  const fs::path toml = folder_.path() / "other.toml", mesh = sheets_[1];
+  write_durable(toml, "schema = \"drapebench/mesh/1\"\nname = \"Other 1.0\"\nmesh = \"" +
+                          mesh.string() +
+                          "\"\nunit_mm = 1.0\nscene = \"A\"\n[grid]\ninner = \"weft\"\n"
+                          "inner_count = 11\nwarp_from_mm = 0.0\nwarp_to_mm = 220.0\n"
+                          "weft_from_mm = 0.0\nweft_to_mm = 220.0\n");
+  sheets_.push_back(toml);
+  import();
+  const Verification result = verify_store(store());
+  EXPECT_THAT(result.findings, IsEmpty());
+  EXPECT_EQ(result.comparisons, 5);
+  const StoreReader reader(store());
+  const Table other = list_results(reader, {.simulator = "Other 1.0"});
+  ASSERT_THAT(other.rows, SizeIs(1));
+  const Table own = list_results(reader, {.grid = "11", .segments = 1});
+  EXPECT_EQ(other.rows[0][4], own.rows[0][4]) << "the same sheet has the same distance";
+  const Explanation why = explain(reader, other.rows[0][0], "mean_mm");
+  EXPECT_TRUE(why.complete);
+  EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");
+}
+
 TEST_F(Sealed, DiffShowsBothValuesAndTheMarks) {
   const StoreReader reader(store());
   const Table list = list_results(reader, {});
