@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -22,6 +23,7 @@ constexpr double kBarStep = 10 * mm;
 constexpr double kLine = 0.2 * mm;  // width of the corner marks
 constexpr double kCornerLength = 4 * mm;
 constexpr double kText = 2.6 * mm;
+constexpr const char* kDots = "middle of the first to middle of the last dot";
 
 struct Paper {
   const char* name;
@@ -129,6 +131,32 @@ void add_dots(PrintedPage& result, const Grid& grid) {
   }
 }
 
+void add_light_centres(PrintedPage& result, const DotClasses& classes) {
+  for (int row = 0; row < static_cast<int>(classes.rows.size()); ++row) {
+    for (int col = 0; col < static_cast<int>(classes.rows[row].size()); ++col) {
+      if (!classes.is_light({row, col})) continue;
+      result.page.items.emplace_back(
+          PageDisc{result.first_m + row * result.by_row_m + col * result.by_col_m,
+                   classes.light_centre_diameter_m / 2, false});
+    }
+  }
+}
+
+/// The board's squares: dark where the sum of a square's row and column is even, the square between
+/// corners (0, 0) and (1, 1) being (0, 0).
+void add_squares(PrintedPage& result, const Target& target) {
+  PageArea dark;
+  for (int row = -1; row < target.rows; ++row) {
+    for (int col = -1; col < target.cols; ++col) {
+      if ((row + col) % 2 != 0) continue;
+      // Rows of a target go up the page, so a square hangs above its corner.
+      const Vector2d corner = result.first_m + (row + 1) * result.by_row_m + col * result.by_col_m;
+      dark.boxes.push_back({corner, {target.pitch_m, target.pitch_m}});
+    }
+  }
+  result.page.items.emplace_back(dark);
+}
+
 /// A tag is read against the white around it: one module must stay free up to the nearest dot.
 void check_quiet_zone(const Grid& grid, double edge_m, const PageArea& tag, const Vector2d& to_dot,
                       int id) {
@@ -160,6 +188,23 @@ void add_tags(PrintedPage& result, const Grid& grid, const std::string& family, 
 
 }  // namespace
 
+void check_windows(const DotClasses& classes) {
+  std::map<std::string, MarkId> seen;
+  for (std::size_t row = 0; row + 2 < classes.rows.size(); ++row) {
+    for (std::size_t col = 0; col + 2 < classes.rows[row].size(); ++col) {
+      std::string window;
+      for (std::size_t i = 0; i < 3; ++i) window += classes.rows[row + i].substr(col, 3);
+      const MarkId here{static_cast<int>(row), static_cast<int>(col)};
+      const auto [first, is_new] = seen.emplace(window, here);
+      if (is_new) continue;
+      throw bad_input(fmt::format("the 3 x 3 dots from ({}, {}) look like those from ({}, {})",
+                                  here.row, here.col, first->second.row, first->second.col),
+                      {.field = "dot_classes.rows"},
+                      "take an arrangement in which every window occurs once");
+    }
+  }
+}
+
 void PrintOptions::check() const {
   if (paper != "fit" && papers_for(paper).empty()) {
     throw usage_error(fmt::format("the paper `{}` is not known", paper),
@@ -184,6 +229,10 @@ PrintedPage page_of(const Print& print, const PrintOptions& options) {
       "middle of the first to middle of the last dot of a row (0 to {})", print.cols - 1);
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
   add_dots(result, grid);
+  if (print.dot_classes) {
+    check_windows(*print.dot_classes);
+    add_light_centres(result, *print.dot_classes);
+  }
   std::vector<PlacedTag> tags;
   for (const PrintedTag& tag : print.tags)
     tags.push_back({tag.id, place.corner_m + Vector2d(tag.centre_m[1], tag.centre_m[0])});
@@ -197,7 +246,10 @@ PrintedPage page_of(const Print& print, const PrintOptions& options) {
 
 PrintedPage page_of(const Target& target, const std::string& name, const PrintOptions& options) {
   options.check();
-  const Vector2d size = target.pitch_m * Vector2d(target.cols, target.rows);
+  const bool squares = target.kind == TargetKind::chessboard;
+  // Dots have half a pitch around them, a chessboard's outer squares half a square of white.
+  const double around = squares ? 2 : 0;
+  const Vector2d size = target.pitch_m * Vector2d(target.cols + around, target.rows + around);
   const Place place = place_on(size, options);
   const Grid grid{target.rows, target.cols, target.pitch_m, target.dot_diameter_m};
   PrintedPage result;
@@ -213,7 +265,11 @@ PrintedPage page_of(const Target& target, const std::string& name, const PrintOp
   result.check_text = fmt::format(
       "middle of the first to middle of the last dot of a row (0 to {})", target.cols - 1);
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
-  add_dots(result, grid);
+  if (squares) {
+    add_squares(result, target);
+  } else {
+    add_dots(result, grid);
+  }
   std::vector<PlacedTag> tags;
   for (const PrintedTag& tag : target.tags)
     tags.push_back({tag.id, middle + Vector2d(tag.centre_m.x(), -tag.centre_m.y())});

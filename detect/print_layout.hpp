@@ -26,12 +26,15 @@ struct PrintedPage {
   Eigen::Vector2d by_row_m, by_col_m;  ///< steps to the next mark
 };
 
+/// Throws Error(bad_input) naming two windows of 3 x 3 dots that look alike.
+void check_windows(const DotClasses& classes);
+
 /// The cloth's print as seen from its printed side, row 0 on top: dots, tags, corners of the patch,
 /// scale bar and check length. Throws Error(bad_input) when the paper is too small (naming the
 /// size that is needed), a tag reaches into a dot, or the family has no such tag.
 [[nodiscard]] PrintedPage page_of(const Print& print, const PrintOptions& options);
 
-/// The calibration target as seen from its printed face, y up.
+/// The calibration target, dot grid or chessboard, as seen from its printed face, y up.
 [[nodiscard]] PrintedPage page_of(const Target& target, const std::string& name,
                                   const PrintOptions& options);
 
