@@ -73,12 +73,17 @@ int main(int argc, char** argv) {
   app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
   app.add_option("--out", args.out, "folder for sheet, history.csv, certificate.json")->required();
   app.add_option("--model", args.options.model, "consistent")->capture_default_str();
-  app.add_option("--solver", args.options.solver, "rk4")->capture_default_str();
+  app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
+      ->check(CLI::IsMember({"rk4", "static"}))
+      ->capture_default_str();
   app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
       ->check(CLI::IsMember({"area", "paper"}))
       ->capture_default_str();
   app.add_option("--tolerance", args.options.residual_tolerance,
                  "rest: largest residual force over a particle's weight")
+      ->capture_default_str();
+  app.add_option("--static-tolerance", args.options.static_tolerance,
+                 "the same for --solver static")
       ->capture_default_str();
   app.add_option("--max-steps", args.options.max_steps, "step limit")->capture_default_str();
   app.add_option("--damping-per-s", args.options.damping_per_s, "beta/m")->capture_default_str();

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/motion.hpp"
 #include "simulate/start.hpp"
+#include "simulate/static_run.hpp"
 
 namespace drape {
 namespace {
@@ -31,6 +32,9 @@ Vector3d at(const sim::Field& x, int i) {
   const std::size_t n = x.size() / 3;
   return {x[i], x[n + i], x[2 * n + i]};
 }
+
+void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
+                  const sim::Field& position, SimulateReport& report);
 
 /// One run: the motion and what is known about it so far.
 class Run {
@@ -58,7 +62,6 @@ class Run {
   void place_pins();
   void note(SimulateResult& result);
   void certify(SimulateReport& report);
-  void measure_gaps(SimulateReport& report) const;
   [[nodiscard]] double total_energy_j() const;
 
   sim::Cloth& cloth_;
@@ -199,7 +202,7 @@ void Run::certify(SimulateReport& report) {
     report.sentence = fmt::format("diverged after {} steps", report.steps);
     return;
   }
-  measure_gaps(report);
+  measure_gaps(cloth_.grid(), surroundings_, motion_.position, report);
   report.sentence =
       report.status == RestStatus::at_rest
           ? "at rest"
@@ -207,25 +210,25 @@ void Run::certify(SimulateReport& report) {
                         report.steps, report.residual);
 }
 
-void Run::measure_gaps(SimulateReport& report) const {
-  const sim::GridSpec& grid = cloth_.grid();
+void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
+                  const sim::Field& position, SimulateReport& report) {
   constexpr int kSamples = 8;  // per cell side
   report.least_gap_table_m = 1e9;
-  for (int shape = 0; shape < surroundings_.count(); ++shape) {
+  for (int shape = 0; shape < surroundings.count(); ++shape) {
     double least = 1e9;
     for (int i = 0; i < grid.count(); ++i) {
-      least = std::min(least, surroundings_.gap_m(shape, at(motion_.position, i)));
+      least = std::min(least, surroundings.gap_m(shape, at(position, i)));
     }
-    if (surroundings_.is_table(shape)) {
+    if (surroundings.is_table(shape)) {
       report.least_gap_table_m = std::min(report.least_gap_table_m, least);
     } else {
       report.least_gap_object_m = std::min(report.least_gap_object_m.value_or(1e9), least);
     }
     for (int cell = 0; cell < grid.count(); ++cell) {
       if (cell / grid.cols + 1 == grid.rows || cell % grid.cols + 1 == grid.cols) continue;
-      const Vector3d a = at(motion_.position, cell), b = at(motion_.position, cell + 1);
-      const Vector3d c = at(motion_.position, cell + grid.cols);
-      const Vector3d d = at(motion_.position, cell + grid.cols + 1);
+      const Vector3d a = at(position, cell), b = at(position, cell + 1);
+      const Vector3d c = at(position, cell + grid.cols);
+      const Vector3d d = at(position, cell + grid.cols + 1);
       for (int k = 0; k <= kSamples * (kSamples + 2); ++k) {
         const int across = k / (kSamples + 1);
         const int along = k % (kSamples + 1);
@@ -233,7 +236,7 @@ void Run::measure_gaps(SimulateReport& report) const {
         const double v = along / static_cast<double>(kSamples);
         const Vector3d p = (1 - u) * ((1 - v) * a + v * b) + u * ((1 - v) * c + v * d);
         report.deepest_between_m =
-            std::max(report.deepest_between_m, -surroundings_.gap_m(shape, p));
+            std::max(report.deepest_between_m, -surroundings.gap_m(shape, p));
       }
     }
   }
@@ -265,6 +268,19 @@ Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
   return sheet;
 }
 
+SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const SimulateOptions& options,
+                          const SimulateReport& report) {
+  return {.scene = scene.name,
+          .fabric = fabric.name,
+          .scene_sha256 = sha256_of_file(scene.file),
+          .fabric_sha256 = fabric_sha256(fabric),
+          .start_sha256 = std::nullopt,
+          .segments = options.segments,
+          .model = options.model,
+          .solver = options.solver,
+          .status = report.sentence};
+}
+
 }  // namespace
 
 void SimulateOptions::check() const {
@@ -275,9 +291,9 @@ void SimulateOptions::check() const {
     throw usage_error(fmt::format("the model `{}` is not built into this version", model),
                       "use --model consistent");
   }
-  if (solver != "rk4") {
-    throw usage_error(fmt::format("the solver `{}` is not built into this version", solver),
-                      "use --solver rk4");
+  if (solver != "rk4" && solver != "static") {
+    throw usage_error(fmt::format("there is no solver `{}`", solver),
+                      "use --solver rk4 or --solver static");
   }
   require(rows >= 3 && cols >= 3 && rows <= 401 && cols <= 401,
           "the grid is smaller than 3 or larger than 401 particles per side", "give --grid 21");
@@ -286,7 +302,8 @@ void SimulateOptions::check() const {
           "a damping is negative", "give 0 or more");
   require(spring_damping_ratio <= 0.5, "the spring damping ratio is above 0.5",
           "larger ratios need shorter steps; give at most 0.5");
-  require(residual_tolerance > 0, "the residual tolerance is not positive", "give e.g. 0.001");
+  require(residual_tolerance > 0 && static_tolerance > 0, "the residual tolerance is not positive",
+          "give e.g. 0.001");
   require(max_steps > 0, "the step limit is not positive", "give e.g. 400000");
   require(step_share > 0 && step_share <= 0.95, "the step share is not in 0 .. 0.95",
           "0.9 leaves a margin to the stability limit");
@@ -302,8 +319,16 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
   sim::ClothLaws laws = make_laws(fabric, options.segments, report);
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
-  sim::Cloth cloth(grid, laws, options.mass);
   const sim::Surroundings surroundings(scene);
+  if (options.solver == "static") {
+    const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+    const sim::Field position = sim::run_static(the_case, grid, options, result);
+    measure_gaps(grid, surroundings, position, report);
+    result.sheet = sheet_of(grid, position);
+    result.sheet.source = source_of(scene, fabric, options, report);
+    return result;
+  }
+  sim::Cloth cloth(grid, laws, options.mass);
   const sim::StartState start =
       sim::make_start(scene, print, grid, measured, surroundings.top_z_m(), options.imperfection_m);
   report.placed_yaw_rad = start.report.flat.yaw_rad;
@@ -314,15 +339,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   run.start(start, scene.start.mode == StartMode::measured, report);
   run.go(result);
   result.sheet = sheet_of(grid, run.position());
-  result.sheet.source = SimulatedSource{.scene = scene.name,
-                                        .fabric = fabric.name,
-                                        .scene_sha256 = sha256_of_file(scene.file),
-                                        .fabric_sha256 = fabric_sha256(fabric),
-                                        .start_sha256 = std::nullopt,
-                                        .segments = options.segments,
-                                        .model = options.model,
-                                        .solver = options.solver,
-                                        .status = report.sentence};
+  result.sheet.source = source_of(scene, fabric, options, report);
   return result;
 }
 

@@ -21,7 +21,7 @@ struct SimulateOptions {
   int cols = 21;                     ///< particles along the weft
   int segments = 5;                  ///< line segments per Kawabata curve; 1: G, B, first slope
   std::string model = "consistent";  ///< the only model built
-  std::string solver = "rk4";        ///< the only solver built
+  std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   sim::MassRule mass = sim::MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
   double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
@@ -29,6 +29,7 @@ struct SimulateOptions {
   double natural_time_s = 0.4;        ///< undisturbed motion before kinetic damping sets in
   bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
   double residual_tolerance = 1e-3;   ///< of a particle's weight, see SimulateReport
+  double static_tolerance = 1e-6;     ///< the same for the static solver
   double imperfection_m = 1e-6;       ///< height of the waves on a flat start
   double step_share = 0.9;            ///< of the stability limit of the step
   long max_steps = 400000;

@@ -175,7 +175,7 @@ TEST(Options, WhatIsNotBuiltIsRefusedByName) {
   options.model = "paper";
   EXPECT_THROW(options.check(), Error);
   options = {};
-  options.solver = "static";
+  options.solver = "magic";
   EXPECT_THROW(options.check(), Error);
   options = {};
   options.rows = 2;

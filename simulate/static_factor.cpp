@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/static_factor.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <thread>
+
+namespace drape::sim {
+namespace {
+
+constexpr int kLeaf = 24;      // particles of a region that is not cut further
+constexpr int kSeparator = 2;  // lines
+using Dense = Eigen::MatrixXd;
+
+}  // namespace
+
+GridMatrix::GridMatrix(const GridSpec& grid)
+    : grid_(grid),
+      steps_{0, 1, 2, grid.cols - 1, grid.cols, grid.cols + 1, 2 * grid.cols},
+      blocks_(static_cast<std::size_t>(grid.count()) * slots, Eigen::Matrix3d::Zero()) {}
+
+void GridMatrix::set_zero() {
+  std::fill(blocks_.begin(), blocks_.end(), Eigen::Matrix3d::Zero());
+}
+
+int GridMatrix::slot_of_step(int j, int step) const {
+  if (step <= 2 && j % grid_.cols + step < grid_.cols) return step;
+  if (step >= 2 * grid_.cols) return 6;
+  return step - (grid_.cols - 1) + 3;
+}
+
+bool GridMatrix::has(int j, int slot) const {
+  static constexpr int kRows[slots] = {0, 0, 0, 1, 1, 1, 2};
+  static constexpr int kCols[slots] = {0, 1, 2, -1, 0, 1, 0};
+  const int row = j / grid_.cols + kRows[slot];
+  const int col = j % grid_.cols + kCols[slot];
+  return row < grid_.rows && col >= 0 && col < grid_.cols;
+}
+
+void GridMatrix::project(const std::vector<Eigen::Matrix3d>& projector,
+                         const std::vector<char>& restricted, double stand_in) {
+  for (int j = 0; j < grid_.count(); ++j) {
+    for (int s = 0; s < slots; ++s) {
+      if (!has(j, s)) continue;
+      const int i = j + steps_[s];
+      Eigen::Matrix3d& block = blocks_[static_cast<std::size_t>(j) * slots + s];
+      if (restricted[j] != 0) block = (block * projector[j]).eval();
+      if (restricted[i] != 0) block = (projector[i] * block).eval();
+    }
+    if (restricted[j] != 0) {
+      blocks_[static_cast<std::size_t>(j) * slots] +=
+          stand_in * (Eigen::Matrix3d::Identity() - projector[j]);
+    }
+  }
+}
+
+void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const {
+  product.setZero(x.size());
+  for (int j = 0; j < grid_.count(); ++j) {
+    const Eigen::Vector3d xj = x.segment<3>(3 * j);
+    Eigen::Vector3d sum = blocks_[static_cast<std::size_t>(j) * slots] * xj;
+    for (int s = 1; s < slots; ++s) {
+      if (!has(j, s)) continue;
+      const int i = j + steps_[s];
+      const Eigen::Matrix3d& block = blocks_[static_cast<std::size_t>(j) * slots + s];
+      product.segment<3>(3 * i) += block * xj;
+      sum += block.transpose() * x.segment<3>(3 * i);
+    }
+    product.segment<3>(3 * j) += sum;
+  }
+}
+
+/// One region of the dissection: its own particles are eliminated here, its border later.
+struct GridFactor::Node {
+  std::vector<int> own, border;
+  int children[2] = {-1, -1};
+  std::vector<int> place_in_parent;  ///< of each border particle, in the parent's own + border
+  Dense lower;                       ///< rows own + border, columns own
+  Dense update;                      ///< what the border's matrix loses
+  bool definite = true;
+};
+
+GridFactor::~GridFactor() = default;
+GridFactor::GridFactor(GridFactor&&) noexcept = default;
+GridFactor& GridFactor::operator=(GridFactor&&) noexcept = default;
+
+GridFactor::GridFactor(const GridSpec& grid, int threads)
+    : grid_(grid), threads_(threads), rank_(grid.count(), -1) {
+  build(0, grid.rows, 0, grid.cols);
+  find_structure();
+  work_.resize(nodes_.size());
+}
+
+int GridFactor::build(int row0, int row1, int col0, int col1) {
+  const int rows = row1 - row0;
+  const int cols = col1 - col0;
+  Node node;
+  const auto take = [&](int r0, int r1, int c0, int c1) {
+    for (int r = r0; r < r1; ++r) {
+      for (int c = c0; c < c1; ++c) node.own.push_back(grid_.index(r, c));
+    }
+  };
+  if (rows * cols <= kLeaf || std::max(rows, cols) < 2 * kSeparator + 1) {
+    take(row0, row1, col0, col1);
+  } else if (rows >= cols) {
+    const int cut = row0 + (rows - kSeparator) / 2;
+    node.children[0] = build(row0, cut, col0, col1);
+    node.children[1] = build(cut + kSeparator, row1, col0, col1);
+    take(cut, cut + kSeparator, col0, col1);
+  } else {
+    const int cut = col0 + (cols - kSeparator) / 2;
+    node.children[0] = build(row0, row1, col0, cut);
+    node.children[1] = build(row0, row1, cut + kSeparator, col1);
+    take(row0, row1, cut, cut + kSeparator);
+  }
+  nodes_.push_back(std::move(node));
+  return static_cast<int>(nodes_.size()) - 1;
+}
+
+void GridFactor::find_structure() {
+  int next = 0;
+  for (const Node& node : nodes_) {
+    for (const int particle : node.own) rank_[particle] = next++;
+  }
+  const GridMatrix pattern(grid_);
+  std::vector<std::vector<int>> neighbours(grid_.count());
+  for (int j = 0; j < grid_.count(); ++j) {
+    for (int s = 1; s < GridMatrix::slots; ++s) {
+      if (!pattern.has(j, s)) continue;
+      neighbours[j].push_back(j + pattern.step(s));
+      neighbours[j + pattern.step(s)].push_back(j);
+    }
+  }
+  for (Node& node : nodes_) {
+    const int last = rank_[node.own.back()];
+    std::vector<int>& border = node.border;
+    for (const int particle : node.own) {
+      for (const int other : neighbours[particle]) {
+        if (rank_[other] > last) border.push_back(other);
+      }
+    }
+    for (const int child : node.children) {
+      if (child < 0) continue;
+      for (const int other : nodes_[child].border) {
+        if (rank_[other] > last) border.push_back(other);
+      }
+    }
+    std::sort(border.begin(), border.end(), [&](int a, int b) { return rank_[a] < rank_[b]; });
+    border.erase(std::unique(border.begin(), border.end()), border.end());
+  }
+  std::vector<int> place(grid_.count(), -1);
+  for (Node& node : nodes_) {
+    int k = 0;
+    for (const int particle : node.own) place[particle] = k++;
+    for (const int particle : node.border) place[particle] = k++;
+    for (const int child : node.children) {
+      if (child < 0) continue;
+      for (const int particle : nodes_[child].border) {
+        nodes_[child].place_in_parent.push_back(place[particle]);
+      }
+    }
+  }
+}
+
+void GridFactor::assemble(Node& node) {
+  const auto own = static_cast<Eigen::Index>(node.own.size());
+  const auto border = static_cast<Eigen::Index>(node.border.size());
+  node.lower.setZero(3 * (own + border), 3 * own);
+  node.update.setZero(3 * border, 3 * border);
+  const auto find = [&](int particle) {
+    const int first = rank_[node.own.front()];
+    const int rank = rank_[particle];
+    if (rank < first + own) return static_cast<Eigen::Index>(rank - first);
+    const auto at = std::lower_bound(node.border.begin(), node.border.end(), particle,
+                                     [&](int a, int b) { return rank_[a] < rank_[b]; });
+    return own + (at - node.border.begin());
+  };
+  const int cols = grid_.cols;
+  for (Eigen::Index k = 0; k < own; ++k) {
+    const int p = node.own[k];
+    node.lower.block<3, 3>(3 * k, 3 * k) += matrix_->block(p, 0);
+    node.lower.block<3, 3>(3 * k, 3 * k).diagonal().array() += (*shift_)[p];
+    for (int s = 1; s < GridMatrix::slots; ++s) {
+      if (matrix_->has(p, s)) {
+        const int other = p + matrix_->step(s);
+        if (rank_[other] > rank_[p]) {
+          node.lower.block<3, 3>(3 * find(other), 3 * k) += matrix_->block(p, s);
+        }
+      }
+      const int other = p - matrix_->step(s);
+      if (other < 0 || std::abs(other % cols - p % cols) > 2) continue;
+      if (matrix_->has(other, s) && rank_[other] > rank_[p]) {
+        node.lower.block<3, 3>(3 * find(other), 3 * k) += matrix_->block(other, s).transpose();
+      }
+    }
+  }
+  for (const int c : node.children) {
+    if (c < 0) continue;
+    Node& child = nodes_[c];
+    const auto count = static_cast<Eigen::Index>(child.border.size());
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const Eigen::Index to_col = child.place_in_parent[j];
+      for (Eigen::Index i = j; i < count; ++i) {
+        const Eigen::Index to_row = child.place_in_parent[i];
+        const auto block = child.update.block<3, 3>(3 * i, 3 * j);
+        if (to_col < own) {
+          node.lower.block<3, 3>(3 * to_row, 3 * to_col) += block;
+        } else {
+          node.update.block<3, 3>(3 * (to_row - own), 3 * (to_col - own)) += block;
+        }
+      }
+    }
+    child.update.resize(0, 0);
+  }
+}
+
+void GridFactor::factor_node(int index) {
+  Node& node = nodes_[index];
+  for (const int child : node.children) {
+    if (child >= 0 && !nodes_[child].definite) {
+      node.definite = false;
+      return;
+    }
+  }
+  assemble(node);
+  const Eigen::Index own = node.lower.cols();
+  const Eigen::Index border = node.lower.rows() - own;
+  Eigen::Ref<Dense> top = node.lower.topRows(own);
+  const Eigen::LLT<Eigen::Ref<Dense>> llt(top);
+  node.definite = llt.info() == Eigen::Success;
+  if (!node.definite || border == 0) return;
+  auto below = node.lower.bottomRows(border);
+  top.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
+  node.update.selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+}
+
+void GridFactor::factor_subtree(int index, int depth) {
+  const int* children = nodes_[index].children;
+  if (children[0] >= 0) {
+    if (depth > 0) {
+      std::thread other([&] { factor_subtree(children[0], depth - 1); });
+      factor_subtree(children[1], depth - 1);
+      other.join();
+    } else {
+      factor_subtree(children[0], 0);
+      factor_subtree(children[1], 0);
+    }
+  }
+  factor_node(index);
+}
+
+bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
+  matrix_ = &matrix;
+  shift_ = &shift;
+  int depth = 0;
+  while ((1 << depth) < threads_) ++depth;
+  factor_subtree(static_cast<int>(nodes_.size()) - 1, depth);
+  return nodes_.back().definite;
+}
+
+void GridFactor::solve(Eigen::VectorXd& b) const {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const Node& node = nodes_[k];
+    const Eigen::Index own = node.lower.cols();
+    const Eigen::Index border = node.lower.rows() - own;
+    Eigen::VectorXd& x = work_[k];
+    x.resize(own + border);
+    for (std::size_t i = 0; i < node.own.size(); ++i) {
+      x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
+    }
+    node.lower.topRows(own).triangularView<Eigen::Lower>().solveInPlace(x.head(own));
+    x.tail(border).noalias() = node.lower.bottomRows(border) * x.head(own);
+    for (std::size_t i = 0; i < node.own.size(); ++i) {
+      b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
+    }
+    for (std::size_t i = 0; i < node.border.size(); ++i) {
+      b.segment<3>(3 * node.border[i]) -= x.segment<3>(own + 3 * static_cast<Eigen::Index>(i));
+    }
+  }
+  for (std::size_t k = nodes_.size(); k-- > 0;) {
+    const Node& node = nodes_[k];
+    const Eigen::Index own = node.lower.cols();
+    const Eigen::Index border = node.lower.rows() - own;
+    Eigen::VectorXd& x = work_[k];
+    for (std::size_t i = 0; i < node.border.size(); ++i) {
+      x.segment<3>(own + 3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.border[i]);
+    }
+    for (std::size_t i = 0; i < node.own.size(); ++i) {
+      x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
+    }
+    x.head(own).noalias() -= node.lower.bottomRows(border).transpose() * x.tail(border);
+    node.lower.topRows(own).triangularView<Eigen::Lower>().transpose().solveInPlace(x.head(own));
+    for (std::size_t i = 0; i < node.own.size(); ++i) {
+      b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
+    }
+  }
+}
+
+std::size_t GridFactor::stored_values() const {
+  std::size_t sum = 0;
+  for (const Node& node : nodes_) sum += static_cast<std::size_t>(node.lower.size());
+  return sum;
+}
+
+}  // namespace drape::sim

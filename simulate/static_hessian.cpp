@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/static_hessian.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex, GridMatrix& sum) {
+  const Cloth::Line& line = cloth.line(direction);
+  const ForceCurve& law = cloth.laws().tensile[direction];
+  for (int i = 0; i + line.stride < cloth.count(); ++i) {
+    if (line.width[i] == 0) continue;
+    const int j = i + line.stride;
+    const Vector3d along = at(x, j) - at(x, i);
+    const double length = along.norm();
+    const Vector3d unit = along / length;
+    const double strain = length / line.spacing - 1;
+    const double axial = line.width[i] * law.tangent(strain) / line.spacing;
+    double across = line.width[i] * law.value(strain) / length;
+    if (convex) across = std::max(0.0, across);
+    const Matrix3d block =
+        across * Matrix3d::Identity() + (axial - across) * unit * unit.transpose();
+    sum.add(i, i, block);
+    sum.add(j, j, block);
+    sum.add(j, i, -block);
+  }
+}
+
+void add_triples(const Cloth& cloth, int direction, const Field& x, GridMatrix& sum) {
+  const Cloth::Line& line = cloth.line(direction);
+  const ForceCurve& law = cloth.laws().bending[direction];
+  const double per_area = 1 / (line.spacing * line.spacing);
+  for (int i = line.stride; i + line.stride < cloth.count(); ++i) {
+    if (line.triple_width[i] == 0) continue;
+    const int before = i - line.stride;
+    const int after = i + line.stride;
+    const Vector3d bend = at(x, before) - 2 * at(x, i) + at(x, after);
+    const double curvature = bend.norm() * per_area;
+    const double scale = line.triple_width[i] * line.spacing * per_area * per_area;
+    const double secant = curvature > 0 ? law.value(curvature) / curvature : law.slope;
+    Matrix3d block = scale * secant * Matrix3d::Identity();
+    if (curvature > 0) {
+      const Vector3d unit = bend.normalized();
+      block += scale * (law.tangent(curvature) - secant) * unit * unit.transpose();
+    }
+    sum.add(before, before, block);
+    sum.add(after, after, block);
+    sum.add(i, i, 4 * block);
+    sum.add(after, before, block);
+    sum.add(i, before, -2 * block);
+    sum.add(after, i, -2 * block);
+  }
+}
+
+/// Second derivatives of area * F(angle) with respect to the two mid-lines a (warp), b (weft).
+struct ShearBlocks {
+  Matrix3d aa, ab, bb;
+};
+
+ShearBlocks shear_blocks(const Vector3d& a, const Vector3d& b, double area, const ForceCurve& law,
+                         bool convex) {
+  const double la = a.norm();
+  const double lb = b.norm();
+  const Vector3d ua = a / la;
+  const Vector3d ub = b / lb;
+  const double sine = std::clamp(ua.dot(ub), -1.0, 1.0);
+  // The same floor as the forces have.
+  const double cosine = std::sqrt(std::max(1e-6, 1 - sine * sine));
+  const double angle = std::asin(sine);
+  const Vector3d ga = (ub - sine * ua) / (la * cosine);
+  const Vector3d gb = (ua - sine * ub) / (lb * cosine);
+  const double stiffness = area * law.tangent(std::abs(angle));
+  ShearBlocks out{stiffness * ga * ga.transpose(), stiffness * ga * gb.transpose(),
+                  stiffness * gb * gb.transpose()};
+  if (convex) return out;
+  const double moment = area * law.odd_value(angle);
+  const double bent = moment * sine / cosine;
+  const Matrix3d one = Matrix3d::Identity();
+  const Matrix3d cross = ua * ub.transpose();
+  const Matrix3d both = cross + cross.transpose();
+  const double per = moment / cosine;
+  out.aa += bent * ga * ga.transpose() +
+            per / (la * la) * (3 * sine * ua * ua.transpose() - both - sine * one);
+  out.bb += bent * gb * gb.transpose() +
+            per / (lb * lb) * (3 * sine * ub * ub.transpose() - both - sine * one);
+  out.ab += bent * ga * gb.transpose() +
+            per / (la * lb) * (one - ua * ua.transpose()) * (one - ub * ub.transpose());
+  return out;
+}
+
+void add_cells(const Cloth& cloth, const Field& x, bool convex, GridMatrix& sum) {
+  static constexpr double kWarp[4] = {-1, -1, 1, 1};
+  static constexpr double kWeft[4] = {-1, 1, -1, 1};
+  static constexpr double kTwist[4] = {1, -1, -1, 1};
+  const int cols = cloth.grid().cols;
+  const double area = cloth.line(0).spacing * cloth.line(1).spacing;
+  const double twist = cloth.laws().twist_n_m / area;
+  for (int i = 0; i + cols + 1 < cloth.count(); ++i) {
+    if (!cloth.has_cell(i)) continue;
+    const int corner[4] = {i, i + 1, i + cols, i + cols + 1};
+    Vector3d a = Vector3d::Zero();
+    Vector3d b = Vector3d::Zero();
+    for (int k = 0; k < 4; ++k) {
+      a += kWarp[k] * at(x, corner[k]);
+      b += kWeft[k] * at(x, corner[k]);
+    }
+    const ShearBlocks s = shear_blocks(a, b, area, cloth.laws().shear, convex);
+    for (int k = 0; k < 4; ++k) {
+      for (int l = 0; l <= k; ++l) {
+        const Matrix3d block = kWarp[k] * kWarp[l] * s.aa + kWarp[k] * kWeft[l] * s.ab +
+                               kWeft[k] * kWarp[l] * s.ab.transpose() + kWeft[k] * kWeft[l] * s.bb +
+                               twist * kTwist[k] * kTwist[l] * Matrix3d::Identity();
+        sum.add(corner[k], corner[l], block);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian) {
+  for (int d = 0; d < 2; ++d) {
+    add_springs(cloth, d, position, convex, hessian);
+    add_triples(cloth, d, position, hessian);
+  }
+  add_cells(cloth, position, convex, hessian);
+}
+
+}  // namespace drape::sim

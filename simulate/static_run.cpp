@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/static_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace drape::sim {
+namespace {
+
+constexpr int kCoarsest = 11;             // particles per side
+constexpr double kCoarseResidual = 1e-2;  // of a particle's weight; enough to start a finer grid
+constexpr double kFinerStep_s = 0.03;     // first pseudo-time step on a finer grid
+
+void book_start(const StartReport& start, SimulateReport& report) {
+  report.placed_yaw_rad = start.flat.yaw_rad;
+  report.placed_centre_in_world = start.flat.centre_in_world;
+  report.placed_by_marks = start.marks_used;
+  report.placement_rms_mm = start.placement_rms_mm;
+}
+
+std::string sentence_of(const StaticReport& found, int iterations) {
+  switch (found.status) {
+    case StaticStatus::at_rest:
+      return "at rest";
+    case StaticStatus::diverged:
+      return fmt::format("diverged after {} iterations", iterations);
+    case StaticStatus::iteration_limit:
+      break;
+  }
+  return fmt::format("not at rest after {} iterations: residual {:.2g} of a particle's weight",
+                     iterations, found.residual);
+}
+
+}  // namespace
+
+std::vector<int> static_levels(int points) {
+  std::vector<int> levels{points};
+  while ((levels.back() - 1 + 1) / 2 + 1 >= kCoarsest && levels.back() > kCoarsest) {
+    levels.push_back((levels.back() - 1 + 1) / 2 + 1);
+  }
+  std::reverse(levels.begin(), levels.end());
+  return levels;
+}
+
+StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
+                             const StaticOptions& options, const StartChange& change) {
+  const Scene& scene = the_case.scene;
+  std::vector<int> rows = static_levels(grid.rows);
+  std::vector<int> cols = static_levels(grid.cols);
+  std::size_t levels = std::min(rows.size(), cols.size());
+  if (scene.start.mode == StartMode::measured) levels = 1;
+  StaticDrape drape;
+  GridSpec coarse;
+  for (std::size_t level = levels; level-- > 0;) {
+    const GridSpec here{rows[rows.size() - 1 - level], cols[cols.size() - 1 - level], grid.patch_m};
+    Cloth cloth(here, the_case.laws, the_case.mass);
+    StaticOptions now = options;
+    if (level > 0) now.residual_tolerance = std::max(kCoarseResidual, options.residual_tolerance);
+    const bool first = level + 1 == levels;
+    if (!first) now.first_step_s = kFinerStep_s;
+    const StartState state = make_start(scene, the_case.print, here, the_case.measured,
+                                        the_case.surroundings.top_z_m(), 1e-6);
+    StaticSolver solver(cloth, the_case.surroundings, now);
+    solver.contacts().hold(state.holds, state.hold_in_world);
+    solver.position = first ? state.position : prolong(drape.position, coarse, here);
+    if (first) {
+      drape.start = state;
+      if (change) change(here, solver.position);
+    }
+    lift_out(the_case.surroundings, solver.position);
+    drape.report = solver.solve();
+    drape.position = solver.position;
+    drape.iterations += drape.report.iterations;
+    coarse = here;
+    if (drape.report.status == StaticStatus::diverged) break;
+  }
+  if (coarse.count() != grid.count()) drape.position = prolong(drape.position, coarse, grid);
+  return drape;
+}
+
+Field run_static(const StaticCase& the_case, const GridSpec& grid, const SimulateOptions& options,
+                 SimulateResult& result) {
+  StaticOptions how;
+  how.gravity_m_per_s2 = the_case.scene.gravity_m_per_s2;
+  how.friction = the_case.scene.friction;
+  how.contact_between_particles = options.contact_between_particles;
+  how.residual_tolerance = options.static_tolerance;
+  how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
+  const StaticDrape drape = drape_statically(the_case, grid, how);
+  SimulateReport& report = result.report;
+  const StaticReport& found = drape.report;
+  book_start(drape.start.report, report);
+  for (const StaticIteration& row : found.history) {
+    result.history.push_back({row.pseudo_time_s, 0, row.gravity_j, row.inner.stretch_j,
+                              row.inner.shear_j, row.inner.bending_j, row.inner.twist_j,
+                              row.contact_j, row.residual, row.touching});
+  }
+  report.status = found.status == StaticStatus::at_rest    ? RestStatus::at_rest
+                  : found.status == StaticStatus::diverged ? RestStatus::diverged
+                                                           : RestStatus::step_limit;
+  report.sentence = sentence_of(found, drape.iterations);
+  report.steps = drape.iterations;
+  report.residual = found.residual;
+  report.residual_rms = found.residual_rms;
+  report.residual_tolerance = how.residual_tolerance;
+  report.contacts = found.touching;
+  report.contacts_between = found.between;
+  report.hold_error_m = found.pin_error_m;
+  report.time_s = found.history.empty() ? 0 : found.history.back().pseudo_time_s;
+  if (!found.history.empty()) {
+    report.energy_start_j = found.history.front().sum_j();
+    report.energy_end_j = found.history.back().sum_j();
+  }
+  if (found.status == StaticStatus::at_rest && !found.stable) {
+    report.warnings.emplace_back(
+        "the equilibrium is a saddle: the stiffness of the sheet on its contacts is not positive "
+        "definite");
+  }
+  report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
+  return drape.position;
+}
+
+}  // namespace drape::sim

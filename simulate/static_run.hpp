@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/simulate.hpp"
+#include "simulate/start.hpp"
+#include "simulate/static_solver.hpp"
+
+namespace drape::sim {
+
+/// What a static run on a scene is made of; the references must outlive it.
+struct StaticCase {
+  const Scene& scene;
+  const Print& print;
+  const std::optional<Sheet>& measured;
+  const Surroundings& surroundings;
+  const ClothLaws& laws;
+  MassRule mass = MassRule::area;
+};
+
+/// Grid sizes from coarse to fine, ending with `points`; each has about twice the spacing of the
+/// next.
+[[nodiscard]] std::vector<int> static_levels(int points);
+
+/// Changes the start positions of the coarsest grid.
+using StartChange = std::function<void(const GridSpec& grid, Field& position)>;
+
+struct StaticDrape {
+  StartState start;  ///< of the coarsest grid
+  Field position;
+  StaticReport report;  ///< of the finest grid
+  int iterations = 0;   ///< of all grids together
+};
+
+/// Drapes from the scene's start: to rest on a coarse grid, then from its interpolation on finer
+/// ones. A start from the measured sheet stays on the finest grid.
+[[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
+                                           const StaticOptions& options,
+                                           const StartChange& change = {});
+
+/// One run of the program: fills the report and history of `result`, returns the positions.
+[[nodiscard]] Field run_static(const StaticCase& the_case, const GridSpec& grid,
+                               const SimulateOptions& options, SimulateResult& result);
+
+}  // namespace drape::sim

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "simulate/cloth.hpp"
+#include "simulate/motion.hpp"
+#include "simulate/static_contacts.hpp"
+#include "simulate/static_factor.hpp"
+#include "simulate/static_hessian.hpp"
+#include "simulate/surroundings.hpp"
+
+namespace drape::sim {
+
+struct StaticOptions {
+  Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
+  double friction = 0;  ///< Coulomb coefficient
+  bool contact_between_particles = true;
+  double residual_tolerance = 1e-6;  ///< of the mean particle's weight
+  int max_iterations = 2000;         ///< per level
+  double first_step_s = 5e-3;        ///< pseudo-time step at the start
+  int threads = 1;                   ///< of the factorisation; does not change the result
+  /// Positions below this gap count as touching at the start (m).
+  double touching_at_start_m = 1e-9;
+};
+
+/// One Newton iteration.
+struct StaticIteration {
+  double pseudo_time_s = 0, residual = 0, gravity_j = 0, contact_j = 0;
+  InternalEnergies inner;
+  int touching = 0;
+  [[nodiscard]] double sum_j() const { return gravity_j + contact_j + inner.sum_j(); }
+};
+
+enum class StaticStatus { at_rest, iteration_limit, diverged };
+
+struct StaticReport {
+  StaticStatus status = StaticStatus::iteration_limit;
+  int iterations = 0, factorisations = 0, indefinite = 0;
+  double residual = 0;  ///< largest net force over the mean particle's weight
+  double residual_rms = 0;
+  bool stable = false;  ///< the exact Hessian on the free directions is positive definite
+  double pin_error_m = 0, gap_error_m = 0;
+  int touching = 0, between = 0;
+  double contact_energy_j = 0;
+  std::vector<StaticIteration> history;
+};
+
+/// Finds an equilibrium of a sheet: each iteration is a step of implicit pseudo-time (backward
+/// Euler without inertia) solved by one Newton iteration, the step growing as the quadratic model
+/// proves true, without bound near the equilibrium, where it becomes Newton's method. The exact
+/// Hessian is tried first; where it is indefinite the element-wise convex one takes its place.
+class StaticSolver {
+ public:
+  StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
+
+  Field position;  ///< blocks x, y, z (m)
+
+  [[nodiscard]] StaticContacts& contacts() { return contacts_; }
+  /// Goes to rest from `position`.
+  StaticReport solve();
+
+  [[nodiscard]] double gravity_energy_j() const;
+  [[nodiscard]] double mean_weight_n() const { return weight_n_; }
+  /// Net force on each particle before contact with the surfaces (N).
+  void forces(const Field& x, Field& force) const;
+  /// The factor of the exact Hessian at the equilibrium; false when it is not positive definite.
+  bool factorise_here();
+  [[nodiscard]] const GridFactor& factor() const { return factor_; }
+
+ private:
+  bool newton_matrix(bool convex);
+  bool find_step(StaticReport& report);
+  bool take_step(StaticReport& report);
+  void move(const Field& from, const Eigen::VectorXd& way);
+  double leg(const Eigen::VectorXd& way, const Eigen::VectorXd& before, Eigen::VectorXd& after);
+  double correct(Eigen::VectorXd& way, const Eigen::VectorXd& gradient, double share);
+  [[nodiscard]] Eigen::VectorXd way_to_trial() const;
+  void plan_next(double ratio, double share);
+  void note(StaticReport& report);
+  bool finish(StaticReport& report);
+
+  Cloth& cloth_;
+  const Surroundings& surroundings_;
+  StaticOptions options_;
+  StaticContacts contacts_;
+  GridMatrix hessian_;
+  GridFactor factor_;
+  Field force_, trial_, trial_force_;
+  Eigen::VectorXd step_, gradient_, lifted_;
+  std::vector<double> shift_;
+  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  int convex_left_ = 0;
+  bool exact_ = false;  ///< the last matrix was the exact Hessian without shift
+};
+
+/// Sets particles inside an object on its surface.
+void lift_out(const Surroundings& surroundings, Field& position);
+
+/// Bicubic interpolation of a sheet onto another grid of the same patch.
+[[nodiscard]] Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to);
+
+}  // namespace drape::sim
