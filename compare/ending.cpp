@@ -47,7 +47,8 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
   if (!outcome.report.empty()) ending.numbers.emplace_back("report", outcome.report);
   ending.rejected = rejected_marks(session, outcome);
   if (!outcome.store.empty())
-    ending.next_command = fmt::format("drape results list --store {}", outcome.store);
+    ending.next_command = fmt::format("drape results {} --store {}",
+                                      outcome.reports.empty() ? "tables" : "list", outcome.store);
   return ending;
 }
 

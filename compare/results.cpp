@@ -142,6 +142,17 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
         {group[0], group[1]}));
     tables.back().title = "Virtual vs virtual " + title;
   }
+  const Table alone = store.query(
+      "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL AND (?1 = '' OR "
+      "scene = ?1) AND (?2 = '' OR fabric = ?2) ORDER BY scene",
+      {filter.scene, filter.fabric});
+  for (const auto& scene : alone.rows) {
+    tables.push_back(store.query(
+        "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE scene "
+        "= ? AND measured IS NULL",
+        {scene[0]}));
+    tables.back().title = "Virtual vs virtual (experiment " + scene[0] + ", no real cloth)";
+  }
   return tables;
 }
 
