@@ -47,8 +47,8 @@ class ReplayCamera final : public Camera {
     const std::vector<unsigned char> bytes = read_frame(recording_, set, frame_in(set));
     image_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
     CameraFrame frame;
-    frame.id = next_;
-    frame.device_ns = static_cast<std::int64_t>(next_++) * 100'000'000;
+    frame.id = next_;  // the set's place in the recording is its instant
+    frame.device_ns = static_cast<std::int64_t>(++next_) * 100'000'000;
     frame.complete = image_.type() == CV_8UC1 && image_.isContinuous();
     if (!frame.complete) frame.fault = "its pixel format is not Mono8";
     frame.width_px = image_.cols;

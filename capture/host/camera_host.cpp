@@ -45,6 +45,7 @@ void CameraHost::launch() {
   spawn(theirs.get(), memory_->descriptor());
   fault_.reset();
   ready_ = false;
+  started_ = false;
   clock_.clear();
   frames_.clear();
   counters_before_ = counters();
@@ -135,6 +136,8 @@ void CameraHost::pump() {
 void CameraHost::take(const Json& message) {
   const std::string is = message.at("is");
   if (is == "ready") take_ready(message);
+  if (is == "started") started_ = true;
+  if (is == "stopped") started_ = false;
   if (is == "frame") take_frame(message);
   if (is == "error") fail(message.at("what"), message.at("do"));
   if (is != "alive" || !message.contains("counters")) return;

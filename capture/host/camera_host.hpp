@@ -45,7 +45,7 @@ class CameraHost {
   void launch();
   void kill();
   void pump();
-  void start() { command("start"); }
+  void start() { command("start"); }  ///< streams once started() is true
   void stop() { command("stop"); }
   void trigger() { command("trigger"); }
   void set_settings(const CameraSettings& settings) { settings_ = settings; }
@@ -54,6 +54,7 @@ class CameraHost {
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
   [[nodiscard]] const std::string& what_to_do() const { return what_to_do_; }
   [[nodiscard]] bool ready() const { return ready_; }
+  [[nodiscard]] bool started() const { return started_; }
   [[nodiscard]] int descriptor() const { return control_.get(); }
   [[nodiscard]] pid_t process() const { return process_; }
   [[nodiscard]] int launches() const { return launches_; }
@@ -83,7 +84,7 @@ class CameraHost {
   std::optional<SharedFrames> memory_;
   pid_t process_ = -1;
   int launches_ = 0;
-  bool ready_ = false, on_host_clock_ = false;
+  bool ready_ = false, started_ = false, on_host_clock_ = false;
   std::optional<std::string> fault_;
   std::string what_to_do_;
   std::chrono::steady_clock::time_point last_sign_;

@@ -63,8 +63,15 @@ class Server {
   void obey(const Json& message) {
     const std::string what = message.at("do");
     if (what == "open") open(message);
-    if (what == "start") set_running(true);
-    if (what == "stop") set_running(false);
+    if (what == "start") {
+      set_running(true);
+      send_message(control_.get(), {{"is", "started"}});
+    }
+    if (what == "stop") {
+      set_running(false);
+      tell_alive();  // the final counts
+      send_message(control_.get(), {{"is", "stopped"}});
+    }
     if (what == "trigger" && camera_) camera_->trigger();
     if (what == "free") {
       const std::lock_guard lock(mutex_);

@@ -19,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kRetryEvery_s = 0.3;
 constexpr double kOpening_s = 15;
+constexpr double kStopping_s = 2;
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
 constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
@@ -72,8 +73,9 @@ class Session {
   LiveResult run() {
     open_with_fall_backs();
     for (Running& r : running_) start(r);
+    await_streams();
     report_.method == SyncMethod::free_run ? run_free() : run_triggered();
-    for (Running& r : running_) r.host->stop();
+    stop_streams();
     return finish();
   }
 
@@ -134,6 +136,27 @@ class Session {
     r.clock_taken = 0;
     r.last_frame_ns = now_ns();
     r.host->start();
+  }
+
+  /// A trigger before the last camera streams would be half an instant.
+  void await_streams() {
+    const std::int64_t until = now_ns() + std::llround(1e9 * kOpening_s);
+    const auto streams = [](const Running& r) { return r.host->started() || r.host->fault(); };
+    while (now_ns() < until && !std::all_of(running_.begin(), running_.end(), streams)) {
+      wait(0.02);
+      take_in();
+    }
+  }
+
+  /// Waits for the final packet counts; frames that still come are outside the capture.
+  void stop_streams() {
+    for (Running& r : running_) r.host->stop();
+    const std::int64_t until = now_ns() + std::llround(1e9 * kStopping_s);
+    const auto stopped = [](const Running& r) { return !r.host->started() || r.host->fault(); };
+    while (now_ns() < until && !std::all_of(running_.begin(), running_.end(), stopped)) {
+      wait(0.02);
+      for (Running& r : running_) r.host->pump();
+    }
   }
 
   // ---- taking in what the hosts say ---------------------------------------------------------
@@ -199,7 +222,8 @@ class Session {
     const std::int64_t now = now_ns();
     const double quiet_s = 2 / file_.frame_rate_hz + 0.5;
     const bool streaming = r.started && r.host->ready() && !r.host->fault();
-    const bool quiet = report_.method == SyncMethod::free_run && streaming &&
+    const bool live = file_.cameras[c].address.backend != Backend::replay;
+    const bool quiet = report_.method == SyncMethod::free_run && streaming && live &&
                        seconds(now - r.last_frame_ns) > quiet_s;
     if (r.host->fault() || quiet) {
       if (r.started) {
@@ -242,10 +266,12 @@ class Session {
       take_in();
       const std::int64_t have = least_complete();
       tell_progress(have);
-      if (have < look_at) continue;
-      // One more frame of each, so that the last set's best partner has surely come.
+      const bool quiet = seconds(now_ns() - last_progress_ns_) > 2 / file_.frame_rate_hz;
+      if (have < look_at && !quiet) continue;
+      // One more frame of each, or silence: the last set's best partner has surely come.
       const std::size_t sets = pair(marks()).sets.size();
-      if (sets > static_cast<std::size_t>(options_.frames)) return;
+      const auto wanted = static_cast<std::size_t>(options_.frames);
+      if (sets > wanted || (quiet && sets == wanted)) return;
       look_at = have + 1;
     }
   }

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape-cameras: the cameras that answer, and what to write into cameras.toml.
+#include <fmt/format.h>
+
+#include "capture/doctor/device_list.hpp"
+#include "capture/host/camera_host.hpp"
+#include "core/json_file.hpp"
+#include "core/program.hpp"
+
+namespace {
+
+drape::Json json_of(const std::vector<drape::FoundDevice>& devices) {
+  drape::Json list = drape::Json::array();
+  for (const auto& d : devices) {
+    drape::Json item;
+    item["backend"] = drape::to_string(d.backend);
+    item["device"] = d.name;
+    item["vendor"] = d.identity.vendor;
+    item["model"] = d.identity.model;
+    item["address"] = d.identity.address;
+    list.push_back(std::move(item));
+  }
+  return list;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
+      "`device` is what cameras.toml of a rig names.\n",
+      "drape-cameras");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  return drape::run_program(app, argc, argv, common, [&] {
+    const auto devices = drape::list_devices(drape::camera_host_program());
+    if (common.json) {
+      fmt::print("{}", drape::pretty({{"cameras", json_of(devices)}}));
+      return devices.empty() ? 1 : 0;
+    }
+    drape::Ending ending;
+    ending.go = !devices.empty();
+    ending.verdict = ending.go ? fmt::format("{} camera(s) answer", devices.size())
+                               : "no camera answers: check power, cable and network card";
+    for (const auto& d : devices)
+      ending.numbers.emplace_back(
+          d.name, fmt::format("{}, {} {}, {}", drape::to_string(d.backend), d.identity.vendor,
+                              d.identity.model, d.identity.address));
+    ending.next_command = "drape doctor RIG";
+    return drape::finish(ending, common);
+  });
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/doctor/device_list.hpp"
+
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "capture/host/channel.hpp"
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+/// The path in quotes for the shell.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+}  // namespace
+
+std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program) {
+  const std::string command = quoted(host_program.string()) + " --list 2>/dev/null </dev/null";
+  FILE* pipe = ::popen(command.c_str(), "re");
+  std::string output;
+  char buffer[4096];
+  while (pipe != nullptr) {
+    const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe);
+    if (got == 0) break;
+    output.append(buffer, got);
+  }
+  const int status = pipe == nullptr ? -1 : ::pclose(pipe);
+  const Json json = Json::parse(output, nullptr, false);
+  if (status != 0 || json.is_discarded())
+    throw Error(ErrorKind::device, "the cameras cannot be listed", {.file = host_program.string()},
+                "run it by hand with --list; build or install drape-camera-host if it is missing");
+  std::vector<FoundDevice> devices;
+  for (const Json& item : json) {
+    FoundDevice device;
+    device.backend = item.at("backend") == "v4l2" ? Backend::v4l2 : Backend::aravis;
+    device.name = item.at("name");
+    device.identity = identity_of(item.at("identity"));
+    devices.push_back(device);
+  }
+  return devices;
+}
+
+}  // namespace drape

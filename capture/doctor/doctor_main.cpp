@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// drape-doctor: is the bench fit to measure? Each check GO or NO-GO, and what to type.
+#include <fmt/format.h>
+
+#include "capture/doctor/checks.hpp"
+#include "capture/doctor/device_list.hpp"
+#include "core/error.hpp"
+#include "core/json_file.hpp"
+#include "core/program.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<drape::Check> check_machine(const drape::CamerasFile& cameras, const fs::path& out) {
+  constexpr std::uintmax_t frames_per_session = 1000;
+  std::uintmax_t bytes = 0;
+  for (const auto& c : cameras.cameras) {
+    bytes += static_cast<std::uintmax_t>(*c.settings.width_px) *
+             static_cast<std::uintmax_t>(*c.settings.height_px);
+  }
+  const auto largest = static_cast<std::int64_t>(bytes / cameras.cameras.size());
+  std::vector<drape::Check> checks = {
+      drape::check_socket_buffer(drape::largest_socket_buffer(), largest),
+      drape::check_disk_space(fs::space(out).available, frames_per_session * bytes, out.string()),
+      drape::check_disk_speed(out, static_cast<double>(bytes))};
+  for (const auto& part : {drape::check_mtu(cameras), drape::check_link(cameras)})
+    checks.insert(checks.end(), part.begin(), part.end());
+  return checks;
+}
+
+void add_cameras(const drape::CamerasFile& cameras, std::vector<drape::Check>& checks) {
+  const auto devices = check_devices(cameras, drape::list_devices(drape::camera_host_program()));
+  checks.insert(checks.end(), devices.begin(), devices.end());
+  drape::LiveOptions options;
+  options.host_program = drape::camera_host_program();
+  options.patience_s = 3;
+  try {
+    const auto seen = check_capture(drape::capture_live(cameras, options), cameras);
+    checks.insert(checks.end(), seen.begin(), seen.end());
+  } catch (const drape::Error& error) {
+    checks.push_back({"a set of all cameras", false,
+                      fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
+                      error.what_to_do()});
+  }
+}
+
+int tell(const std::vector<drape::Check>& checks, const drape::CommonOptions& common) {
+  drape::Json list = drape::Json::array();
+  drape::Ending ending;
+  for (const auto& c : checks) {
+    ending.go = ending.go && c.go;
+    ending.numbers.emplace_back(c.name, fmt::format("{:<5}  {}", c.go ? "GO" : "NO-GO", c.found));
+    if (!c.go) ending.rejected.push_back(fmt::format("{}; to do: {}", c.name, c.to_type));
+    list.push_back({{"check", c.name},
+                    {"verdict", c.go ? "GO" : "NO-GO"},
+                    {"found", c.found},
+                    {"to_do", c.go ? drape::Json() : drape::Json(c.to_type)}});
+  }
+  ending.verdict = ending.go ? "the bench is fit to measure" : "the bench is not fit to measure";
+  ending.next_command =
+      ending.go ? "drape capture RIG --set NAME --out RECORDING" : "drape doctor RIG";
+  if (!common.json) return finish(ending, common);
+  fmt::print("{}", drape::pretty({{"verdict", ending.go ? "GO" : "NO-GO"}, {"checks", list}}));
+  return ending.go ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
+      "drape-doctor");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  fs::path rig, out = ".";
+  std::optional<fs::path> calibration;
+  app.add_option("RIG", rig, "folder with rig.toml and cameras.toml")->required();
+  app.add_option("--out", out, "where recordings go, for disk space and speed");
+  app.add_option("--calibration", calibration, "calibration.json in use");
+  return drape::run_program(app, argc, argv, common, [&] {
+    const auto cameras = drape::read_cameras_file(rig);
+    auto checks = check_machine(cameras, out);
+    checks.push_back(drape::check_calibration(calibration, 30));
+    add_cameras(cameras, checks);
+    return tell(checks, common);
+  });
+}

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+// The programs as a person runs them, against three emulated cameras that show bench1's frames.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/capture.hpp"
+#include "capture/doctor/checks.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "tests/support/gige_camera/gige_camera.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string output;
+};
+
+Outcome run(const std::string& name, const std::string& arguments) {
+  const std::string command =
+      fmt::format("'{}' {} 2>&1 </dev/null", test::program(name).string(), arguments);
+  Outcome outcome;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  char buffer[4096];
+  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
+    outcome.output.append(buffer, got);
+  const int status = ::pclose(pipe);
+  if (WIFEXITED(status)) outcome.exit_code = WEXITSTATUS(status);
+  return outcome;
+}
+
+/// bench1's rig with a cameras.toml: emulated cameras, or the recording itself.
+class Programs : public testing::Test {
+ protected:
+  void write_rig(const std::string& folder, bool live) {
+    const fs::path to = temporary_.path() / folder;
+    fs::create_directories(to);
+    std::string cameras =
+        "schema = \"drapebench/cameras/1\"\n[sync]\nframe_rate_hz = 5.0\nlargest_spread_ms = "
+        "50.0\n";
+    cameras += fmt::format("method = \"{}\"\n", live ? "software_trigger" : "free_run");
+    for (int c = 0; c < 3; ++c) {
+      cameras += fmt::format("[[camera]]\nname = \"cam{}\"\n", c);
+      cameras +=
+          live ? fmt::format(
+                     "backend = \"aravis\"\ndevice = \"127.0.0.{}\"\n"
+                     "host_address = \"127.0.0.1\"\npacket_size_bytes = 8192\n"
+                     "exposure_us = 2000.0\n",
+                     2 + c)
+               : fmt::format("backend = \"replay\"\ndevice = \"cam{}\"\nrecording = \"one\"\n", c);
+    }
+    write_durable(to / "cameras.toml", cameras);
+    write_durable(to / "rig.toml", read_text(test::source_root() / "rigs/bench1/rig.toml"));
+  }
+
+  /// The frames of one set of bench1, alone.
+  void write_one_set(const std::string& set, const fs::path& to) {
+    for (int c = 0; c < 3; ++c) {
+      const std::string file = fmt::format("{}/cam{}.png", set, c);
+      fs::create_directories(to / set);
+      fs::copy_file(test::source_root() / "rigs/bench1/recording" / file, to / file);
+    }
+    static_cast<void>(import_folder(to, to, {}));
+  }
+
+  [[nodiscard]] std::string path(const std::string& file) const {
+    return "'" + (temporary_.path() / file).string() + "'";
+  }
+
+  test::TemporaryFolder temporary_;
+};
+
+cv::Mat pixels_of(const fs::path& file) {
+  return cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+}
+
+std::string pixel_hash(const cv::Mat& image) {
+  return sha256_of(std::span<const unsigned char>(image.data, image.total() * image.elemSize()));
+}
+
+TEST_F(Programs, LiveIsReplayBitForBit) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  write_rig("live", true);
+  write_rig("replay", false);
+  write_one_set("drape_A", temporary_.path() / "replay/one");
+  std::vector<std::unique_ptr<test::GigeCamera>> devices;
+  for (int c = 0; c < 3; ++c) {
+    test::GigeCameraOptions options;
+    options.address = fmt::format("127.0.0.{}", 2 + c);
+    options.serial = fmt::format("B1C{}", c);
+    options.width_px = 1600;
+    options.height_px = 1200;
+    options.clock_offset_s = c - 1;
+    devices.push_back(std::make_unique<test::GigeCamera>(options));
+    const cv::Mat image =
+        pixels_of(test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", c));
+    devices.back()->show({image.data, image.data + image.total()});
+    devices.back()->set_faults({.lose = 0.01});
+  }
+  const Outcome live = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
+  EXPECT_EQ(live.exit_code, 0) << live.output;
+  const Outcome replay = run("drape-capture", path("replay") + " --set drape_A --out " + path("b"));
+  EXPECT_EQ(replay.exit_code, 0) << replay.output;
+  for (int c = 0; c < 3; ++c) {
+    const std::string file = fmt::format("drape_A/cam{}.png", c);
+    const cv::Mat original = pixels_of(test::source_root() / "rigs/bench1/recording" / file);
+    EXPECT_EQ(pixel_hash(pixels_of(temporary_.path() / "a" / file)), pixel_hash(original)) << file;
+    // Same pixels through the same writer: the files are equal too.
+    EXPECT_EQ(read_bytes(temporary_.path() / "a" / file),
+              read_bytes(temporary_.path() / "b" / file));
+  }
+  EXPECT_EQ(run("drape-capture", "verify " + path("a")).exit_code, 0);
+  const JsonNode details =
+      JsonNode::open(temporary_.path() / "a/drape_A/capture.json", "capture", 1);
+  EXPECT_EQ(details.text("sync_method"), "software_trigger");
+  ASSERT_EQ(details.items("cameras").size(), 3U);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto counts = devices[c]->counts();
+    EXPECT_EQ(
+        static_cast<std::uint64_t>(details.items("cameras")[c].at("packets").integer("resent")),
+        counts.packets_resent);
+    EXPECT_EQ(counts.packets_resent, counts.packets_lost);
+  }
+
+  const Outcome again = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
+  EXPECT_EQ(again.exit_code, 3) << again.output;
+  const Outcome cameras = run("drape-cameras", "");
+  EXPECT_EQ(cameras.exit_code, 0) << cameras.output;
+  EXPECT_THAT(cameras.output, HasSubstr("B1C2"));
+  const Outcome doctor = run("drape-doctor", path("live") + " --out " + path("a"));
+  EXPECT_EQ(doctor.exit_code, 1) << "no calibration: " << doctor.output;
+  EXPECT_THAT(doctor.output, HasSubstr("picture of cam2"));
+  EXPECT_THAT(doctor.output, HasSubstr("calibration; to do: record the target"));
+  std::printf("%s\n%s\n%s\n", live.output.c_str(), cameras.output.c_str(), doctor.output.c_str());
+}
+
+TEST_F(Programs, AFullDiskStoresNothingHalf) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  if (std::system("unshare -rm true 2>/dev/null") != 0)
+    GTEST_SKIP() << "no mount namespace: a full disk cannot be played here";
+  write_rig("replay", false);
+  write_one_set("drape_A", temporary_.path() / "replay/one");
+  fs::create_directories(temporary_.path() / "small");
+  // A disk of 1 MB for three images of 0.7 MB each.
+  write_durable(
+      temporary_.path() / "full.sh",
+      fmt::format("mount -t tmpfs -o size=1m none {0} || exit 77\n"
+                  "'{1}' {2} --set drape_A --out {0}/recording; code=$?\n"
+                  "test ! -e {0}/recording/recording.json || exit 99\nexit $code\n",
+                  path("small"), test::program("drape-capture").string(), path("replay")));
+  const std::string command = "unshare -rm sh " + path("full.sh") + " 2>&1";
+  FILE* pipe = ::popen(command.c_str(), "r");
+  std::string output;
+  char buffer[4096];
+  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
+    output.append(buffer, got);
+  const int code = WEXITSTATUS(::pclose(pipe));
+  if (code == 77) GTEST_SKIP() << "a small disk cannot be mounted here: " << output;
+  EXPECT_EQ(code, 3) << output;
+  EXPECT_THAT(output, HasSubstr("No space left on device"));
+  EXPECT_THAT(output, HasSubstr("to do:"));
+}
+
+TEST(CamerasFile, RefusesTheSameDeviceTwiceAndAMissingCamera) {
+  test::TemporaryFolder folder;
+  write_durable(folder.path() / "rig.toml",
+                read_text(test::source_root() / "rigs/bench1/rig.toml"));
+  const auto expect_refused = [&](const std::string& cameras, const std::string& why) {
+    write_durable(folder.path() / "cameras.toml",
+                  "schema = \"drapebench/cameras/1\"\n[sync]\nmethod = \"free_run\"\n"
+                  "frame_rate_hz = 5.0\n" +
+                      cameras);
+    try {
+      static_cast<void>(read_cameras_file(folder.path()));
+      ADD_FAILURE() << "accepted: " << why;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(why));
+    }
+  };
+  const auto camera = [](const std::string& name, const std::string& device) {
+    return fmt::format("[[camera]]\nname = \"{}\"\nbackend = \"aravis\"\ndevice = \"{}\"\n", name,
+                       device);
+  };
+  expect_refused(camera("cam0", "S1") + camera("cam1", "S1"), "are the same device");
+  expect_refused(camera("cam0", "S1") + camera("cam1", "S2"), "has no device");
+  expect_refused(camera("cam9", "S1"), "no such camera");
+  expect_refused(camera("cam0", "S1") + "pixel_format = \"Mono12\"\n", "cannot be recorded");
+  expect_refused(camera("cam0", "S1") + "exposure_ms = 3.0\n", "exposure_ms");
+}
+
+TEST(DoctorChecks, LinkBudgetAndDelay) {
+  // 1.31 MB frames in packets of 1500 bytes: 896 + 2 packets of 1538 bytes on the wire.
+  const LinkNeeds needs = link_needs(1280, 1024, 10, 1500, 4, 1e9);
+  EXPECT_NEAR(needs.bytes_per_s, 898 * 1538 * 10, 1538 * 10);
+  EXPECT_EQ(needs.packet_delay_ns, 3 * 1538 * 8);
+  EXPECT_FALSE(check_socket_buffer(212'992, 1'310'720).go);
+  EXPECT_THAT(check_socket_buffer(212'992, 1'310'720).to_type,
+              HasSubstr("sysctl -w net.core.rmem_max="));
+  EXPECT_TRUE(check_socket_buffer(4'194'304, 1'310'720).go);
+  EXPECT_FALSE(check_disk_space(1, 2, "x").go);
+  EXPECT_FALSE(check_calibration(std::nullopt, 30).go);
+}
+
+}  // namespace
+}  // namespace drape
