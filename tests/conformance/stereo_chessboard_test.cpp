@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// Thirteen real stereo pairs of a chessboard (Bouguet's, as OpenCV ships them) through the programs
+// as a person would run them. The limits are OpenCV 4.6 with its best sub-pixel window and mrcal
+// 2.2 with the board's bow, both on the same pictures.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRows = 6, kCols = 9;
+constexpr double kSquare_m = 0.03;
+
+/// RMS point distance over all cameras, px.
+double rms_px(const Calibration& calibration) {
+  double squares = 0;
+  int points = 0;
+  for (const CalibratedCamera& camera : calibration.cameras) {
+    squares += camera.residuals.points * std::pow(camera.residuals.rms_px, 2);
+    points += camera.residuals.points;
+  }
+  return std::sqrt(squares / points);
+}
+
+class StereoChessboard : public testing::Test {
+ protected:
+  void SetUp() override {
+    DRAPE_REQUIRE_REFERENCE(pictures, "stereo-chessboard");
+    pictures_ = pictures;
+    if (!fs::exists(program("drape"))) GTEST_SKIP() << "the program `drape` is not built";
+  }
+
+  [[nodiscard]] Calibration calibrate(const fs::path& folder, const std::string& name) const {
+    const Outcome outcome =
+        run_line(program("drape").string() + " calib-images " + folder.string() +
+                 " --board 9x6 --square-mm 30 --out " + (out() / name).string());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+    return read_calibration(out() / name / "calibration.json");
+  }
+
+  /// Calibrates the detections of `name` again with another rig file and options.
+  [[nodiscard]] Calibration again(const std::string& name, const fs::path& rig,
+                                  const std::string& options) const {
+    const fs::path file = out() / name / "again.json";
+    const Outcome outcome = run_line(
+        program("drape-calib").string() + " " + (out() / name / "detections.json").string() +
+        " --rig " + rig.string() + " --method joint " + options + " --out " + file.string());
+    EXPECT_LE(outcome.exit_code, 1) << outcome.text;
+    return read_calibration(file);
+  }
+
+  /// A folder with the pictures of one camera.
+  [[nodiscard]] fs::path only(const std::string& camera) const {
+    const fs::path folder = out() / ("pictures_" + camera);
+    fs::create_directories(folder);
+    for (const auto& entry : fs::directory_iterator(pictures_)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with(camera) && entry.path().extension() == ".jpg")
+        fs::create_symlink(fs::canonical(entry.path()), folder / name);
+    }
+    return folder;
+  }
+
+  [[nodiscard]] const fs::path& out() const { return folder_.path(); }
+
+  fs::path pictures_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(StereoChessboard, OneCameraIsNotAboveOpenCv) {
+  EXPECT_LE(rms_px(calibrate(only("left"), "left")), 0.1954);
+  EXPECT_LE(rms_px(calibrate(only("right"), "right")), 0.2070);
+}
+
+TEST_F(StereoChessboard, ThePairIsNotAboveOpenCvAndWithTheBoardsBowNotAboveMrcal) {
+  EXPECT_LE(rms_px(calibrate(pictures_, "pair")), 0.2081);
+  EXPECT_LE(rms_px(again("pair", out() / "pair/rig.toml", "--no-bow")), 0.2150);
+}
+
+TEST_F(StereoChessboard, TheBaselineIsThePublishedOne) {
+  const Calibration calibration = calibrate(pictures_, "pair");
+  const auto right_from_left = calibration.camera("right").camera.cam_from_world *
+                               calibration.camera("left").camera.cam_from_world.inverse();
+  // Bouguet's published translation with three times his standard deviations.
+  const Eigen::Vector3d published_mm(-99.80198, 1.12443, 0.05041), three_sd_mm(0.142, 0.114, 0.498);
+  const Eigen::Vector3d difference_mm = right_from_left.translation_m / units::mm - published_mm;
+  EXPECT_LT((difference_mm.array().abs() / three_sd_mm.array()).maxCoeff(), 1.0)
+      << difference_mm.transpose();
+}
+
+/// The point nearest to both rays.
+Eigen::Vector3d midpoint(const Camera& a, const Eigen::Vector2d& a_px, const Camera& b,
+                         const Eigen::Vector2d& b_px) {
+  const Eigen::Vector3d origin_a = centre_in_world(a), origin_b = centre_in_world(b);
+  const Eigen::Vector3d ray_a =
+      a.cam_from_world.rotation.transpose() * unproject(a.model, a_px).value();
+  const Eigen::Vector3d ray_b =
+      b.cam_from_world.rotation.transpose() * unproject(b.model, b_px).value();
+  Eigen::Matrix<double, 3, 2> rays;
+  rays << ray_a, -ray_b;
+  const Eigen::Vector2d along = rays.colPivHouseholderQr().solve(origin_b - origin_a);
+  return 0.5 * (origin_a + along[0] * ray_a + origin_b + along[1] * ray_b);
+}
+
+const FrameDetections& frame_of(const Detections& detections, const std::string& set,
+                                const std::string& camera) {
+  for (const FrameDetections& frame : detections.frames)
+    if (frame.set == set && frame.camera == camera) return frame;
+  throw std::runtime_error("no frame of " + set + ", " + camera);
+}
+
+/// Sum of squared distances, mm^2, of the triangulated corners from a flat board moved onto them.
+double rigid_misfit_mm2(const Calibration& calibration, const Detections& detections,
+                        const std::string& set) {
+  const FrameDetections& left = frame_of(detections, set, "left");
+  const FrameDetections& right = frame_of(detections, set, "right");
+  Eigen::Matrix3Xd board(3, kRows * kCols), measured(3, kRows * kCols);
+  for (Eigen::Index i = 0; i < board.cols(); ++i) {
+    const Detection& corner = left.detections.at(static_cast<std::size_t>(i));
+    const Detection& other = right.detections.at(static_cast<std::size_t>(i));
+    EXPECT_EQ(corner.mark, other.mark);
+    board.col(i) << corner.mark.col * kSquare_m, corner.mark.row * kSquare_m, 0;
+    measured.col(i) = midpoint(calibration.camera("left").camera, corner.centre_px,
+                               calibration.camera("right").camera, other.centre_px);
+  }
+  const Eigen::Matrix4d fit = Eigen::umeyama(board, measured, false);
+  return ((fit.topLeftCorner<3, 3>() * board).colwise() + fit.topRightCorner<3, 1>() - measured)
+             .squaredNorm() /
+         (units::mm * units::mm);
+}
+
+TEST_F(StereoChessboard, ABoardThatCalibrationNeverSawKeepsItsShape) {
+  static_cast<void>(calibrate(pictures_, "pair"));
+  const Detections detections = read_detections(out() / "pair/detections.json");
+  const std::string rig = read_text(out() / "pair/rig.toml");
+  double squares = 0;
+  int corners = 0;
+  for (const FrameDetections& frame : detections.frames) {
+    if (frame.camera != "left") continue;
+    std::string without = rig;
+    const std::string name = "\"" + frame.set + "\"";
+    const auto place = without.find(name);
+    ASSERT_NE(place, std::string::npos);
+    // The list's comma goes with the name: after it, or before it for the last one.
+    const bool last = without.compare(place + name.size(), 1, "]") == 0;
+    without.erase(last ? place - 2 : place, name.size() + 2);
+    const fs::path file = out() / "pair/without.toml";
+    write_durable(file, without);
+    squares += rigid_misfit_mm2(again("pair", file, "--lens k1k2p1p2"), detections, frame.set);
+    corners += kRows * kCols;
+  }
+  ASSERT_EQ(corners, 13 * kRows * kCols);
+  // OpenCV with its best window: 0.512 mm.
+  EXPECT_LE(std::sqrt(squares / corners), 0.512);
+  RecordProperty("rigid_fit_rms_mm", std::to_string(std::sqrt(squares / corners)));
+}
+
+}  // namespace
+}  // namespace drape::test
