@@ -109,6 +109,11 @@ TEST(Triangulate, FindsBench1sDotsFromTheirTrueImages) {
 /// Distances from truth in mm, and Mahalanobis' squared, of all measured marks of the drapes.
 struct Errors {
   std::vector<double> distance_mm, mahalanobis2;
+  double squared_mm2 = 0, predicted_mm2 = 0;  ///< sums of the distances' squares
+
+  [[nodiscard]] double rms_mm() const {
+    return std::sqrt(squared_mm2 / static_cast<double>(distance_mm.size()));
+  }
 };
 
 Errors errors_of(const TriangulateOptions& options) {
@@ -120,6 +125,8 @@ Errors errors_of(const TriangulateOptions& options) {
       const Eigen::Vector3d error = mark.point_in_world - truth_of(drape, mark.mark);
       errors.distance_mm.push_back(error.norm() / mm);
       errors.mahalanobis2.push_back(error.dot(mark.covariance_m2->llt().solve(error)));
+      errors.squared_mm2 += error.squaredNorm() / (mm * mm);
+      errors.predicted_mm2 += mark.covariance_m2->trace() / (mm * mm);
     }
   }
   std::sort(errors.distance_mm.begin(), errors.distance_mm.end());
@@ -141,6 +148,10 @@ TEST(Triangulate, ReachesBench1sAccuracyFromTheCentroidsOfBentDots) {
       quantile(with.distance_mm, 0.5), quantile(without.distance_mm, 0.5),
       quantile(with.distance_mm, 0.95), quantile(without.distance_mm, 0.95),
       quantile(with.mahalanobis2, 0.5), quantile(without.mahalanobis2, 0.5));
+  const double ratio = std::sqrt(with.squared_mm2 / with.predicted_mm2);
+  std::printf("RMS %.4f mm, %.3f of what the covariance predicts\n", with.rms_mm(), ratio);
+  EXPECT_LE(with.rms_mm(), 0.05);
+  EXPECT_LE(ratio, 1.15);
   EXPECT_GT(with.distance_mm.size(), 250u);
   EXPECT_LE(quantile(with.distance_mm, 0.5), 0.04);
   EXPECT_LE(quantile(with.distance_mm, 0.95), 0.15);
