@@ -7,6 +7,7 @@
 
 #include "calib/calibrate_camera.hpp"
 #include "calib/correspondence.hpp"
+#include "calib/known_length.hpp"
 #include "core/error.hpp"
 
 namespace drape {
@@ -40,6 +41,7 @@ bool CalibReport::good() const {
 CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const Target& target,
                            const CalibOptions& options) {
   options.check();
+  check_known_length(target);
   CalibResult result;
   result.calibration.method = "tsai";
   result.calibration.rig = rig.name;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/residuals.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"
@@ -40,6 +41,7 @@ struct CameraReport {
   double stage1_scale_x = 1;  ///< Tsai's s_x from stage 1, a check when it is kept at 1
   TsaiStep basic;             ///< after stage 2; never a result (f and Tz are inseparable)
   TsaiStep full;              ///< after stage 3
+  ClassicalErrors errors;     ///< of the full optimisation
   int iterations = 0;
   double max_eccentricity_px = 0;  ///< largest correction of a dot's centre
   double focal_sd_mm = 0;

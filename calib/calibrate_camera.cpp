@@ -185,6 +185,7 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   report.iterations = fit.refinement.iterations;
   report.points = static_cast<int>(fit.points.size());
   report.full = step_of(fit.refinement.camera, fit.points);
+  report.errors = classical_errors(fit.refinement.camera, fit.points);
   if (fit.points.size() == kept.size())
     report.max_eccentricity_px = largest_shift_px(fit.points, kept);
   const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);

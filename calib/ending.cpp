@@ -30,6 +30,15 @@ std::string figures_of(const CameraReport& camera) {
       camera.chi2_per_dof);
 }
 
+/// The four classical measures in one line.
+std::string errors_of(const ClassicalErrors& errors) {
+  return fmt::format(
+      "mean (largest) error {:.4f} ({:.4f}) px distorted, {:.4f} ({:.4f}) px undistorted, {:.4f} "
+      "({:.4f}) mm on the target, {:.4f} of a pixel's rounding (Weng)",
+      errors.distorted_px.mean, errors.distorted_px.max, errors.undistorted_px.mean,
+      errors.undistorted_px.max, errors.object_mm.mean, errors.object_mm.max, errors.normalised);
+}
+
 }  // namespace
 
 Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
@@ -38,6 +47,7 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
   ending.verdict = verdict_of(result.report);
   for (const CameraReport& camera : result.report.cameras) {
     ending.numbers.emplace_back(camera.camera, figures_of(camera));
+    ending.numbers.emplace_back(camera.camera + " errors", errors_of(camera.errors));
     for (const std::string& rejected : camera.rejected)
       ending.rejected.push_back(fmt::format("{}: {}", camera.camera, rejected));
     if (camera.origin_shifted) {

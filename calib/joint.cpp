@@ -11,6 +11,7 @@
 #include "calib/joint_checks.hpp"
 #include "calib/joint_covariance.hpp"
 #include "calib/joint_start.hpp"
+#include "calib/known_length.hpp"
 #include "calib/next_view.hpp"
 #include "calib/residuals.hpp"
 #include "core/error.hpp"
@@ -123,13 +124,15 @@ void reset_unused(JointModel& model, LensTerms lens) {
   }
 }
 
-void add_covariances(const JointSolution& solution, const JointFit& fit, JointResult& result) {
+void add_covariances(const JointSolution& solution, const JointFit& fit, double scale_uncertainty,
+                     JointResult& result) {
   const JointModel& model = solution.model;
   const double dof = 2.0 * static_cast<double>(count_points(model)) - free_parameters(model, fit);
   result.report.chi2_per_dof = solution.chi2 / dof;
   const JointCovariance covariance =
       joint_covariance(model, fit, std::max(1.0, result.report.chi2_per_dof));
   result.calibration.joint_covariance = covariance.cameras;
+  add_scale_uncertainty(result.calibration.joint_covariance, model, scale_uncertainty);
   result.calibration.joint_covariance_parameters = covariance.names;
   result.report.bow_sd_mm = covariance.bow_sd_mm;
 }
@@ -179,7 +182,7 @@ JointResult calibrate_joint(JointModel model, double dot_diameter_m, const Joint
   report.bow_mm = solution.model.bow.edge_rise_mm;
   report.max_eccentricity_px = largest_eccentricity(solution.model);
   report.views = view_reports(solution.model);
-  add_covariances(solution, fit, result);
+  add_covariances(solution, fit, options.scale_uncertainty, result);
   Calibration& calibration = result.calibration;
   calibration.method = "joint";
   for (const Placement& placement : solution.model.placements)
@@ -211,11 +214,15 @@ JointResult calibrate_joint(JointModel model, double dot_diameter_m, const Joint
 JointResult calibrate_joint(const Detections& detections, const Rig& rig, const Target& target,
                             const JointOptions& options) {
   options.check();
+  check_known_length(target);
   std::vector<std::string> notes;
   JointModel model = joint_frames(detections, rig, target, notes);
   check_places(model);
   start_joint(model);
-  JointResult result = calibrate_joint(std::move(model), target.dot_diameter_m, options);
+  JointOptions with_scale = options;
+  with_scale.scale_uncertainty = scale_uncertainty(target);
+  JointResult result = calibrate_joint(std::move(model), target.dot_diameter_m, with_scale);
+  result.report.print_scale = print_scale_line(target);
   result.calibration.rig = rig.name;
   result.report.rejected.insert(result.report.rejected.end(), notes.begin(), notes.end());
   for (const std::string& note : notes) result.calibration.warnings.push_back(note);

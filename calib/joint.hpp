@@ -21,6 +21,7 @@ struct JointOptions {
   bool estimate_bow = true;       ///< of the target's plate
   bool estimate_skew = false;     ///< a library option: calibration.json has no skew
   int held_out_groups = 4;        ///< of placements, for the lens and the report
+  double scale_uncertainty = 0;   ///< of the print (1), common to all cameras
   void check() const { common.check(); }
 };
 
@@ -60,7 +61,8 @@ struct JointReport {
   std::optional<double> volume_sd_mm;  ///< what calibration leaves open in the drape volume
   std::vector<std::string> rejected;   ///< points and views, with reasons
   std::vector<std::string> warnings;
-  std::string next_view;  ///< the target pose that would help most
+  std::string print_scale;  ///< what is known of the target's size
+  std::string next_view;    ///< the target pose that would help most
 
   [[nodiscard]] bool good() const { return status == "good"; }
 };

@@ -66,6 +66,17 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   return joint_covariance(model, fit, information_of(model, fit), variance_factor);
 }
 
+void add_scale_uncertainty(MatrixXd& covariance, const JointModel& model,
+                           double scale_uncertainty) {
+  if (covariance.size() == 0) return;
+  Eigen::VectorXd growth = Eigen::VectorXd::Zero(covariance.rows());
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    growth.segment<3>(kFileParameters * static_cast<Index>(c) + kFileParameters - 3) =
+        model.cameras[c].camera.cam_from_world.translation_m / units::mm;
+  }
+  covariance += scale_uncertainty * scale_uncertainty * growth * growth.transpose();
+}
+
 Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {
   // centre = -R' t; a turn w on top of R makes it -R' (1 - [w]x) t.
   const CamFromWorld& pose = camera.camera.cam_from_world;

@@ -26,6 +26,11 @@ struct JointCovariance {
                                                const Eigen::MatrixXd& information,
                                                double variance_factor);
 
+/// Adds what an uncertain print scale (1) does: all translations grow together. `covariance` is of
+/// the cameras' parameters in file units.
+void add_scale_uncertainty(Eigen::MatrixXd& covariance, const JointModel& model,
+                           double scale_uncertainty);
+
 /// Covariance (mm^2) of the camera centre in the world, from the camera's own covariance.
 [[nodiscard]] Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera);
 

@@ -144,6 +144,42 @@ TEST(JointRefusals, NumbersThatAreNotFinite) {
   }
 }
 
+TEST(JointRefusals, AWrongTargetSizeByTheKnownLength) {
+  Target target = test::bench1_target();
+  target.known_length =
+      KnownLength{{0, 0}, {8, 11}, 0.2734, 0.00005};  // the pitch gives 272.029 mm
+  const Detections detections = test::bench1_target_detections(0.01);
+  for (const bool joint : {false, true}) {
+    try {
+      if (joint) {
+        static_cast<void>(calibrate_joint(detections, test::bench1_rig(), target, {}));
+      } else {
+        static_cast<void>(calibrate_tsai(detections, test::bench1_rig(), target, {}));
+      }
+      ADD_FAILURE() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(),
+                  AllOf(HasSubstr("wrong target size"), HasSubstr("pitch_mm = 20.1")));
+    }
+  }
+}
+
+TEST(JointRefusals, AKnownLengthThatAgreesMakesTheScalesUncertaintyKnown) {
+  Rig rig = test::bench1_rig();
+  Target target = test::bench1_target();
+  const Detections detections = test::bench1_target_detections(0.01);
+  const JointResult without = calibrate_joint(detections, rig, target, {});
+  target.known_length = KnownLength{{0, 0}, {8, 11}, 0.27205, 0.00005};
+  const JointResult with = calibrate_joint(detections, rig, target, {});
+  EXPECT_TRUE(with.report.good());
+  // The camera stands about 0.78 m from the origin: 0.05 mm in 272 mm is 0.14 mm there.
+  const double centre_mm = centre_in_world(with.calibration.cameras[0].camera).norm() * 1000;
+  const double scale = 0.05 / 272.05;
+  EXPECT_NEAR(
+      std::pow(with.report.cameras[0].position_sd_mm, 2),
+      std::pow(without.report.cameras[0].position_sd_mm, 2) + std::pow(scale * centre_mm, 2), 1e-6);
+}
+
 TEST(JointRefusals, AWrongPitchContradictsTheStagesHeights) {
   JointModel model = SyntheticBench(5).true_model();
   for (JointFrame& frame : model.frames) {

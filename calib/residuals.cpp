@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/residuals.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +21,40 @@ std::optional<double> miss_m(const Camera& camera, const Correspondence& point) 
   return (in_camera - in_camera.dot(*ray) * *ray).norm();
 }
 
+/// Focal lengths of an ideal camera in pixels per unit of x/z and y/z.
+Eigen::Vector2d focal_px(const CameraModel& model) {
+  if (const auto* brown = std::get_if<BrownLens>(&model.lens)) return {brown->fx_px, brown->fy_px};
+  const auto& tsai = std::get<TsaiLens>(model.lens);
+  return {tsai.focal_m * tsai.scale_x / tsai.pixel_pitch_x_m, tsai.focal_m / tsai.pixel_pitch_y_m};
+}
+
+void add(ErrorMeasure& measure, double error) {
+  measure.mean += error;
+  measure.max = std::max(measure.max, error);
+}
+
 }  // namespace
+
+ClassicalErrors classical_errors(const Camera& camera, const std::vector<Correspondence>& points) {
+  ClassicalErrors errors;
+  const Eigen::Vector2d focal = focal_px(camera.model);
+  int count = 0;
+  for (const Correspondence& point : points) {
+    const double distorted = distance_px(camera, point);
+    const auto ray = unproject(camera.model, point.px);
+    if (!std::isfinite(distorted) || !ray) continue;
+    const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;
+    const Eigen::Vector2d off = ray->hnormalized() - in_camera.hnormalized();
+    add(errors.distorted_px, distorted);
+    add(errors.undistorted_px, focal.cwiseProduct(off).norm());
+    add(errors.object_mm, *miss_m(camera, point) / mm);
+    ++count;
+  }
+  for (ErrorMeasure* measure : {&errors.distorted_px, &errors.undistorted_px, &errors.object_mm})
+    measure->mean /= std::max(count, 1);
+  errors.normalised = normalised_error(camera, points);
+  return errors;
+}
 
 double distance_px(const Camera& camera, const Correspondence& point) {
   const auto image = project(camera.model, camera.cam_from_world * point.point_in_world);
@@ -47,11 +81,9 @@ CalibrationResiduals residuals_of(const Camera& camera, const std::vector<Corres
 }
 
 double normalised_error(const Camera& camera, const std::vector<Correspondence>& points) {
-  const auto& lens = std::get<TsaiLens>(camera.model.lens);
   // Uniform rounding error of one pixel in x and y has a variance of (pitch^2)/12 in each.
-  const double pitch_x = lens.pixel_pitch_x_m / (lens.scale_x * lens.focal_m);
-  const double pitch_y = lens.pixel_pitch_y_m / lens.focal_m;
-  const double rounding = std::sqrt((pitch_x * pitch_x + pitch_y * pitch_y) / 12);
+  const Eigen::Vector2d pitch = focal_px(camera.model).cwiseInverse();
+  const double rounding = std::sqrt(pitch.squaredNorm() / 12);
   double sum = 0;
   for (const Correspondence& point : points) {
     const Eigen::Vector3d in_camera = camera.cam_from_world * point.point_in_world;

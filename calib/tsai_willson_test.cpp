@@ -140,5 +140,46 @@ TEST(TsaiWillson, CoplanarFullOptimumIsTheTrueOne) {
   EXPECT_LE(normalised_error(result.camera, points), 0.23182);
 }
 
+TEST(TsaiWillson, CoplanarGeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
+  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const auto points = read_points(folder / "cc_cd.dat");
+  auto alignment = align_coplanar(points, willson_sensor());
+  const auto depth = solve_focal_and_depth(points, willson_sensor(), *alignment);
+  if (depth->focal_m < 0) alignment = mirrored(*alignment);
+  const Refinement result = full(points, *alignment, TsaiFree::all_but_scale_x);
+  const Eigen::MatrixXd covariance =
+      tsai_covariance(result.camera, points, TsaiFree::all_but_scale_x) *
+      (result.chi2 / (200.0 - 10.0));
+  const auto& lens = std::get<TsaiLens>(result.camera.model.lens);
+  const Eigen::Vector3d t = result.camera.cam_from_world.translation_m / mm;
+  const double truth[] = {270, -0.0006, 262, 212, 150, -75, 6600};
+  const double found[] = {
+      lens.focal_m / mm, lens.kappa1_per_m2 * mm * mm, lens.cx_px, lens.cy_px, t.x(), t.y(), t.z()};
+  const int place[] = {0, 1, 2, 3, 8, 9, 10};
+  for (int i = 0; i < 7; ++i)
+    EXPECT_LT(std::abs(found[i] - truth[i]), 3 * std::sqrt(covariance(place[i], place[i]))) << i;
+  // The independent optimum's own standard deviations.
+  EXPECT_NEAR(std::sqrt(covariance(0, 0)), 13.979, 0.01);
+  EXPECT_NEAR(std::sqrt(covariance(10, 10)), 343.82, 0.2);
+}
+
+TEST(TsaiWillson, TheFourClassicalErrorsEqualAnIndependentEvaluation) {
+  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const auto points = read_points(folder / "ncc_cd.dat");
+  const Refinement result =
+      full(points, *align_non_coplanar(points, willson_sensor()), TsaiFree::all);
+  const ClassicalErrors errors = classical_errors(result.camera, points);
+  const auto reference = nlohmann::json::parse(
+      read_text(folder / "reference_results.json"))["ncc"]["lm_optimum_distorted"];
+  const auto expect = [&](const ErrorMeasure& measure, const char* name) {
+    EXPECT_NEAR(measure.mean, reference[name]["mean"].get<double>(), 1e-6) << name;
+    EXPECT_NEAR(measure.max, reference[name]["max"].get<double>(), 1e-5) << name;
+  };
+  expect(errors.distorted_px, "distorted_px");
+  expect(errors.undistorted_px, "undistorted_px");
+  expect(errors.object_mm, "object_mm");
+  EXPECT_NEAR(errors.normalised, reference["nce"].get<double>(), 1e-6);
+}
+
 }  // namespace
 }  // namespace drape
