@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -29,6 +30,34 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
       "report.html",
       (out / "sheet.ply").string());
+  return ending;
+}
+
+void require_scene_and_out(const std::filesystem::path& scene, const std::filesystem::path& out) {
+  if (scene.empty() || out.empty())
+    throw usage_error("SCENE or --out is missing", "give both, or --validate alone");
+}
+
+int run_checks(const CommonOptions& common) {
+  const sim::Checks checks = sim::validate();
+  if (!common.json) fmt::print("{}", sim::validation_table(checks));
+  return finish(ending_of(checks), common);
+}
+
+Ending ending_of(const sim::Checks& checks) {
+  Ending ending;
+  int passed = 0;
+  for (const sim::Check& check : checks) {
+    passed += check.passes();
+    ending.go = ending.go && check.as_expected();
+    if (check.passes()) continue;
+    ending.rejected.push_back(fmt::format("test {}: {}, {} particles: error {:.2g}, goal {:g}",
+                                          check.test, check.what, check.grid, check.error,
+                                          check.goal));
+  }
+  ending.verdict =
+      fmt::format("{} of {} closed-form checks meet their goal", passed, checks.size());
+  ending.next_command = "drape-simulate SCENE --out DIR";
   return ending;
 }
 

@@ -52,7 +52,7 @@ void LineContacts::try_line(const Field& position, int element, int a, int b) {
   const Vector3d p = at(position, a);
   const Vector3d q = at(position, b);
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
-    if (surroundings_->is_table(shape)) continue;
+    if (surroundings_->is_flat(shape)) continue;
     // The distance is convex along the line, so its ends and middle bound it from below.
     const double middle = surroundings_->gap_m(shape, 0.5 * (p + q));
     if (middle > reach_m_) continue;
@@ -81,7 +81,7 @@ void LineContacts::try_cell(const Field& position, int corner) {
   point.weight.fill(0.25);
   const Vector3d centre = mix(position, point);
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
-    if (surroundings_->is_table(shape)) continue;
+    if (surroundings_->is_flat(shape)) continue;
     if (surroundings_->gap_m(shape, centre) > reach_m_) continue;
     point.shape = shape;
     for (int r = 0; r < kCellPoints; ++r) {

@@ -17,11 +17,13 @@ struct Arguments {
   std::optional<fs::path> fabric, start;
   int grid = 21;
   std::string mass = "area";
-  bool particles_only = false;
+  bool validate = false;
   drape::SimulateOptions options;
 };
 
 int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+  if (args.validate) return drape::run_checks(common);
+  drape::require_scene_and_out(args.scene, args.out);
   drape::RunRecord record("drape-simulate", std::move(words));
   const drape::Scene scene = drape::read_scene(args.scene);
   const drape::Fabric fabric = drape::read_fabric(args.fabric.value_or(scene.fabric_file));
@@ -34,7 +36,6 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   args.options.rows = args.options.cols = args.grid;
   args.options.mass =
       args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
-  args.options.contact_between_particles = !args.particles_only;
   drape::Progress progress("simulate", common.quiet);
   args.options.progress = [&](double fraction, double residual) {
     progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));
@@ -60,18 +61,18 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Drapes a fabric over the objects of a scene until it is at rest.",
-               "drape-simulate");
+  CLI::App app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
   drape::CommonOptions common;
   add_common_options(app, common);
   Arguments args;
-  app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start")->required();
+  app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
   app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
       ->capture_default_str();
   app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
-  app.add_option("--out", args.out, "folder for sheet, history.csv, certificate.json")->required();
+  app.add_option("--out", args.out, "folder for sheet, history.csv, certificate.json");
+  app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_option("--model", args.options.model, "consistent")->capture_default_str();
   app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
       ->check(CLI::IsMember({"rk4", "static"}))
@@ -91,7 +92,8 @@ int main(int argc, char** argv) {
                  "motion before kinetic damping sets in")
       ->capture_default_str();
   app.add_flag("!--no-kinetic-damping", args.options.kinetic_damping, "damping forces only");
-  app.add_flag("--particles-only", args.particles_only, "no contact between the particles");
+  app.add_flag("!--particles-only", args.options.contact_between_particles,
+               "no contact between the particles");
   return drape::run_program(app, argc, argv, common,
                             [&] { return run(args, drape::arguments_of(argc, argv), common); });
 }

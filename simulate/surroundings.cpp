@@ -33,6 +33,55 @@ double gap_of(const Box& box, const Vector3d& p) {
   return d.cwiseMax(0.0).norm() + std::min(0.0, d.maxCoeff()) - box.edge_radius_m;
 }
 
+double gap_of(const Plane& plane, const Vector3d& p) {
+  return plane.normal_in_world.dot(p - plane.point_in_world);
+}
+
+Vector3d in_cylinder(const Cylinder& body, const Vector3d& p) {
+  const WorldFromObject& frame = body.world_from_cylinder;
+  return frame.rotation.transpose() * (p - frame.translation_m);
+}
+
+/// Beyond the cylinder shrunk by its edge radius: across the axis and along it.
+Eigen::Vector2d beyond(const Cylinder& body, const Vector3d& q) {
+  return {q.head<2>().norm() - body.radius_m + body.edge_radius_m,
+          std::abs(q.z()) - 0.5 * body.height_m + body.edge_radius_m};
+}
+
+double gap_of(const Cylinder& body, const Vector3d& p) {
+  const Eigen::Vector2d d = beyond(body, in_cylinder(body, p));
+  return d.cwiseMax(0.0).norm() + std::min(0.0, d.maxCoeff()) - body.edge_radius_m;
+}
+
+double gap_of(const PlacedMesh& body, const Vector3d& p) {
+  const WorldFromObject& frame = body.world_from_mesh;
+  return body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m)).gap_m;
+}
+
+Vector3d normal_of(const Plane& plane, const Vector3d&) {
+  return plane.normal_in_world;
+}
+
+Vector3d normal_of(const Cylinder& body, const Vector3d& p) {
+  const Vector3d q = in_cylinder(body, p);
+  Eigen::Vector2d out = beyond(body, q).cwiseMax(0.0);
+  if (out.isZero(0)) {
+    const Eigen::Vector2d d = beyond(body, q);
+    (d.x() > d.y() ? out.x() : out.y()) = 1;
+  }
+  const double across = q.head<2>().norm();
+  const Eigen::Vector2d away =
+      across > 0 ? Eigen::Vector2d(q.head<2>() / across) : Eigen::Vector2d::UnitX();
+  const Vector3d local(out.x() * away.x(), out.x() * away.y(), std::copysign(out.y(), q.z()));
+  return body.world_from_cylinder.rotation * local.normalized();
+}
+
+Vector3d normal_of(const PlacedMesh& body, const Vector3d& p) {
+  const WorldFromObject& frame = body.world_from_mesh;
+  return frame.rotation *
+         body.mesh->distance(frame.rotation.transpose() * (p - frame.translation_m)).normal;
+}
+
 Vector3d normal_of(const Sphere& sphere, const Vector3d& p) {
   const Vector3d out = p - sphere.centre_in_world;
   const double distance = out.norm();
@@ -66,6 +115,25 @@ double top_of(const Box& box) {
          box.world_from_box.rotation.row(2).cwiseAbs().dot(reach);
 }
 
+double top_of(const Cylinder& body) {
+  const Vector3d up = body.world_from_cylinder.rotation.row(2);
+  return body.world_from_cylinder.translation_m.z() + body.edge_radius_m +
+         (0.5 * body.height_m - body.edge_radius_m) * std::abs(up.z()) +
+         (body.radius_m - body.edge_radius_m) * std::hypot(up.x(), up.y());
+}
+
+double top_of(const Plane&) {
+  return -std::numeric_limits<double>::infinity();
+}
+
+double top_of(const PlacedMesh& body) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Vector3d& corner : body.mesh->corners()) {
+    top = std::max(top, (body.world_from_mesh * corner).z());
+  }
+  return top;
+}
+
 double top_of(const Table& table) {
   return table.z_m;
 }
@@ -77,6 +145,11 @@ Surroundings::Surroundings(const Scene& scene) {
     std::visit([this](const auto& shape) { add(shape); }, obstacle);
   }
   add(Table{scene.table_z_m});
+}
+
+void Surroundings::add(const MeshObject& object) {
+  add(PlacedMesh{std::make_shared<const TriangleMesh>(TriangleMesh::read(object.file)),
+                 object.world_from_mesh});
 }
 
 double Surroundings::gap_m(int shape, const Vector3d& p) const {

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
+#include <memory>
 #include <variant>
 #include <vector>
 
 #include "core/scene.hpp"
+#include "simulate/triangle_mesh.hpp"
 
 namespace drape::sim {
 
@@ -15,8 +16,14 @@ struct Table {
   double z_m = 0;
 };
 
-/// Everything rigid around the cloth. Shapes are convex and their signed distance is exact
-/// outside and near the surface, so the distance along a straight line has one minimum.
+/// A closed mesh placed in the world.
+struct PlacedMesh {
+  std::shared_ptr<const TriangleMesh> mesh;
+  WorldFromObject world_from_mesh;
+};
+
+/// Everything rigid around the cloth. Signed distances are exact outside and near the surface. All
+/// shapes but meshes are convex: the distance along a straight line has one minimum.
 class Surroundings {
  public:
   Surroundings() = default;
@@ -24,21 +31,33 @@ class Surroundings {
 
   void add(const Sphere& sphere) { shapes_.emplace_back(sphere); }
   void add(const Box& box) { shapes_.emplace_back(box); }
+  void add(const Cylinder& cylinder) { shapes_.emplace_back(cylinder); }
+  void add(const Plane& plane) { shapes_.emplace_back(plane); }
   void add(const Table& table) { shapes_.emplace_back(table); }
+  void add(const PlacedMesh& mesh) { shapes_.emplace_back(mesh); }
+  /// Reads the mesh; throws Error naming the file when it is not a closed triangle mesh.
+  void add(const MeshObject& object);
 
   [[nodiscard]] int count() const { return static_cast<int>(shapes_.size()); }
   [[nodiscard]] bool is_table(int shape) const {
     return std::holds_alternative<Table>(shapes_[shape]);
   }
+  /// Flat: what the particles do not enter, nothing between them does.
+  [[nodiscard]] bool is_flat(int shape) const {
+    return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
+  }
+  [[nodiscard]] bool is_convex(int shape) const {
+    return !std::holds_alternative<PlacedMesh>(shapes_[shape]);
+  }
   /// Signed distance of a world point from the surface (m), negative inside.
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Outward unit normal at the nearest surface point, world frame.
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// Highest point of all objects but the table (m), or the table when there is no object.
+  /// Highest point of all objects but planes and the table (m), or the table when there is none.
   [[nodiscard]] double top_z_m() const;
 
  private:
-  std::vector<std::variant<Sphere, Box, Table>> shapes_;
+  std::vector<std::variant<Sphere, Box, Table, Cylinder, Plane, PlacedMesh>> shapes_;
 };
 
 }  // namespace drape::sim

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace drape::sim::exact {
+
+/// A heavy strip clamped horizontally (inextensible heavy elastica); lengths in units of its
+/// length. `gamma` is rho g L^3 / B. Width W and height H of its shape, tip angle below the
+/// horizontal. Solved by shooting in the variable in which all gamma share one curve; good to 1e-6.
+struct Cantilever {
+  double gamma = 0, width = 0, height = 0, tip_rad = 0;
+};
+[[nodiscard]] Cantilever cantilever(double gamma);
+/// The one whose chord from clamp to tip hangs at this angle (Peirce 1930: 41.5 degrees).
+[[nodiscard]] Cantilever cantilever_at_chord_angle(double chord_rad);
+
+/// Loop of a strip whose ends are clamped together pointing up (Peirce 1930). Distance from the
+/// clamp to the lowest point, in units of the strip's length.
+[[nodiscard]] double heart_loop_height(double gamma);
+
+/// Sag of an inextensible chain without bending over a chord shorter than its length (= 1).
+[[nodiscard]] double catenary_sag(double chord);
+
+/// Pinned strut (Euler): load over pi^2 B / L^2 and chord over length for the end slope alpha.
+struct Elastica {
+  double load = 0, chord = 0;
+};
+[[nodiscard]] Elastica elastica(double alpha_rad);
+
+/// rho g L^3 / B at which a clamped vertical strip buckles under its weight (Greenhill 1881).
+inline constexpr double kSelfBuckling = 7.8373474;
+/// rho g w L^3 / sqrt(B w C) at which a strip clamped on edge buckles sideways under its weight: C
+/// is its torsional rigidity, the constant 6 times the first zero of the Bessel function J_-1/6.
+inline constexpr double kLateralBuckling = 12.85374;
+
+/// Tension where a heavy belt sliding over a horizontal cylinder leaves it, over half a turn, for
+/// the tension `slack_n_per_m` where it enters; friction mu, belt weight per length and width.
+[[nodiscard]] double capstan_tension(double slack_n_per_m, double mu, double weight_n_per_m2,
+                                     double radius_m);
+
+}  // namespace drape::sim::exact
