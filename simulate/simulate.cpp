@@ -27,6 +27,7 @@ constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to th
 constexpr double kTimeResolution = 1e-12;   // s
 constexpr double kPinPlaced = 1e-9;         // m
 constexpr int kProgressSteps = 512;
+constexpr double kSunk = 0.1e-3;  // m; a particle deeper than this in an object is no result
 
 Vector3d at(const sim::Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -203,6 +204,15 @@ void Run::certify(SimulateReport& report) {
     return;
   }
   measure_gaps(cloth_.grid(), surroundings_, motion_.position, report);
+  const double depth_m =
+      -std::min(report.least_gap_table_m, report.least_gap_object_m.value_or(0.0));
+  if (report.status == RestStatus::at_rest && depth_m > kSunk) {
+    report.status = RestStatus::step_limit;
+    report.sentence =
+        fmt::format("still, but {:.2g} mm inside an object or the table, after {} steps",
+                    depth_m / mm, report.steps);
+    return;
+  }
   report.sentence =
       report.status == RestStatus::at_rest
           ? "at rest"
@@ -262,7 +272,11 @@ Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
       mark.mark = {r, c};
       mark.material_m = sim::material_of(grid, r, c);
       mark.point_in_world = at(position, grid.index(r, c));
-      sheet.marks.push_back(mark);
+      if (mark.point_in_world.allFinite()) {
+        sheet.marks.push_back(mark);
+      } else {
+        sheet.gaps.push_back({mark.mark, "the simulation diverged"});
+      }
     }
   }
   return sheet;
