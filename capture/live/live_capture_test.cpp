@@ -279,9 +279,9 @@ TEST(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   }
 }
 
-TEST(LiveCapture, JunkInTheCamerasNameTakesOnlyThatCameraDown) {
+TEST(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  // Same address, any port: what the filter cannot tell, the process boundary keeps in.
+  // The camera's own address, but another port than its stream's.
   const Bench bench(2, SyncMethod::free_run);
   std::thread junk([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(1000));
