@@ -9,6 +9,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "detect/regions.hpp"
+
 namespace drape {
 namespace {
 
@@ -23,14 +25,14 @@ constexpr int ring_samples = 32;
 /// 2x2 pixels, for speed.
 cv::Mat surface_light(const cv::Mat& picture, int side_px) {
   cv::Mat half((picture.rows + 1) / 2, (picture.cols + 1) / 2, CV_8U);
+  std::vector<std::uint8_t> pair(2 * static_cast<std::size_t>(half.cols));
   for (int y = 0; y < half.rows; ++y) {
     const auto* upper = picture.ptr<std::uint8_t>(2 * y);
     const auto* lower = picture.ptr<std::uint8_t>(std::min(2 * y + 1, picture.rows - 1));
+    for (int x = 0; x < picture.cols; ++x) pair[x] = std::max(upper[x], lower[x]);
+    pair.back() = pair[picture.cols - 1];
     auto* out = half.ptr<std::uint8_t>(y);
-    for (int x = 0; x < half.cols; ++x) {
-      const int right = std::min(2 * x + 1, picture.cols - 1);
-      out[x] = std::max(std::max(upper[2 * x], upper[right]), std::max(lower[2 * x], lower[right]));
-    }
+    for (int x = 0; x < half.cols; ++x) out[x] = std::max(pair[2 * x], pair[2 * x + 1]);
   }
   const int side = std::max(3, (side_px / 2) | 1);
   cv::morphologyEx(half, half, cv::MORPH_CLOSE, cv::Mat::ones(side, side, CV_8U));
@@ -38,33 +40,39 @@ cv::Mat surface_light(const cv::Mat& picture, int side_px) {
 }
 
 /// Pixels darker than half the surface's light, by more than noise can be.
-cv::Mat dark_mask(const cv::Mat& picture, const NoiseModel& noise, int side_px) {
-  std::array<int, 256> limit = {};
+std::vector<std::uint8_t> dark_mask(const cv::Mat& picture, const NoiseModel& noise, int side_px) {
+  std::array<std::uint8_t, 256> limit = {};
   for (int light = 0; light < 256; ++light) {
     const double least_contrast = std::max(6.0, 5.0 * noise.sigma(light));
-    limit[light] = static_cast<int>(std::floor(std::min(0.5 * light, light - least_contrast)));
+    const double darkest = std::floor(std::min(0.5 * light, light - least_contrast));
+    limit[light] = static_cast<std::uint8_t>(std::max(0.0, darkest));
   }
   const cv::Mat light = surface_light(picture, side_px);
-  cv::Mat mask(picture.rows, picture.cols, CV_8U);
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(picture.rows) * picture.cols);
+  std::vector<std::uint8_t> limits(2 * static_cast<std::size_t>(light.cols));
   for (int y = 0; y < picture.rows; ++y) {
+    if (y % 2 == 0) {
+      const auto* above = light.ptr<std::uint8_t>(y / 2);
+      for (int x = 0; x < light.cols; ++x) limits[2 * x] = limits[2 * x + 1] = limit[above[x]];
+    }
     const auto* line = picture.ptr<std::uint8_t>(y);
-    const auto* above = light.ptr<std::uint8_t>(y / 2);
-    auto* out = mask.ptr<std::uint8_t>(y);
-    for (int x = 0; x < picture.cols; ++x) out[x] = line[x] < limit[above[x / 2]] ? 255 : 0;
+    std::uint8_t* out = mask.data() + static_cast<std::size_t>(y) * picture.cols;
+    for (int x = 0; x < picture.cols; ++x) out[x] = line[x] < limits[x] ? 1 : 0;
   }
   return mask;
 }
 
-struct Region {
-  cv::Rect box;
-  double area = 0;
+/// Semi-major axes that a dot may have.
+struct Sizes {
+  double smallest, largest;
+  explicit Sizes(double radius_px)
+      : smallest(smallest_radius_ratio * radius_px), largest(largest_radius_ratio * radius_px) {}
 };
 
-bool plausible_size(const Region& region, double radius_px) {
-  const double largest = largest_radius_ratio * radius_px;
-  return region.area >= 6 && region.box.width <= 2 * largest + 2 &&
-         region.box.height <= 2 * largest + 2 &&
-         std::max(region.box.width, region.box.height) >= smallest_radius_ratio * radius_px;
+bool plausible_size(const Region& region, const Sizes& sizes) {
+  const double largest = sizes.largest;
+  return region.area >= 6 && region.width <= 2 * largest + 2 && region.height <= 2 * largest + 2 &&
+         std::max(region.width, region.height) >= sizes.smallest;
 }
 
 /// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
@@ -72,17 +80,17 @@ void moments(const DarkMap& map, const Region& region, Blob& blob) {
   double count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
-  for (int y = region.box.y; y < region.box.y + region.box.height; ++y) {
-    for (int x = region.box.x; x < region.box.x + region.box.width; ++x) {
+  for (int y = region.top; y < region.top + region.height; ++y) {
+    for (int x = region.left; x < region.left + region.width; ++x) {
       if (map.at(x, y) != blob.label) continue;
-      const Eigen::Vector2d p(x - region.box.x, y - region.box.y);
+      const Eigen::Vector2d p(x - region.left, y - region.top);
       count += 1;
       sum += p;
       square += p * p.transpose();
     }
   }
   const Eigen::Vector2d mean = sum / count;
-  blob.centre_px = mean + Eigen::Vector2d(region.box.x, region.box.y);
+  blob.centre_px = mean + Eigen::Vector2d(region.left, region.top);
   // A pixel has an extent of its own: 1/12 per axis keeps thin regions from becoming lines.
   blob.shape_px2 =
       4 * (square / count - mean * mean.transpose() + Eigen::Matrix2d::Identity() / 12.0);
@@ -120,14 +128,14 @@ void look_around(const GreyImage& image, const DarkMap& map, Blob& blob) {
       static_cast<double>(ring.size());
 }
 
-bool dot_like(const Blob& blob, const Region& region, double radius_px) {
+bool dot_like(const Blob& blob, const Region& region, const Sizes& sizes) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2,
                                                              Eigen::EigenvaluesOnly);
   const double major = std::sqrt(eigen.eigenvalues()(1));
   const double minor = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
   const double fill = region.area / (std::numbers::pi * major * minor);
-  return major >= smallest_radius_ratio * radius_px && major <= largest_radius_ratio * radius_px &&
-         fill >= least_fill && blob.dark_ring <= most_dark_ring && blob.bright > blob.dark;
+  return major >= sizes.smallest && major <= sizes.largest && fill >= least_fill &&
+         blob.dark_ring <= most_dark_ring && blob.bright > blob.dark;
 }
 
 }  // namespace
@@ -137,24 +145,18 @@ Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, double radius_
                         const_cast<std::uint8_t*>(image.bytes.data()));
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
   const int side_px = static_cast<int>(std::ceil(1.5 * largest_radius_ratio * radius_px)) + 2;
+  const Sizes sizes(radius_px);
   Blobs result;
   result.map = {image.width_px, image.height_px, {}};
-  result.map.labels.resize(image.bytes.size());
-  cv::Mat labels(image.height_px, image.width_px, CV_32S, result.map.labels.data());
-  cv::Mat stats, centroids;
-  const int count = cv::connectedComponentsWithStats(dark_mask(picture, noise, side_px), labels,
-                                                     stats, centroids, 8, CV_32S);
-  for (int label = 1; label < count; ++label) {
-    const int* row = stats.ptr<int>(label);
-    const Region region{{row[cv::CC_STAT_LEFT], row[cv::CC_STAT_TOP], row[cv::CC_STAT_WIDTH],
-                         row[cv::CC_STAT_HEIGHT]},
-                        static_cast<double>(row[cv::CC_STAT_AREA])};
-    if (!plausible_size(region, radius_px)) continue;
+  const std::vector<Region> regions =
+      connected_regions(dark_mask(picture, noise, side_px), result.map);
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    if (!plausible_size(regions[k], sizes)) continue;
     Blob blob;
-    blob.label = label;
-    moments(result.map, region, blob);
+    blob.label = static_cast<std::int32_t>(k) + 1;
+    moments(result.map, regions[k], blob);
     look_around(image, result.map, blob);
-    if (dot_like(blob, region, radius_px)) result.blobs.push_back(blob);
+    if (dot_like(blob, regions[k], sizes)) result.blobs.push_back(blob);
   }
   return result;
 }

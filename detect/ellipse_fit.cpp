@@ -11,6 +11,7 @@
 
 #include "detect/blurred_ellipse.hpp"
 #include "detect/patch.hpp"
+#include "detect/pixel_columns.hpp"
 
 namespace drape {
 namespace {
@@ -21,26 +22,9 @@ using Matrix = Model::Matrix;
 
 constexpr int most_iterations = 15;
 constexpr double converged_px = 1e-3;  // Newton's next step is then far below a thousandth
+constexpr double chi2_scatter = 1e-6;  // of sums in single precision
 constexpr double clean_chi2 = 2.5;     // fits up to here need no second look at strangers
 constexpr int stranger_rounds = 4;
-
-/// Normal equations of the weighted least squares, lower triangle.
-struct Normal {
-  Matrix hessian = Matrix::Zero();
-  Vector gradient = Vector::Zero();
-  double chi2 = 0;
-
-  void add(const Vector& g, int count, double residual, double weight) {
-    for (int col = 0; col < count; ++col) {
-      const double scaled = weight * g(col);
-      gradient(col) += scaled * residual;
-      for (int row = col; row < count; ++row) hessian(row, col) += scaled * g(row);
-    }
-    chi2 += weight * residual * residual;
-  }
-
-  [[nodiscard]] Matrix full() const { return hessian.selfadjointView<Eigen::Lower>(); }
-};
 
 void add_prior(Normal& normal, double blur_px, const BlurGuess& guess) {
   const double weight = 1 / (guess.sigma_px * guess.sigma_px);
@@ -50,20 +34,9 @@ void add_prior(Normal& normal, double blur_px, const BlurGuess& guess) {
   normal.chi2 += weight * residual * residual;
 }
 
-/// Adds a pixel with the noise of the model's level, not of the observed one, which would favour
-/// dark noise.
-void add_pixel(Normal& normal, const Model& model, const PatchPixel& pixel,
-               const NoiseModel& noise) {
-  Vector g;
-  const Model::Sample sample = model.evaluate(pixel.x, pixel.y, g);
-  normal.add(g, sample.near_edge ? Model::size : Model::light_size, pixel.level - sample.level,
-             pixel.trust / noise.variance(sample.level));
-}
-
-Normal linearise(const Patch& patch, const NoiseModel& noise, const Model& model,
+Normal linearise(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
                  const BlurGuess& guess) {
-  Normal normal;
-  for (const PatchPixel& pixel : patch.pixels) add_pixel(normal, model, pixel, noise);
+  Normal normal = pixels.sum(model, noise);
   add_prior(normal, model.parameters()(Model::blur), guess);
   return normal;
 }
@@ -79,17 +52,18 @@ bool acceptable(const Vector& p, const Patch& patch) {
 /// Gauss-Newton with Levenberg's damping on the scaled diagonal.
 bool iterate(const Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vector& p,
              Normal& normal) {
+  const PixelColumns pixels(patch);
   double damping = 1e-6;
-  normal = linearise(patch, noise, Model(p), guess);
+  normal = linearise(pixels, noise, Model(p), guess);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    Matrix damped = normal.full();
+    Matrix damped = normal.hessian;
     damped.diagonal() *= 1 + damping;
-    const Vector step = damped.ldlt().solve(normal.gradient);
+    const Vector step = damped.llt().solve(normal.gradient);
     const Vector next = p + step;
     const bool small = step.segment<2>(Model::cx).norm() < converged_px;
     if (acceptable(next, patch)) {
-      Normal there = linearise(patch, noise, Model(next), guess);
-      if (there.chi2 <= normal.chi2 * (1 + 1e-9)) {
+      Normal there = linearise(pixels, noise, Model(next), guess);
+      if (there.chi2 <= normal.chi2 * (1 + chi2_scatter)) {
         p = next;
         normal = there;
         if (small && damping < 1e-3) return true;
@@ -106,15 +80,11 @@ bool iterate(const Patch& patch, const NoiseModel& noise, const BlurGuess& guess
 
 /// Shift of the centre when the pixels of one eighth of the dot are left out. White noise makes
 /// its covariance C_rest - C_all, so a hidden part or a shadow's edge stands out.
-void check_sectors(const Patch& patch, const NoiseModel& noise, const Model& model,
+void check_sectors(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
                    const Matrix& hessian, const Matrix& covariance, DotFit& fit) {
-  std::array<Normal, 8> sectors;
-  for (const PatchPixel& pixel : patch.pixels) {
-    add_pixel(sectors[pixel.sector], model, pixel, noise);
-  }
-  for (const Normal& sector : sectors) {
-    const Eigen::LDLT<Matrix> solver(hessian - sector.full());
-    if (solver.info() != Eigen::Success || !solver.isPositive()) continue;
+  for (const Normal& sector : pixels.sum_sectors(model, noise)) {
+    const Eigen::LLT<Matrix> solver(hessian - sector.hessian);
+    if (solver.info() != Eigen::Success) continue;
     const Eigen::Vector2d shift = solver.solve(sector.gradient).segment<2>(Model::cx);
     Eigen::Matrix<double, Model::size, 2> unit = Eigen::Matrix<double, Model::size, 2>::Zero();
     unit(Model::cx, 0) = unit(Model::cy, 1) = 1;
@@ -129,46 +99,72 @@ void check_sectors(const Patch& patch, const NoiseModel& noise, const Model& mod
   }
 }
 
-/// Sums residuals and sensitivities over pairs of pixels near the outline.
-void weigh_residuals(const Patch& patch, const NoiseModel& noise, const Model& model,
-                     const Matrix& covariance, DotFit& fit) {
-  constexpr int reach = 3;
-  struct Cell {
-    double residual = 0;
-    Eigen::Vector2d sensitivity = Eigen::Vector2d::Zero();
-    bool used = false;
-  };
-  const int stride = 2 * (patch.reach_x + reach) + 1;
-  std::vector<Cell> cells(static_cast<std::size_t>(stride) * (2 * (patch.reach_y + reach) + 1));
-  const auto at = [&](int x, int y) -> Cell& {
-    return cells[static_cast<std::size_t>(y + patch.reach_y + reach) * stride + x + patch.reach_x +
-                 reach];
-  };
-  const Eigen::Matrix<double, 2, Model::size> rows = covariance.middleRows<2>(Model::cx);
-  double weighted = 0;
-  for (const PatchPixel& pixel : patch.pixels) {
-    Vector g;
-    const Model::Sample sample = model.evaluate(pixel.x, pixel.y, g);
-    if (!sample.near_edge || pixel.trust < 0.5) continue;
-    const double sigma = noise.sigma(sample.level);
-    at(pixel.x, pixel.y) = {(pixel.level - sample.level) / sigma, rows * g / sigma, true};
+/// Residuals and the centre's sensitivities near the outline on a grid of the patch's pixels, zero
+/// elsewhere, with room around so that a neighbour is an offset.
+struct EdgeGrid {
+  static constexpr int reach = 3;
+  int stride = 0, first = 0, count = 0;
+  std::vector<float> residual, u, v, used;
+
+  explicit EdgeGrid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
+    const int height = 2 * patch.reach_y + 1;
+    first = reach * stride + reach;
+    count = (height * stride + PixelColumns::lanes - 1) / PixelColumns::lanes * PixelColumns::lanes;
+    const std::size_t size = count + 2 * static_cast<std::size_t>(first);
+    for (std::vector<float>* plane : {&residual, &u, &v, &used}) plane->resize(size, 0.0F);
   }
-  for (const PatchPixel& pixel : patch.pixels) {
-    const Cell& here = at(pixel.x, pixel.y);
-    if (!here.used) continue;
-    weighted += here.sensitivity.squaredNorm() * here.residual * here.residual;
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        const Cell& there = at(pixel.x + dx, pixel.y + dy);
-        if (!there.used) continue;
-        const int distance = dx * dx + dy * dy;
-        fit.edge.product[distance] += here.residual * there.residual;
-        fit.edge.pairs[distance] += 1;
-        fit.edge.influence[distance] += here.sensitivity.dot(there.sensitivity);
-      }
+
+  /// Sum over pairs of pixels `offset` apart.
+  [[nodiscard]] float pairs(const std::vector<float>& plane, int offset) const {
+    return lane_dot(plane.data() + first, plane.data() + first + offset, count);
+  }
+};
+
+EdgeGrid edge_grid(const Patch& patch, const PixelColumns& pixels, const NoiseModel& noise,
+                   const Model& model, const Matrix& covariance) {
+  EdgeGrid grid(patch);
+  const Eigen::Matrix<float, 2, Model::size> rows =
+      covariance.middleRows<2>(Model::cx).cast<float>();
+  PixelBlock block;
+  for (int from = 0; from < pixels.size(); from += PixelBlock::size) {
+    const int count = std::min(PixelBlock::size, pixels.size() - from);
+    pixels.evaluate(from, count, model, noise, block);
+    for (int i = 0; i < count; ++i) {
+      const float trust = pixels.trust(from + i);
+      if (block.edge[i] == 0 || trust < 0.5F) continue;
+      const float per_sigma = std::sqrt(block.weight[i] / trust);
+      Eigen::Vector2f sensitivity = Eigen::Vector2f::Zero();
+      for (int k = 0; k < Model::size; ++k) sensitivity += rows.col(k) * block.gradient[k][i];
+      const int at = grid.first + (pixels.y(from + i) + patch.reach_y) * grid.stride +
+                     pixels.x(from + i) + patch.reach_x;
+      grid.residual[at] = block.residual[i] * per_sigma;
+      grid.u[at] = sensitivity.x() * per_sigma;
+      grid.v[at] = sensitivity.y() * per_sigma;
+      grid.used[at] = 1;
     }
   }
-  if (fit.edge.influence[0] > 0) fit.edge.chi2 = weighted / fit.edge.influence[0];
+  return grid;
+}
+
+/// Sums residuals and sensitivities over pairs of pixels near the outline.
+void weigh_residuals(const EdgeGrid& grid, EdgeResiduals& edge) {
+  constexpr int reach = EdgeGrid::reach;
+  double weighted = 0;
+  for (std::size_t k = 0; k < grid.residual.size(); ++k) {
+    const double size = grid.u[k] * grid.u[k] + grid.v[k] * grid.v[k];
+    weighted += size * grid.residual[k] * grid.residual[k];
+  }
+  for (int dy = 0; dy <= reach; ++dy) {
+    for (int dx = dy == 0 ? 0 : -reach; dx <= reach; ++dx) {
+      const int offset = dy * grid.stride + dx;
+      const int distance = dx * dx + dy * dy;
+      const double twice = distance == 0 ? 1 : 2;  // each pair from either end
+      edge.product[distance] += twice * grid.pairs(grid.residual, offset);
+      edge.pairs[distance] += twice * grid.pairs(grid.used, offset);
+      edge.influence[distance] += twice * (grid.pairs(grid.u, offset) + grid.pairs(grid.v, offset));
+    }
+  }
+  if (edge.influence[0] > 0) edge.chi2 = weighted / edge.influence[0];
 }
 
 Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
@@ -217,7 +213,7 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   if (patch.pixels.size() < 2 * Model::size || !acceptable(p, patch)) return fit;
   Normal normal;
   if (!settle(patch, noise, guess, p, normal, fit)) return fit;
-  const Matrix hessian = normal.full();
+  const Matrix& hessian = normal.hessian;
   const Matrix covariance = hessian.ldlt().solve(Matrix::Identity());
   const double freedom = patch.total_trust() - Model::size;
   if (!covariance.allFinite() || freedom < 1) return fit;
@@ -229,8 +225,9 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   fit.contrast = model.light_at_centre() * p(Model::print);
   fit.blur_px = p(Model::blur);
   fit.chi2_per_dof = normal.chi2 / freedom;
-  check_sectors(patch, noise, model, hessian, covariance, fit);
-  weigh_residuals(patch, noise, model, covariance, fit);
+  const PixelColumns pixels(patch);
+  check_sectors(pixels, noise, model, hessian, covariance, fit);
+  weigh_residuals(edge_grid(patch, pixels, noise, model, covariance), fit.edge);
   return fit;
 }
 

@@ -3,14 +3,18 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <iostream>
 #include <numbers>
 #include <random>
 #include <utility>
 
+#include "detect/blurred_ellipse.hpp"
 #include "detect/synthetic_dot.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape::test {
 namespace {
@@ -70,6 +74,55 @@ TEST(EllipseFit, ReachesTheCramerRaoBoundAndKnowsItsUncertainty) {
       EXPECT_GT(outcome.rms_px, 0.85 * bound_px(dot));
       EXPECT_GT(outcome.nees, 0.8);
       EXPECT_LT(outcome.nees, 1.25);
+    }
+  }
+}
+
+/// Cramer-Rao bound of the centre (rms per axis) for the whole model, light slopes and shape as
+/// nuisance: the inverse of the information that white noise leaves over the patch.
+double cramer_rao_px(const SyntheticDot& dot) {
+  using Model = BlurredEllipse;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(dot.shape_px2);
+  const Eigen::Matrix2d outline = eigen.operatorInverseSqrt();
+  Model::Vector p;
+  p << dot.bright, 0, 0, dot.contrast / dot.bright, 0, 0, outline(0, 0), outline(0, 1),
+      outline(1, 1), std::sqrt(dot.lens_blur_px * dot.lens_blur_px + 1.0 / 12);
+  const Model model(p);
+  Model::Matrix information = Model::Matrix::Zero();
+  for (int y = -31; y <= 31; ++y) {
+    for (int x = -31; x <= 31; ++x) {
+      Model::Vector g = Model::Vector::Zero();
+      if (model.signed_distance(x, y) > 4) continue;
+      (void)model.evaluate(x, y, g);
+      information += g * g.transpose() / (dot.noise * dot.noise + 1.0 / 12);
+    }
+  }
+  const Model::Matrix covariance = information.inverse();
+  return std::sqrt((covariance(Model::cx, Model::cx) + covariance(Model::cy, Model::cy)) / 2);
+}
+
+TEST(EllipseFit, TableAgainstTheCramerRaoBound) {
+  const int count = trial_count(80, 1000);
+  // The rms of 2 n axis samples scatters by 1 / sqrt(4 n); three of that is luck.
+  const double luck = 1 + 3 / std::sqrt(4.0 * count);
+  std::cout << "dot px, minor/major, contrast: bound px, rms px, ratio, NEES/2\n";
+  for (const double diameter : {8.0, 12.0, 18.0, 30.0}) {
+    for (const double ratio : {1.0, 0.5}) {
+      for (const double contrast : {60.0, 120.0}) {
+        SyntheticDot dot;
+        const double r = diameter / 2;
+        dot.shape_px2 = Eigen::Vector2d(r * r, r * r * ratio * ratio).asDiagonal();
+        dot.contrast = contrast;
+        const Outcome outcome = trials(dot, count);
+        const double bound = cramer_rao_px(dot);
+        std::cout << diameter << ", " << ratio << ", " << contrast << ": " << bound << ", "
+                  << outcome.rms_px << ", " << outcome.rms_px / bound << ", " << outcome.nees
+                  << "\n";
+        EXPECT_EQ(outcome.converged, count);
+        EXPECT_LE(outcome.rms_px, 1.10 * luck * bound) << diameter << " px, ratio " << ratio;
+        EXPECT_GT(outcome.nees, 0.8 / (luck * luck));
+        EXPECT_LT(outcome.nees, 1.25 * luck * luck);
+      }
     }
   }
 }

@@ -17,7 +17,7 @@
 namespace drape {
 namespace {
 
-constexpr std::size_t blur_samples = 15;
+constexpr std::size_t blur_samples = 9;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -50,7 +50,11 @@ struct CellVotes {
 class Labeller {
  public:
   Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots, const DarkMap& map)
-      : plane_(plane), dots_(dots), map_(map), labels_(dots.size()) {}
+      : plane_(plane), dots_(dots), map_(map), labels_(dots.size()) {
+    for (const UnlabelledDot& dot : dots) {
+      roots_.emplace_back(symmetric_root(dot.shape_px2) / plane.dot_radius_m);
+    }
+  }
 
   void seed(const std::vector<TagDetection>& tags) {
     for (const TagDetection& tag : tags) {
@@ -122,8 +126,7 @@ class Labeller {
     for (const MarkId step : neighbours) {
       const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
       if (from == maps_.end()) continue;
-      const LocalMap to = map_of_dot(dots_[proposal.dot].centre_px, dots_[proposal.dot].shape_px2,
-                                     plane_.dot_radius_m, from->second.px_per_m);
+      const LocalMap to = map_at(proposal.dot, from->second);
       supporters += step_error(from->second, to,
                                plane_.point_m(proposal.mark) - plane_.point_m(from->first)) <=
                     most_step_error;
@@ -131,13 +134,16 @@ class Labeller {
     return std::max(0, supporters - 1);
   }
 
+  [[nodiscard]] LocalMap map_at(std::size_t dot, const LocalMap& neighbour) const {
+    return {dots_[dot].centre_px, turned_root(roots_[dot], neighbour.px_per_m)};
+  }
+
   void propose(const LocalMap& from, const Eigen::Vector2d& step_m, MarkId mark) {
     Proposal best;
     double first = 1e9, second = 1e9;
     for (std::size_t k = 0; k < dots_.size(); ++k) {
       if (labels_[k].mark) continue;
-      const LocalMap to =
-          map_of_dot(dots_[k].centre_px, dots_[k].shape_px2, plane_.dot_radius_m, from.px_per_m);
+      const LocalMap to = map_at(k, from);
       const double error = step_error(from, to, step_m);
       if (error < first) {
         second = first;
@@ -188,6 +194,7 @@ class Labeller {
   const PrintPlane& plane_;
   const std::vector<UnlabelledDot>& dots_;
   const DarkMap& map_;
+  std::vector<Eigen::Matrix2d> roots_;  ///< of the dots' shapes, px per m
   std::vector<DotLabel> labels_;
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;

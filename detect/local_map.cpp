@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "detect/local_map.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -33,19 +32,31 @@ std::optional<LocalMap> map_at_centre(const std::array<Eigen::Vector2d, 4>& prin
   return map;
 }
 
-LocalMap map_of_dot(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& shape_px2,
-                    double dot_radius_m, const Eigen::Matrix2d& neighbour_px_per_m) {
-  const Eigen::Matrix2d root =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(shape_px2).operatorSqrt() / dot_radius_m;
+Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square) {
+  // Cayley and Hamilton: root = (A + sqrt(det A) I) / sqrt(tr A + 2 sqrt(det A)).
+  const double det = std::sqrt(std::max(0.0, square.determinant()));
+  const double trace = std::sqrt(std::max(1e-300, square.trace() + 2 * det));
+  return (square + det * Eigen::Matrix2d::Identity()) / trace;
+}
+
+Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
+                            const Eigen::Matrix2d& neighbour_px_per_m) {
   // J = root * R * D: D mirrors when the print's frame is seen left-handed; |J - J_neighbour| is
   // least where trace(A^T root R) is largest, A = J_neighbour D.
   Eigen::Matrix2d mirror = Eigen::Matrix2d::Identity();
   if (neighbour_px_per_m.determinant() < 0) mirror(1, 1) = -1;
-  const Eigen::Matrix2d b = (neighbour_px_per_m * mirror).transpose() * root;
-  const double angle = std::atan2(b(0, 1) - b(1, 0), b(0, 0) + b(1, 1));
+  const Eigen::Matrix2d b = (neighbour_px_per_m * mirror).transpose() * root_px_per_m;
+  const double sine = b(0, 1) - b(1, 0), cosine = b(0, 0) + b(1, 1);
+  const double length = std::sqrt(sine * sine + cosine * cosine);
+  if (length <= 0) return root_px_per_m * mirror;
   Eigen::Matrix2d rotation;
-  rotation << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
-  return {centre_px, root * rotation * mirror};
+  rotation << cosine, -sine, sine, cosine;
+  return root_px_per_m * (rotation / length) * mirror;
+}
+
+LocalMap map_of_dot(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& shape_px2,
+                    double dot_radius_m, const Eigen::Matrix2d& neighbour_px_per_m) {
+  return {centre_px, turned_root(symmetric_root(shape_px2) / dot_radius_m, neighbour_px_per_m)};
 }
 
 namespace {

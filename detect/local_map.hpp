@@ -25,6 +25,14 @@ struct LocalMap {
                                   const Eigen::Matrix2d& shape_px2, double dot_radius_m,
                                   const Eigen::Matrix2d& neighbour_px_per_m);
 
+/// The same from the symmetric root of the ellipse's shape divided by the dot's radius (px per m),
+/// for callers that ask for many neighbours.
+[[nodiscard]] Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
+                                          const Eigen::Matrix2d& neighbour_px_per_m);
+
+/// Symmetric square root of a positive semi-definite matrix.
+[[nodiscard]] Eigen::Matrix2d symmetric_root(const Eigen::Matrix2d& square);
+
 /// How badly two neighbours fit together: the distance between `to` and the place that the mean of
 /// both maps predicts (the trapezoid rule, exact for constant curvature), measured in steps.
 [[nodiscard]] double step_error(const LocalMap& from, const LocalMap& to,

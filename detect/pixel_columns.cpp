@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/pixel_columns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace drape {
+namespace {
+
+using Model = BlurredEllipse;
+using Lane = float __attribute__((vector_size(PixelColumns::lanes * sizeof(float))));
+
+constexpr float far_in_blurs = 3.5F;
+constexpr float shallowest = 0.3F;  // closer to the centre the first-order distance is undefined
+
+/// exp(-z^2 / 2) / sqrt(2 pi) for |z| <= 3.5 to 2e-6: Taylor's series of an eighth of it.
+inline float density(float z) {
+  const float u = -z * z * (0.5F / 8);
+  float e = 1 + u * (1.0F / 8);
+  e = 1 + u * (1.0F / 7) * e;
+  e = 1 + u * (1.0F / 6) * e;
+  e = 1 + u * (1.0F / 5) * e;
+  e = 1 + u * (1.0F / 4) * e;
+  e = 1 + u * (1.0F / 3) * e;
+  e = 1 + u * (1.0F / 2) * e;
+  e = 1 + u * e;
+  e *= e;
+  e *= e;
+  e *= e;
+  return 0.39894228F * e;
+}
+
+/// Upper tail of the normal distribution at |z| (Abramowitz & Stegun 1964, 26.2.17; 7.5e-8).
+inline float tail(float distance, float at_density) {
+  const float t = 1 / (1 + 0.2316419F * distance);
+  return at_density * t *
+         (0.319381530F +
+          t * (-0.356563782F + t * (1.781477937F + t * (-1.821255978F + t * 1.330274429F))));
+}
+
+struct Shape {
+  float light, light_x, light_y, print, cx, cy, m11, m12, m22, blur, deepest;
+};
+
+Shape shape_of(const Model& model) {
+  const Model::Vector& p = model.parameters();
+  const auto at = [&](int k) { return static_cast<float>(p(k)); };
+  Shape s{at(Model::light),
+          at(Model::light_x),
+          at(Model::light_y),
+          at(Model::print),
+          at(Model::cx),
+          at(Model::cy),
+          at(Model::m11),
+          at(Model::m12),
+          at(Model::m22),
+          at(Model::blur),
+          0};
+  const float norm = std::sqrt(s.m11 * s.m11 + 2 * s.m12 * s.m12 + s.m22 * s.m22);
+  s.deepest = -(1 - shallowest) / std::max(norm, 1e-9F);
+  return s;
+}
+
+__attribute__((target_clones("avx2", "default"))) void add_block(const PixelBlock& block, int count,
+                                                                 Normal& normal) {
+  alignas(32) float weighted[PixelBlock::size];
+  for (int row = 0; row < Model::size; ++row) {
+    for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.gradient[row][i];
+    normal.gradient(row) += lane_dot(weighted, block.residual, count);
+    for (int col = 0; col <= row; ++col) {
+      normal.hessian(row, col) += lane_dot(weighted, block.gradient[col], count);
+    }
+  }
+  for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.residual[i];
+  normal.chi2 += lane_dot(weighted, block.residual, count);
+}
+
+}  // namespace
+
+float lane_dot(const float* a, const float* b, int count) {
+  Lane sum = {};
+  for (int i = 0; i < count; i += PixelColumns::lanes) {
+    Lane u, v;
+    std::memcpy(&u, a + i, sizeof u);
+    std::memcpy(&v, b + i, sizeof v);
+    sum += u * v;
+  }
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
+Normal& Normal::operator+=(const Normal& other) {
+  hessian += other.hessian;
+  gradient += other.gradient;
+  chi2 += other.chi2;
+  return *this;
+}
+
+PixelColumns::PixelColumns(const Patch& patch) {
+  std::array<int, 8> counts = {};
+  for (const PatchPixel& pixel : patch.pixels) ++counts[pixel.sector];
+  for (int k = 0; k < 8; ++k) {
+    begin_[k + 1] = begin_[k] + (counts[k] + lanes - 1) / lanes * lanes;
+  }
+  for (std::vector<float>* column : {&x_, &y_, &level_, &trust_}) column->resize(begin_[8], 0.0F);
+  std::array<int, 9> next = begin_;
+  for (const PatchPixel& pixel : patch.pixels) {
+    const int at = next[pixel.sector]++;
+    x_[at] = static_cast<float>(pixel.x);
+    y_[at] = static_cast<float>(pixel.y);
+    level_[at] = static_cast<float>(pixel.level);
+    trust_[at] = static_cast<float>(pixel.trust);
+  }
+}
+
+void PixelColumns::evaluate(int first, int count, const Model& model, const NoiseModel& noise,
+                            PixelBlock& block) const {
+  const Shape s = shape_of(model);
+  const float* const x = x_.data() + first;
+  const float* const y = y_.data() + first;
+  const float* const level = level_.data() + first;
+  const float* const trust = trust_.data() + first;
+  const auto floor_variance = static_cast<float>(noise.floor_variance);
+  const auto slope = static_cast<float>(noise.slope);
+  const float per_blur = 1 / s.blur;
+  auto& g = block.gradient;
+  for (int i = 0; i < count; ++i) {
+    const float ux = x[i] - s.cx, uy = y[i] - s.cy;
+    const float vx = s.m11 * ux + s.m12 * uy, vy = s.m12 * ux + s.m22 * uy;
+    const float wx = s.m11 * vx + s.m12 * vy, wy = s.m12 * vx + s.m22 * vy;
+    const float per_norm = 1 / std::max(std::sqrt(wx * wx + wy * wy), 1e-9F);
+    const float rho = std::sqrt(vx * vx + vy * vy);
+    const float d = rho < shallowest ? s.deepest : (rho - 1) * rho * per_norm;
+    const float z = d * per_blur;
+    const float out = std::abs(z);
+    const float near = out < far_in_blurs ? 1.0F : 0.0F;
+    const float peak = near * density(std::min(out, far_in_blurs));
+    const float beyond = tail(std::min(out, far_in_blurs), peak);
+    const float covered = z < 0 ? 1 - beyond : beyond;
+    const float base = s.light + s.light_x * x[i] + s.light_y * y[i];
+    const float through = 1 - s.print * covered;
+    const float by_distance = base * s.print * peak * per_blur;
+    const float share = by_distance * per_norm;
+    const float expected = base * through;
+    g[Model::light][i] = through;
+    g[Model::light_x][i] = x[i] * through;
+    g[Model::light_y][i] = y[i] * through;
+    g[Model::print][i] = -base * covered;
+    g[Model::cx][i] = -share * wx;
+    g[Model::cy][i] = -share * wy;
+    g[Model::m11][i] = share * vx * ux;
+    g[Model::m12][i] = share * (vx * uy + vy * ux);
+    g[Model::m22][i] = share * vy * uy;
+    g[Model::blur][i] = -by_distance * z;
+    block.residual[i] = level[i] - expected;
+    block.weight[i] =
+        trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
+    block.edge[i] = near;
+  }
+}
+
+Normal PixelColumns::sum(int first, int last, const Model& model, const NoiseModel& noise) const {
+  Normal normal;
+  PixelBlock block;
+  for (int from = first; from < last; from += PixelBlock::size) {
+    const int count = std::min(PixelBlock::size, last - from);
+    evaluate(from, count, model, noise, block);
+    add_block(block, count, normal);
+  }
+  for (int row = 0; row < Model::size; ++row) {
+    for (int col = 0; col < row; ++col) normal.hessian(col, row) = normal.hessian(row, col);
+  }
+  return normal;
+}
+
+Normal PixelColumns::sum(const Model& model, const NoiseModel& noise) const {
+  return sum(0, size(), model, noise);
+}
+
+std::array<Normal, 8> PixelColumns::sum_sectors(const Model& model, const NoiseModel& noise) const {
+  std::array<Normal, 8> sectors;
+  for (int k = 0; k < 8; ++k) sectors[k] = sum(begin_[k], begin_[k + 1], model, noise);
+  return sectors;
+}
+
+}  // namespace drape
