@@ -28,7 +28,7 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
     ending.next_command = "look at the frames: run the same command with --overlay DIR";
   } else if (surface == Surface::target) {
     ending.next_command =
-        fmt::format("drape calib {} --rig RIG --method tsai --out calibration.json", out);
+        fmt::format("drape calib {} --rig RIG --method joint --out calibration.json", out);
   } else {
     ending.next_command = fmt::format(
         "drape triangulate {} --calibration calibration.json --set NAME --out sheet.ply", out);
