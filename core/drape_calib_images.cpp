@@ -79,6 +79,17 @@ fs::path import_layout(const CalibImagesOptions& options) {
   return staged;
 }
 
+/// Makes the output folder ours, so that a second run may replace what the first one made and a
+/// folder of somebody's own is never touched.
+void claim(const fs::path& out) {
+  const fs::path mark = out / "calib-images.txt";
+  if (fs::exists(out) && !fs::is_empty(out) && !fs::exists(mark)) {
+    throw bad_input("the output folder holds other files", {.file = out.string()},
+                    "give a new folder with --out");
+  }
+  write_durable(mark, "This folder was made by `drape calib-images`, which replaces its files.\n");
+}
+
 std::string rig_text(const Recording& recording) {
   std::vector<std::string> views;
   for (const FrameSet& set : recording.sets) views.push_back(set.name);
@@ -121,6 +132,7 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";
   const fs::path calibration = options.out / "calibration.json";
+  claim(options.out);
   write_durable(options.out / "target.toml", target_text(board, options.square_mm));
   fs::remove_all(recording);  // Ours alone, made from the folder of images each time.
   const std::string images = import_layout(options).string();

@@ -19,7 +19,8 @@ struct CalibImagesOptions {
 /// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg: the same number is one
 /// view) or FOLDER/<view>/<camera>.<ending>. Makes a recording and a rig in the output folder, then
 /// runs `drape import`, `drape detect` and `drape calib --method joint` on them. Returns the exit
-/// code. Throws Error(usage, bad_input) for a board or a folder that cannot be used.
+/// code. Throws Error(usage, bad_input) for a board or a folder that cannot be used, and for an
+/// output folder that holds anything but an earlier run's files.
 [[nodiscard]] int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common);
 
 }  // namespace drape

@@ -99,6 +99,16 @@ TEST_F(StereoChessboard, TheBaselineIsThePublishedOne) {
       << difference_mm.transpose();
 }
 
+TEST_F(StereoChessboard, AFolderOfSomebodysOwnIsNotTouched) {
+  write_durable(out() / "mine/rig.toml", "precious");
+  const Outcome outcome =
+      run_line(program("drape").string() + " calib-images " + pictures_.string() +
+               " --board 9x6 --square-mm 30 --out " + (out() / "mine").string());
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
+  EXPECT_EQ(read_text(out() / "mine/rig.toml"), "precious");
+  EXPECT_EQ(std::distance(fs::directory_iterator(out() / "mine"), {}), 1);
+}
+
 /// The point nearest to both rays.
 Eigen::Vector3d midpoint(const Camera& a, const Eigen::Vector2d& a_px, const Camera& b,
                          const Eigen::Vector2d& b_px) {
