@@ -39,16 +39,12 @@ struct Grid {
   }
 };
 
-/// A view without a copy; OpenCV only reads it.
-cv::Mat mat_of(const GreyImage& image) {
-  return {image.height_px, image.width_px, CV_8UC1,
-          const_cast<std::uint8_t*>(
-              image.bytes.data())};  // NOLINT(cppcoreguidelines-pro-type-const-cast)
-}
-
-std::optional<Grid> find_grid(const cv::Mat& image, const Target& target) {
+std::optional<Grid> find_grid(const GreyImage& image, const Target& target) {
+  // A view without a copy; OpenCV only reads it.
+  const cv::Mat view(image.height_px, image.width_px, CV_8UC1,
+                     const_cast<std::uint8_t*>(image.bytes.data()));
   std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(image, cv::Size(target.cols, target.rows), corners,
+  if (!cv::findChessboardCorners(view, cv::Size(target.cols, target.rows), corners,
                                  cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return std::nullopt;
   }
@@ -71,7 +67,7 @@ void unmirror(Grid& grid) {
 }
 
 /// How much brighter the squares with even row + col are than the others, grey levels.
-double even_over_odd(const cv::Mat& image, const Grid& grid) {
+double even_over_odd(const GreyImage& image, const Grid& grid) {
   double sums[2] = {0, 0};
   int counts[2] = {0, 0};
   for (int row = 0; row + 1 < grid.rows; ++row) {
@@ -80,8 +76,8 @@ double even_over_odd(const cv::Mat& image, const Grid& grid) {
                                       grid.at(row, col + 1) + grid.at(row + 1, col + 1)) /
                                      4;
       const int parity = (row + col) % 2;
-      sums[parity] += image.at<std::uint8_t>(static_cast<int>(std::lround(middle.y())),
-                                             static_cast<int>(std::lround(middle.x())));
+      sums[parity] += image.level(static_cast<int>(std::lround(middle.x())),
+                                  static_cast<int>(std::lround(middle.y())));
       ++counts[parity];
     }
   }
@@ -90,7 +86,7 @@ double even_over_odd(const cv::Mat& image, const Grid& grid) {
 
 /// Turns the labels by half a turn unless the square inside corner (0, 0) is dark; a board that
 /// does not tell gets its columns to the right.
-void orient(const cv::Mat& image, const Target& target, Grid& grid) {
+void orient(const GreyImage& image, const Target& target, Grid& grid) {
   const bool turned = is_ambiguous(target) ? grid.at(0, grid.cols - 1).x() < grid.at(0, 0).x()
                                            : even_over_odd(image, grid) > 0;
   if (turned) std::reverse(grid.px.begin(), grid.px.end());
@@ -158,8 +154,7 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;
-  const cv::Mat mat = mat_of(image);
-  std::optional<Grid> grid = find_grid(mat, target);
+  std::optional<Grid> grid = find_grid(image, target);
   if (!grid) {
     frame.rejections.push_back(
         {std::nullopt, std::nullopt,
@@ -168,15 +163,15 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
     return frame;
   }
   unmirror(*grid);
-  orient(mat, target, *grid);
-  const double contrast = std::abs(even_over_odd(mat, *grid));
+  orient(image, target, *grid);
+  const double contrast = std::abs(even_over_odd(image, *grid));
   std::vector<CornerPoint> points;
   for (int row = 0; row < grid->rows; ++row) {
     for (int col = 0; col < grid->cols; ++col) {
       const double spacing = grid->nearest_neighbour_px(row, col);
       const int half_window =
           std::max(kLeastHalfWindow_px, static_cast<int>(std::lround(kWindowShare * spacing)));
-      const auto point = find_corner_point(mat, grid->at(row, col), half_window);
+      const auto point = find_corner_point(image, grid->at(row, col), half_window);
       if (!point) {
         frame.rejections.push_back({MarkId{row, col}, grid->at(row, col),
                                     "the edges around the corner do not meet in one point"});

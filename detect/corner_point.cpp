@@ -62,8 +62,11 @@ Eigen::Matrix2d score_squares(const cv::Mat& window, int half_window_px) {
 
 }  // namespace
 
-std::optional<CornerPoint> find_corner_point(const cv::Mat& image, const Eigen::Vector2d& start_px,
-                                             int half_window_px) {
+std::optional<CornerPoint> find_corner_point(const GreyImage& picture,
+                                             const Eigen::Vector2d& start_px, int half_window_px) {
+  // A view without a copy; OpenCV only reads it.
+  const cv::Mat image(picture.height_px, picture.width_px, CV_8UC1,
+                      const_cast<std::uint8_t*>(picture.bytes.data()));
   CornerPoint corner{start_px, Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     if (leaves(image, corner.centre_px, half_window_px)) return std::nullopt;

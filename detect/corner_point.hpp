@@ -2,8 +2,9 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <opencv2/core.hpp>
 #include <optional>
+
+#include "detect/image.hpp"
 
 namespace drape {
 
@@ -17,7 +18,7 @@ struct CornerPoint {
 /// Point q that minimises the sum of w (g (p - q))^2 over a window of `half_window_px` to each
 /// side (Foerstner and Guelch 1987): g the grey-level gradient at p, w a Gaussian. Nothing when the
 /// window leaves the image, the edges do not determine a point, or it wanders out of its window.
-[[nodiscard]] std::optional<CornerPoint> find_corner_point(const cv::Mat& image,
+[[nodiscard]] std::optional<CornerPoint> find_corner_point(const GreyImage& image,
                                                            const Eigen::Vector2d& start_px,
                                                            int half_window_px);
 
