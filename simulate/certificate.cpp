@@ -89,7 +89,7 @@ Json options_json(const SimulateOptions& options) {
   json["segments"] = options.segments;
   json["model"] = options.model;
   json["solver"] = options.solver;
-  json["mass"] = options.mass == sim::MassRule::area ? "area" : "paper";
+  json["mass"] = options.mass == sim::MassRule::area && options.model != "paper" ? "area" : "paper";
   json["damping_per_s"] = options.damping_per_s;
   json["air_drag_kg_per_m3"] = options.air_drag_kg_per_m3;
   json["spring_damping_ratio"] = options.spring_damping_ratio;
@@ -153,6 +153,7 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   json["energy"] = energy_json(report);
   json["start"] = start_json(report);
   json["twist_stiffness_uNm"] = report.twist_n_m / kMicro;
+  if (options.model == "paper") json["springs_with_k_st_clamped_at_0"] = report.clamped_springs;
   json["curves"] = curves_json(report);
   json["options"] = options_json(options);
   json["warnings"] = report.warnings;

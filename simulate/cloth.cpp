@@ -15,8 +15,13 @@ Vector3d at(const Field& x, int i) {
 
 }  // namespace
 
-Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule)
-    : grid_(grid), laws_(std::move(laws)) {
+Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothModel model)
+    : grid_(grid), laws_(std::move(laws)), model_(model) {
+  const bool paper = model == ClothModel::paper;
+  if (paper) {
+    mass_rule = MassRule::paper;
+    laws_.twist_n_m = 0;
+  }
   const int n = grid.count();
   const double hu = grid.warp_spacing_m();
   const double hv = grid.weft_spacing_m();
@@ -38,10 +43,12 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule)
       const double across_warp = c == 0 || last_col ? 0.5 * hv : hv;
       const double across_weft = r == 0 || last_row ? 0.5 * hu : hu;
       area_[i] = across_warp * across_weft;
-      if (!last_row) lines_[0].width[i] = across_warp;
-      if (!last_col) lines_[1].width[i] = across_weft;
-      if (!last_row && r > 0) lines_[0].triple_width[i] = across_warp;
-      if (!last_col && c > 0) lines_[1].triple_width[i] = across_weft;
+      const double warp_width = paper ? hv : across_warp;
+      const double weft_width = paper ? hu : across_weft;
+      if (!last_row) lines_[0].width[i] = warp_width;
+      if (!last_col) lines_[1].width[i] = weft_width;
+      if (!last_row && r > 0) lines_[0].triple_width[i] = warp_width;
+      if (!last_col && c > 0) lines_[1].triple_width[i] = weft_width;
       if (!last_row && !last_col) cell_[i] = 1.0;
     }
   }
@@ -74,6 +81,10 @@ InternalEnergies Cloth::energies(const Field& x) const {
       const double curvature = bend.norm() / (line.spacing * line.spacing);
       sum.bending_j += line.triple_width[i] * line.spacing * laws_.bending[d].energy(curvature);
     }
+  }
+  if (model_ == ClothModel::paper) {
+    add_paper_energies(x, sum);
+    return sum;
   }
   const double area = lines_[0].spacing * lines_[1].spacing;
   for (int i = 0; i + grid_.cols + 1 < n; ++i) {
@@ -128,8 +139,11 @@ double Cloth::stiffness_bound_per_s2(const Strains& s) const {
   const double weft = 4 * laws_.tensile[1].steepest_up_to(s.weft_most) / (hv * hv);
   // Warp and weft springs pull in different directions; what they share grows with the shear.
   const double stretch = std::max(warp, weft) + std::sqrt(warp * weft) * std::sin(s.shear_most_rad);
+  // Diagonals: Kdiag = f / sin a, and its change with the angle pulls along them as well.
+  const double steeper =
+      model_ == ClothModel::paper ? 2 / std::max(0.1, std::cos(s.shear_most_rad)) : 1.0;
   const double shear =
-      4 * laws_.shear.steepest_up_to(s.shear_most_rad) * (1 / (hu * hu) + 1 / (hv * hv));
+      steeper * 4 * laws_.shear.steepest_up_to(s.shear_most_rad) * (1 / (hu * hu) + 1 / (hv * hv));
   const double bending =
       16 * (laws_.bending[0].steepest_up_to(s.curvature_most_per_m) / std::pow(hu, 4) +
             laws_.bending[1].steepest_up_to(s.curvature_most_per_m) / std::pow(hv, 4)) +

@@ -33,6 +33,9 @@ struct ClothLaws {
 /// times area by the number of particles (paper section 4), too heavy on borders.
 enum class MassRule { area, paper };
 
+/// `consistent`: energy form, see Cloth. `paper`: springs as the paper prints them (section 4.1).
+enum class ClothModel { consistent, paper };
+
 struct InternalEnergies {
   double stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
   [[nodiscard]] double sum_j() const { return stretch_j + shear_j + bending_j + twist_j; }
@@ -50,6 +53,13 @@ using Field = std::vector<double>;
 ///   |x- - 2 x + x+| / spacing^2 (Bergou et al. 2006); linear in the positions for a linear M.
 /// - Twist: per cell, 1/2 J area kappa12^2, kappa12 = (x00 - x10 - x01 + x11) / area; J is
 ///   Cooper's 4 B45 - Bwarp - Bweft (Cooper 1960), grid lines alone having none.
+///
+/// Model "paper": grid line springs of secant stiffness K'st = f(strain) / strain - Kdiag, not
+/// below 0; diagonals of stiffness Kdiag = f_sh(a) / sin(a), a the cell's shear angle; the same
+/// triples; no twist; border lines like inner ones; mass always by MassRule::paper. Forces act
+/// along springs, so momentum and angular momentum are kept; Kdiag changes with the angle, so the
+/// forces have no exact potential and energies() are those of the springs at their present
+/// stiffness.
 class Cloth {
  public:
   /// Springs or bending triples along one direction, indexed by particle; width 0: there is none.
@@ -60,7 +70,8 @@ class Cloth {
     std::vector<double> triple_width;  ///< m, of the triple i - stride, i, i + stride
   };
 
-  Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule);
+  Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule,
+        ClothModel model = ClothModel::consistent);
 
   [[nodiscard]] const GridSpec& grid() const { return grid_; }
   [[nodiscard]] const ClothLaws& laws() const { return laws_; }
@@ -85,6 +96,9 @@ class Cloth {
   void add_forces(const Field& position, const Field* velocity, Field& force);
   [[nodiscard]] InternalEnergies energies(const Field& position) const;
 
+  /// Grid line springs whose K'st would be negative and is 0; none in the model "consistent".
+  [[nodiscard]] int clamped_springs(const Field& position) const;
+
   struct Strains {
     double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;
     double shear_most_rad = 0;
@@ -102,8 +116,22 @@ class Cloth {
   void add_shear(const Field& x, Field& f);
   void add_twist(const Field& x, Field& f);
 
+  /// A spring between particles a and b: a diagonal, or the part -Kdiag of a grid line spring.
+  struct PaperSpring {
+    int a = 0, b = 0;
+    double stiffness = 0;  ///< N/m
+    double rest = 0;       ///< m
+    bool diagonal = false;
+    bool clamped = false;
+  };
+  template <class Visit>
+  void visit_paper_springs(const Field& x, Visit visit) const;
+  void add_paper_springs(const Field& x, Field& f) const;
+  void add_paper_energies(const Field& x, InternalEnergies& sum) const;
+
   GridSpec grid_;
   ClothLaws laws_;
+  ClothModel model_;
   Line lines_[2];
   std::vector<double> cell_;  ///< 1 for a cell with lower corner i, 0 where there is none
   std::vector<double> mass_, area_;

@@ -54,6 +54,10 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
     add_stretch(lines_[d], laws_.tensile[d], position, velocity, force);
     add_bending(lines_[d], laws_.bending[d], position, force);
   }
+  if (model_ == ClothModel::paper) {
+    add_paper_springs(position, force);
+    return;
+  }
   add_shear(position, force);
   add_twist(position, force);
 }

@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
   app.add_option("--out", args.out, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
-  app.add_option("--model", args.options.model, "consistent")->capture_default_str();
+  app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
   app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
       ->check(CLI::IsMember({"rk4", "static"}))
       ->capture_default_str();

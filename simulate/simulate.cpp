@@ -301,13 +301,17 @@ void SimulateOptions::check() const {
   const auto require = [](bool good, const char* what, const char* to_do) {
     if (!good) throw usage_error(what, to_do);
   };
-  if (model != "consistent") {
-    throw usage_error(fmt::format("the model `{}` is not built into this version", model),
-                      "use --model consistent");
+  if (model != "consistent" && model != "paper") {
+    throw usage_error(fmt::format("there is no model `{}`", model),
+                      "use --model consistent or --model paper");
   }
   if (solver != "rk4" && solver != "static") {
     throw usage_error(fmt::format("there is no solver `{}`", solver),
                       "use --solver rk4 or --solver static");
+  }
+  if (model == "paper" && solver == "static") {
+    throw usage_error("the model `paper` has no energy for the static solver to minimise",
+                      "use --solver rk4, or --model consistent");
   }
   require(rows >= 3 && cols >= 3 && rows <= 401 && cols <= 401,
           "the grid is smaller than 3 or larger than 401 particles per side", "give --grid 21");
@@ -332,6 +336,11 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   SimulateReport& report = result.report;
   const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
   sim::ClothLaws laws = make_laws(fabric, options.segments, report);
+  const bool paper = options.model == "paper";
+  if (paper) {
+    laws.twist_n_m = report.twist_n_m = 0;
+    report.warnings.clear();  // they are about the twist stiffness, which this model has not
+  }
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
   const sim::Surroundings surroundings(scene);
   if (options.solver == "static") {
@@ -342,7 +351,8 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
     result.sheet.source = source_of(scene, fabric, options, report);
     return result;
   }
-  sim::Cloth cloth(grid, laws, options.mass);
+  sim::Cloth cloth(grid, laws, options.mass,
+                   paper ? sim::ClothModel::paper : sim::ClothModel::consistent);
   const sim::StartState start =
       sim::make_start(scene, print, grid, measured, surroundings.top_z_m(), options.imperfection_m);
   report.placed_yaw_rad = start.report.flat.yaw_rad;
@@ -352,6 +362,13 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   Run run(cloth, surroundings, scene, options);
   run.start(start, scene.start.mode == StartMode::measured, report);
   run.go(result);
+  report.clamped_springs = cloth.clamped_springs(run.position());
+  if (report.clamped_springs > 0) {
+    report.warnings.push_back(fmt::format(
+        "K_st is below K_diag in {} grid line springs: K'_st is held at 0 there and the cloth is "
+        "stiffer than its tensile curve",
+        report.clamped_springs));
+  }
   result.sheet = sheet_of(grid, run.position());
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;

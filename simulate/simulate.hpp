@@ -20,7 +20,7 @@ struct SimulateOptions {
   int rows = 21;                     ///< particles along the warp
   int cols = 21;                     ///< particles along the weft
   int segments = 5;                  ///< line segments per Kawabata curve; 1: G, B, first slope
-  std::string model = "consistent";  ///< the only model built
+  std::string model = "consistent";  ///< or "paper", which ignores `mass`
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   sim::MassRule mass = sim::MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
@@ -38,7 +38,7 @@ struct SimulateOptions {
   /// Called now and then with the fraction of the step limit used and the residual so far.
   std::function<void(double fraction, double residual)> progress;
 
-  /// Throws Error(usage) for a value that cannot be simulated; names models not built.
+  /// Throws Error(usage) for a value that cannot be simulated.
   void check() const;
 };
 
@@ -89,6 +89,7 @@ struct SimulateReport {
   double hold_error_m = 0;  ///< of the pins at the end
   std::vector<CurveReport> curves;
   double twist_n_m = 0;
+  int clamped_springs = 0;  ///< model "paper": springs whose K'st is held at 0 in the end
   double placed_yaw_rad = 0;
   Eigen::Vector3d placed_centre_in_world = Eigen::Vector3d::Zero();
   int placed_by_marks = 0;

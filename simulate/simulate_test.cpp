@@ -172,7 +172,11 @@ TEST(Simulate, TwoPinsHoldTheSheet) {
 
 TEST(Options, WhatIsNotBuiltIsRefusedByName) {
   SimulateOptions options;
+  options.model = "magic";
+  EXPECT_THROW(options.check(), Error);
   options.model = "paper";
+  EXPECT_NO_THROW(options.check());
+  options.solver = "static";
   EXPECT_THROW(options.check(), Error);
   options = {};
   options.solver = "magic";
