@@ -50,6 +50,8 @@ class Motion {
   double step(double step_s);
   /// Largest stable step for the current shape, with the given share of the RK4 limit 2.828/omega.
   [[nodiscard]] double stable_step_s(double share) const;
+  /// Replaces the damping from here on; damping never changes an equilibrium.
+  void set_damping_per_s(double damping_per_s) { options_.damping_per_s = damping_per_s; }
   /// Zeroes all velocities.
   void stop();
 

@@ -20,6 +20,8 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr int kStepUpdate = 32;             // steps between two looks at the stability limit
+constexpr int kDampMoreSteps = 60000;       // steps after which a still sheet trembles
+constexpr double kStillDamping = 500;       // beta / m from then on, 1/s
 constexpr int kRestCheck = 64;              // steps between two looks at the residual
 constexpr double kQuietHeight = 10e-6;      // m; rest is judged below weight * this kinetic energy
 constexpr double kKineticSmoothing = 4e-3;  // s; peaks of the folding count, not those of rattling
@@ -60,6 +62,7 @@ class Run {
     return motion_.kinetic_energy_j() < weight_n_ * kQuietHeight && time_s_ >= pins_placed_s_;
   }
   void damp_kinetically(double step_s, SimulateReport& report);
+  void damp_more(SimulateReport& report);
   void place_pins();
   void note(SimulateResult& result);
   void certify(SimulateReport& report);
@@ -75,6 +78,7 @@ class Run {
   double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, smooth_kinetic_j_ = 0;
   double next_note_s_ = 0;
   bool rising_ = false;
+  bool damped_more_ = false;
 };
 
 void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& report) {
@@ -137,6 +141,17 @@ void Run::damp_kinetically(double step_s, SimulateReport& report) {
   smooth_kinetic_j_ = smooth;
 }
 
+/// A sheet that is nearly still may tremble for ever where contacts between particles come and go;
+/// damping changes no equilibrium, so such a run gets enough of it to still them.
+void Run::damp_more(SimulateReport& report) {
+  if (!quiet() || damped_more_ || options_.damping_per_s >= kStillDamping) return;
+  damped_more_ = true;
+  motion_.set_damping_per_s(kStillDamping);
+  report.warnings.push_back(
+      fmt::format("still but trembling after {} steps: damping raised to {:g} per s", report.steps,
+                  kStillDamping));
+}
+
 void Run::note(SimulateResult& result) {
   const sim::InternalEnergies inner = cloth_.energies(motion_.position);
   result.history.push_back({time_s_, motion_.kinetic_energy_j(), motion_.gravity_energy_j(),
@@ -175,6 +190,7 @@ void Run::go(SimulateResult& result) {
         motion_.step(until_placed_s > kTimeResolution ? std::min(step_s, until_placed_s) : step_s);
     ++report.steps;
     place_pins();
+    if (report.steps % kDampMoreSteps == 0) damp_more(report);
     damp_kinetically(step_s, report);
   }
   note(result);
