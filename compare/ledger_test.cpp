@@ -5,6 +5,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <iostream>
+
 #include "compare/ledger.hpp"
 #include "compare/results.hpp"
 #include "compare/store.hpp"
@@ -106,7 +108,8 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
     if (child == 0) {
       try {
         for (int i = 0; i < kDrapes; ++i) import_height(file, (1 + writer * kDrapes + i) * mm);
-      } catch (...) {
+      } catch (const std::exception& error) {
+        std::cerr << "writer " << writer << ": " << error.what() << std::endl;
         _exit(1);
       }
       _exit(0);

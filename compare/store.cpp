@@ -4,8 +4,11 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <SQLiteCpp/VariadicBind.h>
 #include <fmt/format.h>
+#include <sqlite3.h>
 
+#include <chrono>
 #include <map>
+#include <thread>
 
 #include "compare/ledger.hpp"
 #include "compare/migrate.hpp"
@@ -239,11 +242,12 @@ int pragma_value(SQLite::Database& database, const char* name) {
                   "name another file with --store");
 }
 
-/// True when the file holds a store of this version, false when it is still empty.
+/// True when the file holds a store of this version, false when it is still empty. The caller holds
+/// a transaction: all is read from one state of the file, whoever writes meanwhile.
 bool check_identity(SQLite::Database& database, const fs::path& file) {
+  const int objects = database.execAndGet("SELECT count(*) FROM sqlite_master").getInt();
   const int id = pragma_value(database, "application_id");
   const int version = pragma_value(database, "user_version");
-  const int objects = database.execAndGet("SELECT count(*) FROM sqlite_master").getInt();
   if (id == 0 && version == 0 && objects == 0) return false;
   if (id != kApplicationId) refuse_foreign(file);
   if (version > kStoreVersion) {
@@ -273,6 +277,11 @@ fs::path prepare_folder(const fs::path& file) {
   return file;
 }
 
+bool is_busy(const SQLite::Exception& exception) {
+  const int code = exception.getErrorCode() & 0xFF;
+  return code == SQLITE_BUSY || code == SQLITE_LOCKED;
+}
+
 }  // namespace
 
 struct Store::Connection {
@@ -282,7 +291,7 @@ struct Store::Connection {
   explicit Connection(const fs::path& path)
       : file(prepare_folder(path)),
         database(path.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms) {
-    const bool complete = check_identity(database, file);
+    const bool complete = is_complete();
     // The mode is kept in the file; asking again would need the write lock for nothing.
     if (database.execAndGet("PRAGMA journal_mode").getString() != "wal")
       database.execAndGet("PRAGMA journal_mode = WAL").getString();
@@ -292,11 +301,32 @@ struct Store::Connection {
     if (version < kStoreVersion) migrate(database, version);
     database.exec("PRAGMA foreign_keys = ON");
   }
+
+  /// SQLite answers "busy" at once where waiting could be a deadlock, as in the change of the
+  /// journal mode: opening is then begun anew, until the time of the busy timeout is over.
+  static std::unique_ptr<Connection> open_when_free(const fs::path& path) {
+    using Clock = std::chrono::steady_clock;
+    const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);
+    for (;;) {
+      try {
+        return std::make_unique<Connection>(path);
+      } catch (const SQLite::Exception& exception) {
+        if (!is_busy(exception) || Clock::now() > last) throw;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+ private:
+  bool is_complete() {
+    const SQLite::Transaction snapshot(database, SQLite::TransactionBehavior::DEFERRED);
+    return check_identity(database, file);
+  }
 };
 
 Store::Store(const fs::path& file) {
   try {
-    connection_ = std::make_unique<Connection>(file);
+    connection_ = Connection::open_when_free(file);
   } catch (const SQLite::Exception& exception) {
     throw store_error(file, exception);
   }
