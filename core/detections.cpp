@@ -43,6 +43,12 @@ Detection read_detection(const JsonNode& node) {
           node.number("chi2_per_dof")};
 }
 
+Json json_of(const IslandDot& d) {
+  Json json = json_of(d.dot);
+  json["island"] = d.island;
+  return json;
+}
+
 Json json_of(const Rejection& r) {
   Json json;
   json["row"] = r.mark ? Json(r.mark->row) : Json();
@@ -113,6 +119,7 @@ Json json_of(const FrameDetections& frame) {
   json["noise_sigma_grey"] = or_null(frame.noise_sigma);
   json["detections"] = Json::array();
   for (const Detection& d : frame.detections) json["detections"].push_back(json_of(d));
+  for (const IslandDot& d : frame.islands) json["islands"].push_back(json_of(d));
   json["rejections"] = Json::array();
   for (const Rejection& r : frame.rejections) json["rejections"].push_back(json_of(r));
   json["tags"] = Json::array();
@@ -136,6 +143,10 @@ FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& l
     if (mark.row < 0 || mark.col < 0 || mark.row >= lattice.rows || mark.col >= lattice.cols) {
       item.reject("row", fmt::format("mark ({}, {}) is outside the lattice", mark.row, mark.col));
     }
+  }
+  if (node.has("islands")) {
+    for (const JsonNode& item : node.items("islands"))
+      frame.islands.push_back({item.integer("island"), read_detection(item)});
   }
   for (const JsonNode& item : node.items("rejections"))
     frame.rejections.push_back(read_rejection(item));

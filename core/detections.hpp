@@ -22,6 +22,14 @@ struct Detection {
   double chi2_per_dof = 0;       ///< of the fit, in units of the frame's noise
 };
 
+/// A measured dot that no tag or labelled neighbour leads to, but which lies in a piece of lattice
+/// with others: `dot.mark` counts rows and columns within the piece, right up to a shift and
+/// quarter turns (never mirrored, since only one side is printed).
+struct IslandDot {
+  int island = 0;  ///< number of the piece in its frame
+  Detection dot;
+};
+
 /// Something that looked like a mark and was not used. `mark` when its label is known.
 struct Rejection {
   std::optional<MarkId> mark;
@@ -56,6 +64,7 @@ struct FrameDetections {
   std::optional<double> preview_scale;      ///< preview pixels per image pixel
   std::optional<double> noise_sigma;        ///< grey levels, estimated from the frame
   std::vector<Detection> detections;        ///< ordered by mark, each mark at most once
+  std::vector<IslandDot> islands;           ///< ordered by piece, then by place in it
   std::vector<Rejection> rejections;
   std::vector<TagDetection> tags;  ///< ordered by id
 };

@@ -46,6 +46,8 @@ Detections small_detections() {
   frame.image_sha256 = "dd";
   frame.detections.push_back(
       {{0, 1}, {10.5, 20.25}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1});
+  frame.islands.push_back(
+      {0, {{0, 0}, {30, 22}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1}});
   frame.rejections.push_back({MarkId{1, 1}, Eigen::Vector2d(1, 2), "partly hidden"});
   frame.tags.push_back({7, Eigen::Matrix<double, 2, 4>::Ones()});
   detections.frames.push_back(frame);
