@@ -6,7 +6,7 @@
 #include "core/progress.hpp"
 #include "core/run_record.hpp"
 #include "simulate/ending.hpp"
-#include "simulate/simulate.hpp"
+#include "simulate/study.hpp"
 
 namespace {
 
@@ -47,12 +47,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
     std::get<drape::SimulatedSource>(result.sheet.source).start_sha256 =
         drape::sha256_of_file(json);
   }
-  drape::write_sheet(args.out / "sheet.ply", result.sheet);
-  drape::write_durable(args.out / "history.csv", drape::history_csv(result.history));
-  drape::write_certificate(args.out / "certificate.json", result, args.options);
-  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
-    record.output(args.out / name);
-  }
+  drape::write_outputs(args.out, result, args.options, record);
   const drape::Ending ending = drape::ending_of(result, args.out);
   record.write(drape::run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
   return finish(ending, common);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/run_record.hpp"
+#include "simulate/simulate.hpp"
+
+namespace drape {
+
+/// Which runs a study makes: every scene with every grid, number of segments and model.
+struct StudyOptions {
+  std::vector<std::string> scenes;  ///< names of files in the rig's scenes/; empty: all
+  std::vector<int> grids{11, 21, 31};
+  std::vector<int> segments{1, 5};
+  std::vector<std::string> models{"consistent", "paper"};
+  /// Tried in this order until one comes to rest; "static" is left out for the model "paper".
+  std::vector<std::string> solvers{"rk4", "static"};
+  SimulateOptions simulate;  ///< everything else
+  int threads = 1;           ///< runs at a time; never changes a result
+
+  /// Throws Error(usage) for an empty list or an unknown solver.
+  void check() const;
+};
+
+/// One run of a study.
+struct StudyCase {
+  std::filesystem::path scene_file;
+  std::string scene;  ///< stem of the file
+  std::string model;
+  int grid = 0;
+  int segments = 0;
+  std::filesystem::path folder;  ///< <out>/<scene>/<model>/<grid>-<segments>
+};
+
+/// How a run ended, as its certificate says.
+struct StudyOutcome {
+  StudyCase the_case;
+  bool at_rest = false;
+  bool kept = false;  ///< up to date from before
+  std::string solver;
+  std::string sentence;
+  double residual = 0;  ///< of a particle's weight
+  double energy_j = 0;  ///< gravity, elastic and kinetic, against the world origin
+};
+
+/// The runs in a fixed order: scene, model, grid, segments. Throws Error when the rig has no such
+/// scene.
+[[nodiscard]] std::vector<StudyCase> study_cases(const std::filesystem::path& rig,
+                                                 const std::filesystem::path& out,
+                                                 const StudyOptions& options);
+
+/// Simulates what is not up to date. `done` is called after each run, one call at a time.
+/// `program` is the file that runs, for the records.
+[[nodiscard]] std::vector<StudyOutcome> run_study(
+    const std::vector<StudyCase>& cases, const StudyOptions& options,
+    const std::filesystem::path& program, const std::function<void(const StudyOutcome&)>& done);
+
+/// Mean distance (m) of two sheets of one patch at the particles that both have, e.g. 121 for
+/// 11x11 against 21x21; absent when a sheet has gaps there or they share fewer than four.
+[[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b);
+
+/// The pairs that the paper's virtual-virtual tables compare (section 5), for each scene and
+/// model, as text: our mean distance, the number printed there (`published`, absent: none), and
+/// which of the two sheets was not at rest.
+[[nodiscard]] std::string study_tables(const std::vector<StudyOutcome>& outcomes,
+                                       const std::optional<std::filesystem::path>& published);
+
+/// One line per run, CSV.
+[[nodiscard]] std::string study_csv(const std::vector<StudyOutcome>& outcomes);
+
+/// Writes sheet.ply, sheet.json, history.csv and certificate.json into `out` and names them in
+/// the record.
+void write_outputs(const std::filesystem::path& out, const SimulateResult& result,
+                   const SimulateOptions& options, RunRecord& record);
+
+}  // namespace drape
