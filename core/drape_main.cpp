@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/drape_calib_images.hpp"
+#include "core/drape_new.hpp"
 #include "core/drape_process.hpp"
 #include "core/drape_run.hpp"
 #include "core/error.hpp"
@@ -20,6 +21,8 @@ constexpr const char* kHelp = R"(drape: measures how far a simulated drape is fr
 
 commands
   run RIG                                recorded images to stored and reported millimetres
+  new RIG --cameras a,b --drape A=sphere:90
+                                         the files of a bench of your own, commented
   import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
   calib-images FOLDER --board 9x6 ...    a plain folder of chessboard pictures to a calibration
   capture, detect, calib, triangulate, simulate, compare
@@ -68,6 +71,31 @@ int calib_images_command(int argc, char** argv) {
                             [&] { return drape::calibrate_images(options, common); });
 }
 
+int new_command(int argc, char** argv) {
+  CLI::App app(
+      "Writes the files of a bench of your own into a new folder: rig, target, print, scenes and\n"
+      "fabric, commented. Values that only you can measure are left out, for you to fill in.\n\n"
+      "  drape new my-rig --cameras cam0,cam1,cam2 --drape A=sphere:90 --drape C=box:128",
+      "drape new");
+  drape::NewRigOptions options;
+  drape::CommonOptions common;
+  app.add_option("RIG", options.folder, "folder to make; its last part names the rig")->required();
+  app.add_option("--cameras", options.cameras, "names, two or more")->required()->delimiter(',');
+  app.add_option("--size-px", options.size_px, "image size of the cameras")->capture_default_str();
+  app.add_option("--drape", options.drapes,
+                 "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM")
+      ->required();
+  app.add_option("--stages-mm", options.stage_z_mm, "heights of the target")
+      ->delimiter(',')
+      ->default_str("0,30,60,90");
+  app.add_option("--free-poses", options.free_poses, "sets with the target anywhere")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  drape::add_common_options(app, common);
+  return drape::run_program(app, argc, argv, common,
+                            [&] { return drape::make_new_rig(options, common); });
+}
+
 /// Further programs that are built beside this one, for the help text.
 std::string more_commands() {
   static const std::set<std::string> listed = {"capture",  "detect",  "calib",  "triangulate",
@@ -103,6 +131,7 @@ int dispatch(int argc, char** argv) {
   }
   if (command == "run") return run_command(argc - 1, argv + 1);
   if (command == "calib-images") return calib_images_command(argc - 1, argv + 1);
+  if (command == "new") return new_command(argc - 1, argv + 1);
   // Like git: every program `drape-X` beside this one is the command `drape X`.
   const bool known = std::filesystem::is_regular_file(drape::stage_program(command));
   if (known || command == "import") run_stage(command, {argv + 2, argv + argc});
