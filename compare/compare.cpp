@@ -139,6 +139,27 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
   return row;
 }
 
+std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
+  std::vector<RealSurface> rows;
+  for (std::size_t i = 0; i < input.surfaces.size(); ++i) {
+    const OtherSurface& surface = input.surfaces[i];
+    for (std::size_t k = 0; k < i; ++k) {
+      if (input.surfaces[k].sha256 == surface.sha256)
+        throw bad_input("this mesh is given twice for one drape", {.file = surface.file.string()},
+                        "give each mesh once per measured sheet");
+    }
+    if (!input.simulations.empty() && input.simulations.front().source().scene != surface.scene) {
+      throw bad_input(fmt::format("scene `{}` stands in the group of scene `{}`", surface.scene,
+                                  input.simulations.front().source().scene),
+                      {.file = surface.file.string(), .field = "scene"},
+                      "put the measured sheet of each drape before its simulations");
+    }
+    rows.push_back(compare_to_surface(input.measured.sheet, surface.mesh));
+    rows.back().surface = i;
+  }
+  return rows;
+}
+
 /// Material coordinates at which simulations are compared with each other.
 std::vector<Eigen::Vector2d> lattice_places(const DrapeInput& input, Report& report) {
   const Sheet& sheet = input.measured.sheet;
@@ -302,6 +323,29 @@ Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m
   return 100.0 * length_m * patch_m.cwiseInverse();
 }
 
+RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) {
+  const NearestSurface nearest(mesh);
+  std::vector<MarkError> marks;
+  for (const SheetMark& mark : measured.marks) {
+    MarkError error;
+    error.mark = mark.mark;
+    error.material_m = mark.material_m;
+    error.real_in_world = mark.point_in_world;
+    error.virtual_in_world = nearest.nearest(mark.point_in_world);
+    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and no weft
+    const Eigen::Vector3d difference = error.real_in_world - error.virtual_in_world;
+    error.distance_m = difference.norm();
+    if (mark.covariance_m2)
+      error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
+    marks.push_back(error);
+  }
+  RealSurface row;
+  row.to_surface = statistics_of(marks);
+  const TriangleMesh real = mesh_of(measured);
+  if (!real.triangles.empty()) row.both_ways = surface_distance(real, mesh, kSurfaceSpacing_m);
+  return row;
+}
+
 Report compare_drape(const DrapeInput& input, const Options& options) {
   options.check();
   if (input.measured.sheet.marks.empty()) {
@@ -312,20 +356,27 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
   report.name = input.simulations.empty()
-                    ? std::get<MeasuredSource>(input.measured.sheet.source).set
+                    ? input.surfaces.empty()
+                          ? std::get<MeasuredSource>(input.measured.sheet.source).set
+                          : input.surfaces.front().scene
                     : input.simulations.front().source().scene;
   report.measurement = measurement_of(input.measured.sheet);
   const std::vector<Surface> surfaces = surfaces_of(input.simulations);
   for (const std::size_t i : paper_order(input))
     report.real_virtual.push_back(compare_real(input, surfaces, i));
   report.best = best_of(input, report);
+  report.real_surface = compare_surfaces(input);
   const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
   report.virtual_virtual = virtual_pairs(input.simulations, surfaces, places);
   measure_drapes(input, report);
   judge_measurement(options, report);
   judge_simulations(input, options, report);
   warn_of_other_starts(input, report);
-  if (input.simulations.empty()) report.no_go.emplace_back("no simulation was given");
+  if (input.simulations.empty())
+    report.no_go.emplace_back(input.surfaces.empty()
+                                  ? "no simulation was given"
+                                  : "no mark has a place on any mesh that was given: only "
+                                    "surfaces could be compared");
   return report;
 }
 

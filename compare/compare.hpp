@@ -55,10 +55,21 @@ struct Simulation {
   [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
 };
 
+/// A mesh of another simulator that does not say which material point a vertex is: nothing in it
+/// corresponds to a mark, so only distances to its surface can be given.
+struct OtherSurface {
+  std::filesystem::path file, mesh_file;  ///< its description, and the mesh
+  std::string sha256, mesh_sha256;        ///< of both together (its identity), and of the mesh
+  std::string simulator, scene;
+  std::optional<std::string> fabric;
+  TriangleMesh mesh;
+};
+
 /// A measured sheet and the simulations of the same drape.
 struct DrapeInput {
   SheetFile measured;
   std::vector<Simulation> simulations;
+  std::vector<OtherSurface> surfaces = {};
   std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
 };
 
@@ -94,6 +105,19 @@ struct VirtualVirtual {
   SurfaceDistance surface;  ///< of the two sheets as surfaces, both ways
 };
 
+/// What can be said of a surface without marks. It is at most the distance of corresponding points
+/// and never stands in a table with it.
+struct RealSurface {
+  std::size_t surface = 0;        ///< index into DrapeInput::surfaces
+  DistanceStatistics to_surface;  ///< of each measured mark to the nearest point of the mesh
+  /// First to second: the surface between the measured marks (cells with four of them) to the
+  /// mesh. Absent when no cell was measured whole.
+  std::optional<SurfaceDistance> both_ways;
+};
+
+/// Distances of the measured marks, and of the surface between them, to a mesh.
+[[nodiscard]] RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh);
+
 /// How well the real cloth was measured.
 struct Measurement {
   int marks = 0;
@@ -107,6 +131,7 @@ struct Report {
   std::string name;  ///< scene of the simulations, else the set of the measured sheet
   Measurement measurement;
   std::vector<RealVirtual> real_virtual;        ///< 5 before 1 segments, fine before coarse grids
+  std::vector<RealSurface> real_surface;        ///< as DrapeInput::surfaces
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
   bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
   std::optional<std::size_t> best;       ///< index into real_virtual of the smallest mean

@@ -102,14 +102,17 @@ struct NearestSurface::Tree {
   }
 
   void search(std::size_t index, const Eigen::Vector3d& point,  // NOLINT(misc-no-recursion)
-              double& best) const {
+              double& best, Eigen::Vector3d& place) const {
     const Node& node = nodes[index];
     if (node.is_leaf()) {
       for (std::size_t i = node.begin; i < node.end; ++i) {
         const auto& [a, b, c] = mesh.triangles[i];
         const Eigen::Vector3d nearest =
             nearest_on_triangle(point, mesh.points[a], mesh.points[b], mesh.points[c]);
-        best = std::min(best, (nearest - point).squaredNorm());
+        const double squared = (nearest - point).squaredNorm();
+        if (squared >= best) continue;
+        best = squared;
+        place = nearest;
       }
       return;
     }
@@ -117,9 +120,9 @@ struct NearestSurface::Tree {
     const double to_right = nodes[node.right].box.squaredExteriorDistance(point);
     const bool left_first = to_left <= to_right;
     if (std::min(to_left, to_right) < best)
-      search(left_first ? node.left : node.right, point, best);
+      search(left_first ? node.left : node.right, point, best, place);
     if (std::max(to_left, to_right) < best)
-      search(left_first ? node.right : node.left, point, best);
+      search(left_first ? node.right : node.left, point, best, place);
   }
 };
 
@@ -133,10 +136,15 @@ NearestSurface::NearestSurface(const TriangleMesh& mesh) : tree_(std::make_uniqu
 
 NearestSurface::~NearestSurface() = default;
 
-double NearestSurface::distance_m(const Eigen::Vector3d& point) const {
+Eigen::Vector3d NearestSurface::nearest(const Eigen::Vector3d& point) const {
   double best = std::numeric_limits<double>::max();
-  tree_->search(0, point, best);
-  return std::sqrt(best);
+  Eigen::Vector3d place = point;
+  tree_->search(0, point, best, place);
+  return place;
+}
+
+double NearestSurface::distance_m(const Eigen::Vector3d& point) const {
+  return (nearest(point) - point).norm();
 }
 
 Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,

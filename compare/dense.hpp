@@ -29,6 +29,7 @@ class NearestSurface {
   NearestSurface& operator=(const NearestSurface&) = delete;
 
   [[nodiscard]] double distance_m(const Eigen::Vector3d& point) const;
+  [[nodiscard]] Eigen::Vector3d nearest(const Eigen::Vector3d& point) const;
 
  private:
   struct Tree;

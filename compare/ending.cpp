@@ -73,6 +73,7 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["sigma_median_mm"] = in_mm(report.measurement.sigma_median_m);
     drape["sigma_max_mm"] = in_mm(report.measurement.sigma_max_m);
     drape["real_vs_virtual"] = json_of(real_virtual_table(input, report));
+    drape["real_vs_surface"] = json_of(surface_table(input, report));
     drape["virtual_vs_virtual"] = json_of(virtual_virtual_table(report));
     json["drapes"].push_back(std::move(drape));
   }
@@ -99,6 +100,8 @@ int print_ending(const Session& session, const Outcome& outcome, const CommonOpt
       const DrapeInput& input = session.drapes[i].input;
       if (!outcome.reports[i].real_virtual.empty())
         fmt::print("{}\n", text_of(real_virtual_table(input, outcome.reports[i])));
+      if (!outcome.reports[i].real_surface.empty())
+        fmt::print("{}\n", text_of(surface_table(input, outcome.reports[i])));
       if (!outcome.reports[i].virtual_virtual.empty())
         fmt::print("{}\n", text_of(virtual_virtual_table(outcome.reports[i])));
     }

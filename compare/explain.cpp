@@ -63,15 +63,18 @@ double number_of(const std::string& text) {
 }  // namespace
 
 Explanation explain(const StoreReader& store, const std::string& key, const std::string& metric) {
-  const std::string full = full_key(store, key);
-  const Table row = store.query("SELECT * FROM comparison WHERE sha256 = ?", {full});
+  const StoredKey stored = stored_key(store, key);
+  const std::string& full = stored.sha256;
+  const bool marks = stored.table == "comparison";
+  const Table row = store.query("SELECT * FROM " + stored.table + " WHERE sha256 = ?", {full});
   const auto column = std::find(row.names.begin(), row.names.end(), metric);
   const Table meaning = store.query("SELECT unit, definition FROM metric WHERE name = ?", {metric});
   if (column == row.names.end() || meaning.rows.empty()) {
     std::string names;
     for (const auto& known : store
                                  .query("SELECT name FROM metric WHERE name IN (SELECT name FROM "
-                                        "pragma_table_info('comparison'))")
+                                        "pragma_table_info(?))",
+                                        {stored.table})
                                  .rows)
       names += (names.empty() ? "" : ", ") + known[0];
     throw usage_error(fmt::format("a comparison has no metric `{}`", metric), "it has: " + names);
@@ -87,15 +90,18 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
   result.number.add({metric, number.empty() ? "not known" : number + " " + meaning.rows[0][0]});
   result.number.add({"definition", meaning.rows[0][1]});
   result.number.add({"comparison", full});
-  result.number.add({"rows", value("marks") + " rows of mark_error (drape-results show " +
-                                 full.substr(0, 12) + ")"});
-  result.number.add(
-      {"worst mark", fmt::format("row {}, col {}", value("worst_row"), value("worst_col"))});
+  if (marks) {
+    result.number.add({"rows", value("marks") + " rows of mark_error (drape-results show " +
+                                   full.substr(0, 12) + ")"});
+    result.number.add(
+        {"worst mark", fmt::format("row {}, col {}", value("worst_row"), value("worst_col"))});
+  }
   result.chain.names = {"depth", "file", "made_by", "sha256", "state"};
   result.chain.numeric = {true, false, false, false, false};
   RecordBook book;
   add_chain(store, book, "measured sheet", value("measured_sha256"), result);
-  add_chain(store, book, "virtual sheet", value("simulated_sha256"), result);
+  add_chain(store, book, "virtual sheet", value(marks ? "simulated_sha256" : "mesh_sha256"),
+            result);
   return result;
 }
 

@@ -45,7 +45,8 @@ struct Difference {
 
 /// The paper's twelve tables: the published numbers of `published_csv` beside every result of the
 /// same scene, grid and segments in the store, one column per measured sheet and one for
-/// simulations without a real cloth.
+/// simulations without a real cloth (more where models or solvers differ). The last column names
+/// the columns whose simulations are not at rest.
 [[nodiscard]] std::vector<Table> published_tables(const StoreReader& store,
                                                   const std::string& published_csv);
 

@@ -25,6 +25,9 @@ struct DrapeFigures {
 [[nodiscard]] std::string html_table(const Table& table, const std::string& css_class = {});
 [[nodiscard]] std::string html_figure(const Figure& figure, const std::string& css_class = {});
 
+/// Table and remark of the meshes without marks; empty when there are none.
+[[nodiscard]] std::string html_surfaces(const DrapeInput& input, const Report& report);
+
 /// The whole section of one drape.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
                                      const Session& session, const DrapeFigures& figures);

@@ -192,6 +192,7 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
   Table real = real_virtual_table(drape.input, report);
   real.marked_row = report.best;
   std::string text = "<h3>Distances</h3>\n" + html_table(real);
+  text += html_surfaces(drape.input, report);
   if (!report.virtual_virtual.empty()) {
     text += html_table(virtual_virtual_table(report));
     text += fmt::format("<p class=\"soft\">Simulations are compared at {}.</p>\n",
@@ -211,6 +212,15 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
 }
 
 }  // namespace
+
+std::string html_surfaces(const DrapeInput& input, const Report& report) {
+  if (report.real_surface.empty()) return {};
+  return html_table(surface_table(input, report)) +
+         "<p class=\"soft\">These meshes do not say which point of the cloth a vertex is. A "
+         "distance to a surface is at most the distance of the same material point: cloth that "
+         "slid along itself has none. The way from the mesh contains the hem and the gaps, where "
+         "nothing was measured.</p>\n";
+}
 
 std::string html_drape(const DrapeFiles& drape, const Report& report, const Session& session,
                        const DrapeFigures& figures) {

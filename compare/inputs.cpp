@@ -182,8 +182,13 @@ void add_other(const fs::path& file, Session& session) {
                     {.file = file.string()}, "give it after the measured sheet of its drape");
   }
   DrapeFiles& drape = session.drapes.back();
-  Simulation simulation = read_other_mesh(file, drape.input.measured.sheet);
   session.read.emplace_back(file, sha256_of_file(file));
+  if (auto surface = read_other_surface(file)) {
+    session.read.emplace_back(surface->mesh_file, surface->mesh_sha256);
+    drape.input.surfaces.push_back(std::move(*surface));
+    return;
+  }
+  Simulation simulation = read_other_mesh(file, drape.input.measured.sheet);
   session.read.emplace_back(simulation.other_file, simulation.sheet.ply_sha256);
   drape.simulated_by.emplace_back();
   drape.input.simulations.push_back(std::move(simulation));

@@ -130,10 +130,16 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
 }
 
-/// A store as drapebench 0.1.0 wrote it before there was a ledger.
-void make_version_1(const fs::path& file) {
+/// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
+/// without marks were kept.
+void make_version(int version, const fs::path& file) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
-  database.exec(read_text(drape::test::source_root() / "compare" / "test_data" / "store_v1.sql"));
+  database.exec(read_text(drape::test::source_root() / "compare" / "test_data" /
+                          ("store_v" + std::to_string(version) + ".sql")));
+}
+
+void make_version_1(const fs::path& file) {
+  make_version(1, file);
 }
 
 TEST(Migration, AReaderUnderstandsVersion1AndLeavesItAsItIs) {
@@ -186,19 +192,62 @@ TEST(Migration, Version1KeepsEveryNumber) {
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
 }
 
+/// Every row of every table that a store of version 2 had, in the order of its columns.
+std::string rows_of_version_2(const fs::path& file) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+  std::string text;
+  for (const char* table : {"rig", "calibration", "calibration_file", "calibration_camera",
+                            "recording", "fabric", "sheet", "gap", "simulation", "drapemeter",
+                            "hem_harmonic", "comparison", "mark_error", "simulation_pair"}) {
+    SQLite::Statement query(database, std::string("SELECT * FROM ") + table);
+    while (query.executeStep()) {
+      for (int i = 0; i < query.getColumnCount(); ++i) text += query.getColumn(i).getString() + "|";
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+TEST(Migration, Version2KeepsEveryRowAndItsChain) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version(2, file);
+  const std::string before = rows_of_version_2(file);
+  ASSERT_GT(before.size(), 10000U);
+  const auto chain = [&] {
+    return SQLite::Database(file.string())
+        .execAndGet("SELECT chain_sha256 FROM ledger WHERE sequence = 60")
+        .getString();
+  };
+  const std::string head = chain();
+  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), 3U) << "a reader needs no migration";
+  Store(file).close();
+  EXPECT_EQ(rows_of_version_2(file), before);
+  EXPECT_EQ(chain(), head) << "what was sealed is still the beginning of the chain";
+  const StoreReader reader(file);
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"), "1");
+}
+
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   const drape::test::TemporaryFolder folder;
-  const fs::path old_file = folder.path() / "old.sqlite", new_file = folder.path() / "new.sqlite";
-  make_version_1(old_file);
-  Store(old_file).close();
+  const fs::path new_file = folder.path() / "new.sqlite";
   Store(new_file).close();
   const char* schema =
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  EXPECT_EQ(StoreReader(old_file).query(schema).rows, StoreReader(new_file).query(schema).rows);
-  import_height(old_file, 5 * mm);
-  const StoreReader reader(old_file);
-  EXPECT_EQ(list_results(reader, {}).rows.size(), 4U);
-  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  for (const int version : {1, 2}) {
+    const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
+    make_version(version, old_file);
+    const auto had = list_results(StoreReader(old_file), {}).rows.size();
+    Store(old_file).close();
+    EXPECT_EQ(StoreReader(old_file).query(schema).rows, StoreReader(new_file).query(schema).rows);
+    import_height(old_file, 5 * mm);
+    const StoreReader reader(old_file);
+    EXPECT_EQ(list_results(reader, {}).rows.size(), had + 2);
+    EXPECT_EQ(one(reader, "SELECT count(*) FROM metric"),
+              one(StoreReader(new_file), "SELECT count(*) FROM metric"));
+    EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  }
 }
 
 }  // namespace

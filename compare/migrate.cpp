@@ -54,14 +54,23 @@ void drop_views_and_indexes(SQLite::Database& database) {
   for (const std::string& statement : statements) database.exec(statement);
 }
 
-void from_1_to_2(SQLite::Database& database) {
-  drop_views_and_indexes(database);
+void run(SQLite::Database& database, const std::vector<std::string>& statements) {
+  for (const std::string& statement : statements) database.exec(statement);
+}
+
+/// Version 1 had other columns in most tables, and no ledger.
+void from_1(SQLite::Database& database) {
   for (const char* table : kTablesOf1)
     database.exec(fmt::format("ALTER TABLE {0} RENAME TO v1_{0}", table));
-  for (const std::string& statement : schema_statements()) database.exec(statement);
+  run(database, table_statements());
   for (const char* statement : kCopyFrom1) database.exec(statement);
   for (const char* table : kTablesOf1) database.exec(fmt::format("DROP TABLE v1_{}", table));
-  LedgerWriter(database).append_missing();
+}
+
+/// Version 2 lacked surface_comparison; every table it had is as it was.
+void from_2(SQLite::Database& database) {
+  for (const std::string& statement : table_statements())
+    if (statement.starts_with("CREATE TABLE surface_comparison ")) database.exec(statement);
 }
 
 }  // namespace
@@ -69,7 +78,8 @@ void from_1_to_2(SQLite::Database& database) {
 void create_store(SQLite::Database& database) {
   database.exec(fmt::format("PRAGMA application_id = {}", kApplicationId));
   database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));
-  for (const std::string& statement : schema_statements()) database.exec(statement);
+  run(database, table_statements());
+  run(database, surrounding_statements());
   LedgerWriter(database).append_missing();
 }
 
@@ -77,9 +87,12 @@ void migrate(SQLite::Database& database, int from_version) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::EXCLUSIVE);
   // Another program may have been faster.
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
-  if (from_version != 1)
+  if (from_version != 1 && from_version != 2)
     throw internal_error(fmt::format("there is no way from store version {}", from_version));
-  from_1_to_2(database);
+  drop_views_and_indexes(database);
+  from_version == 1 ? from_1(database) : from_2(database);
+  run(database, surrounding_statements());
+  LedgerWriter(database).append_missing();
   database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));
   transaction.commit();
 }

@@ -36,9 +36,17 @@ struct Range {
   }
 };
 
-Eigen::Vector3d in_world(const Eigen::Vector3d& point, const std::string& up, double unit_m) {
-  const Eigen::Vector3d p = unit_m * point;
-  return up == "z" ? p : Eigen::Vector3d(p.x(), -p.z(), p.y());
+std::vector<Eigen::Vector3d> points_in_world(const TomlTable& table, const MeshFile& mesh) {
+  const std::string up = table.text_or("up", "z");
+  if (up != "z" && up != "y")
+    table.reject("up", fmt::format("up is `z` or `y`, not `{}`", up), "correct it");
+  const double unit_m = table.positive("unit_mm") * mm;
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& point : mesh.points) {
+    const Eigen::Vector3d p = unit_m * point;
+    points.push_back(up == "z" ? p : Eigen::Vector3d(p.x(), -p.z(), p.y()));
+  }
+  return points;
 }
 
 bool is_warp(const TomlTable& table, const std::string& key, const std::string& yes,
@@ -187,13 +195,34 @@ std::optional<OtherMeshId> other_mesh_id(const fs::path& file) {
   }
 }
 
+std::optional<OtherSurface> read_other_surface(const fs::path& file) {
+  const TomlTable table = TomlTable::open(file, "mesh");
+  if (!table.has("correspondence")) return std::nullopt;
+  if (table.text("correspondence") != "none" || table.has("grid") || table.has("uv")) {
+    table.reject("correspondence", "it can only be `none`, and then there is no [grid] and no [uv]",
+                 "remove one of them");
+  }
+  OtherSurface surface;
+  surface.file = file;
+  surface.mesh_file = table.file_path("mesh");
+  surface.simulator = table.text("name");
+  surface.scene = table.text("scene");
+  if (table.has("fabric")) surface.fabric = table.text("fabric");
+  const MeshFile mesh = read_mesh_file(surface.mesh_file);
+  surface.mesh.points = points_in_world(table, mesh);
+  table.finish();
+  for (const auto& [a, b, c] : mesh.triangles)
+    surface.mesh.triangles.push_back({a.point, b.point, c.point});
+  if (surface.mesh.triangles.empty())
+    table.reject("mesh", "the mesh has no face, so it is no surface", "export the faces too");
+  surface.mesh_sha256 = sha256_of_file(surface.mesh_file);
+  surface.sha256 = id_of(file, surface.mesh_sha256);
+  return surface;
+}
+
 Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   const TomlTable table = TomlTable::open(file, "mesh");
   const fs::path mesh_file = table.file_path("mesh");
-  const std::string up = table.text_or("up", "z");
-  if (up != "z" && up != "y")
-    table.reject("up", fmt::format("up is `z` or `y`, not `{}`", up), "correct it");
-  const double unit_m = table.positive("unit_mm") * mm;
   Simulation simulation;
   simulation.other_simulator = table.text("name");
   simulation.sheet.file = file;
@@ -208,10 +237,10 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   const auto grid = table.optional_table("grid"), uv = table.optional_table("uv");
   if (grid.has_value() == uv.has_value())
     table.reject("mesh", "it needs [grid] or [uv], and not both",
-                 "say where the material points are");
+                 "say where the material points are; where nothing of it is known, write "
+                 "correspondence = \"none\": then only surfaces are compared");
   const MeshFile mesh = read_mesh_file(mesh_file);
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3d& point : mesh.points) points.push_back(in_world(point, up, unit_m));
+  const std::vector<Eigen::Vector3d> points = points_in_world(table, mesh);
   if (grid) {
     add_grid(*grid, mesh, points, sheet);
   } else {

@@ -18,6 +18,7 @@ namespace drape::compare {
 ///     up = "z"                      or "y": z_world = y_mesh, y_world = -z_mesh
 ///     scene = "A"                   as the scenes of the simulations it stands beside
 ///     fabric = "cotton-like"        optional
+///     correspondence = "none"       only when nothing of the next two is known
 ///     [grid]                        vertices in rows, or instead
 ///     inner = "weft"                direction along which the index grows by one
 ///     inner_count = 111
@@ -36,6 +37,10 @@ namespace drape::compare {
 /// 2 mm of cloth, linear on its triangles; without them its vertices are the points. The mesh's
 /// world must be the bench's. Throws Error(bad_input) naming file and field.
 [[nodiscard]] Simulation read_other_mesh(const std::filesystem::path& file, const Sheet& measured);
+
+/// Reads a mesh that says `correspondence = "none"` instead of [grid] or [uv]: only its surface can
+/// be compared. Nothing when the description does not say so. Throws Error(bad_input).
+[[nodiscard]] std::optional<OtherSurface> read_other_surface(const std::filesystem::path& file);
 
 /// The file as a sheet's identity in the store, without reading the mesh: the hash of both files.
 struct OtherMeshId {

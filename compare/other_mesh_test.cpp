@@ -6,7 +6,12 @@
 
 #include <bit>
 
+#include "compare/explain.hpp"
+#include "compare/inputs.hpp"
 #include "compare/mesh_file.hpp"
+#include "compare/outcome.hpp"
+#include "compare/results.hpp"
+#include "compare/seal.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -160,6 +165,90 @@ TEST(OtherMesh, WrongDescriptionsNameTheirField) {
               HasSubstr("[grid] or [uv]"));
   EXPECT_THAT(refusal(folder.path(), "a.ply", mesh, with(kGridToml, "unit_mm", "unit_cm")),
               HasSubstr("unit_"));
+}
+
+/// A mesh of two big triangles in the plane z = 0: nothing says which point of the cloth is where.
+fs::path plane_without_marks(const fs::path& folder, const std::string& more = "") {
+  write_durable(folder / "plane.obj",
+                "v -500 -500 0\nv 500 -500 0\nv 500 500 0\nv -500 500 0\nf 1 2 3 4\n");
+  write_durable(folder / "plane.toml",
+                "schema = \"drapebench/mesh/1\"\nname = \"Plane\"\nmesh = \"plane.obj\"\n"
+                "unit_mm = 1.0\nscene = \"A\"\ncorrespondence = \"none\"\n" +
+                    more);
+  return folder / "plane.toml";
+}
+
+TEST(OtherSurface, DistancesToAPlaneAreTheHeightsOfTheMarks) {
+  const drape::test::TemporaryFolder folder;
+  const auto plane = read_other_surface(plane_without_marks(folder.path()));
+  ASSERT_TRUE(plane);
+  const Sheet measured = test::measured_sheet(wave);
+  const RealSurface row = compare_to_surface(measured, plane->mesh);
+  double sum = 0, largest = 0;
+  for (const SheetMark& mark : measured.marks) {
+    sum += std::abs(mark.point_in_world.z());
+    largest = std::max(largest, std::abs(mark.point_in_world.z()));
+  }
+  EXPECT_NEAR(row.to_surface.mean_m, sum / 121, 1e-12);
+  EXPECT_NEAR(row.to_surface.max_m, largest, 1e-12);
+  // Covariances of (0.03 mm)^2 in every direction.
+  EXPECT_NEAR(*row.to_surface.mean.sigma_m, 0.03 * mm / 11, 1e-12);
+  ASSERT_TRUE(row.both_ways);
+  EXPECT_NEAR(row.both_ways->first_to_second.hausdorff_m, largest, 1e-12);
+  EXPECT_GT(row.both_ways->second_to_first.hausdorff_m, 0.4)
+      << "the plane goes on where no mark is";
+}
+
+TEST(OtherSurface, ClothThatSlidAlongItselfHasNoDistanceToItsSurface) {
+  const drape::test::TemporaryFolder folder;
+  const auto plane = read_other_surface(plane_without_marks(folder.path()));
+  ASSERT_TRUE(plane);
+  const test::Shape slid = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+    return test::flat(m) + Eigen::Vector3d(0.01, 0.02, 0);
+  };
+  EXPECT_LT(compare_to_surface(test::measured_sheet(slid), plane->mesh).to_surface.max_m, 1e-15);
+}
+
+TEST(OtherSurface, IsAskedForInSoManyWords) {
+  const drape::test::TemporaryFolder folder;
+  EXPECT_THROW((void)read_other_surface(plane_without_marks(folder.path(), "[grid]\n")), Error);
+  const fs::path file = plane_without_marks(folder.path());
+  std::string toml = read_text(file);
+  toml.erase(toml.find("correspondence"));
+  write_durable(file, toml);
+  EXPECT_FALSE(read_other_surface(file));
+  try {
+    (void)read_other_mesh(file, test::measured_sheet());
+    FAIL() << "neither [grid] nor [uv] nor a word about it";
+  } catch (const Error& error) {
+    EXPECT_THAT(std::string(error.what()), HasSubstr("correspondence"));
+  }
+}
+
+TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
+  const drape::test::TemporaryFolder folder;
+  std::vector<fs::path> sheets = test::write_recorded_example(folder.path());
+  sheets.push_back(plane_without_marks(folder.path()));
+  const fs::path file = folder.path() / "results.sqlite";
+  const Session session = read_session(sheets, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  EXPECT_EQ(import_session(file, session, outcome).added, 4 + 4 + 1);
+  EXPECT_EQ(import_session(file, session, outcome).added, 0);
+  seal_store(file, files_of(session));
+  const StoreReader reader(file);
+  EXPECT_EQ(reader.query("SELECT * FROM v_comparison WHERE simulator = 'Plane'").rows.size(), 0U)
+      << "never among the distances of marks";
+  const Table rows = reader.query("SELECT comparison, marks, triangles FROM v_real_vs_surface");
+  ASSERT_EQ(rows.rows.size(), 1U);
+  EXPECT_EQ(rows.rows[0][2], "2");
+  const Explanation why = explain(reader, rows.rows[0][0], "to_surface_mean_mm");
+  EXPECT_TRUE(why.complete);
+  EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");
+  EXPECT_FALSE(show_result(reader, rows.rows[0][0]).metrics.rows.empty());
+  const Verification verified = verify_store(file);
+  EXPECT_TRUE(verified.findings.empty()) << verified.findings.front();
+  EXPECT_EQ(verified.comparisons, 5);
 }
 
 /// The true dots as a measured sheet: what a perfect bench would have seen.

@@ -158,6 +158,7 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
     write_beside(folder, report.name + name, csv_of(table), written);
   };
   csv("-real-vs-virtual.csv", real_virtual_table(input, report));
+  if (!report.real_surface.empty()) csv("-real-vs-surface.csv", surface_table(input, report));
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
   csv("-gaps.csv", gap_table(input, report));
@@ -183,7 +184,12 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   std::string drapes;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
-    if (!report.best) continue;
+    if (!report.best) {
+      if (!report.real_surface.empty())
+        drapes += "<section>\n<h2>Drape " + xml(report.name) + "</h2>\n" +
+                  html_surfaces(session.drapes[i].input, report) + "</section>\n";
+      continue;
+    }
     const Report safe = with_safe_name(report);
     const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
     drapes += html_drape(session.drapes[i], report, session, figures);

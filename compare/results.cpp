@@ -63,13 +63,23 @@ Table turned(const Table& row) {
 
 }  // namespace
 
-std::string full_key(const StoreReader& store, const std::string& key) {
-  const Table found =
-      store.query("SELECT sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1", {key});
-  if (found.rows.size() == 1) return found.rows.front().front();
+StoredKey stored_key(const StoreReader& store, const std::string& key) {
+  const Table found = store.query(
+      "SELECT 'comparison', sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1 UNION "
+      "ALL SELECT 'surface_comparison', sha256 FROM surface_comparison WHERE substr(sha256, 1, "
+      "length(?1)) = ?1",
+      {key});
+  if (found.rows.size() == 1) return {found.rows[0][0], found.rows[0][1]};
   throw usage_error(
       fmt::format("{} comparisons have a key that starts with `{}`", found.rows.size(), key),
-      "take a key from the column `comparison` of drape-results list");
+      "take a key from the column `comparison` of drape-results list or tables");
+}
+
+std::string full_key(const StoreReader& store, const std::string& key) {
+  const StoredKey found = stored_key(store, key);
+  if (found.table == "comparison") return found.sha256;
+  throw usage_error(fmt::format("`{}` compares a surface without marks", key),
+                    "see it with drape-results show or why");
 }
 
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
@@ -84,8 +94,27 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       condition.parameters);
 }
 
+namespace {
+
+ShownResult show_surface(const StoreReader& store, const std::string& full) {
+  const Table row = store.query("SELECT * FROM surface_comparison WHERE sha256 = ?", {full});
+  ShownResult shown;
+  shown.metrics = metrics_of(store, row);
+  shown.provenance = turned(store.query(
+      "SELECT p.scene, p.simulator, p.fabric_stated AS fabric, m.rig_name AS rig, m.set_name AS "
+      "measured_set, p.marks, m.gaps, p.points, p.triangles, p.sha256 AS comparison_sha256, "
+      "p.measured_sha256, p.mesh_sha256, m.detections_sha256, m.calibration_sha256 FROM "
+      "surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256 WHERE p.sha256 = ?",
+      {full}));
+  return shown;
+}
+
+}  // namespace
+
 ShownResult show_result(const StoreReader& store, const std::string& key) {
-  const std::string full = full_key(store, key);
+  const StoredKey stored = stored_key(store, key);
+  if (stored.table != "comparison") return show_surface(store, stored.sha256);
+  const std::string& full = stored.sha256;
   ShownResult shown;
   shown.metrics = metrics_of(
       store, store.query("SELECT c.*, m.sigma_median_mm, m.sigma_max_mm FROM comparison AS c JOIN "
@@ -141,6 +170,16 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
         "scene = ? AND measured = ?",
         {group[0], group[1]}));
     tables.back().title = "Virtual vs virtual " + title;
+  }
+  const Table surfaces = store.query(
+      "SELECT scene, simulator, round(to_surface_mean_mm, 3) AS to_surface_mean_mm, "
+      "round(real_to_mesh_mean_mm, 3) AS real_to_mesh_mean_mm, round(real_to_mesh_max_mm, 3) AS "
+      "real_to_mesh_max_mm, marks, measured, comparison FROM v_real_vs_surface WHERE (?1 = '' OR "
+      "scene = ?1) AND (?2 = '' OR fabric = ?2)",
+      {filter.scene, filter.fabric});
+  if (!surfaces.rows.empty()) {
+    tables.push_back(surfaces);
+    tables.back().title = "Real vs surface (meshes without material correspondence)";
   }
   const Table alone = store.query(
       "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL AND (?1 = '' OR "

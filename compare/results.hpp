@@ -22,7 +22,15 @@ struct ResultFilter {
   std::string until = {};
 };
 
-/// The whole key that starts so. Throws Error(usage) when no or more than one comparison does.
+/// A comparison of marks, or of a mesh without marks, in its table.
+struct StoredKey {
+  std::string table;  ///< "comparison" or "surface_comparison"
+  std::string sha256;
+};
+/// What starts so. Throws Error(usage) when no or more than one comparison of either kind does.
+[[nodiscard]] StoredKey stored_key(const StoreReader& store, const std::string& key);
+
+/// The same for a comparison of marks alone.
 [[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
 
 /// One row per comparison between a measured sheet and a simulation.

@@ -11,6 +11,7 @@
 #include "compare/inputs.hpp"
 #include "compare/outcome.hpp"
 #include "compare/seal.hpp"
+#include "compare/sheet_folders.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 
@@ -52,45 +53,10 @@ void add_out(CLI::App* command, ResultsArguments& arguments) {
   command->add_option("--out", arguments.file, "file (default: standard output)");
 }
 
-/// Sheets of one drape's folder: the measured one, then its simulations by name.
-void add_drape_folder(const fs::path& folder, std::vector<fs::path>& sheets) {
-  if (fs::is_regular_file(folder / "sheet.json")) sheets.push_back(folder / "sheet.ply");
-  std::vector<fs::path> found;
-  if (fs::is_directory(folder / "simulations")) {
-    for (const auto& entry : fs::directory_iterator(folder / "simulations"))
-      if (fs::is_regular_file(entry.path() / "sheet.json"))
-        found.push_back(entry.path() / "sheet.ply");
-  }
-  std::sort(found.begin(), found.end());
-  sheets.insert(sheets.end(), found.begin(), found.end());
-}
-
-/// Files stay; the output folder of `drape run` becomes the sheets in it.
-std::vector<fs::path> expanded(const std::vector<fs::path>& given) {
-  std::vector<fs::path> sheets;
-  for (const fs::path& path : given) {
-    if (!fs::is_directory(path)) {
-      sheets.push_back(path);
-      continue;
-    }
-    std::vector<fs::path> folders;
-    for (const auto& entry : fs::directory_iterator(path))
-      if (entry.is_directory()) folders.push_back(entry.path());
-    std::sort(folders.begin(), folders.end());
-    add_drape_folder(path, sheets);
-    for (const fs::path& folder : folders) add_drape_folder(folder, sheets);
-  }
-  if (sheets.empty())
-    throw usage_error("there is no sheet to import", "name sheets or a run's folder");
-  return sheets;
-}
-
 int import_files(const ResultsArguments& arguments, const CommonOptions& common) {
-  fs::path calibration = arguments.calibration;
-  if (calibration.empty() && arguments.sheets.size() == 1 &&
-      fs::is_regular_file(arguments.sheets[0] / "calibration.json"))
-    calibration = arguments.sheets[0] / "calibration.json";
-  const Session session = read_session(expanded(arguments.sheets), calibration);
+  const fs::path calibration =
+      arguments.calibration.empty() ? calibration_in(arguments.sheets) : arguments.calibration;
+  const Session session = read_session(sheets_in(arguments.sheets), calibration);
   Outcome outcome;
   compare_session(session, {}, outcome);
   const ImportCounts counts = import_session(arguments.store, session, outcome);

@@ -13,7 +13,8 @@ namespace drape::compare {
 
 /// Everything that drape-results can be asked.
 struct ResultsArguments {
-  std::string store = "results.sqlite", key, second_key, metric, format, sql, file, calibration;
+  std::string store = "results.sqlite", key, second_key, metric, format, sql, file;
+  std::filesystem::path calibration = {};
   std::string table = "v_real_vs_virtual";
   std::string published;  ///< published.csv; empty: the store's own tables
   bool csv = false;

@@ -176,6 +176,30 @@ constexpr const char* kTables[] = {
   surface_mean_mm REAL,
   hausdorff_mm REAL
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE surface_comparison (  -- a mesh without material coordinates: no mark corresponds
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),
+  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  mesh_sha256 TEXT NOT NULL,  -- of its description and the mesh together
+  simulator TEXT NOT NULL,
+  scene TEXT NOT NULL,
+  fabric_stated TEXT,
+  metrics_version INTEGER NOT NULL,
+  points INTEGER NOT NULL,
+  triangles INTEGER NOT NULL CHECK (triangles > 0),
+  marks INTEGER NOT NULL CHECK (marks > 0),
+  to_surface_mean_mm REAL NOT NULL,
+  sigma_of_to_surface_mean_mm REAL,
+  to_surface_mean_low_mm REAL,
+  to_surface_mean_high_mm REAL,
+  to_surface_rms_mm REAL NOT NULL,
+  to_surface_p95_mm REAL NOT NULL,
+  to_surface_max_mm REAL NOT NULL,
+  real_to_mesh_mean_mm REAL,  -- NULL in these four: no four neighbouring marks were measured
+  real_to_mesh_max_mm REAL,
+  mesh_to_real_mean_mm REAL,
+  mesh_to_real_max_mm REAL,
+  UNIQUE (measured_sha256, mesh_sha256, metrics_version)
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE ledger (
   sequence INTEGER PRIMARY KEY,
   kind TEXT NOT NULL,  -- table of the row
@@ -184,6 +208,9 @@ constexpr const char* kTables[] = {
   chain_sha256 TEXT NOT NULL,    -- of the entry before and this one
   UNIQUE (kind, key)
 ) STRICT)sql",
+};
+
+constexpr const char* kIndexes[] = {
     R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
     R"sql(CREATE INDEX pair_by_measured ON simulation_pair (measured_sha256))sql",
     R"sql(CREATE INDEX pair_by_sheets ON simulation_pair (first_sha256, second_sha256))sql",
@@ -204,9 +231,11 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "comparison",
                                        "mark_error",
                                        "simulation_pair",
+                                       "surface_comparison",
                                        "ledger"};
 
-constexpr const char* kMetrics = R"sql(INSERT INTO metric (name, unit, definition, better) VALUES
+constexpr const char* kMetrics =
+    R"sql(INSERT OR IGNORE INTO metric (name, unit, definition, better) VALUES
 ('mean_mm', 'mm', 'mean distance between each measured mark and the same material point of the virtual sheet (the paper, section 5); between simulations, of the same material points', 'smaller'),
 ('sigma_mean_mm', 'mm', 'one standard deviation of mean_mm: sqrt(sum of sigma_distance_mm squared) / marks, for independent marks; without what all marks share (calibration)', 'smaller'),
 ('median_mm', 'mm', 'median distance', 'smaller'),
@@ -252,6 +281,15 @@ constexpr const char* kMetrics = R"sql(INSERT INTO metric (name, unit, definitio
 ('strain_warp_rms_percent', '%', 'RMS over neighbouring marks along the warp of the real minus the virtual length of the straight line between them, over its length on the print', 'smaller'),
 ('strain_weft_rms_percent', '%', 'the same along the weft', 'smaller'),
 ('strain_area_rms_percent', '%', 'the same for the area between four marks', 'smaller'),
+('sigma_of_to_surface_mean_mm', 'mm', 'one standard deviation of to_surface_mean_mm: of each distance sqrt(u'' C u), u the unit vector from the mark to the nearest point; marks independent', 'smaller'),
+('to_surface_mean_low_mm', 'mm', 'lower end of the 95 % bootstrap interval of to_surface_mean_mm', 'neither'),
+('to_surface_mean_high_mm', 'mm', 'upper end of it', 'neither'),
+('to_surface_rms_mm', 'mm', 'root mean square of the distances of the measured marks to the nearest point of the surface', 'smaller'),
+('to_surface_p95_mm', 'mm', '95th percentile of these', 'smaller'),
+('real_to_mesh_mean_mm', 'mm', 'mean distance from the surface between the measured marks (cells with four of them, two triangles each) to the nearest point of the mesh, over the area', 'smaller'),
+('real_to_mesh_max_mm', 'mm', 'largest of these: the Hausdorff distance one way, sampled every 5 mm or closer', 'smaller'),
+('mesh_to_real_mean_mm', 'mm', 'the other way; it contains the hem and the gaps, where no mark was measured', 'smaller'),
+('mesh_to_real_max_mm', 'mm', 'the Hausdorff distance the other way', 'smaller'),
 ('surface_mean_mm', 'mm', 'mean distance from either virtual surface to the nearest point of the other, over the area, both ways', 'smaller'),
 ('hausdorff_mm', 'mm', 'largest distance from either virtual surface to the nearest point of the other, sampled every 5 mm or closer', 'smaller'),
 ('covered_area_mm2', 'mm2', 'area of the shadow of the cloth on the table, light from straight above', 'neither'),
@@ -263,8 +301,9 @@ constexpr const char* kMetrics = R"sql(INSERT INTO metric (name, unit, definitio
 ('amplitude_mm', 'mm', 'amplitude of one harmonic of that radius over the angle', 'neither'),
 ('phase_deg', 'deg', 'angle of the first crest of the harmonic times its order', 'neither'))sql";
 
-/// Only the newest definition of the metrics for each pair of sheets.
-constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
+/// Only the newest definition of the metrics for each pair of sheets. It is not sorted, so that
+/// SQLite can fold it into the query that uses it.
+constexpr const char* kComparisonView = R"sql(CREATE VIEW v_comparison AS
 SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments AS segments,
   c.mean_mm AS mean_dist_mm, c.sigma_mean_mm AS sigma_mean_mm, c.mean_low_mm AS mean_low_mm,
   c.mean_high_mm AS mean_high_mm, c.median_mm AS median_mm,
@@ -282,16 +321,34 @@ FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
   LEFT JOIN recording AS r ON r.sha256 = m.recording_sha256
 WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.measured_sha256
-  AND n.simulated_sha256 = c.simulated_sha256 AND n.metrics_version > c.metrics_version)
-ORDER BY s.scene, m.sha256, s.simulator <> 'drapebench', s.segments DESC, s.grid_rows DESC, s.model,
-  s.solver, c.sha256)sql";
+  AND n.simulated_sha256 = c.simulated_sha256 AND n.metrics_version > c.metrics_version))sql";
+
+constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
+SELECT * FROM v_comparison ORDER BY scene, measured, simulator <> 'drapebench', segments DESC,
+  grid_rows DESC, model, solver, comparison)sql";
+
+constexpr const char* kSurfaceView = R"sql(CREATE VIEW v_real_vs_surface AS
+SELECT p.scene AS scene, p.simulator AS simulator, p.to_surface_mean_mm AS to_surface_mean_mm,
+  p.sigma_of_to_surface_mean_mm AS sigma_of_to_surface_mean_mm,
+  p.to_surface_p95_mm AS to_surface_p95_mm, p.to_surface_max_mm AS to_surface_max_mm,
+  p.real_to_mesh_mean_mm AS real_to_mesh_mean_mm, p.real_to_mesh_max_mm AS real_to_mesh_max_mm,
+  p.mesh_to_real_mean_mm AS mesh_to_real_mean_mm, p.mesh_to_real_max_mm AS mesh_to_real_max_mm,
+  p.marks AS marks, p.triangles AS triangles, p.fabric_stated AS fabric, m.rig_name AS rig,
+  m.set_name AS measured_set, substr(m.sha256, 1, 12) AS measured,
+  substr(p.sha256, 1, 12) AS comparison
+FROM surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256
+WHERE NOT EXISTS (SELECT 1 FROM surface_comparison AS n WHERE n.measured_sha256 = p.measured_sha256
+  AND n.mesh_sha256 = p.mesh_sha256 AND n.metrics_version > p.metrics_version)
+ORDER BY p.scene, m.sha256, p.simulator, p.sha256)sql";
 
 constexpr const char* kVirtualView = R"sql(CREATE VIEW v_virtual_vs_virtual AS
 SELECT s.scene AS scene, p.label AS pair, p.mean_mm AS mean_dist_mm, p.max_mm AS max_mm,
   p.surface_mean_mm AS surface_mean_mm, p.hausdorff_mm AS hausdorff_mm,
   p.points AS points, f.name AS fabric, s.model AS model, s.solver AS solver,
+  min(s.at_rest, t.at_rest) AS both_at_rest,
   substr(p.measured_sha256, 1, 12) AS measured, p.paper_order AS paper_order
 FROM simulation_pair AS p JOIN simulation AS s ON s.sheet_sha256 = p.first_sha256
+  JOIN simulation AS t ON t.sheet_sha256 = p.second_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
 WHERE NOT EXISTS (SELECT 1 FROM simulation_pair AS n WHERE n.first_sha256 = p.first_sha256
   AND n.second_sha256 = p.second_sha256 AND n.measured_sha256 IS p.measured_sha256
@@ -300,11 +357,14 @@ ORDER BY s.scene, p.measured_sha256, p.paper_order, s.model, s.solver, p.sha256)
 
 }  // namespace
 
-std::vector<std::string> schema_statements() {
-  std::vector<std::string> statements(std::begin(kTables), std::end(kTables));
-  statements.emplace_back(kMetrics);
-  statements.emplace_back(kRealView);
-  statements.emplace_back(kVirtualView);
+std::vector<std::string> table_statements() {
+  return {std::begin(kTables), std::end(kTables)};
+}
+
+std::vector<std::string> surrounding_statements() {
+  std::vector<std::string> statements = {kMetrics, kComparisonView, kRealView, kVirtualView,
+                                         kSurfaceView};
+  statements.insert(statements.end(), std::begin(kIndexes), std::end(kIndexes));
   // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
   for (int experiment = 0; experiment < 6; ++experiment) {
     const char scene = static_cast<char>('A' + experiment);

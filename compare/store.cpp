@@ -215,6 +215,28 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
   writer.enter("comparison", key);
 }
 
+bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
+  const OtherSurface& surface = input.surfaces[row.surface];
+  const std::string key =
+      comparison_key({input.measured.sha256, "surface without marks", surface.sha256});
+  if (writer.has("surface_comparison", key)) return false;
+  const DistanceStatistics& s = row.to_surface;
+  const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
+    return row.both_ways ? std::optional((*row.both_ways).*one.*value / mm) : std::nullopt;
+  };
+  writer.insert("surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
+                surface.scene, surface.fabric, kMetricsVersion,
+                static_cast<int>(surface.mesh.points.size()),
+                static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
+                in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
+                s.max_m / mm, way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
+                way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m));
+  writer.enter("surface_comparison", key);
+  return true;
+}
+
 /// `measured` is absent for simulations without a real cloth.
 bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
                  const std::vector<Simulation>& simulations, bool gaps_filled,
@@ -377,6 +399,7 @@ ImportCounts Store::add(const DrapeInput& input, const Report& report,
       if (fresh) insert_comparison(writer, key, input, row);
       count(fresh);
     }
+    for (const RealSurface& row : report.real_surface) count(insert_surface(writer, input, row));
     for (const VirtualVirtual& row : report.virtual_virtual)
       count(insert_pair(writer, input.measured.sha256, input.simulations,
                         report.lattice_has_gaps_filled, row));

@@ -13,7 +13,7 @@
 
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 2;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 3;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 
@@ -91,7 +91,9 @@ struct LedgerCheck {
 /// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
 [[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);
 
-/// The statements that make an empty store.
-[[nodiscard]] std::vector<std::string> schema_statements();
+/// The statements that make the tables of an empty store, and those that make the metric
+/// dictionary, views, indexes and triggers around tables that are there.
+[[nodiscard]] std::vector<std::string> table_statements();
+[[nodiscard]] std::vector<std::string> surrounding_statements();
 
 }  // namespace drape::compare

@@ -162,6 +162,10 @@ BENCHMARK_CAPTURE(query, mean_by_fabric_grid_segments,
                   "SELECT fabric, grid_size, segments, avg(mean_dist_mm), count(*) FROM "
                   "v_real_vs_virtual GROUP BY fabric, grid_size, segments")
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(query, mean_by_fabric_grid_segments_from_unsorted_view,
+                  "SELECT fabric, grid_size, segments, avg(mean_dist_mm), count(*) FROM "
+                  "v_comparison GROUP BY fabric, grid_size, segments")
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(
     query, mean_by_fabric_grid_segments_from_tables,
     "SELECT f.name, s.grid_rows, s.segments, avg(c.mean_mm), count(*) FROM comparison "

@@ -32,6 +32,8 @@ struct Table {
 /// The paper's odd tables: grid size, segments, mean distance, and then the measures the paper
 /// does not have.
 [[nodiscard]] Table real_virtual_table(const DrapeInput& input, const Report& report);
+/// Meshes without material coordinates: distances to surfaces, which are no distances of marks.
+[[nodiscard]] Table surface_table(const DrapeInput& input, const Report& report);
 /// The paper's even tables.
 [[nodiscard]] Table virtual_virtual_table(const Report& report);
 [[nodiscard]] Table virtual_group_table(const VirtualGroup& group);

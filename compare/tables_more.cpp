@@ -61,6 +61,46 @@ Table trust_table(const DrapeInput& input, const RealVirtual& row) {
   return table;
 }
 
+Table surface_table(const DrapeInput& input, const Report& report) {
+  Table table;
+  table.title = fmt::format(
+      "Real vs surface, experiment {}: no material correspondence exists, so no mark has a place",
+      report.name);
+  table.names = {"simulator",
+                 "to_surface_mean_mm",
+                 "sigma_of_to_surface_mean_mm",
+                 "to_surface_p95_mm",
+                 "to_surface_max_mm",
+                 "real_to_mesh_mean_mm",
+                 "real_to_mesh_max_mm",
+                 "mesh_to_real_mean_mm",
+                 "mesh_to_real_max_mm",
+                 "marks",
+                 "triangles"};
+  table.heads = {"mesh",           "marks to surface, mean (mm)",
+                 "± (mm)",         "p95 (mm)",
+                 "max (mm)",       "real surface to mesh, mean (mm)",
+                 "Hausdorff (mm)", "mesh to real surface, mean (mm)",
+                 "Hausdorff (mm)", "marks",
+                 "triangles"};
+  table.numeric.assign(table.names.size(), true);
+  table.numeric.front() = false;
+  for (const RealSurface& row : report.real_surface) {
+    const OtherSurface& surface = input.surfaces[row.surface];
+    const DistanceStatistics& s = row.to_surface;
+    const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
+      return row.both_ways ? mm_text((*row.both_ways).*one.*value) : std::string();
+    };
+    table.add({surface.simulator, mm_text(s.mean_m), fine_mm(s.mean.sigma_m), mm_text(s.p95_m),
+               mm_text(s.max_m), way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
+               way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
+               way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
+               way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m),
+               std::to_string(s.marks), std::to_string(surface.mesh.triangles.size())});
+  }
+  return table;
+}
+
 Table drapemeter_table(const DrapeInput& input, const Report& report) {
   Table table;
   table.title = "Drapemeter: the shadow from straight above";

@@ -98,6 +98,36 @@ void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification
   }
 }
 
+/// The same for meshes without marks.
+void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table rows = reader.query(
+      "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
+      "coalesce(real_to_mesh_mean_mm, -1), coalesce(mesh_to_real_max_mm, -1) FROM "
+      "surface_comparison ORDER BY sha256");
+  for (const auto& row : rows.rows) {
+    const auto measured = sheets.find(row[1]), mesh = sheets.find(row[2]);
+    if (measured == sheets.end() || mesh == sheets.end()) continue;
+    try {
+      const auto surface = read_other_surface(mesh->second);
+      if (!surface) continue;  // its changed bytes are a finding already
+      const RealSurface found = compare_to_surface(read_sheet(measured->second), surface->mesh);
+      ++result.comparisons;
+      const bool same =
+          number(row[3]) == found.to_surface.mean_m / mm &&
+          number(row[4]) == found.to_surface.max_m / mm &&
+          number(row[5]) == (found.both_ways ? found.both_ways->first_to_second.mean_m / mm : -1) &&
+          number(row[6]) ==
+              (found.both_ways ? found.both_ways->second_to_first.hausdorff_m / mm : -1);
+      if (!same)
+        result.findings.push_back(fmt::format(
+            "surface comparison {} does not come out of its files", row[0].substr(0, 12)));
+    } catch (const Error& error) {
+      result.findings.push_back(fmt::format("surface comparison {} cannot be recomputed: {}",
+                                            row[0].substr(0, 12), error.what()));
+    }
+  }
+}
+
 }  // namespace
 
 Verification verify_store(const fs::path& store, bool with_recomputation) {
@@ -135,6 +165,7 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   }
   try {
     recompute(*reader, sheets, result);
+    recompute_surfaces(*reader, sheets, result);
   } catch (const Error& error) {
     result.findings.emplace_back(error.what_failed());
   }

@@ -296,7 +296,9 @@ TEST_F(Sealed, PublishedTablesStandBesideTheStore) {
   EXPECT_EQ(tables[0].rows[0][2], "3.37");
   EXPECT_FALSE(tables[0].rows[0][3].empty()) << "21x21, 5 segments is in the store";
   EXPECT_EQ(tables[11].rows.back()[1], "1.25");
-  EXPECT_EQ(tables[2].names.size(), 3U) << "experiment B has no sheet here";
+  EXPECT_EQ(tables[2].names.size(), 4U) << "experiment B has no sheet here";
+  EXPECT_THAT(tables[2].title, HasSubstr("no measured sheet"));
+  EXPECT_EQ(tables[1].names.back(), "not_at_rest");
 }
 
 }  // namespace

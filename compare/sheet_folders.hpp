@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace drape::compare {
+
+/// Files stay as they are given; a folder becomes the sheets below it, in the order that
+/// read_session() wants: first the simulations that stand alone (a virtual bench), then each
+/// measured sheet with what lies in the `simulations` folder beside it, folders by name. Links are
+/// not followed. Throws Error(usage) when there is no sheet at all.
+[[nodiscard]] std::vector<std::filesystem::path> sheets_in(
+    const std::vector<std::filesystem::path>& given);
+
+/// The one calibration.json that lies in a given folder itself; empty when there is none, or more
+/// than one (then only sheets that name the same one could be read).
+[[nodiscard]] std::filesystem::path calibration_in(const std::vector<std::filesystem::path>& given);
+
+}  // namespace drape::compare
