@@ -14,8 +14,6 @@
 namespace drape {
 namespace {
 
-constexpr double smallest_radius_ratio = 0.5;
-constexpr double largest_radius_ratio = 1.7;
 constexpr double least_fill = 0.80;
 constexpr double most_dark_ring = 0.45;
 constexpr int ring_samples = 32;
@@ -62,17 +60,10 @@ std::vector<std::uint8_t> dark_mask(const cv::Mat& picture, const NoiseModel& no
   return mask;
 }
 
-/// Semi-major axes that a dot may have.
-struct Sizes {
-  double smallest, largest;
-  explicit Sizes(double radius_px)
-      : smallest(smallest_radius_ratio * radius_px), largest(largest_radius_ratio * radius_px) {}
-};
-
-bool plausible_size(const Region& region, const Sizes& sizes) {
-  const double largest = sizes.largest;
+bool plausible_size(const Region& region, const DotSizes& sizes) {
+  const double largest = sizes.largest_px;
   return region.area >= 6 && region.width <= 2 * largest + 2 && region.height <= 2 * largest + 2 &&
-         std::max(region.width, region.height) >= sizes.smallest;
+         std::max(region.width, region.height) >= sizes.smallest_px;
 }
 
 /// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
@@ -128,24 +119,23 @@ void look_around(const GreyImage& image, const DarkMap& map, Blob& blob) {
       static_cast<double>(ring.size());
 }
 
-bool dot_like(const Blob& blob, const Region& region, const Sizes& sizes) {
+bool dot_like(const Blob& blob, const Region& region, const DotSizes& sizes) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2,
                                                              Eigen::EigenvaluesOnly);
   const double major = std::sqrt(eigen.eigenvalues()(1));
   const double minor = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
   const double fill = region.area / (std::numbers::pi * major * minor);
-  return major >= sizes.smallest && major <= sizes.largest && fill >= least_fill &&
+  return major >= sizes.smallest_px && major <= sizes.largest_px && fill >= least_fill &&
          blob.dark_ring <= most_dark_ring && blob.bright > blob.dark;
 }
 
 }  // namespace
 
-Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, double radius_px) {
+Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes) {
   const cv::Mat picture(image.height_px, image.width_px, CV_8U,
                         const_cast<std::uint8_t*>(image.bytes.data()));
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
-  const int side_px = static_cast<int>(std::ceil(1.5 * largest_radius_ratio * radius_px)) + 2;
-  const Sizes sizes(radius_px);
+  const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
   Blobs result;
   result.map = {image.width_px, image.height_px, {}};
   const std::vector<Region> regions =

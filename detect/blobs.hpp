@@ -38,8 +38,16 @@ struct Blobs {
   std::vector<Blob> blobs;  ///< in raster order
 };
 
-/// Finds dots whose larger semi-axis is near `radius_px` (the unforeshortened radius of a dot;
-/// half to 1.7 times it is accepted, since depth varies over a frame).
-[[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, double radius_px);
+/// Semi-major axes that a dot may have in a frame.
+struct DotSizes {
+  double smallest_px = 0, largest_px = 0;
+
+  /// Around the unforeshortened radius of a dot: half to 1.7 times, since depth varies.
+  static DotSizes around(double radius_px) { return {0.5 * radius_px, 1.7 * radius_px}; }
+};
+
+/// Finds dots of these sizes.
+[[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise,
+                               const DotSizes& sizes);
 
 }  // namespace drape

@@ -8,11 +8,16 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <vector>
 
+#include "detect/dot_scale.hpp"
 #include "detect/ellipse_fit.hpp"
 #include "detect/labels.hpp"
+#include "detect/lattice.hpp"
 #include "detect/local_map.hpp"
+#include "detect/tag_cells.hpp"
 
 namespace drape {
 namespace {
@@ -135,20 +140,122 @@ Detection measured(const DotFit& fit, MarkId mark, const Eigen::Matrix2d& covari
           axes.angle_rad, fit.contrast,  fit.chi2_per_dof};
 }
 
-void sort_out(const std::vector<DotFit>& fits, const std::vector<DotLabel>& labels,
-              const Correlation& correlation, const FrameLimits& limits, FrameDetections& frame) {
+/// Tags, and the blobs that may be dots.
+struct Found {
+  std::vector<TagDetection> tags;
+  Blobs blobs;
+};
+
+void drop_other_sizes(std::vector<Blob>& blobs, const DotSizes& sizes) {
+  std::erase_if(blobs, [&](const Blob& blob) {
+    const double major = axes_of(blob.shape_px2).semi_px.x();
+    return major < sizes.smallest_px || major > sizes.largest_px;
+  });
+}
+
+/// The fast way: dots first, then the tags between them. Nothing when no tag is read there.
+std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& noise,
+                                  const PrintPlane& plane, const TagFinder& finder) {
+  if (!tags_sit_between_dots(plane)) return std::nullopt;
+  Found found;
+  found.blobs = find_blobs(image, noise, usual_sizes());
+  const std::optional<double> radius_px = common_radius_px(found.blobs.blobs, plane);
+  if (!radius_px) return std::nullopt;
+  drop_other_sizes(found.blobs.blobs, DotSizes::around(*radius_px));
+  found.tags = read_tags_between_dots(image, plane, finder.code(), dots_of(found.blobs.blobs),
+                                      noise.sigma(128));
+  if (found.tags.empty()) return std::nullopt;
+  return found;
+}
+
+/// The thorough way: tags anywhere in the picture give the dots' size, or their lattice does.
+Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintPlane& plane,
+                   TagFinder& finder) {
+  Found found;
+  found.tags = finder.find(image, plane, noise.sigma(128));
+  std::optional<double> radius_px = dot_radius_px(plane, found.tags);
+  if (!radius_px) radius_px = lattice_radius_px(image, noise, plane);
+  if (radius_px) found.blobs = find_blobs(image, noise, DotSizes::around(*radius_px));
+  return found;
+}
+
+Found find_marks(const GreyImage& image, const NoiseModel& noise, const PrintPlane& plane,
+                 TagFinder& finder) {
+  std::optional<Found> found = find_by_dots(image, noise, plane, finder);
+  if (!found) found = find_by_tags(image, noise, plane, finder);
+  std::erase_if(found->blobs.blobs, [&](const Blob& blob) {
+    return std::any_of(found->tags.begin(), found->tags.end(),
+                       [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
+  });
+  return *found;
+}
+
+/// A print without tags is told by its outline: the whole lattice must be there.
+std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
+                                       const std::vector<UnlabelledDot>& dots,
+                                       std::vector<LatticePiece>& pieces) {
+  std::vector<DotLabel> labels(dots.size());
+  for (DotLabel& label : labels) label.reason = "no label: the print's outline is not in view";
+  if (pieces.empty()) return labels;
+  const auto whole = place_whole_piece(plane, dots, pieces.front());
+  if (!whole) return labels;
+  for (const auto& [mark, dot] : *whole) labels[dot] = {mark, ""};
+  pieces.clear();
+  return labels;
+}
+
+struct Labels {
+  std::vector<DotLabel> labels;
+  std::vector<LatticePiece> islands;
+};
+
+Labels label_all(const PrintPlane& plane, const Found& found,
+                 const std::vector<UnlabelledDot>& dots) {
+  Labels result;
+  if (!plane.tags.empty()) result.labels = label_dots(plane, found.tags, dots, found.blobs.map);
+  std::vector<char> taken(dots.size(), 0);
+  for (std::size_t k = 0; k < result.labels.size(); ++k) taken[k] = result.labels[k].mark ? 1 : 0;
+  result.islands = grow_pieces(plane, dots, taken);
+  if (!plane.tags.empty()) return result;
+  if (plane.stiff && !result.islands.empty()) {
+    fill_flat_piece(plane, dots, result.islands.front());
+  }
+  result.labels = label_by_outline(plane, dots, result.islands);
+  return result;
+}
+
+/// Places of dots in islands, by dot.
+std::vector<std::optional<std::pair<int, MarkId>>> places_of(
+    const std::vector<LatticePiece>& islands, std::size_t dots) {
+  std::vector<std::optional<std::pair<int, MarkId>>> places(dots);
+  for (std::size_t k = 0; k < islands.size(); ++k) {
+    for (const auto& [place, dot] : islands[k]) places[dot] = {static_cast<int>(k), place};
+  }
+  return places;
+}
+
+void sort_out(const std::vector<DotFit>& fits, const Labels& found, const FrameLimits& limits,
+              FrameDetections& frame) {
+  const Correlation correlation = frame_correlation(fits);
+  const auto places = places_of(found.islands, fits.size());
   for (std::size_t k = 0; k < fits.size(); ++k) {
     const Eigen::Matrix2d covariance = honest_covariance(fits[k], correlation);
     const std::string wrong = fault(fits[k], covariance, limits);
-    if (labels[k].mark && labels[k].reason.empty() && wrong.empty()) {
-      frame.detections.push_back(measured(fits[k], *labels[k].mark, covariance));
+    const DotLabel& label = found.labels[k];
+    if (label.mark && label.reason.empty() && wrong.empty()) {
+      frame.detections.push_back(measured(fits[k], *label.mark, covariance));
+    } else if (places[k] && wrong.empty()) {
+      frame.islands.push_back({places[k]->first, measured(fits[k], places[k]->second, covariance)});
     } else {
       frame.rejections.push_back(
-          {labels[k].mark, fits[k].centre_px, wrong.empty() ? labels[k].reason : wrong});
+          {label.mark, fits[k].centre_px, wrong.empty() ? label.reason : wrong});
     }
   }
   std::sort(frame.detections.begin(), frame.detections.end(),
             [](const Detection& a, const Detection& b) { return a.mark < b.mark; });
+  std::sort(frame.islands.begin(), frame.islands.end(), [](const IslandDot& a, const IslandDot& b) {
+    return std::tie(a.island, a.dot.mark) < std::tie(b.island, b.dot.mark);
+  });
 }
 
 }  // namespace
@@ -160,23 +267,16 @@ FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane, Ta
   frame.height_px = image.height_px;
   const NoiseModel noise = estimate_noise(image);
   frame.noise_sigma = noise.sigma(128);
-  frame.tags = finder.find(image, plane, *frame.noise_sigma);
-  const std::optional<double> radius_px = dot_radius_px(plane, frame.tags);
-  if (!radius_px) return frame;
-  Blobs found = find_blobs(image, noise, *radius_px);
-  std::erase_if(found.blobs, [&](const Blob& blob) {
-    return std::any_of(frame.tags.begin(), frame.tags.end(),
-                       [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
-  });
-  const std::vector<DotFit> fits = fit_all(image, found, noise);
+  const Found found = find_marks(image, noise, plane, finder);
+  frame.tags = found.tags;
+  const std::vector<DotFit> fits = fit_all(image, found.blobs, noise);
   std::vector<UnlabelledDot> dots;
   for (const DotFit& fit : fits) {
     const bool sound = fit.converged && fit.chi2_per_dof <= limits.most_chi2_per_dof &&
                        fit.masked_edge <= limits.most_masked_edge;
     dots.push_back({fit.centre_px, fit.shape_px2, sound});
   }
-  const std::vector<DotLabel> labels = label_dots(plane, frame.tags, dots, found.map);
-  sort_out(fits, labels, frame_correlation(fits), limits, frame);
+  sort_out(fits, label_all(plane, found, dots), limits, frame);
   return frame;
 }
 

@@ -14,14 +14,6 @@
 namespace drape {
 namespace {
 
-// A correct step misses by the change of curvature along it: a few per cent on gentle cloth, up to
-// a quarter of a step where a fold begins. A wrong dot misses by about one step.
-constexpr double most_step_error = 0.28;
-constexpr double blind_step_error = 0.10;  // without support from the cells around
-constexpr double crease_handicap = 0.18;   // a sharp bend explains more, so it must fit better
-constexpr double crease_reach = 0.8;
-constexpr double clear_lead = 0.55;  // best miss over second best
-
 // A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
 constexpr double tag_print_share = 0.35;
 constexpr double bare_print_share = 0.10;
@@ -50,18 +42,18 @@ struct CellVotes {
 class Labeller {
  public:
   Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots, const DarkMap& map)
-      : plane_(plane), dots_(dots), map_(map), labels_(dots.size()) {
-    for (const UnlabelledDot& dot : dots) {
-      roots_.emplace_back(symmetric_root(dot.shape_px2) / plane.dot_radius_m);
-    }
-  }
+      : plane_(plane),
+        dots_(dots),
+        map_(map),
+        steps_(dots, plane.dot_radius_m),
+        labels_(dots.size()),
+        taken_(dots.size(), 0) {}
 
   void seed(const std::vector<TagDetection>& tags) {
     for (const TagDetection& tag : tags) {
       const Eigen::Vector2d centre_m = plane_.tags.at(tag.id);
       const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
       if (!map || map->px_per_m.determinant() * plane_.row_sign <= 0) continue;
-      tag_maps_.emplace_back(tag.id, *map);
       for (const MarkId mark : plane_.marks_around(tag.id)) {
         propose(*map, plane_.point_m(mark) - centre_m, mark);
       }
@@ -96,6 +88,7 @@ class Labeller {
       queue_.pop();
       if (labels_[next.dot].mark || by_mark_.count(next.mark) != 0 || !credible(next)) continue;
       labels_[next.dot].mark = next.mark;
+      taken_[next.dot] = 1;
       by_mark_[next.mark] = next.dot;
       maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
       lead_on(next.mark);
@@ -126,7 +119,7 @@ class Labeller {
     for (const MarkId step : neighbours) {
       const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
       if (from == maps_.end()) continue;
-      const LocalMap to = map_at(proposal.dot, from->second);
+      const LocalMap to = steps_.map_at(proposal.dot, from->second);
       supporters += step_error(from->second, to,
                                plane_.point_m(proposal.mark) - plane_.point_m(from->first)) <=
                     most_step_error;
@@ -134,26 +127,9 @@ class Labeller {
     return std::max(0, supporters - 1);
   }
 
-  [[nodiscard]] LocalMap map_at(std::size_t dot, const LocalMap& neighbour) const {
-    return {dots_[dot].centre_px, turned_root(roots_[dot], neighbour.px_per_m)};
-  }
-
   void propose(const LocalMap& from, const Eigen::Vector2d& step_m, MarkId mark) {
-    Proposal best;
-    double first = 1e9, second = 1e9;
-    for (std::size_t k = 0; k < dots_.size(); ++k) {
-      if (labels_[k].mark) continue;
-      const LocalMap to = map_at(k, from);
-      const double error = step_error(from, to, step_m);
-      if (error < first) {
-        second = first;
-        first = error;
-        best = {error, mark, k, to.px_per_m};
-      } else {
-        second = std::min(second, error);
-      }
-    }
-    if (first <= most_step_error && first <= clear_lead * second) queue_.push(best);
+    const BestStep best = steps_.best(from, step_m, taken_);
+    if (best.is_clear()) queue_.push({best.error, mark, best.dot, best.to.px_per_m});
   }
 
   /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
@@ -194,11 +170,11 @@ class Labeller {
   const PrintPlane& plane_;
   const std::vector<UnlabelledDot>& dots_;
   const DarkMap& map_;
-  std::vector<Eigen::Matrix2d> roots_;  ///< of the dots' shapes, px per m
+  DotSteps steps_;
   std::vector<DotLabel> labels_;
+  std::vector<char> taken_;  ///< dots that have a label
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
-  std::vector<std::pair<int, LocalMap>> tag_maps_;
   std::priority_queue<Proposal, std::vector<Proposal>, Later> queue_;
 };
 

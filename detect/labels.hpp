@@ -9,16 +9,10 @@
 #include "core/detections.hpp"
 #include "core/marks.hpp"
 #include "detect/blobs.hpp"
+#include "detect/dot_steps.hpp"
 #include "detect/print_plane.hpp"
 
 namespace drape {
-
-/// A dot to be labelled.
-struct UnlabelledDot {
-  Eigen::Vector2d centre_px;
-  Eigen::Matrix2d shape_px2;
-  bool sound = true;  ///< only sound dots lead on to their neighbours
-};
 
 /// What became of a dot: a label, or why it has none. A dot can have both: a label that was
 /// withdrawn, with the reason.

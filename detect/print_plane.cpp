@@ -52,6 +52,7 @@ PrintPlane plane_of(const Target& target) {
   plane.tag_family = target.tag_family;
   plane.tag_edge_m = target.tag_edge_m;
   plane.row_sign = -1;
+  plane.stiff = true;
   for (const PrintedTag& tag : target.tags) plane.tags[tag.id] = tag.centre_m;
   return plane;
 }

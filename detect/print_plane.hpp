@@ -24,6 +24,7 @@ struct PrintPlane {
   std::string tag_family;
   double tag_edge_m = 0;
   double row_sign = 1;  ///< +1: rows run down when tags are upright (cloth), -1: up (target)
+  bool stiff = false;   ///< a plate, not a cloth
   std::map<int, Eigen::Vector2d> tags;  ///< id to centre
 
   [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;

@@ -59,7 +59,8 @@ BENCHMARK(estimate_noise_of_frame)->Unit(benchmark::kMillisecond);
 
 void find_blobs_of_frame(benchmark::State& state) {
   const NoiseModel noise = estimate_noise(bench().frames[0]);
-  for (auto _ : state) benchmark::DoNotOptimize(find_blobs(bench().frames[0], noise, 5.0));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(find_blobs(bench().frames[0], noise, DotSizes::around(8.5)));
 }
 BENCHMARK(find_blobs_of_frame)->Unit(benchmark::kMillisecond);
 

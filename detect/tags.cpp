@@ -52,15 +52,27 @@ Eigen::Matrix<double, 2, 4> reading_order(const apriltag_detection_t& found) {
   return corners;
 }
 
+TagCode code_of(const apriltag_family_t& family) {
+  TagCode code;
+  code.modules = family.width_at_border;
+  for (std::uint32_t k = 0; k < family.nbits; ++k) {
+    code.bits.push_back({static_cast<int>(family.bit_x[k]), static_cast<int>(family.bit_y[k])});
+  }
+  code.words.assign(family.codes, family.codes + family.ncodes);
+  return code;
+}
+
 }  // namespace
 
 struct TagFinder::State {
   const Family* family = nullptr;
   apriltag_family_t* codes = nullptr;
   apriltag_detector_t* detector = nullptr;
+  TagCode code;
 };
 
 TagFinder::TagFinder(const std::string& family) : state_(std::make_unique<State>()) {
+  if (family.empty()) return;
   state_->family = &family_named(family);
   state_->codes = state_->family->create();
   state_->detector = apriltag_detector_create();
@@ -69,35 +81,48 @@ TagFinder::TagFinder(const std::string& family) : state_(std::make_unique<State>
   state_->detector->nthreads = 1;
   state_->detector->quad_decimate = 1.0F;
   state_->detector->refine_edges = true;
+  state_->code = code_of(*state_->codes);
 }
 
 TagFinder::~TagFinder() {
+  if (state_->family == nullptr) return;
   apriltag_detector_destroy(state_->detector);
   state_->family->destroy(state_->codes);
 }
 
-std::vector<TagDetection> TagFinder::find(const GreyImage& image, const PrintPlane& plane,
-                                          double noise_sigma) {
+std::vector<TagDetection> TagFinder::find_all(const GreyImage& image, double noise_sigma) {
+  std::vector<TagDetection> result;
+  if (state_->family == nullptr) return result;
   // Below this difference sensor noise passes the library's threshold and costs 14 times the time.
   state_->detector->qtp.min_white_black_diff =
-      std::clamp(static_cast<int>(std::ceil(6.0 * noise_sigma)), 15, 60);
+      std::clamp(static_cast<int>(std::ceil(6.0 * noise_sigma)), 5, 60);
   image_u8_t view = {image.width_px, image.height_px, image.width_px,
                      const_cast<std::uint8_t*>(image.bytes.data())};
   zarray_t* found = apriltag_detector_detect(state_->detector, &view);
-  std::map<int, std::vector<TagDetection>> by_id;
   for (int k = 0; k < zarray_size(found); ++k) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(found, k, &detection);
-    if (plane.tags.count(detection->id) != 0) {
-      by_id[detection->id].push_back({detection->id, reading_order(*detection)});
-    }
+    result.push_back({detection->id, reading_order(*detection)});
   }
   apriltag_detections_destroy(found);
+  return result;
+}
+
+std::vector<TagDetection> TagFinder::find(const GreyImage& image, const PrintPlane& plane,
+                                          double noise_sigma) {
+  std::map<int, std::vector<TagDetection>> by_id;
+  for (const TagDetection& tag : find_all(image, noise_sigma)) {
+    if (plane.tags.count(tag.id) != 0) by_id[tag.id].push_back(tag);
+  }
   std::vector<TagDetection> result;
   for (const auto& [id, seen] : by_id) {
     if (seen.size() == 1) result.push_back(seen.front());
   }
   return result;
+}
+
+const TagCode& TagFinder::code() const {
+  return state_->code;
 }
 
 }  // namespace drape
