@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "core/error.hpp"
@@ -112,6 +113,12 @@ DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
 }  // namespace
 
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
+  if (kind == TargetKind::aprilgrid) {
+    const auto along = [&](int index, int count) {
+      return (index / 2 - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
+    };
+    return {along(dot.col, cols), along(dot.row, rows), 0};
+  }
   return {(dot.col - 0.5 * (cols - 1)) * pitch_m, (dot.row - 0.5 * (rows - 1)) * pitch_m, 0};
 }
 
@@ -150,12 +157,51 @@ void read_dots(const TomlTable& root, Target& target) {
     root.reject("dot_diameter_mm", "the dots touch each other",
                 "the diameter must be smaller than the pitch");
   }
+  const auto tags = root.optional_table("tags");
+  if (!tags) return;
+  target.tag_family = tags->text("family");
+  target.tag_edge_m = tags->positive("edge_mm") * mm;
+  for (const TomlTable& tag : tags->tables("tag")) {
+    target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
+  }
+}
+
+/// An AprilGrid's tags count from its lower left (Kalibr), those of a ChArUco board from its upper
+/// left (OpenCV, whose boards before 4.6 have a light square there when they have an even number of
+/// rows of squares).
+void read_board_tags(const TomlTable& root, Target& target) {
   const TomlTable tags = root.table("tags");
   target.tag_family = tags.text("family");
   target.tag_edge_m = tags.positive("edge_mm") * mm;
-  for (const TomlTable& tag : tags.tables("tag")) {
-    target.tags.push_back({tag.integer("id"), vector2_m(tag, "centre_mm")});
+  if (target.tag_edge_m >= target.pitch_m)
+    tags.reject("edge_mm", "the tags touch each other", "it must be smaller than the pitch");
+  int id = tags.has("first_id") ? tags.integer("first_id") : 0;
+  const bool grid = target.kind == TargetKind::aprilgrid;
+  const int rows = target.rows + (grid ? 0 : 1), cols = target.cols + (grid ? 0 : 1);
+  const int light = !grid && root.text_or("upper_left_square", "dark") == "light" ? 0 : 1;
+  for (int k = 0; k < rows; ++k) {
+    for (int col = 0; col < cols; ++col) {
+      if (!grid && (k + col) % 2 != light) continue;
+      const int row = grid ? k : rows - 1 - k;
+      const Eigen::Vector2d steps(col - 0.5 * (cols - 1), row - 0.5 * (rows - 1));
+      target.tags.push_back({id++, target.pitch_m * steps});
+    }
   }
+  if (!grid) return;
+  target.tag_border = tags.has("border_modules") ? tags.positive_integer("border_modules") : 2;
+  target.rows *= 2;
+  target.cols *= 2;
+}
+
+TargetKind kind_of(const TomlTable& root) {
+  static const std::map<std::string, TargetKind> kinds = {{"dot-grid", TargetKind::dot_grid},
+                                                          {"chessboard", TargetKind::chessboard},
+                                                          {"charuco", TargetKind::charuco},
+                                                          {"aprilgrid", TargetKind::aprilgrid}};
+  const auto kind = kinds.find(root.text("kind"));
+  if (kind != kinds.end()) return kind->second;
+  root.reject("kind", fmt::format("targets of kind `{}` are not known", root.text("kind")),
+              "use `dot-grid`, `chessboard`, `charuco` or `aprilgrid`");
 }
 
 MarkId mark_of(const TomlTable& table, const std::string& key, const Target& target) {
@@ -180,16 +226,12 @@ KnownLength read_known_length(const TomlTable& table, const Target& target) {
 Target read_target(const std::filesystem::path& file) {
   const TomlTable root = TomlTable::open(file, "target");
   Target target;
-  const std::string kind = root.text("kind");
-  if (kind != "dot-grid" && kind != "chessboard") {
-    root.reject("kind", fmt::format("targets of kind `{}` are not known", kind),
-                "use `dot-grid` or `chessboard`");
-  }
-  target.kind = kind == "chessboard" ? TargetKind::chessboard : TargetKind::dot_grid;
+  target.kind = kind_of(root);
   target.rows = root.positive_integer("rows");
   target.cols = root.positive_integer("cols");
   target.pitch_m = root.positive("pitch_mm") * mm;
   if (target.kind == TargetKind::dot_grid) read_dots(root, target);
+  if (target.kind >= TargetKind::charuco) read_board_tags(root, target);
   if (target.kind == TargetKind::chessboard && std::min(target.rows, target.cols) < 4) {
     root.reject("rows", "the chessboard has fewer than 4 x 4 inner corners",
                 "count the corners where four squares meet, not the squares");
@@ -219,10 +261,11 @@ Print read_print(const std::filesystem::path& file) {
     root.reject("patch_mm", "the marks reach beyond the patch",
                 "margin + (rows - 1) * pitch must not exceed the patch, along warp and weft");
   }
-  const TomlTable tags = root.table("tags");
-  print.tag_family = tags.text("family");
-  print.tag_edge_m = tags.positive("edge_mm") * mm;
-  print.tags = read_print_tags(tags, print);
+  if (const auto tags = root.optional_table("tags")) {
+    print.tag_family = tags->text("family");
+    print.tag_edge_m = tags->positive("edge_mm") * mm;
+    print.tags = read_print_tags(*tags, print);
+  }
   if (const auto classes = root.optional_table("dot_classes"))
     print.dot_classes = read_dot_classes(*classes, print);
   root.finish();

@@ -26,25 +26,28 @@ struct KnownLength {
 
 /// What a calibration target's points are.
 enum class TargetKind {
-  dot_grid,    ///< centres of printed dots, with tags that tell one side from the other
+  dot_grid,    ///< centres of printed dots; tags, if any, tell one side from the other
   chessboard,  ///< inner corners of a chessboard
+  charuco,     ///< the same with a tag in each light square (OpenCV's ChArUco board)
+  aprilgrid,   ///< outer corners of a grid of tags (Kalibr's AprilGrid)
 };
 
 /// Calibration target (target.toml). Frame: origin at the grid's centre, x along the columns,
 /// y along the rows, z out of the printed face. A chessboard's four squares around corner (0, 0)
 /// include a dark one between the corners (0, 0) and (1, 1), which tells its sides apart when
-/// rows + cols is odd.
+/// rows + cols is odd. A ChArUco board or an AprilGrid is told by its tags.
 struct Target {
   TargetKind kind = TargetKind::dot_grid;
-  int rows = 0, cols = 0;     ///< dots or inner corners; rows along y, cols along x
-  double pitch_m = 0;         ///< of the dots, or the side of a square
-  double dot_diameter_m = 0;  ///< 0 for a chessboard
-  std::string tag_family;
+  int rows = 0, cols = 0;        ///< dots or corners; rows along y, cols along x
+  double pitch_m = 0;            ///< of the dots or an AprilGrid's tags, or the side of a square
+  double dot_diameter_m = 0;     ///< 0 for a chessboard
+  std::string tag_family;        ///< empty without tags
   double tag_edge_m = 0;         ///< outer edge of the black square
+  int tag_border = 1;            ///< modules of the black rim around a tag's bits
   std::vector<PrintedTag> tags;  ///< centre (x, y) in the target frame; tag's upper edge towards +y
   std::optional<KnownLength> known_length;
 
-  /// Centre of a dot in the target frame, z = 0 (metres).
+  /// A dot's centre or a corner in the target frame, z = 0 (metres).
   [[nodiscard]] Eigen::Vector3d point_in_target(MarkId dot) const;
 };
 
@@ -67,7 +70,7 @@ struct Print {
   double dot_diameter_m = 0;
   Eigen::Vector2d patch_m;   ///< size along (warp, weft)
   Eigen::Vector2d margin_m;  ///< material coordinates of mark (0, 0)
-  std::string tag_family;
+  std::string tag_family;    ///< empty without tags
   double tag_edge_m = 0;
   std::vector<PrintedTag> tags;  ///< centre in material coordinates (warp, weft)
   std::optional<DotClasses> dot_classes;
