@@ -21,8 +21,9 @@ constexpr std::size_t max_file_lines = 500;
 constexpr std::size_t max_main_lines = 100;
 // DESIGN aims at about 2,000 lines; the readers that name file, line and field in every error take
 // the rest. This is today's size (chessboards, dot classes, a measured length, more obstacles, the
-// joint covariance and the error budget came last), so that more comes in only with a reason.
-constexpr std::ptrdiff_t max_core_code_lines = 2850;
+// joint covariance, the error budget, ChArUco boards and AprilGrids came last), so that more comes
+// in only with a reason.
+constexpr std::ptrdiff_t max_core_code_lines = 2880;
 
 /// The front door, a thin program of its own that lives in core.
 bool is_front_door(const SourceFile& file) {
