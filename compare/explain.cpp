@@ -109,8 +109,8 @@ Difference difference_of(const StoreReader& store, const std::string& first,
                          const std::string& second) {
   const std::string a = full_key(store, first), b = full_key(store, second);
   const Table rows = store.query(
-      "SELECT c.*, s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, "
-      "s.simulator, s.model FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = "
+      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, "
+      "s.simulator, s.model, c.* FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = "
       "c.simulated_sha256 WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
       {a, b});
   Difference result;
@@ -128,7 +128,11 @@ Difference difference_of(const StoreReader& store, const std::string& first,
                           fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
                           (*unit)[1]});
     } else if (unit == units.rows.end() && one[i] != two[i] && rows.names[i] != "id") {
-      result.metrics.add({rows.names[i], one[i], two[i], "", ""});
+      // Of a hash its beginning, which every command takes.
+      const auto shown = [](const std::string& cell) {
+        return cell.size() == 64 ? cell.substr(0, 12) : cell;
+      };
+      result.metrics.add({rows.names[i], shown(one[i]), shown(two[i]), "", ""});
     }
   }
   result.marks = store.query(

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "compare/figures.hpp"
 #include "core/units.hpp"
@@ -78,26 +79,58 @@ std::vector<HemCurve> hems_of(const DrapeInput& input, const Report& report) {
   return hems;
 }
 
+/// "loading_moment_gf_cm_per_cm" as people read it: "loading moment (gf cm per cm)".
+std::string axis_text(const std::string& column) {
+  static constexpr std::array<std::string_view, 6> kUnits = {
+      "_gf_cm_per_cm", "_gf_per_cm", "_percent", "_per_cm", "_deg", "_mm"};
+  std::string name = column, unit;
+  for (const std::string_view ending : kUnits) {
+    if (!column.ends_with(ending)) continue;
+    name = column.substr(0, column.size() - ending.size());
+    unit = std::string(" (") + std::string(ending.substr(1)) + ")";
+    break;
+  }
+  name += unit;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
+/// Loading and, where the file has it, unloading over the same axes: the gap between is the
+/// hysteresis.
 void draw_curve(Svg& svg, const FabricCurve& curve, double left, double top) {
   constexpr double kWide = 190, kTall = 110;
-  const auto &x = curve.points.columns[0], &y = curve.points.columns[1];
+  const auto& columns = curve.points.columns;
+  const auto& x = columns[0];
   const auto [x_low, x_high] = std::minmax_element(x.begin(), x.end());
-  const auto [y_low, y_high] = std::minmax_element(y.begin(), y.end());
+  const std::size_t shown = std::min<std::size_t>(columns.size(), 3);
+  double y_low = columns[1].front(), y_high = y_low;
+  for (std::size_t k = 1; k < shown; ++k) {
+    const auto [low, high] = std::minmax_element(columns[k].begin(), columns[k].end());
+    y_low = std::min(y_low, *low);
+    y_high = std::max(y_high, *high);
+  }
   const double x_span = std::max(*x_high - *x_low, 1e-300),
-               y_span = std::max(*y_high - *y_low, 1e-300);
-  std::vector<Eigen::Vector2d> points;
-  for (std::size_t i = 0; i < x.size(); ++i)
-    points.emplace_back(left + kWide * (x[i] - *x_low) / x_span,
-                        top + kTall * (1 - (y[i] - *y_low) / y_span));
+               y_span = std::max(y_high - y_low, 1e-300);
   svg.rectangle(left, top, kWide, kTall, "fill=\"#f7f8fa\" stroke=\"#c9cfd6\"");
-  svg.polyline(points, "stroke=\"#0072b2\" stroke-width=\"1.6\"");
-  for (const Eigen::Vector2d& p : points) svg.circle(p, 1.6, "fill=\"#0072b2\"");
-  svg.text({left, top - 6}, curve.name, 12, "start", "fill=\"#222\" font-weight=\"600\"");
+  for (std::size_t k = shown - 1; k >= 1; --k) {
+    std::vector<Eigen::Vector2d> points;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      points.emplace_back(left + kWide * (x[i] - *x_low) / x_span,
+                          top + kTall * (1 - (columns[k][i] - y_low) / y_span));
+    svg.polyline(points, k == 1 ? "stroke=\"#0072b2\" stroke-width=\"1.6\""
+                                : "stroke=\"#d55e00\" stroke-width=\"1.4\" "
+                                  "stroke-dasharray=\"4 3\"");
+    if (k == 1)
+      for (const Eigen::Vector2d& p : points) svg.circle(p, 1.4, "fill=\"#0072b2\"");
+  }
+  svg.text({left, top - 21}, curve.name, 12, "start", "fill=\"#222\" font-weight=\"600\"");
+  svg.text({left, top - 7},
+           fmt::format("{}, {:.3g} to {:.3g}", axis_text(curve.points.names[1]), y_low, y_high), 10,
+           "start", kNote);
   svg.text({left, top + kTall + 14}, fmt::format("{:.3g}", *x_low), 10, "start", kNote);
   svg.text({left + kWide, top + kTall + 14}, fmt::format("{:.3g}", *x_high), 10, "end", kNote);
-  svg.text({left + kWide / 2, top + kTall + 14}, curve.points.names[0], 10, "middle", kNote);
-  svg.text({left + 4, top + 12}, fmt::format("{} up to {:.3g}", curve.points.names[1], *y_high), 10,
-           "start", kNote);
+  svg.text({left + kWide / 2, top + kTall + 14}, axis_text(curve.points.names[0]), 10, "middle",
+           kNote);
 }
 
 }  // namespace
@@ -170,11 +203,13 @@ std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& inp
 
 Figure fabric_figure(const std::string& drape, const std::vector<FabricCurve>& curves) {
   const std::size_t rows = (curves.size() + 2) / 3;
-  Svg svg(720, 170.0 * static_cast<double>(rows), fmt::format("Drape {}: fabric curves", drape));
+  Svg svg(720, 186.0 * static_cast<double>(rows), fmt::format("Drape {}: fabric curves", drape));
   for (std::size_t i = 0; i < curves.size(); ++i)
     draw_curve(svg, curves[i], 10 + 240.0 * static_cast<double>(i % 3),
-               24 + 170.0 * static_cast<double>(i / 3));
-  return {drape + "-fabric", "Measured curves of the fabric as the simulations read them.",
+               38 + 186.0 * static_cast<double>(i / 3));
+  return {drape + "-fabric",
+          "Curves of the fabric as the simulations read them: loading (blue, each point a dot) and "
+          "unloading (orange, dashed).",
           svg.finish()};
 }
 

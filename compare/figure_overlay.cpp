@@ -223,7 +223,7 @@ std::vector<Piece> pieces_of(const Camera& camera, const DrapeInput& input, cons
     }
   };
   if (input.scene) {
-    for (const auto& quad : obstacle_quads(*input.scene))
+    for (const auto& quad : uncovered_quads(*input.scene, sheet))
       add({quad.begin(), quad.end()}, {190, 158, 112}, false, 3 * mm);
   }
   for (int row = 0; row + 1 < sheet.rows; ++row) {

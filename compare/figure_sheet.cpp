@@ -85,10 +85,10 @@ std::vector<Item> cells_of(const Sheet& sheet, const View& view) {
 }
 
 /// Faces of the object that look at the viewer.
-std::vector<Item> object_items(const DrapeInput& input, const View& view) {
+std::vector<Item> object_items(const DrapeInput& input, const Sheet& cloth, const View& view) {
   std::vector<Item> items;
   if (!input.scene) return items;
-  for (const auto& quad : obstacle_quads(*input.scene)) {
+  for (const auto& quad : uncovered_quads(*input.scene, cloth)) {
     if ((quad[2] - quad[0]).cross(quad[3] - quad[1]).dot(view.toward) <= 0) continue;
     Item item;
     item.corners.assign(quad.begin(), quad.end());
@@ -113,9 +113,9 @@ void paint_mark(Svg& svg, const View& view, const MarkError& mark, const ErrorSc
 
 void paint(Svg& svg, const View& view, const DrapeInput& input, const RealVirtual& comparison,
            const ErrorScale& scale) {
-  std::vector<Item> items = object_items(input, view);
-  const std::vector<Item> cells =
-      cells_of(input.simulations[comparison.simulation].sheet.sheet, view);
+  const Sheet& cloth = input.simulations[comparison.simulation].sheet.sheet;
+  std::vector<Item> items = object_items(input, cloth, view);
+  const std::vector<Item> cells = cells_of(cloth, view);
   items.insert(items.end(), cells.begin(), cells.end());
   for (const MarkError& mark : comparison.marks.marks) {
     Item item;

@@ -55,6 +55,16 @@ std::string html_budget(const DrapeFiles& drape, const Report& report, const Ses
                                *report.measurement.sigma_max_m / mm)
                  : unknown,
              "yes, marks taken as independent"});
+  if (const auto& budget = drape.input.measured.sheet.error_budget) {
+    const auto rms = [](double length_m) {
+      return fmt::format("{:.4f} mm RMS over the marks", length_m / mm);
+    };
+    table.add({"of it: noise of the dots' centres in the images", rms(budget->detection_m), "yes"});
+    table.add({"of it: bent and slanted dots", rms(budget->dot_shape_m), "yes"});
+    if (budget->calibration_m)
+      table.add({"of it: uncertainty of the cameras", rms(*budget->calibration_m),
+                 "as if independent: what moves all marks together is not averaged out in truth"});
+  }
   const auto excess = noise_excess_m(best);
   table.add({"noise only ever lengthens a distance",
              excess ? fmt::format("mean at most {:.4f} mm too long", *excess / mm) : unknown,

@@ -238,9 +238,9 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
   text += html_figure(figures.sheet);
   text += tables_part(drape, report);
   if (!figures.overlays.empty()) {
-    text +=
-        "<h3>Photographs</h3>\n<p class=\"soft\">Dots are the measured marks in the colour of "
-        "their distance; hollow dots were seen here but not measured in space.";
+    text += "<h3 id=\"photographs-" + xml(report.name) +
+            "\">Photographs</h3>\n<p class=\"soft\">Dots are the measured marks in the colour of "
+            "their distance; hollow dots were seen here but not measured in space.";
     if (session.calibration)
       text +=
           " Pink lines are the rows, columns and edges of the virtual cloth, faint where its "

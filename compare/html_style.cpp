@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string_view>
+
 #include "compare/html.hpp"
 
 namespace drape::compare {
@@ -27,6 +29,7 @@ table { border-collapse: collapse; font-size: .92rem; font-variant-numeric: tabu
 caption { text-align: left; font-weight: 600; padding: 0 0 .35rem; }
 th, td { padding: .3rem .8rem .3rem 0; text-align: left; vertical-align: baseline; border-bottom: 1px solid var(--line); }
 th { font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); vertical-align: bottom; }
+td.k { white-space: nowrap; }
 td.n, th.n { text-align: right; padding-left: .9rem; }
 tr.best td { font-weight: 700; background: #f3f6fa; }
 table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12rem .5rem .12rem 0; }
@@ -53,11 +56,14 @@ pre, code { font-family: ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Cons
 pre { background: #f5f7f9; padding: .8rem 1rem; white-space: pre-wrap; overflow-wrap: anywhere; line-height: 1.5; border-radius: 4px; }
 td code { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 15px; } h2 { font-size: 1.4rem; } th, td { padding-right: .55rem; } .verdict strong { font-size: 1.6rem; } }
+@page { margin: 14mm; }
 @media print {
+  html { font-size: 9.5pt; } .marks { columns: 3; } p, figcaption { max-width: none; }
+  main > section:first-of-type > h2 { break-before: auto; margin-top: 1.5rem; }
   .turn { display: none; } .crops svg { width: 1.9rem; height: 1.9rem; } .crops { font-size: 6.5pt; }
-  body { font-size: 9.5pt; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
+  body { font-size: 1rem; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
   h3 { break-after: avoid; } tr, figure { break-inside: avoid; } .scroll { overflow: visible; }
-  h2.first { break-before: auto; } .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+  .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
   table { font-size: 8.5pt; } table.dense { font-size: 7pt; } .photos { grid-template-columns: 1fr 1fr; } .facts { gap: .5rem 1.6rem; }
 }
 )css";
@@ -66,7 +72,14 @@ td code { overflow-wrap: anywhere; }
 namespace {
 
 std::string cell(const char* tag, const std::string& text, bool numeric) {
-  return std::string("<") + tag + (numeric ? " class=\"n\">" : ">") + xml(text) + "</" + tag + ">";
+  // A few words stay on one line; sentences may break.
+  const bool whole = std::string_view(tag) == "td" && !numeric && text.size() <= 26 &&
+                     text.find(' ') != std::string::npos;
+  return std::string("<") + tag +
+         (numeric ? " class=\"n\">"
+          : whole ? " class=\"k\">"
+                  : ">") +
+         xml(text) + "</" + tag + ">";
 }
 
 std::string row_of(const char* tag, const std::vector<std::string>& cells,

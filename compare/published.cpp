@@ -82,7 +82,7 @@ std::vector<Column> columns_of(const StoreReader& store, const Published& row) {
                : store.query(
                      "SELECT DISTINCT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || "
                      "substr(m.sha256, 1, 6) FROM sheet AS m WHERE substr(m.sha256, 1, 12) = "
-                     "v.measured), 'virtual_bench') AS head, coalesce(measured, ''), model, solver "
+                     "v.measured), 'virtual') AS head, coalesce(measured, ''), model, solver "
                      "FROM v_virtual_vs_virtual AS v WHERE scene = ?1 ORDER BY measured IS NOT "
                      "NULL, head, model, solver",
                      {row.experiment});

@@ -206,7 +206,9 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
       overview_part(session, outcome) + drapes + html_provenance(session, outcome, folder) +
-      "</main>\n" + viewer_script() + "</body>\n</html>\n";
+      "</main>\n" +
+      (drapes.find("class=\"turn\"") != std::string::npos ? viewer_script() : std::string()) +
+      "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);
   return written;

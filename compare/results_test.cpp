@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include "compare/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
@@ -10,6 +11,7 @@
 namespace drape::compare {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -96,6 +98,24 @@ TEST(Table, TextCsvAndJson) {
   EXPECT_EQ(csv_of(table), "name,length_mm\n\"a, \"\"b\"\"\",1.5\nü,\n");
   EXPECT_EQ(json_of(table).dump(),
             R"([{"name":"a, \"b\"","length_mm":1.5},{"name":"ü","length_mm":null}])");
+}
+
+TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {
+  const drape::test::TemporaryFolder folder;
+  const auto sheets = test::write_example(folder.path() / "out" / "A");
+  for (const char* name : {"paper/C/consistent/11-1", "paper/C/consistent/11-5"}) {
+    const fs::path to = folder.path() / name;
+    fs::create_directories(to);
+    fs::copy(sheets[1].parent_path(), to);
+  }
+  const auto found = sheets_in({folder.path()});
+  ASSERT_EQ(found.size(), 2 + sheets.size());
+  EXPECT_EQ(found[0], folder.path() / "paper/C/consistent/11-1/sheet.ply");
+  EXPECT_EQ(found[1], folder.path() / "paper/C/consistent/11-5/sheet.ply");
+  EXPECT_EQ(std::vector<fs::path>(found.begin() + 2, found.end()), sheets);
+  EXPECT_TRUE(calibration_in({folder.path()}).empty());
+  fs::create_directories(folder.path() / "nothing");
+  EXPECT_THROW((void)sheets_in({folder.path() / "nothing"}), Error);
 }
 
 }  // namespace
