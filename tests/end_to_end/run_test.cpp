@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -47,8 +48,10 @@ double percentile(std::vector<double> values, double share) {
 }
 
 /// Blender's own meshes, given as another simulator's, against the measured sheet of a drape: what
-/// the store says of each mark is its distance from the truth. Returns how many were compared.
-int compare_with_blender(const SmallBench& bench, const std::string& drape, const fs::path& mesh) {
+/// the store says of each mark is its distance from the truth. Returns e' C^-1 e of every mark that
+/// was compared, e its error and C the covariance that the sheet states.
+std::vector<double> compare_with_blender(const SmallBench& bench, const std::string& drape,
+                                         const fs::path& mesh) {
   const fs::path out = bench.folder() / "out", toml = out / (drape + "-blender.toml");
   drape::write_durable(
       toml, "schema = \"drapebench/mesh/1\"\nname = \"Blender 3.4\"\nmesh = \"" + mesh.string() +
@@ -67,17 +70,19 @@ int compare_with_blender(const SmallBench& bench, const std::string& drape, cons
   std::getline(lines, line);
   const drape::Sheet sheet = drape::read_sheet(out / drape / "sheet.ply");
   const auto& dots = drape::test::bench1_truth().drapes.at(drape);
-  int compared = 0;
-  for (int row = 0, col = 0; std::getline(lines, line); ++compared) {
+  std::vector<double> squares;
+  for (int row = 0, col = 0; std::getline(lines, line);) {
     double distance_mm = 0;
     EXPECT_EQ(std::sscanf(line.c_str(), "%d,%d,%lf", &row, &col, &distance_mm), 3) << line;
     const auto& dot = dots.at(static_cast<std::size_t>(11 * row + col));
     const drape::SheetMark* mark = sheet.find({row, col});
     if (mark == nullptr) continue;
-    const double truth_mm = (mark->point_in_world - dot.point_in_world).norm() / drape::units::mm;
-    EXPECT_NEAR(distance_mm, truth_mm, 0.001) << drape << " " << line;
+    const Eigen::Vector3d error = mark->point_in_world - dot.point_in_world;
+    EXPECT_NEAR(distance_mm, error.norm() / drape::units::mm, 0.001) << drape << " " << line;
+    EXPECT_TRUE(mark->covariance_m2) << drape << " " << line;
+    if (mark->covariance_m2) squares.push_back(error.dot(mark->covariance_m2->inverse() * error));
   }
-  return compared;
+  return squares;
 }
 
 TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
@@ -103,8 +108,20 @@ TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
     }
   }
   if (const auto data = drape::test::reference_data("bench1")) {
-    for (const std::string drape : {"A", "C", "E"})
-      EXPECT_GE(compare_with_blender(bench, drape, *data / ("mesh_" + drape + ".ply")), 70);
+    // Chi-square with three degrees of freedom: 99.7 % below 14.16 if every covariance were right.
+    // Dots on the sharpest folds are bent more than their correction knows, so some lie outside.
+    int inside = 0, all = 0;
+    for (const std::string drape : {"A", "C", "E"}) {
+      const auto squares = compare_with_blender(bench, drape, *data / ("mesh_" + drape + ".ply"));
+      EXPECT_GE(squares.size(), 70U);
+      const auto within = std::count_if(squares.begin(), squares.end(),
+                                        [](double square) { return square < 14.16; });
+      std::printf("%s against Blender: %ld of %zu marks within 3 sigma of the truth\n",
+                  drape.c_str(), static_cast<long>(within), squares.size());
+      inside += static_cast<int>(within);
+      all += static_cast<int>(squares.size());
+    }
+    EXPECT_GE(inside, 0.92 * all) << "distances agree with the truth within what the sheets state";
   }
   EXPECT_GE(measured, 0.95 * wanted);
   EXPECT_EQ(wrong, 0);
