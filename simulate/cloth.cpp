@@ -57,8 +57,22 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
     mass_.push_back(mass_rule == MassRule::area ? laws_.density_kg_per_m2 * area : total / n);
     heaviest_ratio_ = std::max(heaviest_ratio_, laws_.density_kg_per_m2 * area / mass_.back());
   }
-  scratch_a_.assign(3 * static_cast<std::size_t>(n), 0.0);
-  scratch_b_.assign(3 * static_cast<std::size_t>(n), 0.0);
+  for (int d = 0; d < 2; ++d) {
+    const int side = lines_[1 - d].stride;
+    const double slant = std::pow(lines_[d].spacing / lines_[1 - d].spacing, 2);
+    lines_[d].k_diag_share.assign(n, 0.0);
+    for (int i = 0; i < n; ++i) {
+      const double beside = cell_[i] + (i >= side ? cell_[i - side] : 0.0);
+      if (lines_[d].width[i] > 0) lines_[d].k_diag_share[i] = slant / beside;
+    }
+  }
+  work_.pad = grid.cols + 1;
+  work_.size = n + 2 * work_.pad;
+  work_.data.assign(static_cast<std::size_t>(Work::blocks * work_.size), 0.0);
+  for (int d = 0; d < 2; ++d) {  // of a straight law; others change with the curvature
+    const double scale = laws_.bending[d].slope / std::pow(lines_[d].spacing, 3);
+    for (int i = 0; i < n; ++i) work_.of(Work::secant + d)[i] = scale * lines_[d].triple_width[i];
+  }
 }
 
 double Cloth::total_mass_kg() const {

@@ -68,6 +68,8 @@ class Cloth {
     double spacing = 0;                ///< m, at rest
     std::vector<double> width;         ///< m of cloth that spring i -> i + stride stands for
     std::vector<double> triple_width;  ///< m, of the triple i - stride, i, i + stride
+    /// Model "paper": what a spring takes of the sum of K_diag of the cells beside it.
+    std::vector<double> k_diag_share;
   };
 
   Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule,
@@ -110,11 +112,38 @@ class Cloth {
   [[nodiscard]] double stiffness_bound_per_s2(const Strains& strains) const;
 
  private:
-  void add_stretch(const Line& line, const ForceCurve& law, const Field& x, const Field* v,
-                   Field& f);
-  void add_bending(const Line& line, const ForceCurve& law, const Field& x, Field& f);
-  void add_shear(const Field& x, Field& f);
-  void add_twist(const Field& x, Field& f);
+  /// Scratch of add_forces(): one number per element or particle in each block, and zeros before
+  /// and after it, which stand for the elements beyond the sheet.
+  struct Work {
+    enum Block {
+      x = 0,
+      y = 1,
+      z = 2,
+      tension = 3,   ///< per line: N/m, force of a spring over its length
+      secant = 5,    ///< per line: N/m, of the triples
+      corner = 7,    ///< forces of a cell on its corners 00, 01, 10, 11
+      bend = 11,     ///< per line: force of a triple
+      strain = 13,   ///< per line; the next ones have no zeros around them
+      inverse = 15,  ///< per line: 1/m, of the springs' lengths
+      gain = 17,     ///< per cell: N/m
+      ratio = 18,    ///< two per cell
+      k_diag = 20,   ///< per cell, model "paper": N/m; with zeros around
+      blocks = 21
+    };
+    std::ptrdiff_t pad = 0, size = 0;
+    Field data;
+    [[nodiscard]] double* of(int block) { return data.data() + block * size + pad; }
+  };
+
+  void load_positions(const Field& position);
+  void find_tensions(int direction, const Field* velocity);
+  void find_secants(int direction);
+  void find_shear();
+  void find_paper_springs();
+  void take_off_lines(int direction);
+  void pull_cells(int axis);
+  void pull_diagonals(int axis);
+  void sum_at_particles(int axis, double* result);
 
   /// A spring between particles a and b: a diagonal, or the part -Kdiag of a grid line spring.
   struct PaperSpring {
@@ -126,7 +155,6 @@ class Cloth {
   };
   template <class Visit>
   void visit_paper_springs(const Field& x, Visit visit) const;
-  void add_paper_springs(const Field& x, Field& f) const;
   void add_paper_energies(const Field& x, InternalEnergies& sum) const;
 
   GridSpec grid_;
@@ -136,7 +164,7 @@ class Cloth {
   std::vector<double> cell_;  ///< 1 for a cell with lower corner i, 0 where there is none
   std::vector<double> mass_, area_;
   double heaviest_ratio_ = 1;  ///< largest area mass over given mass
-  Field scratch_a_, scratch_b_;
+  Work work_;
 };
 
 }  // namespace drape::sim

@@ -1,169 +1,142 @@
 // SPDX-License-Identifier: Apache-2.0
 // The inner loops. They run over all particles without branches: springs, triples and cells that
-// do not exist have width 0. First pass: one vector per element; second pass: sum at the
-// particles. Both vectorise, and every sum has a fixed order.
-#include "simulate/cloth.hpp"
-
-// No two arrays of these loops overlap, and the compiler cannot prove it.
-#if defined(__GNUC__) && !defined(__clang__)
-#define DRAPE_INDEPENDENT _Pragma("GCC ivdep")
-#else
-#define DRAPE_INDEPENDENT
-#endif
-
-// The loops are built twice and the processor chooses. The wider form computes each element with
-// the same operations (AVX2 has no fused multiply-add of its own), so the bytes do not change.
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define DRAPE_WIDE __attribute__((target_clones("avx2", "default")))
-#else
-#define DRAPE_WIDE
-#endif
+// do not exist have width 0. First passes: one number per element (a spring's tension over its
+// length, a triple's secant stiffness, a cell's shear); last pass, per axis: the sum at each
+// particle. The element arrays have zeros before and after them, so that the sum needs no
+// borders. All passes vectorise, and every sum has a fixed order.
+#include "simulate/cloth_kernels.hpp"
 
 namespace drape::sim {
 namespace {
 
-/// asin(s) = 2 asin(s / sqrt(2 (1 + cos))); the Taylor series of the half angle is exact to
-/// 1e-11 up to 60 degrees and, unlike std::asin, vectorises.
-inline double fast_asin(double sine, double cosine) {
-  const double h = sine / std::sqrt(2 * (1 + cosine));
-  const double q = h * h;
-  double sum = 0;
-  sum = (sum + 1.0) * q * (29.0 * 29.0 / (30.0 * 31.0));
-  sum = (sum + 1.0) * q * (27.0 * 27.0 / (28.0 * 29.0));
-  sum = (sum + 1.0) * q * (25.0 * 25.0 / (26.0 * 27.0));
-  sum = (sum + 1.0) * q * (23.0 * 23.0 / (24.0 * 25.0));
-  sum = (sum + 1.0) * q * (21.0 * 21.0 / (22.0 * 23.0));
-  sum = (sum + 1.0) * q * (19.0 * 19.0 / (20.0 * 21.0));
-  sum = (sum + 1.0) * q * (17.0 * 17.0 / (18.0 * 19.0));
-  sum = (sum + 1.0) * q * (15.0 * 15.0 / (16.0 * 17.0));
-  sum = (sum + 1.0) * q * (13.0 * 13.0 / (14.0 * 15.0));
-  sum = (sum + 1.0) * q * (11.0 * 11.0 / (12.0 * 13.0));
-  sum = (sum + 1.0) * q * (9.0 * 9.0 / (10.0 * 11.0));
-  sum = (sum + 1.0) * q * (7.0 * 7.0 / (8.0 * 9.0));
-  sum = (sum + 1.0) * q * (5.0 * 5.0 / (6.0 * 7.0));
-  sum = (sum + 1.0) * q * (3.0 * 3.0 / (4.0 * 5.0));
-  sum = (sum + 1.0) * q * (1.0 / (2.0 * 3.0));
-  return 2 * h * (1 + sum);
-}
+using kernels::kHingesAtOnce;
 
 }  // namespace
 
 void Cloth::add_forces(const Field& position, const Field* velocity, Field& force) {
+  load_positions(position);
   for (int d = 0; d < 2; ++d) {
-    add_stretch(lines_[d], laws_.tensile[d], position, velocity, force);
-    add_bending(lines_[d], laws_.bending[d], position, force);
+    find_tensions(d, velocity);
+    find_secants(d);
   }
   if (model_ == ClothModel::paper) {
-    add_paper_springs(position, force);
-    return;
+    find_paper_springs();
+  } else {
+    find_shear();
   }
-  add_shear(position, force);
-  add_twist(position, force);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (model_ == ClothModel::paper) {
+      pull_diagonals(axis);
+    } else {
+      pull_cells(axis);
+    }
+    sum_at_particles(axis, force.data() + static_cast<std::ptrdiff_t>(axis) * count());
+  }
 }
 
-DRAPE_WIDE void Cloth::add_stretch(const Line& line, const ForceCurve& law, const Field& position,
-                                   const Field* velocity, Field& force) {
-  const double* __restrict x = position.data();
-  const double* __restrict y = position.data() + count();
-  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
-  const int m = count() - line.stride;
-  const int s = line.stride;
+void Cloth::load_positions(const Field& position) {
+  const std::ptrdiff_t n = count();
+  for (int axis = 0; axis < 3; ++axis) {
+    std::copy_n(position.data() + axis * n, n, work_.of(Work::x + axis));
+  }
+}
+
+DRAPE_WIDE void Cloth::find_tensions(int direction, const Field* velocity) {
+  const Line& line = lines_[direction];
+  const kernels::Law law(laws_.tensile[direction]);
+  const double* __restrict x = work_.of(Work::x);
+  const double* __restrict y = work_.of(Work::y);
+  const double* __restrict z = work_.of(Work::z);
+  const std::ptrdiff_t s = line.stride;
+  const std::ptrdiff_t m = count() - s;
   const double per_rest = 1 / line.spacing;
   const double* __restrict width = line.width.data();
-  double* __restrict tension = scratch_b_.data();
-  double* __restrict strain = scratch_b_.data() + count();
-  double* __restrict inverse = scratch_b_.data() + 2 * count();
+  double* __restrict tension = work_.of(Work::tension + direction);
+  double* __restrict strain = work_.of(Work::strain + direction);
+  double* __restrict inverse = work_.of(Work::inverse + direction);
   DRAPE_INDEPENDENT
-  for (int i = 0; i < m; ++i) {
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
     const double dx = x[i + s] - x[i], dy = y[i + s] - y[i], dz = z[i + s] - z[i];
     const double length = std::sqrt(dx * dx + dy * dy + dz * dz);
     inverse[i] = 1 / length;
     strain[i] = length * per_rest - 1;
-    tension[i] = law.slope * strain[i];
   }
-  for (const ForceCurve::Hinge hinge : law.hinges) {
-    for (int i = 0; i < m; ++i) tension[i] += hinge.change * std::max(0.0, strain[i] - hinge.at);
-  }
-  if (velocity != nullptr && laws_.stretch_damping_s > 0) {
-    const double* __restrict u = velocity->data();
-    const double* __restrict v = velocity->data() + count();
-    const double* __restrict w = velocity->data() + 2 * static_cast<std::ptrdiff_t>(count());
-    const double damping = laws_.stretch_damping_s * law.slope * per_rest;
-    DRAPE_INDEPENDENT
-    for (int i = 0; i < m; ++i) {
-      const double rate = (u[i + s] - u[i]) * (x[i + s] - x[i]) +
-                          (v[i + s] - v[i]) * (y[i + s] - y[i]) +
-                          (w[i + s] - w[i]) * (z[i + s] - z[i]);
-      tension[i] += damping * rate * inverse[i];
+  if (laws_.tensile[direction].hinges.empty()) {
+    for (std::ptrdiff_t i = 0; i < m; ++i) tension[i] = law.slope * strain[i];
+  } else {
+    for (std::ptrdiff_t i = 0; i < m; ++i) tension[i] = law.value(strain[i]);
+    for (std::size_t h = kHingesAtOnce; h < laws_.tensile[direction].hinges.size(); ++h) {
+      const ForceCurve::Hinge hinge = laws_.tensile[direction].hinges[h];
+      for (std::ptrdiff_t i = 0; i < m; ++i)
+        tension[i] += hinge.change * std::max(0.0, strain[i] - hinge.at);
     }
   }
-  for (int i = 0; i < m; ++i) tension[i] *= width[i] * inverse[i];
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * count();
-    double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * count();
-    double* __restrict pull = scratch_a_.data();
-    for (int i = 0; i < m; ++i) pull[i] = tension[i] * (p[i + s] - p[i]);
-    for (int i = 0; i < m; ++i) f[i] += pull[i];
-    for (int i = 0; i < m; ++i) f[i + s] -= pull[i];
+  if (velocity == nullptr || laws_.stretch_damping_s <= 0) {
+    for (std::ptrdiff_t i = 0; i < m; ++i) tension[i] *= width[i] * inverse[i];
+    return;
+  }
+  const double* __restrict u = velocity->data();
+  const double* __restrict v = velocity->data() + count();
+  const double* __restrict w = velocity->data() + 2 * static_cast<std::ptrdiff_t>(count());
+  const double damping = laws_.stretch_damping_s * law.slope * per_rest;
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const double rate = (u[i + s] - u[i]) * (x[i + s] - x[i]) +
+                        (v[i + s] - v[i]) * (y[i + s] - y[i]) +
+                        (w[i + s] - w[i]) * (z[i + s] - z[i]);
+    tension[i] = (tension[i] + damping * rate * inverse[i]) * width[i] * inverse[i];
   }
 }
 
-DRAPE_WIDE void Cloth::add_bending(const Line& line, const ForceCurve& law, const Field& position,
-                                   Field& force) {
-  const int s = line.stride;
-  const int n = count();
+DRAPE_WIDE void Cloth::find_secants(int direction) {
+  const ForceCurve& law = laws_.bending[direction];
+  if (law.hinges.empty()) return;  // the constructor has set them
+  const Line& line = lines_[direction];
+  const std::ptrdiff_t s = line.stride;
+  const std::ptrdiff_t n = count();
   const double per_area = 1 / (line.spacing * line.spacing);
   const double scale = per_area / line.spacing;
   const double* __restrict width = line.triple_width.data();
-  double* __restrict secant = scratch_b_.data();
-  for (int i = s; i < n - s; ++i) secant[i] = law.slope * scale * width[i];
-  if (!law.hinges.empty()) {
-    const double* __restrict x = position.data();
-    const double* __restrict y = position.data() + count();
-    const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
-    double* __restrict curvature = scratch_b_.data() + n;
-    for (int i = s; i < n - s; ++i) {
-      const double dx = x[i - s] - 2 * x[i] + x[i + s];
-      const double dy = y[i - s] - 2 * y[i] + y[i + s];
-      const double dz = z[i - s] - 2 * z[i] + z[i + s];
-      curvature[i] = std::sqrt(dx * dx + dy * dy + dz * dz) * per_area;
-    }
-    for (const ForceCurve::Hinge hinge : law.hinges) {
-      for (int i = s; i < n - s; ++i) {
-        // Beyond the knot the secant changes by change * (1 - at / curvature).
-        const double over = std::max(0.0, curvature[i] - hinge.at);
-        secant[i] += scale * width[i] * hinge.change * over / std::max(curvature[i], hinge.at);
-      }
+  const double* __restrict x = work_.of(Work::x);
+  const double* __restrict y = work_.of(Work::y);
+  const double* __restrict z = work_.of(Work::z);
+  double* __restrict secant = work_.of(Work::secant + direction);
+  double* __restrict curvature = work_.of(Work::bend);
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = s; i < n - s; ++i) {
+    const double dx = x[i - s] - 2 * x[i] + x[i + s];
+    const double dy = y[i - s] - 2 * y[i] + y[i + s];
+    const double dz = z[i - s] - 2 * z[i] + z[i + s];
+    curvature[i] = std::sqrt(dx * dx + dy * dy + dz * dz) * per_area;
+    secant[i] = law.slope;
+  }
+  for (const ForceCurve::Hinge hinge : law.hinges) {
+    DRAPE_INDEPENDENT
+    for (std::ptrdiff_t i = s; i < n - s; ++i) {
+      // Beyond the knot the secant changes by change * (1 - at / curvature).
+      const double over = std::max(0.0, curvature[i] - hinge.at);
+      secant[i] += hinge.change * over / std::max(curvature[i], hinge.at);
     }
   }
-  double* __restrict pull = scratch_a_.data();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    for (int i = s; i < n - s; ++i) pull[i] = secant[i] * (p[i - s] - 2 * p[i] + p[i + s]);
-    for (int i = s; i < n - s; ++i) f[i] += 2 * pull[i];
-    for (int i = s; i < n - s; ++i) f[i - s] -= pull[i];
-    for (int i = s; i < n - s; ++i) f[i + s] -= pull[i];
-  }
+  for (std::ptrdiff_t i = s; i < n - s; ++i) secant[i] *= scale * width[i];
 }
 
-DRAPE_WIDE void Cloth::add_shear(const Field& position, Field& force) {
-  const double* __restrict x = position.data();
-  const double* __restrict y = position.data() + count();
-  const double* __restrict z = position.data() + 2 * static_cast<std::ptrdiff_t>(count());
-  const int n = count();
-  const int s = grid_.cols;
-  const int m = n - s - 1;
+/// Finds per cell, with a and b twice its mid-lines along warp and weft, the gain g and the ratios
+/// of the energy's gradient: dE/da = g (b - ratio_a a), dE/db = g (a - ratio_b b).
+DRAPE_WIDE void Cloth::find_shear() {
+  const double* __restrict x = work_.of(Work::x);
+  const double* __restrict y = work_.of(Work::y);
+  const double* __restrict z = work_.of(Work::z);
+  const std::ptrdiff_t s = grid_.cols;
+  const std::ptrdiff_t m = count() - s - 1;
   const double area = lines_[0].spacing * lines_[1].spacing;
   const double* __restrict cell = cell_.data();
-  double* __restrict sine = scratch_a_.data();
-  double* __restrict angle = scratch_a_.data() + n;
-  double* __restrict gain = scratch_a_.data() + 2 * n;
-  double* __restrict per_warp = scratch_b_.data();
-  double* __restrict per_weft = scratch_b_.data() + n;
+  double* __restrict sine = work_.of(Work::strain);
+  double* __restrict gain = work_.of(Work::gain);
+  double* __restrict ratio_a = work_.of(Work::ratio);
+  double* __restrict ratio_b = work_.of(Work::ratio + 1);
   DRAPE_INDEPENDENT
-  for (int i = 0; i < m; ++i) {
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
     const double ax = x[i + s] - x[i] + x[i + s + 1] - x[i + 1];
     const double ay = y[i + s] - y[i] + y[i + s + 1] - y[i + 1];
     const double az = z[i + s] - z[i] + z[i + s + 1] - z[i + 1];
@@ -172,66 +145,97 @@ DRAPE_WIDE void Cloth::add_shear(const Field& position, Field& force) {
     const double bz = z[i + 1] - z[i] + z[i + s + 1] - z[i + s];
     const double aa = ax * ax + ay * ay + az * az;
     const double bb = bx * bx + by * by + bz * bz;
-    const double inverse = 1 / std::sqrt(aa * bb);
-    const double sin_phi = (ax * bx + ay * by + az * bz) * inverse;
+    const double ab = ax * bx + ay * by + az * bz;
+    const double square = 1 / (aa * bb);
+    const double inverse = std::sqrt(square);
+    sine[i] = ab * inverse;
     // A cell folded flat upon itself has no shear angle; the floor keeps its force finite.
-    const double cos_phi = std::sqrt(std::max(1e-6, 1 - sin_phi * sin_phi));
-    sine[i] = sin_phi;
-    angle[i] = fast_asin(sin_phi, cos_phi);
-    gain[i] = cell[i] * area * inverse / cos_phi;
-    per_warp[i] = sin_phi * std::sqrt(bb / aa);
-    per_weft[i] = sin_phi * std::sqrt(aa / bb);
+    gain[i] = cell[i] * area * inverse / std::sqrt(std::max(1e-6, 1 - sine[i] * sine[i]));
+    ratio_a[i] = ab * bb * square;
+    ratio_b[i] = ab * aa * square;
   }
-  double* __restrict f_sh = scratch_b_.data() + 2 * n;
-  for (int i = 0; i < m; ++i) f_sh[i] = laws_.shear.slope * angle[i];
-  for (const ForceCurve::Hinge hinge : laws_.shear.hinges) {
+  std::int64_t wide_angles = 0;
+  for (std::ptrdiff_t i = 0; i < m; ++i) wide_angles += kernels::is_wide(sine[i]) ? 1 : 0;
+  double* __restrict angle = work_.of(Work::strain + 1);
+  if (wide_angles == 0) {
+    for (std::ptrdiff_t i = 0; i < m; ++i) angle[i] = kernels::narrow_asin(sine[i]);
+  } else {
     DRAPE_INDEPENDENT
-    for (int i = 0; i < m; ++i) {
-      f_sh[i] +=
-          hinge.change * (std::max(0.0, angle[i] - hinge.at) - std::max(0.0, -angle[i] - hinge.at));
-    }
+    for (std::ptrdiff_t i = 0; i < m; ++i) angle[i] = kernels::wide_asin(sine[i]);
   }
-  for (int i = 0; i < m; ++i) gain[i] *= f_sh[i];
-  // dE/da = gain (b - sin sqrt(bb/aa) a), dE/db = gain (a - sin sqrt(aa/bb) b).
-  double* __restrict sum = sine;          // at corners 11 and, negative, 00
-  double* __restrict difference = angle;  // at corners 10 and, negative, 01
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    DRAPE_INDEPENDENT
-    for (int i = 0; i < m; ++i) {
-      const double a = p[i + s] - p[i] + p[i + s + 1] - p[i + 1];
-      const double b = p[i + 1] - p[i] + p[i + s + 1] - p[i + s];
-      const double da = gain[i] * (b - per_warp[i] * a);
-      const double db = gain[i] * (a - per_weft[i] * b);
-      sum[i] = da + db;
-      difference[i] = da - db;
-    }
-    for (int i = 0; i < m; ++i) f[i] += sum[i];
-    for (int i = 0; i < m; ++i) f[i + s + 1] -= sum[i];
-    for (int i = 0; i < m; ++i) f[i + s] -= difference[i];
-    for (int i = 0; i < m; ++i) f[i + 1] += difference[i];
+  if (laws_.shear.hinges.empty()) {
+    for (std::ptrdiff_t i = 0; i < m; ++i) gain[i] *= laws_.shear.slope * angle[i];
+    return;
+  }
+  const kernels::Law law(laws_.shear);
+  double* __restrict f_sh = work_.of(Work::inverse);
+  for (std::ptrdiff_t i = 0; i < m; ++i) f_sh[i] = law.odd_value(angle[i]);
+  for (std::size_t h = kHingesAtOnce; h < laws_.shear.hinges.size(); ++h) {
+    const ForceCurve::Hinge hinge = laws_.shear.hinges[h];
+    for (std::ptrdiff_t i = 0; i < m; ++i) f_sh[i] += kernels::odd_hinge(hinge, angle[i]);
+  }
+  for (std::ptrdiff_t i = 0; i < m; ++i) gain[i] *= f_sh[i];
+}
+
+/// Forces of shear and twist on the four corners of each cell.
+DRAPE_WIDE void Cloth::pull_cells(int axis) {
+  const std::ptrdiff_t s = grid_.cols;
+  const std::ptrdiff_t m = count() - s - 1;
+  const double stiffness = laws_.twist_n_m / (lines_[0].spacing * lines_[1].spacing);
+  const double* __restrict p = work_.of(Work::x + axis);
+  const double* __restrict cell = cell_.data();
+  const double* __restrict gain = work_.of(Work::gain);
+  const double* __restrict ratio_a = work_.of(Work::ratio);
+  const double* __restrict ratio_b = work_.of(Work::ratio + 1);
+  double* __restrict at00 = work_.of(Work::corner);
+  double* __restrict at01 = work_.of(Work::corner + 1);
+  double* __restrict at10 = work_.of(Work::corner + 2);
+  double* __restrict at11 = work_.of(Work::corner + 3);
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const double diagonal = p[i + s + 1] - p[i];
+    const double across = p[i + 1] - p[i + s];
+    const double a = diagonal - across;
+    const double b = diagonal + across;
+    const double da = gain[i] * (b - ratio_a[i] * a);
+    const double db = gain[i] * (a - ratio_b[i] * b);
+    const double twist = cell[i] * stiffness * (p[i] - p[i + 1] - p[i + s] + p[i + s + 1]);
+    at00[i] = da + db - twist;
+    at11[i] = da + db + twist;
+    at10[i] = da - db - twist;
+    at01[i] = da - db + twist;
   }
 }
 
-DRAPE_WIDE void Cloth::add_twist(const Field& position, Field& force) {
-  const int n = count();
-  const int s = grid_.cols;
-  const int m = n - s - 1;
-  const double gain = laws_.twist_n_m / (lines_[0].spacing * lines_[1].spacing);
-  const double* __restrict cell = cell_.data();
-  double* __restrict pull = scratch_a_.data();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* __restrict p = position.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    double* __restrict f = force.data() + static_cast<std::ptrdiff_t>(axis) * n;
-    DRAPE_INDEPENDENT
-    for (int i = 0; i < m; ++i) {
-      pull[i] = cell[i] * gain * (p[i] - p[i + 1] - p[i + s] + p[i + s + 1]);
-    }
-    for (int i = 0; i < m; ++i) f[i] -= pull[i];
-    for (int i = 0; i < m; ++i) f[i + 1] += pull[i];
-    for (int i = 0; i < m; ++i) f[i + s] += pull[i];
-    for (int i = 0; i < m; ++i) f[i + s + 1] -= pull[i];
+/// Adds the forces of springs, triples and cells; `force` is one axis.
+DRAPE_WIDE void Cloth::sum_at_particles(int axis, double* result) {
+  const std::ptrdiff_t n = count();
+  const std::ptrdiff_t s = grid_.cols;
+  const double* __restrict p = work_.of(Work::x + axis);
+  const double* __restrict t0 = work_.of(Work::tension);
+  const double* __restrict t1 = work_.of(Work::tension + 1);
+  const double* __restrict secant0 = work_.of(Work::secant);
+  const double* __restrict secant1 = work_.of(Work::secant + 1);
+  const double* __restrict at00 = work_.of(Work::corner);
+  const double* __restrict at01 = work_.of(Work::corner + 1);
+  const double* __restrict at10 = work_.of(Work::corner + 2);
+  const double* __restrict at11 = work_.of(Work::corner + 3);
+  double* __restrict bend0 = work_.of(Work::bend);
+  double* __restrict bend1 = work_.of(Work::bend + 1);
+  double* __restrict force = result;
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    bend0[i] = secant0[i] * (p[i - s] - 2 * p[i] + p[i + s]);
+    bend1[i] = secant1[i] * (p[i - 1] - 2 * p[i] + p[i + 1]);
+  }
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const double stretch = t0[i] * (p[i + s] - p[i]) - t0[i - s] * (p[i] - p[i - s]) +
+                           t1[i] * (p[i + 1] - p[i]) - t1[i - 1] * (p[i] - p[i - 1]);
+    const double bend =
+        2 * (bend0[i] + bend1[i]) - bend0[i - s] - bend0[i + s] - bend1[i - 1] - bend1[i + 1];
+    const double cells = at00[i] - at11[i - s - 1] + at01[i - 1] - at10[i - s];
+    force[i] += stretch + bend + cells;
   }
 }
 

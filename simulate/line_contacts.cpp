@@ -3,15 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace drape::sim {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kWatch = 0.2e-3;   // m; a point closer than this may touch before the next refresh
-constexpr double kEndShare = 0.02;  // contacts nearer to a particle than this share are its own
-constexpr int kSearchSteps = 14;    // of the ternary search: 0.4 % of the line piece
+constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
+constexpr double kLookAgain = 30e-6;  // m; way after which a watched element is searched again
+constexpr double kEndShare = 0.02;    // contacts nearer to a particle than this share are its own
+constexpr int kSearchSteps = 14;      // of the ternary search: 0.4 % of the line piece
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
 
@@ -20,11 +22,17 @@ Vector3d at(const Field& x, int i) {
   return {x[i], x[n + i], x[2 * n + i]};
 }
 
-template <class Point>
-Vector3d mix(const Field& field, const Point& point) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) sum += point.weight[k] * at(field, point.particle[k]);
-  return sum;
+/// Lines mix two particles, cells four.
+int corners_of(const LineContacts::Point& point) {
+  return point.weight[2] == 0 && point.weight[3] == 0 ? 2 : 4;
+}
+
+Vector3d mix(const Field& field, const LineContacts::Point& point) {
+  Vector3d sum = point.weight[0] * at(field, point.particle[0]) +
+                 point.weight[1] * at(field, point.particle[1]);
+  if (corners_of(point) == 2) return sum;
+  sum += point.weight[2] * at(field, point.particle[2]);
+  return sum + point.weight[3] * at(field, point.particle[3]);
 }
 
 }  // namespace
@@ -45,18 +53,23 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
       (2 + kCellPoints * kCellPoints) * static_cast<std::size_t>(cloth.count());
   points_.reserve(elements * std::max(1, surroundings.count()));
   friction_spring_.assign(elements, Vector3d::Zero());
-  touched_.assign(elements, 0);
+  until_.assign(3 * static_cast<std::size_t>(cloth.count()), -1.0);
 }
 
-void LineContacts::try_line(const Field& position, int element, int a, int b) {
+double LineContacts::try_line(const Field& position, int element, int a, int b) {
   const Vector3d p = at(position, a);
   const Vector3d q = at(position, b);
+  double least = reach_m_;
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
     if (surroundings_->is_flat(shape)) continue;
     // The distance is convex along the line, so its ends and middle bound it from below.
     const double middle = surroundings_->gap_m(shape, 0.5 * (p + q));
-    if (middle > reach_m_) continue;
+    if (middle > reach_m_) {
+      least = std::min(least, middle - 0.5 * (p - q).norm());
+      continue;
+    }
     const double ends = std::max(surroundings_->gap_m(shape, p), surroundings_->gap_m(shape, q));
+    least = std::min(least, 2 * middle - ends);
     if (2 * middle - ends > kWatch) continue;
     double low = 0;
     double high = 1;
@@ -70,19 +83,25 @@ void LineContacts::try_line(const Field& position, int element, int a, int b) {
     if (t < kEndShare || t > 1 - kEndShare) continue;
     if (surroundings_->gap_m(shape, p + t * (q - p)) > kWatch) continue;
     points_.push_back({element, shape, {a, b, a, b}, {1 - t, t, 0, 0}});
-    return;
+    return 0;
   }
+  return least - kWatch;
 }
 
-void LineContacts::try_cell(const Field& position, int corner) {
+double LineContacts::try_cell(const Field& position, int corner) {
   const int cols = cloth_->grid().cols;
   const int first = 2 * cloth_->count() + kCellPoints * kCellPoints * corner;
   Point point{first, 0, {corner, corner + 1, corner + cols, corner + cols + 1}, {}};
   point.weight.fill(0.25);
   const Vector3d centre = mix(position, point);
+  double least = reach_m_;
   for (int shape = 0; shape < surroundings_->count(); ++shape) {
     if (surroundings_->is_flat(shape)) continue;
-    if (surroundings_->gap_m(shape, centre) > reach_m_) continue;
+    const double middle = surroundings_->gap_m(shape, centre);
+    if (middle > reach_m_) {
+      least = std::min(least, middle - reach_m_);
+      continue;
+    }
     point.shape = shape;
     for (int r = 0; r < kCellPoints; ++r) {
       for (int c = 0; c < kCellPoints; ++c) {
@@ -90,28 +109,89 @@ void LineContacts::try_cell(const Field& position, int corner) {
         const double v = (c + 1) / (kCellPoints + 1.0);
         point.element = first + r * kCellPoints + c;
         point.weight = {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v};
-        if (surroundings_->gap_m(shape, mix(position, point)) < kWatch) points_.push_back(point);
+        const double gap = surroundings_->gap_m(shape, mix(position, point));
+        least = std::min(least, gap);
+        if (gap < kWatch) points_.push_back(point);
       }
     }
   }
+  return least - kWatch;
 }
 
 void LineContacts::refresh(const Field& position) {
+  std::fill(until_.begin(), until_.end(), -1.0);
+  refresh(position, std::vector<double>(cloth_->count(), 0.0));
+}
+
+void LineContacts::refresh(const Field& position, const std::vector<double>& way_m) {
+  before_.swap(points_);
   points_.clear();
   const GridSpec& grid = cloth_->grid();
   const int n = grid.count();
+  std::size_t old = 0;  // both lists are ordered by place: a particle's two lines, then its cell
+  const auto visit = [&](int slot, int first, int last, double way, const auto& look) {
+    const std::size_t begin = old;
+    while (old < before_.size() && before_[old].element >= first && before_[old].element < last)
+      ++old;
+    if (way <= until_[slot]) {
+      points_.insert(points_.end(), before_.begin() + static_cast<std::ptrdiff_t>(begin),
+                     before_.begin() + static_cast<std::ptrdiff_t>(old));
+      return;
+    }
+    const std::size_t now = points_.size();
+    until_[slot] = way + std::max(kLookAgain, look());
+    forget_gone(begin, old, now);
+  };
   for (int r = 0; r < grid.rows; ++r) {
     for (int c = 0; c < grid.cols; ++c) {
       const int i = grid.index(r, c);
-      if (r + 1 < grid.rows) try_line(position, i, i, i + grid.cols);
-      if (c + 1 < grid.cols) try_line(position, n + i, i, i + 1);
-      if (r + 1 < grid.rows && c + 1 < grid.cols) try_cell(position, i);
+      const int s = grid.cols;
+      const bool down = r + 1 < grid.rows, right = c + 1 < grid.cols;
+      if (down) {
+        visit(i, i, i + 1, std::max(way_m[i], way_m[i + s]),
+              [&] { return try_line(position, i, i, i + s); });
+      }
+      if (right) {
+        visit(n + i, n + i, n + i + 1, std::max(way_m[i], way_m[i + 1]),
+              [&] { return try_line(position, n + i, i, i + 1); });
+      }
+      if (down && right) {
+        const int first = 2 * n + kCellPoints * kCellPoints * i;
+        visit(2 * n + i, first, first + kCellPoints * kCellPoints,
+              std::max({way_m[i], way_m[i + 1], way_m[i + s], way_m[i + s + 1]}),
+              [&] { return try_cell(position, i); });
+      }
     }
   }
-  std::fill(touched_.begin(), touched_.end(), 0);
-  for (const Point& point : points_) touched_[point.element] = 1;
-  for (std::size_t e = 0; e < touched_.size(); ++e) {
-    if (touched_[e] == 0) friction_spring_[e].setZero();
+  clear_.assign(points_.size(), 0.0);
+  choose_all();
+}
+
+/// The friction spring of a place that is watched no more starts anew next time.
+void LineContacts::forget_gone(std::size_t begin, std::size_t end, std::size_t now) {
+  for (std::size_t k = begin; k < end; ++k) {
+    while (now < points_.size() && points_[now].element < before_[k].element) ++now;
+    if (now == points_.size() || points_[now].element != before_[k].element)
+      friction_spring_[before_[k].element].setZero();
+  }
+}
+
+void LineContacts::choose_all() {
+  chosen_.resize(points_.size());
+  std::iota(chosen_.begin(), chosen_.end(), 0);
+}
+
+void LineContacts::choose(const Field& position, double farthest_way_m, double margin_m) {
+  chosen_.clear();
+  for (std::size_t k = 0; k < points_.size(); ++k) {
+    if (clear_[k] > farthest_way_m + margin_m) continue;
+    const double gap = surroundings_->gap_m(points_[k].shape, mix(position, points_[k]));
+    clear_[k] = farthest_way_m + gap;
+    if (gap <= margin_m) {
+      chosen_.push_back(static_cast<int>(k));
+    } else {
+      friction_spring_[points_[k].element].setZero();
+    }
   }
 }
 
@@ -132,7 +212,8 @@ LineContacts::Push LineContacts::push(const Point& point, const Field& position,
 
 void LineContacts::add_forces(const Field& position, const Field* velocity, Field& force) const {
   const std::size_t n = position.size() / 3;
-  for (const Point& point : points_) {
+  for (const int k : chosen_) {
+    const Point& point = points_[k];
     const Push contact = push(point, position, velocity);
     if (contact.gap >= 0) continue;
     Vector3d total = contact.normal_n * contact.normal;
@@ -143,16 +224,18 @@ void LineContacts::add_forces(const Field& position, const Field* velocity, Fiel
     const double size = tangential.norm();
     if (size > limit) tangential *= limit / size;
     total += tangential;
-    for (int k = 0; k < 4; ++k) {
+    const int corners = corners_of(point);
+    for (int corner = 0; corner < corners; ++corner) {
       for (int axis = 0; axis < 3; ++axis) {
-        force[axis * n + point.particle[k]] += point.weight[k] * total[axis];
+        force[axis * n + point.particle[corner]] += point.weight[corner] * total[axis];
       }
     }
   }
 }
 
 void LineContacts::advance(const Field& position, const Field& velocity, double step_s) {
-  for (const Point& point : points_) {
+  for (const int k : chosen_) {
+    const Point& point = points_[k];
     Vector3d& spring = friction_spring_[point.element];
     const Push contact = push(point, position, nullptr);
     if (contact.gap >= 0) {

@@ -32,6 +32,14 @@ class LineContacts {
 
   /// Finds the deepest points anew.
   void refresh(const Field& position);
+  /// The same where it may have changed: `way_m` is each particle's way so far, and an element is
+  /// looked at again when one of its particles has come far enough to matter.
+  void refresh(const Field& position, const std::vector<double>& way_m);
+  /// Leaves out of add_forces() and advance() what stays outside as long as no particle moves by
+  /// more than `margin_m`; `farthest_way_m` is the sum of the fastest particles' ways.
+  void choose(const Field& position, double farthest_way_m, double margin_m);
+  /// Leaves nothing out.
+  void choose_all();
   /// Adds forces (N). `velocity` absent: the static force, without contact damping.
   void add_forces(const Field& position, const Field* velocity, Field& force) const;
   /// Moves the friction springs by a step of the motion.
@@ -39,12 +47,8 @@ class LineContacts {
 
   [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
-  [[nodiscard]] int elements() const { return static_cast<int>(touched_.size()); }
+  [[nodiscard]] int elements() const { return static_cast<int>(friction_spring_.size()); }
   [[nodiscard]] double stiffness_n_per_m() const { return stiffness_; }
-  /// Elastic tangential displacement of a watched place from where friction holds it.
-  [[nodiscard]] const Eigen::Vector3d& friction_spring_m(int element) const {
-    return friction_spring_[element];
-  }
   [[nodiscard]] double energy_j(const Field& position) const;
   [[nodiscard]] double frequency_squared_per_s2() const { return gravity_ / sink_m; }
 
@@ -55,15 +59,21 @@ class LineContacts {
     Eigen::Vector3d normal;
   };
   [[nodiscard]] Push push(const Point& point, const Field& position, const Field* velocity) const;
-  void try_line(const Field& position, int element, int a, int b);
-  void try_cell(const Field& position, int corner);
+  /// These append the points found and return by how much the particles of the element may move
+  /// before there can be others.
+  double try_line(const Field& position, int element, int a, int b);
+  double try_cell(const Field& position, int corner);
+  void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_, gravity_, stiffness_, damping_, reach_m_;
   std::vector<Point> points_;
   std::vector<Eigen::Vector3d> friction_spring_;  ///< elastic tangential displacement (m)
-  std::vector<char> touched_;
+  std::vector<Point> before_;                     ///< points of the last refresh
+  std::vector<double> until_;                     ///< per line and cell: way at which to look again
+  std::vector<int> chosen_;                       ///< indices into points_
+  std::vector<double> clear_;  ///< per point: farthest way up to which it stays outside
 };
 
 }  // namespace drape::sim

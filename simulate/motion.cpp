@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/field_loops.hpp"
+
 namespace drape::sim {
 namespace {
 
@@ -17,6 +19,7 @@ constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the su
 constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
 constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
+constexpr double kChooseMargin = 2e-6;   // m; beyond twice the way of the last step
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's way between searches
 // A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
 constexpr double kLineContactShare = 12;
@@ -31,21 +34,6 @@ void put(Field& x, int i, const Vector3d& value) {
   x[i] = value.x();
   x[n + i] = value.y();
   x[2 * n + i] = value.z();
-}
-
-void axpy(const Field& x, double step, const Field& direction, Field& result) {
-  const double* __restrict from = x.data();
-  const double* __restrict along = direction.data();
-  double* __restrict to = result.data();
-  const std::size_t size = x.size();
-  for (std::size_t i = 0; i < size; ++i) to[i] = from[i] + step * along[i];
-}
-
-void accumulate(double weight, const Field& value, Field& sum) {
-  const double* __restrict from = value.data();
-  double* __restrict to = sum.data();
-  const std::size_t size = value.size();
-  for (std::size_t i = 0; i < size; ++i) to[i] += weight * from[i];
 }
 
 }  // namespace
@@ -64,6 +52,8 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
   touch_of_.assign(cloth.count(), -1);
   clear_until_.assign(cloth.count(), 0.0);
   inside_.reserve(cloth.count());
+  ways_.assign(cloth.count(), 0.0);
+  speed2_.assign(cloth.count(), 0.0);
   touching_.reserve(cloth.count());
 }
 
@@ -142,21 +132,9 @@ void Motion::accelerate(const Field& x, const Field& v, Field& a) {
   std::fill(a.begin(), a.end(), 0.0);
   cloth_.add_forces(x, &v, a);
   if (options_.contact_between_particles) line_contacts_.add_forces(x, &v, a);
-  const int n = cloth_.count();
-  const double* __restrict u = v.data();
-  const double* __restrict area = cloth_.area_m2().data();
-  const double* __restrict inverse = inverse_mass_.data();
-  double* __restrict result = a.data();
-  const Vector3d& g = options_.gravity_m_per_s2;
-  const double beta = options_.damping_per_s;
-  const double air = options_.air_drag_kg_per_m3;
-  for (int i = 0; i < n; ++i) {
-    const double speed = std::sqrt(u[i] * u[i] + u[n + i] * u[n + i] + u[2 * n + i] * u[2 * n + i]);
-    const double drag = beta + air * area[i] * inverse[i] * speed;
-    result[i] = result[i] * inverse[i] + g.x() - drag * u[i];
-    result[n + i] = result[n + i] * inverse[i] + g.y() - drag * u[n + i];
-    result[2 * n + i] = result[2 * n + i] * inverse[i] + g.z() - drag * u[2 * n + i];
-  }
+  forces_to_accelerations(
+      {options_.gravity_m_per_s2, options_.damping_per_s, options_.air_drag_kg_per_m3},
+      cloth_.area_m2(), inverse_mass_, v, a);
 }
 
 void Motion::settle_touches(const Field& a) {
@@ -207,12 +185,8 @@ void Motion::runge_kutta(double dt) {
     constrain(a_);
     project_holds(a_);
     const double weight = stage == 4 ? 1.0 : 2.0;
-    accumulate(weight, stage_v_, sum_x_);
-    accumulate(weight, a_, sum_v_);
-    if (stage == 4) break;
     const double reach = stage == 2 ? 0.5 * dt : dt;
-    axpy(start_x_, reach, stage_v_, stage_x_);
-    axpy(start_v_, reach, a_, stage_v_);
+    runge_kutta_stage({start_x_, start_v_, a_, stage_x_, stage_v_, sum_x_, sum_v_}, weight, reach);
   }
   axpy(start_x_, dt / 6, sum_x_, position);
   axpy(start_v_, dt / 6, sum_v_, velocity);
@@ -305,26 +279,31 @@ void Motion::follow_surfaces(double step_s) {
 
 void Motion::book_losses(double step_s) {
   const std::size_t n = inverse_mass_.size();
+  squared_speeds(velocity, speed2_);
   double power = 0;
   double fastest2 = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    const double v2 = velocity[i] * velocity[i] + velocity[n + i] * velocity[n + i] +
-                      velocity[2 * n + i] * velocity[2 * n + i];
+    const double v2 = speed2_[i];
+    const double v = std::sqrt(v2);
     fastest2 = std::max(fastest2, v2);
-    power += (options_.damping_per_s / inverse_mass_[i] +
-              options_.air_drag_kg_per_m3 * cloth_.area_m2()[i] * std::sqrt(v2)) *
+    ways_[i] += v * step_s;
+    power += (options_.damping_per_s * cloth_.mass_kg()[i] +
+              options_.air_drag_kg_per_m3 * cloth_.area_m2()[i] * v) *
              v2;
   }
   viscous_loss_j_ += power * step_s;
-  travel_m_ += std::sqrt(fastest2) * step_s;
-  way_m_ += std::sqrt(fastest2) * step_s;
+  last_way_m_ = std::sqrt(fastest2) * step_s;
+  travel_m_ += last_way_m_;
+  way_m_ += last_way_m_;
 }
 
 double Motion::step(double step_s) {
-  if (options_.contact_between_particles &&
-      (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel)) {
-    line_contacts_.refresh(position);
-    travel_m_ = 0;
+  if (options_.contact_between_particles) {
+    if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) {
+      line_contacts_.refresh(position, ways_);
+      travel_m_ = 0;
+    }
+    line_contacts_.choose(position, way_m_, 2 * last_way_m_ + kChooseMargin);
   }
   ++steps_;
   start_x_ = position;
@@ -389,7 +368,10 @@ double Motion::gravity_energy_j() const {
 double Motion::residual() {
   std::fill(a_.begin(), a_.end(), 0.0);
   cloth_.add_forces(position, nullptr, a_);
-  if (options_.contact_between_particles) line_contacts_.add_forces(position, nullptr, a_);
+  if (options_.contact_between_particles) {
+    line_contacts_.choose_all();
+    line_contacts_.add_forces(position, nullptr, a_);
+  }
   const int n = cloth_.count();
   for (int i = 0; i < n; ++i) {
     Vector3d pull = at(a_, i) * inverse_mass_[i] + options_.gravity_m_per_s2;

@@ -94,10 +94,12 @@ class Motion {
   LineContacts line_contacts_;
   std::vector<double> inverse_mass_;
   std::vector<Touch> touching_;
-  std::vector<int> touch_of_;        ///< index into touching_, -1 for a free particle
-  std::vector<double> clear_until_;  ///< value of way_m_ up to which a particle cannot touch
-  std::vector<int> inside_;          ///< free particles found inside an object
-  double way_m_ = 0;                 ///< sum of the fastest particle's ways
+  std::vector<int> touch_of_;          ///< index into touching_, -1 for a free particle
+  std::vector<double> clear_until_;    ///< value of way_m_ up to which a particle cannot touch
+  std::vector<int> inside_;            ///< free particles found inside an object
+  double way_m_ = 0;                   ///< sum of the fastest particle's ways
+  double last_way_m_ = 0;              ///< its way in the last step
+  std::vector<double> ways_, speed2_;  ///< each particle's way (m) and squared speed
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;
   Eigen::Matrix3Xd hold_rate_;

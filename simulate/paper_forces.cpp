@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the model of the paper adds to the springs and triples it shares with the model
 // "consistent": springs along the cells' diagonals, and what they take off the grid lines.
-#include "simulate/cloth.hpp"
+#include "simulate/cloth_kernels.hpp"
 
 namespace drape::sim {
 namespace {
@@ -59,18 +59,99 @@ void Cloth::visit_paper_springs(const Field& x, Visit visit) const {
   }
 }
 
-void Cloth::add_paper_springs(const Field& x, Field& force) const {
-  const int n = count();
-  visit_paper_springs(x, [&](const PaperSpring& spring) {
-    const Vector3d way = at(x, spring.b) - at(x, spring.a);
-    const double length = way.norm();
-    const double pull = spring.stiffness * (1 - spring.rest / length);
-    for (int axis = 0; axis < 3; ++axis) {
-      const double f = pull * way[axis];
-      force[axis * n + spring.a] += f;
-      force[axis * n + spring.b] -= f;
+/// The same springs for the inner loops: K_diag per cell, and of each diagonal its pull over its
+/// length.
+DRAPE_WIDE void Cloth::find_paper_springs() {
+  const double* __restrict x = work_.of(Work::x);
+  const double* __restrict y = work_.of(Work::y);
+  const double* __restrict z = work_.of(Work::z);
+  const std::ptrdiff_t s = grid_.cols;
+  const std::ptrdiff_t m = count() - s - 1;
+  const double hu = lines_[0].spacing;
+  const double hv = lines_[1].spacing;
+  const double rest = std::hypot(hu, hv);
+  const double oblong = rest * rest / (2 * hu * hv);
+  const double* __restrict cell = cell_.data();
+  double* __restrict sine = work_.of(Work::bend);
+  double* __restrict k_diag = work_.of(Work::k_diag);
+  double* __restrict pull = work_.of(Work::gain);
+  double* __restrict cross = work_.of(Work::ratio);
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const double dx = x[i + s + 1] - x[i], dy = y[i + s + 1] - y[i], dz = z[i + s + 1] - z[i];
+    const double ex = x[i + s] - x[i + 1], ey = y[i + s] - y[i + 1], ez = z[i + s] - z[i + 1];
+    // The mid-lines are a = d + e along the warp and b = d - e along the weft.
+    const double dd = dx * dx + dy * dy + dz * dz;
+    const double ee = ex * ex + ey * ey + ez * ez;
+    const double twice_de = 2 * (dx * ex + dy * ey + dz * ez);
+    const double aa = dd + ee + twice_de;
+    const double bb = dd + ee - twice_de;
+    sine[i] = std::abs(dd - ee) / std::sqrt(aa * bb);
+    pull[i] = oblong * cell[i] * (1 - rest / std::sqrt(dd));
+    cross[i] = oblong * cell[i] * (1 - rest / std::sqrt(ee));
+  }
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const double narrow = kernels::asin_over_sine(std::min(0.25, sine[i] * sine[i]));
+    const double wide = kernels::wide_asin(sine[i]) / std::max(sine[i], kSmallestSine);
+    k_diag[i] = cell[i] * laws_.shear.slope * (kernels::is_wide(sine[i]) ? wide : narrow);
+  }
+  for (const ForceCurve::Hinge hinge : laws_.shear.hinges) {
+    DRAPE_INDEPENDENT
+    for (std::ptrdiff_t i = 0; i < m; ++i) {
+      const double over = std::max(0.0, kernels::wide_asin(sine[i]) - hinge.at);
+      k_diag[i] += cell[i] * hinge.change * over / std::max(sine[i], kSmallestSine);
     }
-  });
+  }
+  for (std::ptrdiff_t i = 0; i < m; ++i) pull[i] *= k_diag[i];
+  for (std::ptrdiff_t i = 0; i < m; ++i) cross[i] *= k_diag[i];
+  for (int d = 0; d < 2; ++d) take_off_lines(d);
+}
+
+/// K'_st = K_st - K_diag, not below 0.
+DRAPE_WIDE void Cloth::take_off_lines(int direction) {
+  const Line& line = lines_[direction];
+  const ForceCurve& law = laws_.tensile[direction];
+  const std::ptrdiff_t side = lines_[1 - direction].stride;
+  const std::ptrdiff_t m = count() - line.stride;
+  const double l = line.spacing;
+  const double* __restrict width = line.width.data();
+  const double* __restrict share = line.k_diag_share.data();
+  const double* __restrict k_diag = work_.of(Work::k_diag);
+  const double* __restrict strain = work_.of(Work::strain + direction);
+  const double* __restrict inverse = work_.of(Work::inverse + direction);
+  double* __restrict tension = work_.of(Work::tension + direction);
+  double* __restrict k_st = work_.of(Work::bend);
+  for (std::ptrdiff_t i = 0; i < m; ++i) k_st[i] = law.slope;
+  for (const ForceCurve::Hinge hinge : law.hinges) {
+    DRAPE_INDEPENDENT
+    for (std::ptrdiff_t i = 0; i < m; ++i) {
+      const double over = std::max(0.0, strain[i] - hinge.at);
+      k_st[i] += hinge.change * over / std::max(strain[i], kSmallestStrain);
+    }
+  }
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const double less = std::min(share[i] * (k_diag[i - side] + k_diag[i]), k_st[i]);
+    tension[i] -= less * width[i] / l * (1 - l * inverse[i]);
+  }
+}
+
+DRAPE_WIDE void Cloth::pull_diagonals(int axis) {
+  const std::ptrdiff_t s = grid_.cols;
+  const std::ptrdiff_t m = count() - s - 1;
+  const double* __restrict p = work_.of(Work::x + axis);
+  const double* __restrict pull = work_.of(Work::gain);
+  const double* __restrict cross = work_.of(Work::ratio);
+  double* __restrict at00 = work_.of(Work::corner);
+  double* __restrict at01 = work_.of(Work::corner + 1);
+  double* __restrict at10 = work_.of(Work::corner + 2);
+  double* __restrict at11 = work_.of(Work::corner + 3);
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    at00[i] = at11[i] = pull[i] * (p[i + s + 1] - p[i]);
+    at01[i] = at10[i] = cross[i] * (p[i + s] - p[i + 1]);
+  }
 }
 
 void Cloth::add_paper_energies(const Field& x, InternalEnergies& sum) const {
