@@ -49,6 +49,10 @@ class LineContacts {
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
   [[nodiscard]] int elements() const { return static_cast<int>(friction_spring_.size()); }
   [[nodiscard]] double stiffness_n_per_m() const { return stiffness_; }
+  /// Elastic tangential displacement of a watched place from where friction holds it.
+  [[nodiscard]] const Eigen::Vector3d& friction_spring_m(int element) const {
+    return friction_spring_[element];
+  }
   [[nodiscard]] double energy_j(const Field& position) const;
   [[nodiscard]] double frequency_squared_per_s2() const { return gravity_ / sink_m; }
 
