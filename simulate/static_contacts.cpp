@@ -10,14 +10,17 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// A sliding particle is moved until friction holds it with this share of its limit, so that it
-// sticks then: sliding ends after finitely many steps.
-constexpr double kComeToRest = 0.98;
-constexpr double kOnSurface = 1e-9;      // m; touching particles nearer need no lifting
-constexpr double kWasOn = 1e-6;          // m; below, a particle lay on the surface
-constexpr double kPinOverStretch = 100;  // stiffness of a pin over that of the springs
-constexpr double kNormalStep = 1e-7;     // m; for the curvature of a surface
-constexpr double kConeRoundOff = 1e-12;
+constexpr double kParticleSink = 0.2e-6;  // m; under a mean particle's weight, before multipliers
+constexpr double kOverBending = 100;      // stiffness of a particle's contact over B / spacing^2
+// Friction's limit of a step, of what the pressing force allows: set to the middle, kept within.
+constexpr double kLimit = 0.98;
+constexpr double kLimitLow = 0.95;
+constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the springs
+constexpr double kNormalStep = 1e-7;      // m; for the curvature of a surface
+constexpr double kShallow = 1e-6;         // m; entries that a step may make
+constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
+constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
+constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -38,6 +41,22 @@ Vector3d mix(const Field& field, const Mixture& point) {
     if (point.weight[k] != 0) sum += point.weight[k] * at(field, point.particle[k]);
   }
   return sum;
+}
+
+template <class Mixture>
+Vector3d mix_step(const Eigen::VectorXd& step, const Mixture& point) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    if (point.weight[k] != 0) sum += point.weight[k] * step.segment<3>(3 * point.particle[k]);
+  }
+  return sum;
+}
+
+template <class Mixture>
+void spread(const Mixture& point, const Vector3d& total, Field& force) {
+  for (int k = 0; k < 4; ++k) {
+    if (point.weight[k] != 0) add_at(force, point.particle[k], point.weight[k] * total);
+  }
 }
 
 template <class Mixture>
@@ -71,15 +90,14 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
       friction_(friction),
       between_particles_(between_particles),
       lines_(cloth, surroundings, friction, gravity_m_per_s2),
-      touch_(cloth.count(), Touch::none),
-      shape_(cloth.count(), -1),
-      way_(cloth.count(), Vector3d::Zero()),
-      anchor_(lines_.elements(), Vector3d::Zero()),
-      anchored_(lines_.elements(), 0),
-      projector_(cloth.count(), Matrix3d::Identity()),
-      restricted_(cloth.count(), 0),
-      lift_(Eigen::VectorXd::Zero(3 * cloth.count())),
-      sliding_friction_(Eigen::VectorXd::Zero(3 * cloth.count())) {}
+      index_(static_cast<std::size_t>(cloth.count()) * surroundings.count() + lines_.elements(),
+             -1) {
+  const double weight = cloth.total_mass_kg() * gravity_m_per_s2 / cloth.count();
+  const double spacing = std::min(cloth.grid().warp_spacing_m(), cloth.grid().weft_spacing_m());
+  const double bending = std::max(cloth.laws().bending[0].slope, cloth.laws().bending[1].slope);
+  particle_stiffness_ = weight / kParticleSink + kOverBending * bending / (spacing * spacing);
+  shear_stiffness_ = lines_.stiffness_n_per_m();
+}
 
 void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vector3d>& in_world) {
   holds_ = holds;
@@ -89,232 +107,268 @@ void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vect
       kPinOverStretch * std::max(cloth_->laws().tensile[0].slope, cloth_->laws().tensile[1].slope);
 }
 
-void StaticContacts::touch_what_lies_on(const Field& position, double reach_m) {
-  for (int i = 0; i < cloth_->count(); ++i) {
-    touch_[i] = Touch::none;
-    for (int shape = 0; shape < surroundings_->count(); ++shape) {
-      if (surroundings_->gap_m(shape, at(position, i)) > reach_m) continue;
-      touch_[i] = Touch::stuck;
-      shape_[i] = shape;
-      break;
-    }
-  }
+StaticContacts::Contact StaticContacts::fresh_particle(int particle, int shape) const {
+  Contact contact;
+  contact.site = particle * surroundings_->count() + shape;
+  contact.shape = shape;
+  contact.particle.fill(particle);
+  contact.weight = {1, 0, 0, 0};
+  contact.stiffness = particle_stiffness_;
+  contact.rigid = true;
+  return contact;
 }
 
-StaticContacts::Contact StaticContacts::contact(const LineContacts::Point& point,
-                                                const Field& position) const {
-  Contact result;
-  const Vector3d p = mix(position, point);
-  result.gap = surroundings_->gap_m(point.shape, p);
-  if (result.gap >= 0) return result;
-  result.normal = surroundings_->normal(point.shape, p);
-  result.normal_n = -lines_.stiffness_n_per_m() * result.gap;
-  result.spring.setZero();
-  if (anchored_[point.element] != 0) result.spring = p - anchor_[point.element];
-  result.spring -= result.spring.dot(result.normal) * result.normal;
-  result.tangential_n = -lines_.stiffness_n_per_m() * result.spring;
-  const double limit = friction_ * result.normal_n;
-  const double size = result.tangential_n.norm();
-  if (size > limit) {
-    result.slips = true;
-    result.tangential_n *= limit / size;
-  }
-  return result;
+double StaticContacts::pressing_n(const Contact& contact, double gap) const {
+  return std::max(0.0, contact.multiplier - contact.stiffness * gap);
+}
+
+Vector3d StaticContacts::spring(const Contact& contact, const Vector3d& p) const {
+  const Vector3d way = p - contact.anchor;
+  return way - way.dot(contact.normal) * contact.normal;
 }
 
 void StaticContacts::refresh(const Field& position) {
-  if (!between_particles_) return;
-  std::vector<Vector3d> spring(anchor_.size(), Vector3d::Zero());
-  std::vector<char> had(anchor_.size(), 0);
-  for (const LineContacts::Point& point : lines_.points()) {
-    if (anchored_[point.element] == 0) continue;
-    const Vector3d p = mix(position, point);
-    if (surroundings_->gap_m(point.shape, p) >= 0) continue;
-    had[point.element] = 1;
-    spring[point.element] = p - anchor_[point.element];
+  if (between_particles_) lines_.refresh(position);
+}
+
+/// Lists the particles and points near a surface; those listed before keep what they remember.
+void StaticContacts::watch(const Field& position, double watch_m) {
+  before_.swap(contacts_);
+  contacts_.clear();
+  const auto keep = [&](Contact& contact) {
+    const int old = index_[contact.site];
+    if (old < 0) return;
+    const Contact& was = before_[old];
+    contact.multiplier = was.multiplier;
+    contact.anchored = was.anchored;
+    contact.slips = was.slips;
+    contact.limit = was.limit;
+    contact.slip_m = was.slip_m;
+    contact.anchor = was.anchor;
+  };
+  for (int i = 0; i < cloth_->count(); ++i) {
+    const Vector3d p = at(position, i);
+    for (int shape = 0; shape < surroundings_->count(); ++shape) {
+      if (surroundings_->gap_m(shape, p) > watch_m) continue;
+      contacts_.push_back(fresh_particle(i, shape));
+      keep(contacts_.back());
+    }
   }
-  lines_.refresh(position);
-  std::fill(anchored_.begin(), anchored_.end(), 0);
+  const int first = cloth_->count() * surroundings_->count();
   for (const LineContacts::Point& point : lines_.points()) {
-    const Vector3d p = mix(position, point);
-    if (surroundings_->gap_m(point.shape, p) >= 0) continue;
-    anchored_[point.element] = 1;
-    anchor_[point.element] = p;
-    if (had[point.element] != 0) anchor_[point.element] -= spring[point.element];
+    Contact contact;
+    contact.site = first + point.element;
+    contact.shape = point.shape;
+    contact.particle = point.particle;
+    contact.weight = point.weight;
+    contact.stiffness = lines_.stiffness_n_per_m();
+    contacts_.push_back(contact);
+    keep(contacts_.back());
+  }
+  for (const Contact& contact : before_) index_[contact.site] = -1;
+  for (std::size_t k = 0; k < contacts_.size(); ++k) {
+    index_[contacts_[k].site] = static_cast<int>(k);
   }
 }
 
-void StaticContacts::yield(const Field& position) {
-  for (const LineContacts::Point& point : lines_.points()) {
-    const Contact c = contact(point, position);
-    if (c.gap >= 0) {
-      anchored_[point.element] = 0;
-      continue;
-    }
-    const Vector3d p = mix(position, point);
-    if (anchored_[point.element] == 0) anchor_[point.element] = p;
-    anchored_[point.element] = 1;
-    if (!c.slips) continue;
-    anchor_[point.element] = p + kComeToRest * c.tangential_n / lines_.stiffness_n_per_m();
+/// Friction's limit and anchor for the coming step.
+void StaticContacts::settle(Contact& contact, const Field& position) const {
+  const Vector3d p = mix(position, contact);
+  contact.gap = surroundings_->gap_m(contact.shape, p);
+  contact.normal = surroundings_->normal(contact.shape, p);
+  contact.change = Change::none;
+  const double allowed = friction_ * pressing_n(contact, contact.gap);
+  if (!(allowed > 0)) {
+    contact.anchored = contact.slips = false;
+    contact.limit = contact.slip_m = 0;
+    return;
   }
+  if (!contact.anchored) contact.anchor = p;
+  if (!contact.anchored || contact.limit > allowed || contact.limit < kLimitLow * allowed) {
+    contact.limit = kLimit * allowed;
+  }
+  contact.anchored = true;
+  const Vector3d way = spring(contact, p);
+  const double most = contact.limit / shear_stiffness_;
+  const double size = way.norm();
+  contact.slip_m = size > most ? size : contact.slip_m;
+  contact.slips = size > most * kSlides || (contact.slips && size > most / kSlides / kSlides);
+  contact.anchor = p - (size > most ? most / size : 1.0) * way;
+}
+
+void StaticContacts::begin(const Field& position, double watch_m) {
+  watch(position, watch_m);
+  for (Contact& contact : contacts_) settle(contact, position);
+}
+
+void StaticContacts::lean_on(const Field& position, const Field& force, double reach_m) {
+  watch(position, reach_m);
+  for (Contact& contact : contacts_) {
+    settle(contact, position);
+    if (!contact.rigid) continue;
+    const Vector3d pull = at(force, contact.particle[0]);
+    const double outward = pull.dot(contact.normal);
+    if (outward >= 0) continue;
+    contact.multiplier = -outward + contact.stiffness * contact.gap;
+    contact.anchored = true;
+    contact.limit = 0;  // settle() sets it
+    contact.anchor =
+        at(position, contact.particle[0]) + -(pull - outward * contact.normal) / shear_stiffness_;
+  }
+}
+
+double StaticContacts::energy_j(const Field& position) const {
+  double sum = 0;
+  for (const Contact& contact : contacts_) {
+    const Vector3d p = mix(position, contact);
+    const double gap = surroundings_->gap_m(contact.shape, p);
+    const double pressing = pressing_n(contact, gap);
+    sum +=
+        (pressing * pressing - contact.multiplier * contact.multiplier) / (2 * contact.stiffness);
+    if (contact.limit == 0) continue;
+    const double size = spring(contact, p).norm();
+    const double most = contact.limit / shear_stiffness_;
+    sum += size > most ? contact.limit * (size - 0.5 * most) : 0.5 * shear_stiffness_ * size * size;
+  }
+  for (std::size_t h = 0; h < holds_.size(); ++h) {
+    const Vector3d way = hold_in_world_[h] - mix(position, holds_[h]);
+    sum += hold_force_[h].dot(way) + 0.5 * hold_stiffness_ * way.squaredNorm();
+  }
+  return sum;
 }
 
 void StaticContacts::add_forces(const Field& position, Field& force) const {
-  const auto spread = [&](const auto& point, const Vector3d& total) {
-    for (int k = 0; k < 4; ++k) {
-      if (point.weight[k] != 0) add_at(force, point.particle[k], point.weight[k] * total);
+  for (const Contact& contact : contacts_) {
+    const Vector3d p = mix(position, contact);
+    const double gap = surroundings_->gap_m(contact.shape, p);
+    const double pressing = pressing_n(contact, gap);
+    Vector3d total = Vector3d::Zero();
+    if (pressing > 0) total = pressing * surroundings_->normal(contact.shape, p);
+    if (contact.limit > 0) {
+      const Vector3d way = spring(contact, p);
+      const double size = way.norm();
+      const double most = contact.limit / shear_stiffness_;
+      total -= (size > most ? contact.limit / size : shear_stiffness_) * way;
     }
-  };
-  for (const LineContacts::Point& point : lines_.points()) {
-    const Contact c = contact(point, position);
-    if (c.gap < 0) spread(point, c.normal_n * c.normal + c.tangential_n);
+    spread(contact, total, force);
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     spread(holds_[h],
-           hold_force_[h] + hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h])));
+           hold_force_[h] + hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h])),
+           force);
   }
 }
 
+Matrix3d StaticContacts::model_block(const Contact& contact, const Field& position,
+                                     bool convex) const {
+  const double pressing = pressing_n(contact, contact.gap);
+  Matrix3d block = Matrix3d::Zero();
+  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
+  if (pressing > 0 || contact.change == Change::lands) {
+    block += contact.stiffness * contact.normal * contact.normal.transpose();
+  }
+  if (pressing > 0 && !convex) {
+    block -= pressing * distance_curvature(*surroundings_, contact.shape, mix(position, contact));
+  }
+  if (contact.limit > 0) {
+    if (contact.slips && contact.change != Change::holds) {
+      const Vector3d way = spring(contact, mix(position, contact)).normalized();
+      const double length = std::max(contact.slip_m, contact.limit / shear_stiffness_);
+      block += contact.limit / length * (across - way * way.transpose());
+    } else {
+      block += shear_stiffness_ * across;
+    }
+  }
+  return block;
+}
+
 void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) const {
-  const double stiffness = lines_.stiffness_n_per_m();
-  for (const LineContacts::Point& point : lines_.points()) {
-    const Contact c = contact(point, position);
-    if (c.gap >= 0) continue;
-    const Matrix3d across = Matrix3d::Identity() - c.normal * c.normal.transpose();
-    Matrix3d block = stiffness * c.normal * c.normal.transpose();
-    if (!c.slips && friction_ > 0) block += stiffness * across;
-    if (c.slips) {
-      const Vector3d way = c.spring.normalized();
-      block += friction_ * c.normal_n / c.spring.norm() * (across - way * way.transpose());
+  for (const Contact& contact : contacts_) {
+    if (contact.limit == 0 && contact.change != Change::lands &&
+        pressing_n(contact, contact.gap) == 0) {
+      continue;
     }
-    if (!convex) {
-      block +=
-          stiffness * c.gap * distance_curvature(*surroundings_, point.shape, mix(position, point));
-    }
-    add_mixture(point, block, hessian);
+    add_mixture(contact, model_block(contact, position, convex), hessian);
   }
   for (const Hold& hold : holds_) {
     add_mixture(hold, hold_stiffness_ * Matrix3d::Identity(), hessian);
   }
 }
 
-void StaticContacts::set_constraint(int i, const Field& position, bool all_directions) {
-  const Vector3d p = at(position, i);
-  const Vector3d normal = surroundings_->normal(shape_[i], p);
-  restricted_[i] = 1;
-  projector_[i] = all_directions ? Matrix3d(Matrix3d::Zero())
-                                 : Matrix3d(Matrix3d::Identity() - normal * normal.transpose());
-  Vector3d lift = Vector3d::Zero();
-  for (int shape = 0; shape < surroundings_->count(); ++shape) {
-    const double gap = surroundings_->gap_m(shape, p);
-    if (shape == shape_[i] ? std::abs(gap) > kOnSurface : gap < -kOnSurface) {
-      lift -= gap * surroundings_->normal(shape, p);
-    }
-  }
-  lift_.segment<3>(3 * i) = lift;
-}
-
-double StaticContacts::settle(const Field& position, const Field& force) {
-  double largest = 0;
-  double squares = 0;
-  for (int i = 0; i < cloth_->count(); ++i) {
-    restricted_[i] = 0;
-    projector_[i].setIdentity();
-    lift_.segment<3>(3 * i).setZero();
-    sliding_friction_.segment<3>(3 * i).setZero();
-    Vector3d pull = at(force, i);
-    if (touch_[i] != Touch::none) {
-      const Vector3d normal = surroundings_->normal(shape_[i], at(position, i));
-      const double outward = pull.dot(normal);
-      if (touch_[i] == Touch::landing) {
-        set_constraint(i, position, false);
-        touch_[i] = Touch::sliding;
-        way_[i].setZero();
-        pull -= outward * normal;
-      } else if (outward > 0) {
-        touch_[i] = Touch::none;
-      } else {
-        pull -= outward * normal;
-        const double held = -friction_ * outward;
-        const double size = pull.norm();
-        const bool within = size <= held * (1 + kConeRoundOff) && friction_ > 0;
-        // What slides goes on until it turns back: otherwise two neighbours take turns for ever.
-        if (touch_[i] == Touch::stuck || way_[i].isZero(0)) {
-          touch_[i] = within ? Touch::stuck : Touch::sliding;
-          way_[i] = within ? Vector3d(Vector3d::Zero()) : Vector3d(pull / size);
-        }
-        const bool sticks = touch_[i] == Touch::stuck;
-        set_constraint(i, position, sticks);
-        if (!sticks) {
-          const Vector3d way = way_[i] - way_[i].dot(normal) * normal;
-          sliding_friction_.segment<3>(3 * i) = -kComeToRest * held * way;
-        }
-        pull *= within ? 0.0 : 1 - held / size;
-      }
-    }
-    const double net = pull.norm();
-    largest = std::max(largest, net);
-    squares += net * net;
-  }
-  rms_n_ = std::sqrt(squares / cloth_->count());
-  return std::isfinite(rms_n_) ? largest : rms_n_;
-}
-
-void StaticContacts::add_surface_curvature(const Field& position, const Field& force,
-                                           GridMatrix& hessian) const {
-  for (int i = 0; i < cloth_->count(); ++i) {
-    if (touch_[i] != Touch::sliding) continue;
-    const Vector3d p = at(position, i);
-    const double outward = at(force, i).dot(surroundings_->normal(shape_[i], p));
-    hessian.add(i, i, outward * distance_curvature(*surroundings_, shape_[i], p));
+void StaticContacts::add_landing(Eigen::VectorXd& gradient) const {
+  for (const Contact& contact : contacts_) {
+    if (contact.change != Change::lands) continue;
+    const double pull = contact.stiffness * contact.gap - contact.multiplier;
+    gradient.segment<3>(3 * contact.particle[0]) += pull * contact.normal;
   }
 }
 
-int StaticContacts::catch_entering(const Field& from, const Field& to, double deep_m) {
-  int caught = 0;
-  for (int i = 0; i < cloth_->count(); ++i) {
-    if (touch_[i] != Touch::none) continue;
-    const Vector3d p = at(to, i);
-    for (int shape = 0; shape < surroundings_->count(); ++shape) {
-      if (surroundings_->gap_m(shape, p) >= -deep_m) continue;
-      touch_[i] = Touch::landing;
-      shape_[i] = shape;
-      set_constraint(i, from, false);
-      touch_[i] = Touch::sliding;
-      way_[i].setZero();
-      ++caught;
-      break;
+double StaticContacts::landing_curve(const Eigen::VectorXd& step) const {
+  double sum = 0;
+  for (const Contact& contact : contacts_) {
+    if (contact.change != Change::lands) continue;
+    const double along = mix_step(step, contact).dot(contact.normal);
+    sum += contact.stiffness * along * along;
+  }
+  return sum;
+}
+
+int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
+  int changed = 0;
+  for (Contact& contact : contacts_) {
+    const Vector3d p = mix(to, contact);
+    const Vector3d way = p - mix(from, contact);
+    const double pressing = pressing_n(contact, contact.gap);
+    if (pressing == 0 && contact.change == Change::none && contact.rigid) {
+      if (surroundings_->gap_m(contact.shape, p) >= -deep_m) continue;
+      contact.change = Change::lands;
+      ++changed;
+      continue;
+    }
+    if (contact.slips && contact.change == Change::none &&
+        way.dot(spring(contact, mix(from, contact))) < 0) {
+      contact.change = Change::holds;
+      ++changed;
     }
   }
-  return caught;
+  return changed;
 }
 
 void StaticContacts::retract(const Field& from, Field& to) const {
-  for (int i = 0; i < cloth_->count(); ++i) {
-    if (touch_[i] != Touch::sliding) continue;
-    if (surroundings_->gap_m(shape_[i], at(from, i)) > kWasOn) continue;
+  for (const Contact& contact : contacts_) {
+    if (!contact.rigid) continue;
+    const int i = contact.particle[0];
     const Vector3d p = at(to, i);
-    add_at(to, i, -surroundings_->gap_m(shape_[i], p) * surroundings_->normal(shape_[i], p));
+    const double gap = surroundings_->gap_m(contact.shape, p);
+    double meant = -kJustIn;
+    if (pressing_n(contact, contact.gap) > 0 || contact.change == Change::lands) {
+      // Where the straight model of the surface meant it to go.
+      meant = contact.gap + (p - at(from, i)).dot(contact.normal);
+      if (std::abs(meant) > kFarFromSurface) continue;
+    } else if (gap >= -kShallow) {
+      continue;
+    }
+    add_at(to, i, (meant - gap) * surroundings_->normal(contact.shape, p));
   }
 }
 
-void StaticContacts::follow(const Field& from, const Field& position) {
-  for (int i = 0; i < cloth_->count(); ++i) {
-    const Vector3d p = at(position, i);
-    if (touch_[i] == Touch::sliding && (p - at(from, i)).dot(way_[i]) < 0) {
-      touch_[i] = Touch::stuck;
-    }
-    for (int shape = 0; shape < surroundings_->count(); ++shape) {
-      if (shape == shape_[i] && touch_[i] != Touch::none) continue;
-      if (surroundings_->gap_m(shape, p) >= -kOnSurface) continue;
-      shape_[i] = shape;
-      touch_[i] = Touch::landing;
-      break;
-    }
+void StaticContacts::take_springs(const LineContacts& moved, const Field& position) {
+  lines_ = moved;
+  watch(position, 0);
+  for (Contact& contact : contacts_) {
+    if (contact.rigid) continue;
+    const int element = contact.site - cloth_->count() * surroundings_->count();
+    contact.anchored = true;
+    contact.anchor = mix(position, contact) - moved.friction_spring_m(element);
   }
 }
 
-void StaticContacts::update_pins(const Field& position) {
+void StaticContacts::update_multipliers(const Field& position) {
+  for (Contact& contact : contacts_) {
+    if (!contact.rigid) continue;
+    contact.multiplier =
+        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+  }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     hold_force_[h] += hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h]));
   }
@@ -330,31 +384,34 @@ double StaticContacts::pin_error_m(const Field& position) const {
 
 double StaticContacts::gap_error_m(const Field& position) const {
   double largest = 0;
-  for (int i = 0; i < cloth_->count(); ++i) {
-    if (touch_[i] == Touch::none) continue;
-    largest = std::max(largest, std::abs(surroundings_->gap_m(shape_[i], at(position, i))));
+  for (const Contact& contact : contacts_) {
+    if (!contact.rigid) continue;
+    const double gap = surroundings_->gap_m(contact.shape, mix(position, contact));
+    if (pressing_n(contact, gap) > 0) largest = std::max(largest, std::abs(gap));
   }
   return largest;
 }
 
-double StaticContacts::energy_j(const Field& position) const {
+double StaticContacts::stored_j(const Field& position) const {
   double sum = 0;
-  for (const LineContacts::Point& point : lines_.points()) {
-    const double gap = surroundings_->gap_m(point.shape, mix(position, point));
-    if (gap < 0) sum += 0.5 * lines_.stiffness_n_per_m() * gap * gap;
+  for (const Contact& contact : contacts_) {
+    if (contact.rigid) continue;
+    const double pressing =
+        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+    sum += pressing * pressing / (2 * contact.stiffness);
   }
   return sum;
 }
 
-int StaticContacts::touching() const {
-  return static_cast<int>(
-      std::count_if(touch_.begin(), touch_.end(), [](Touch t) { return t != Touch::none; }));
+int StaticContacts::touching(const Field& position) const {
+  return static_cast<int>(std::count_if(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
+    return c.rigid && pressing_n(c, surroundings_->gap_m(c.shape, mix(position, c))) > 0;
+  }));
 }
 
 int StaticContacts::sliding() const {
-  return static_cast<int>(std::count_if(touch_.begin(), touch_.end(), [](Touch t) {
-    return t == Touch::sliding || t == Touch::landing;
-  }));
+  return static_cast<int>(
+      std::count_if(contacts_.begin(), contacts_.end(), [](const Contact& c) { return c.slips; }));
 }
 
 }  // namespace drape::sim

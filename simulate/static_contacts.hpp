@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "simulate/line_contacts.hpp"
@@ -10,86 +11,99 @@
 
 namespace drape::sim {
 
-/// Contact, friction and pins of a sheet without time: the same laws as Motion's. Particles touch
-/// rigidly and stick or slide by Coulomb's law; points between particles press elastically and
-/// their friction is an elastic-plastic spring to the place where they first touched.
+/// Contact, friction and pins of a sheet without time, as a potential: within one step of the
+/// solver everything here is the gradient of energy_j(), so a step can be judged by its energy.
+/// - Particles press by an augmented Lagrangian (Hestenes 1969): a stiff one-sided spring whose
+///   resting force is moved until the particle lies on the surface.
+/// - Points between particles press elastically, the law of LineContacts.
+/// - Friction is a tangential spring to an anchor; beyond its limit the force stays and the anchor
+///   follows (elastic-plastic form of Coulomb's law). The limit is that of the pressing force at
+///   the start of the step (Li et al. 2020) and moves only when that force has left a band, so
+///   that friction cannot take turns with pressing for ever.
 class StaticContacts {
  public:
-  enum class Touch : char { none, landing, stuck, sliding };
-
   StaticContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                  double gravity_m_per_s2, bool between_particles);
 
   /// Pins: the held material points and their places.
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
+  /// Takes over the friction springs between particles of a sheet that Motion brought to rest.
+  void take_springs(const LineContacts& moved, const Field& position);
+  /// Takes particles within `reach_m` of a surface as pressed and held by what balances `force`.
+  void lean_on(const Field& position, const Field& force, double reach_m);
 
-  /// Takes every particle on a surface (to `reach_m`) as touching and stuck.
-  void touch_what_lies_on(const Field& position, double reach_m);
   /// Finds the points between particles anew; those that keep on touching keep their spring.
   void refresh(const Field& position);
-  /// Adds pressing, friction of points between particles, and pins (N).
+  /// Starts a step: which particles are within `watch_m`, friction's limits and anchors.
+  void begin(const Field& position, double watch_m);
+
+  /// Contact, friction and pins within the step (J).
+  [[nodiscard]] double energy_j(const Field& position) const;
+  /// Minus the gradient of energy_j() (N).
   void add_forces(const Field& position, Field& force) const;
+  /// Second derivatives of the step's quadratic model at its start, with what review() changed.
   void add_hessian(const Field& position, bool convex, GridMatrix& hessian) const;
-
-  /// Judges each touching particle by the force on it: released, stuck or sliding. Returns the
-  /// largest net force left (N).
-  double settle(const Field& position, const Field& force);
-  [[nodiscard]] double rms_n() const { return rms_n_; }  ///< of the net forces of settle()
-  /// Curvature of the surfaces under sliding particles, by their pressing force.
-  void add_surface_curvature(const Field& position, const Field& force, GridMatrix& hessian) const;
-  /// Projectors onto the free directions, the given way back to the surfaces, and the friction
-  /// on sliding particles (N), all interleaved by particle.
-  [[nodiscard]] const std::vector<Eigen::Matrix3d>& projectors() const { return projector_; }
-  [[nodiscard]] const std::vector<char>& restricted() const { return restricted_; }
-  [[nodiscard]] const Eigen::VectorXd& lift() const { return lift_; }
-  [[nodiscard]] const Eigen::VectorXd& friction() const { return sliding_friction_; }
-
-  /// Particles that would be inside an object; those deeper than `deep_m` become touching.
-  /// Returns how many.
-  int catch_entering(const Field& from, const Field& to, double deep_m);
-  /// Brings sliding particles that lay on a surface in `from` back to it: a straight way leaves a
-  /// curved surface.
+  /// What review() adds to the model's gradient: pulls of particles that will land.
+  void add_landing(Eigen::VectorXd& gradient) const;
+  /// Second derivative of those pulls along the step; no part of the energy.
+  [[nodiscard]] double landing_curve(const Eigen::VectorXd& step) const;
+  /// Looks where the step leads: what would land, and what slid and would slide back, is changed
+  /// in the model. Returns how many.
+  int review(const Field& from, const Field& to, double deep_m);
+  /// Lifts particles that a straight way put into a surface.
   void retract(const Field& from, Field& to) const;
-  /// After a step has been taken: what is inside lands, what slid back sticks.
-  void follow(const Field& from, const Field& position);
-  /// Moves friction springs that are past their limit to it.
-  void yield(const Field& position);
-  /// Moves the pins' reactions to where the pins hold exactly.
-  void update_pins(const Field& position);
+
+  /// Moves the resting forces of particles and pins to where they hold exactly.
+  void update_multipliers(const Field& position);
 
   [[nodiscard]] double pin_error_m(const Field& position) const;
-  [[nodiscard]] double gap_error_m(const Field& position) const;  ///< of touching particles
-  [[nodiscard]] double energy_j(const Field& position) const;
-  [[nodiscard]] int touching() const;
+  [[nodiscard]] double gap_error_m(const Field& position) const;  ///< of pressed particles
+  [[nodiscard]] double stored_j(const Field& position) const;     ///< pressing between particles
+  [[nodiscard]] int touching(const Field& position) const;
   [[nodiscard]] int sliding() const;
   [[nodiscard]] int between() const { return lines_.count(); }
 
  private:
+  enum class Change : char { none, lands, holds };
+
+  /// One place that may touch one surface.
   struct Contact {
-    double gap = 0;
-    double normal_n = 0;
-    Eigen::Vector3d normal, spring, tangential_n;
-    bool slips = false;
+    int site = 0;
+    int shape = 0;
+    int corners = 1;
+    std::array<int, 4> particle{};
+    std::array<double, 4> weight{};
+    double stiffness = 0;  ///< N/m
+    bool rigid = false;    ///< a particle, not a point between particles
+    double multiplier = 0;
+    bool anchored = false, slips = false;
+    double limit = 0;   ///< of friction in this step (N)
+    double slip_m = 0;  ///< way slid in the last step
+    Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
+    double gap = 0;                                     ///< at the start of the step
+    Change change = Change::none;
   };
-  [[nodiscard]] Contact contact(const LineContacts::Point& point, const Field& position) const;
-  void set_constraint(int particle, const Field& position, bool all_directions);
+
+  [[nodiscard]] Contact fresh_particle(int particle, int shape) const;
+  void watch(const Field& position, double watch_m);
+  void settle(Contact& contact, const Field& position) const;
+  [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
+  [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
+  [[nodiscard]] Eigen::Matrix3d model_block(const Contact& contact, const Field& position,
+                                            bool convex) const;
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_;
   bool between_particles_;
   LineContacts lines_;
-  std::vector<Touch> touch_;
-  std::vector<int> shape_;
-  std::vector<Eigen::Vector3d> way_;     ///< unit direction of a sliding particle
-  std::vector<Eigen::Vector3d> anchor_;  ///< of each element between particles
-  std::vector<char> anchored_;
-  std::vector<Eigen::Matrix3d> projector_;
-  std::vector<char> restricted_;
-  Eigen::VectorXd lift_, sliding_friction_;
+  double particle_stiffness_ = 0, shear_stiffness_ = 0;
+  std::vector<Contact> contacts_, before_;
+  std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none
   std::vector<Hold> holds_;
   std::vector<Eigen::Vector3d> hold_in_world_, hold_force_;
-  double hold_stiffness_ = 0, rms_n_ = 0;
+  double hold_stiffness_ = 0;
 };
 
 }  // namespace drape::sim

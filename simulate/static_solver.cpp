@@ -10,20 +10,29 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDeep = 20e-6;   // m; deeper entries are caught before the step is taken
-constexpr int kCatches = 3;       // solves with more particles caught, per iteration
-constexpr int kHalvings = 4;      // of a step that does not lower the energy
+constexpr double kDeep = 1e-6;    // m; deeper entries are caught before the step is taken
+constexpr int kReviews = 3;       // solves with a changed model of the contacts, per iteration
+constexpr int kHalvings = 4;      // of a step that does not lower the potential
 constexpr double kPoor = 0.5;     // ratio of energy change below which a step is corrected
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
+constexpr double kWatch = 3;      // of that cap; nearer particles are watched during a step
 constexpr double kGrow = 0.25, kShrink = 4;  // of mu
 constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matrix
 constexpr double kNewtonMu = 1;              // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 1e-2;        // residual below which springs yield and points are found
+constexpr double kSettled = 1e-2;        // residual below which points between particles are found
+constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
-constexpr int kSearches = 5;             // for points between particles near rest; then they stay
+// Moving these points changes the potential, and where one comes and goes the sheet may follow it
+// to and fro. So late in the run they are found anew ever more seldom.
+constexpr double kLateMu = 100;  // 1/s^2
+constexpr double kSeldom = 1.2;
+constexpr int kSearches = 5;       // for points between particles near rest; then they stay
 constexpr int kConvexRuns = 2;     // iterations with the convex matrix after an indefinite one
 constexpr double kPinned = 1e-9;   // m
 constexpr double kGapDone = 2e-9;  // m
+// Below this share of the sheet's energies a change of energy is lost in their rounding, and the
+// forces at both ends of the step say it better.
+constexpr double kBelowRounding = 1e-9;
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -54,7 +63,7 @@ StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
   cap_m_ = kStepCap * std::min(cloth.grid().warp_spacing_m(), cloth.grid().weft_spacing_m());
 }
 
-void StaticSolver::forces(const Field& x, Field& force) const {
+void StaticSolver::find_forces(const Field& x, Field& force) const {
   force.assign(x.size(), 0.0);
   cloth_.add_forces(x, nullptr, force);
   contacts_.add_forces(x, force);
@@ -74,38 +83,49 @@ double StaticSolver::gravity_energy_j() const {
   return sum;
 }
 
-bool StaticSolver::newton_matrix(bool convex) {
+void StaticSolver::lean(double reach_m) {
+  find_forces(position, force_);
+  contacts_.lean_on(position, force_, reach_m);
+}
+
+/// Contacts, forces and potential at the start of a step.
+void StaticSolver::begin_step() {
+  contacts_.begin(position, kWatch * cap_m_);
+  find_forces(position, force_);
+  potential_j_ = cloth_.energies(position).sum_j() + contacts_.energy_j(position);
+  residual_ = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    const double net = at(force_, i).norm();
+    if (!(net <= residual_)) residual_ = net;
+  }
+  residual_ /= weight_n_;
+}
+
+void StaticSolver::newton_matrix(bool convex) {
   hessian_.set_zero();
   add_hessian(cloth_, position, convex, hessian_);
   contacts_.add_hessian(position, convex, hessian_);
-  if (!convex) contacts_.add_surface_curvature(position, force_, hessian_);
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
-  return true;
 }
 
 bool StaticSolver::factorise_here() {
-  forces(position, force_);
-  contacts_.settle(position, force_);
+  begin_step();
   mu_ = 0;
   newton_matrix(false);
-  hessian_.project(contacts_.projectors(), contacts_.restricted(), cloth_.laws().tensile[0].slope);
   return factor_.factorise(hessian_, shift_);
 }
 
-/// Solves for step_, catching particles that would enter an object. gradient_ becomes that after
-/// the lift to the surfaces, so that step_ - lift is judged by it.
+/// Solves for step_ and what the quadratic model says of it.
 bool StaticSolver::find_step(StaticReport& report) {
   const int n = cloth_.count();
-  const double stand_in = cloth_.laws().tensile[0].slope;
   bool convex = convex_left_ > 0;
   if (convex) --convex_left_;
   for (int attempt = 0; attempt < 12; ++attempt) {
     newton_matrix(convex);
     gradient_.resize(3 * n);
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
-    gradient_ -= contacts_.friction();
-    hessian_.multiply(contacts_.lift(), lifted_);
-    hessian_.project(contacts_.projectors(), contacts_.restricted(), stand_in);
+    model_gradient_ = gradient_;
+    contacts_.add_landing(model_gradient_);
     ++report.factorisations;
     if (!factor_.factorise(hessian_, shift_)) {
       ++report.indefinite;
@@ -118,28 +138,12 @@ bool StaticSolver::find_step(StaticReport& report) {
       if (mu_ == 0) mu_ = kRestartMu;
       continue;
     }
-    exact_ = !convex && mu_ == 0;
-    step_ = -gradient_ - lifted_;
-    for (int i = 0; i < n; ++i) {
-      if (contacts_.restricted()[i] != 0) {
-        step_.segment<3>(3 * i) = contacts_.projectors()[i] * step_.segment<3>(3 * i);
-      }
-    }
+    step_ = -model_gradient_;
     factor_.solve(step_);
+    model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
     return step_.allFinite();
   }
   return false;
-}
-
-/// The trial position's gradient, and what the way there changes the energy by, measured by the
-/// forces at both ends (trapezoid), which counts friction's work as well.
-double StaticSolver::leg(const VectorXd& way, const VectorXd& before, VectorXd& after) {
-  const int n = cloth_.count();
-  forces(trial_, trial_force_);
-  after.resize(3 * n);
-  for (int i = 0; i < n; ++i) after.segment<3>(3 * i) = -at(trial_force_, i);
-  after -= contacts_.friction();
-  return 0.5 * way.dot(before + after);
 }
 
 void StaticSolver::move(const Field& from, const VectorXd& way) {
@@ -162,63 +166,81 @@ VectorXd StaticSolver::way_to_trial() const {
   return way;
 }
 
+/// What the way to trial_ adds to the potential, pseudo-time's part in.
+double StaticSolver::potential_change(const VectorXd& way) {
+  double change = 0;
+  double gravity = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    const Vector3d move = way.segment<3>(3 * i);
+    change += 0.5 * shift_[i] * move.squaredNorm();
+    gravity -= cloth_.mass_kg()[i] * move.dot(options_.gravity_m_per_s2);
+  }
+  const double energy =
+      gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) - potential_j_;
+  if (!(std::abs(energy) < kBelowRounding * std::abs(potential_j_))) return change + energy;
+  find_forces(trial_, trial_force_);
+  double slope = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    slope += way.segment<3>(3 * i).dot(gradient_.segment<3>(3 * i) - at(trial_force_, i));
+  }
+  return change + 0.5 * slope;
+}
+
 /// A correction with the same factor: takes back most of the stretch that a long straight way of
-/// turning pieces brings. Returns the change of energy on its leg.
-double StaticSolver::correct(VectorXd& way, const VectorXd& gradient, double share) {
+/// turning pieces brings.
+void StaticSolver::correct() {
   const int n = cloth_.count();
+  find_forces(trial_, trial_force_);
+  const VectorXd way = way_to_trial();
   VectorXd step(3 * n);
   for (int i = 0; i < n; ++i) {
-    step.segment<3>(3 * i) = -contacts_.projectors()[i] *
-                             (gradient.segment<3>(3 * i) + shift_[i] * way.segment<3>(3 * i));
+    step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * way.segment<3>(3 * i);
   }
   factor_.solve(step);
   const Field from = trial_;
   move(from, step);
   contacts_.retract(position, trial_);
-  step = way_to_trial() - contacts_.lift() * share - way;
-  way += step;
-  VectorXd after;
-  return leg(step, gradient, after);
 }
 
-/// Tries the step; corrects or halves it while it does not lower the energy. The way to the
-/// surfaces is taken first and not judged: contact forces bear it.
+/// Tries the step; corrects or halves it while it does not lower the potential.
 bool StaticSolver::take_step(StaticReport& report) {
   double share = 1;
   const auto shorten = [&] {
-    share = std::min(1.0, cap_m_ / std::max(largest_of(step_ + contacts_.lift()), 1e-300));
-    move(position, share * (contacts_.lift() + step_));
+    share = std::min(1.0, cap_m_ / std::max(largest_of(step_), 1e-300));
+    move(position, share * step_);
   };
   shorten();
-  for (int catches = 0; catches < kCatches; ++catches) {
-    if (contacts_.catch_entering(position, trial_, kDeep) == 0) break;
+  for (int k = 0; k < kReviews; ++k) {
+    if (contacts_.review(position, trial_, kDeep) == 0) break;
     if (!find_step(report)) return false;
     shorten();
   }
   const bool capped = share < 1;
-  VectorXd product;
-  hessian_.multiply(step_, product);
-  const double curve = step_.dot(product);
+  const double slope = gradient_.dot(step_);
   for (int halving = 0; halving <= kHalvings; ++halving) {
-    VectorXd way = share * step_;
-    move(position, share * contacts_.lift() + way);
+    move(position, share * step_);
     contacts_.retract(position, trial_);
-    way = way_to_trial() - share * contacts_.lift();
-    const VectorXd before = gradient_ + share * lifted_;
-    VectorXd after;
-    double change = leg(way, before, after);
-    const double predicted = -share * before.dot(step_) - 0.5 * share * share * curve;
-    const bool tiny = predicted < 1e-13 * weight_n_ * cap_m_;
-    double ratio = predicted > 0 ? -change / predicted : 0.0;
-    if (std::isfinite(change) && ratio < kPoor && !tiny) {
-      change += correct(way, after, share);
-      ratio = -change / predicted;
+    VectorXd way = way_to_trial();
+    const double predicted = -share * slope - 0.5 * share * share * model_curve_;
+    const bool tiny = std::abs(predicted) < 1e-13 * weight_n_ * cap_m_;
+    double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
+    if (std::isfinite(ratio) && ratio < kPoor && !tiny && predicted > 0) {
+      const Field plain = trial_;
+      correct();
+      const VectorXd corrected_way = way_to_trial();
+      const double corrected = -potential_change(corrected_way) / predicted;
+      if (corrected > ratio) {
+        ratio = corrected;
+        way = corrected_way;
+      } else {
+        trial_ = plain;
+      }
     }
-    if (std::isfinite(change) && (ratio > 0.1 || tiny)) {
+    if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
       position.swap(trial_);
       moved_m_ += largest_of(way);
       if (mu_ > 0) pseudo_time_s_ += 1 / std::sqrt(mu_);
-      plan_next(tiny ? 1 : ratio, capped || halving > 0 ? 0.5 : 1);
+      plan_next(tiny ? 1 : ratio, !capped && halving == 0);
       return true;
     }
     share *= 0.5;
@@ -227,8 +249,8 @@ bool StaticSolver::take_step(StaticReport& report) {
   return false;
 }
 
-void StaticSolver::plan_next(double ratio, double share) {
-  if (share == 1 && ratio > 0.7) {
+void StaticSolver::plan_next(double ratio, bool whole) {
+  if (whole && ratio > 0.7) {
     mu_ *= kGrow;
   } else if (ratio < 0.3) {
     mu_ *= kShrink;
@@ -238,67 +260,64 @@ void StaticSolver::plan_next(double ratio, double share) {
 
 void StaticSolver::note(StaticReport& report) {
   report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
-                            contacts_.energy_j(position), cloth_.energies(position),
-                            contacts_.touching()});
+                            contacts_.stored_j(position), cloth_.energies(position),
+                            contacts_.touching(position)});
 }
 
-bool StaticSolver::finish(StaticReport& report) {
+void StaticSolver::finish(StaticReport& report) {
+  double squares = 0;
+  for (const double f : force_) squares += f * f;
   report.residual = residual_;
-  report.residual_rms = contacts_.rms_n() / weight_n_;
+  report.residual_rms = std::sqrt(squares / cloth_.count()) / weight_n_;
   report.pin_error_m = contacts_.pin_error_m(position);
   report.gap_error_m = contacts_.gap_error_m(position);
-  report.touching = contacts_.touching();
+  report.touching = contacts_.touching(position);
   report.between = contacts_.between();
-  report.contact_energy_j = contacts_.energy_j(position);
-  return true;
+  report.contact_energy_j = contacts_.stored_j(position);
 }
 
 StaticReport StaticSolver::solve() {
   StaticReport report;
   trial_ = position;
-  contacts_.touch_what_lies_on(position, options_.touching_at_start_m);
   contacts_.refresh(position);
-  contacts_.yield(position);
   int searches = 0;
-  bool fresh = true;  // points between particles and springs are those of this position
+  double far_for_points_m = kFarForPoints;
+  bool fresh = true;  // points between particles are those of this position
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {
-    forces(position, force_);
-    residual_ = contacts_.settle(position, force_) / weight_n_;
+    begin_step();
     if (!std::isfinite(residual_)) {
       report.status = StaticStatus::diverged;
       position = best;
-      finish(report);
-      return report;
+      break;
     }
     best = position;
     note(report);
-    const bool placed =
-        contacts_.pin_error_m(position) < kPinned && contacts_.gap_error_m(position) < kGapDone;
     if (residual_ < kSettled && searches < kSearches && !fresh) {
       contacts_.refresh(position);
-      contacts_.yield(position);
       ++searches;
       fresh = true;
       continue;
     }
-    if (residual_ < options_.residual_tolerance && placed) {
+    if (residual_ < options_.residual_tolerance && contacts_.pin_error_m(position) < kPinned &&
+        contacts_.gap_error_m(position) < kGapDone) {
       report.status = StaticStatus::at_rest;
       break;
     }
-    if (moved_m_ > kFarForPoints) {
+    if (residual_ < kNearRest) {
+      contacts_.update_multipliers(position);
+      begin_step();
+    } else if (moved_m_ > far_for_points_m) {
       contacts_.refresh(position);
       moved_m_ = 0;
+      if (mu_ < kLateMu) far_for_points_m *= kSeldom;
+      begin_step();
     }
     if (!find_step(report)) {
       mu_ = std::max(mu_, 1e2) * kShrink;
       continue;
     }
-    fresh = false;
-    if (take_step(report)) {
-      contacts_.follow(trial_, position);
-      if (residual_ < kSettled) contacts_.update_pins(position);
-    }
+    if (take_step(report)) fresh = false;
   }
   finish(report);
   if (report.status == StaticStatus::at_rest) report.stable = factorise_here();

@@ -23,8 +23,6 @@ struct StaticOptions {
   int max_iterations = 2000;         ///< per level
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   int threads = 1;                   ///< of the factorisation; does not change the result
-  /// Positions below this gap count as touching at the start (m).
-  double touching_at_start_m = 1e-9;
 };
 
 /// One Newton iteration.
@@ -49,9 +47,11 @@ struct StaticReport {
   std::vector<StaticIteration> history;
 };
 
-/// Finds an equilibrium of a sheet: each iteration is a step of implicit pseudo-time (backward
-/// Euler without inertia) solved by one Newton iteration, the step growing as the quadratic model
-/// proves true, without bound near the equilibrium, where it becomes Newton's method. The exact
+/// Finds an equilibrium of a sheet. Each iteration is a step of implicit pseudo-time (backward
+/// Euler without inertia): one Newton iteration on the potential of cloth, gravity, contact and
+/// friction plus mu / 2 times mass times way squared, taken only when it lowers that potential. So
+/// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
+/// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
 /// Hessian is tried first; where it is indefinite the element-wise convex one takes its place.
 class StaticSolver {
  public:
@@ -60,28 +60,31 @@ class StaticSolver {
   Field position;  ///< blocks x, y, z (m)
 
   [[nodiscard]] StaticContacts& contacts() { return contacts_; }
+  /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
+  /// forces ask for.
+  void lean(double reach_m);
   /// Goes to rest from `position`.
   StaticReport solve();
 
   [[nodiscard]] double gravity_energy_j() const;
   [[nodiscard]] double mean_weight_n() const { return weight_n_; }
-  /// Net force on each particle before contact with the surfaces (N).
-  void forces(const Field& x, Field& force) const;
   /// The factor of the exact Hessian at the equilibrium; false when it is not positive definite.
   bool factorise_here();
   [[nodiscard]] const GridFactor& factor() const { return factor_; }
 
  private:
-  bool newton_matrix(bool convex);
+  void find_forces(const Field& x, Field& force) const;
+  void begin_step();
+  void newton_matrix(bool convex);
   bool find_step(StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
-  double leg(const Eigen::VectorXd& way, const Eigen::VectorXd& before, Eigen::VectorXd& after);
-  double correct(Eigen::VectorXd& way, const Eigen::VectorXd& gradient, double share);
+  double potential_change(const Eigen::VectorXd& way);
+  void correct();
   [[nodiscard]] Eigen::VectorXd way_to_trial() const;
-  void plan_next(double ratio, double share);
+  void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
-  bool finish(StaticReport& report);
+  void finish(StaticReport& report);
 
   Cloth& cloth_;
   const Surroundings& surroundings_;
@@ -90,11 +93,11 @@ class StaticSolver {
   GridMatrix hessian_;
   GridFactor factor_;
   Field force_, trial_, trial_force_;
-  Eigen::VectorXd step_, gradient_, lifted_;
+  Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  double potential_j_ = 0, model_curve_ = 0;
   int convex_left_ = 0;
-  bool exact_ = false;  ///< the last matrix was the exact Hessian without shift
 };
 
 /// Sets particles inside an object on its surface.
