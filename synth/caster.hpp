@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/camera_model.hpp"
+#include "core/scene.hpp"
+#include "synth/grid_surface.hpp"
+
+namespace drape::synth {
+
+/// A piece of a surface: corner k has normals[k] and lies at face[k] of the printed face.
+struct Triangle {
+  std::array<Eigen::Vector3d, 3> corners_in_world;
+  std::array<Eigen::Vector3d, 3> normals_in_world;
+  std::array<FacePoint, 3> face = {FacePoint::Zero(), FacePoint::Zero(), FacePoint::Zero()};
+  double reflectance = 1;
+  bool printed = false;  ///< belongs to the printed face
+};
+
+[[nodiscard]] std::vector<Triangle> triangles_of(const GridSurface& surface);
+
+/// A scene's objects and its table, half a metre around the origin, as triangles. A mesh file is
+/// left out: nothing here reads one.
+[[nodiscard]] std::vector<Triangle> triangles_of(const Scene& scene);
+[[nodiscard]] std::vector<Triangle> table_triangles(double z_m);
+
+/// Where a ray meets the scene first.
+struct Hit {
+  int triangle = -1;  ///< -1: nothing
+  double b1 = 0, b2 = 0;
+  double depth_m = 0;  ///< z in the camera frame
+  bool front = false;  ///< seen from the printed side
+
+  [[nodiscard]] bool is_hit() const { return triangle >= 0; }
+};
+
+/// The rays of a camera's pixels: every corner of every pixel, once for many pictures.
+class PixelRays {
+ public:
+  explicit PixelRays(const CameraModel& model);
+  /// Undistorted (X/Z, Y/Z) at a pixel position; exact at pixel corners, bilinear between them.
+  [[nodiscard]] Eigen::Vector2d direction(double u, double v) const;
+  [[nodiscard]] const Eigen::Vector2d& corner(int column, int row) const {
+    return corners_[static_cast<std::size_t>(row) * (width_ + 1) + column];
+  }
+  [[nodiscard]] int width() const { return width_; }
+  [[nodiscard]] int height() const { return height_; }
+  [[nodiscard]] double focal_px() const { return focal_px_; }  ///< in the middle
+
+ private:
+  int width_, height_;
+  double focal_px_ = 1;
+  std::vector<Eigen::Vector2d> corners_;  ///< NaN where no ray leads
+};
+
+/// Casts rays of one camera at triangles, through bins of 8 x 8 pixels.
+class Caster {
+ public:
+  Caster(const Camera& camera, const std::vector<Triangle>& triangles);
+
+  /// First hit of the ray with this direction, which must belong to the pixel (column, row).
+  [[nodiscard]] Hit cast(int column, int row, const Eigen::Vector2d& direction) const;
+  [[nodiscard]] FacePoint face(const Hit& hit) const;
+  [[nodiscard]] Eigen::Vector3d normal_in_world(const Hit& hit) const;
+  [[nodiscard]] const Triangle& triangle(const Hit& hit) const { return triangles_[hit.triangle]; }
+
+ private:
+  struct Packed {
+    Eigen::Vector3d n0, n1, n2;
+    double determinant;
+  };
+  static constexpr int tile = 8;
+  void bin(const CameraModel& model, const std::vector<std::array<Eigen::Vector3d, 3>>& in_camera);
+
+  const std::vector<Triangle>& triangles_;
+  std::vector<Packed> packed_;
+  int tiles_across_, tiles_down_;
+  std::vector<int> first_, members_;  ///< members_[first_[t]] .. of tile t
+};
+
+}  // namespace drape::synth

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace drape::synth {
+
+/// Mixes 64 bits (Steele, Lea, Flood 2014, the finaliser of SplitMix64). Random numbers by index,
+/// so that a pixel's noise does not depend on which thread comes first.
+[[nodiscard]] inline std::uint64_t mixed(std::uint64_t bits) {
+  bits += 0x9e3779b97f4a7c15ULL;
+  bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+  bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebULL;
+  return bits ^ (bits >> 31U);
+}
+
+/// Number `index` of stream `seed`, even in [0, 1).
+[[nodiscard]] inline double uniform(std::uint64_t seed, std::uint64_t index) {
+  return static_cast<double>(mixed(mixed(seed) ^ index) >> 11U) * 0x1p-53;
+}
+
+/// Number `index` of stream `seed`, normal with standard deviation 1 (Box, Muller 1958).
+[[nodiscard]] inline double normal(std::uint64_t seed, std::uint64_t index) {
+  const double radius = std::sqrt(-2 * std::log(1 - uniform(seed, 2 * index)));
+  return radius * std::cos(2 * std::numbers::pi * uniform(seed, 2 * index + 1));
+}
+
+}  // namespace drape::synth

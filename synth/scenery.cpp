@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "synth/caster.hpp"
+
+namespace drape::synth {
+namespace {
+
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr double object_reflectance = 0.5;
+constexpr double table_reflectance = 0.3;
+
+struct Corner {
+  Vector3d point, normal;
+};
+
+void add_quad(std::vector<Triangle>& all, const std::array<Corner, 4>& c, double reflectance) {
+  for (const auto& [i, j, k] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+    Triangle t;
+    t.corners_in_world = {c[i].point, c[j].point, c[k].point};
+    t.normals_in_world = {c[i].normal, c[j].normal, c[k].normal};
+    t.reflectance = reflectance;
+    all.push_back(t);
+  }
+}
+
+/// A surface over parameters 0..1, cut into `across` x `down` pieces.
+template <class Place>
+void add_patch(std::vector<Triangle>& all, int across, int down, double reflectance,
+               const Place& place) {
+  const auto at = [&](int i, int j) {
+    return place(i / static_cast<double>(across), j / static_cast<double>(down));
+  };
+  for (int j = 0; j < down; ++j) {
+    for (int i = 0; i < across; ++i)
+      add_quad(all, {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)}, reflectance);
+  }
+}
+
+constexpr double turn = 2 * std::numbers::pi;
+
+void add(std::vector<Triangle>& all, const Sphere& sphere) {
+  add_patch(all, 96, 48, object_reflectance, [&](double u, double v) {
+    const double a = turn * u, b = turn / 2 * v;
+    const Vector3d n(std::cos(a) * std::sin(b), std::sin(a) * std::sin(b), std::cos(b));
+    return Corner{sphere.centre_in_world + sphere.radius_m * n, n};
+  });
+}
+
+void add(std::vector<Triangle>& all, const Box& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      add_patch(all, 8, 8, object_reflectance, [&](double u, double v) {
+        Vector3d point;
+        point[axis] = side / 2;
+        point[(axis + 1) % 3] = u - 0.5;
+        point[(axis + 2) % 3] = v - 0.5;
+        const Vector3d normal = side * Vector3d::Unit(axis);
+        return Corner{box.world_from_box * point.cwiseProduct(box.size_m),
+                      box.world_from_box.rotation * normal};
+      });
+    }
+  }
+}
+
+void add(std::vector<Triangle>& all, const Cylinder& cylinder) {
+  const auto& pose = cylinder.world_from_cylinder;
+  add_patch(all, 96, 8, object_reflectance, [&](double u, double v) {
+    const Vector3d n(std::cos(turn * u), std::sin(turn * u), 0);
+    const Vector3d up((v - 0.5) * cylinder.height_m * Vector3d::UnitZ());
+    return Corner{pose * (cylinder.radius_m * n + up), pose.rotation * n};
+  });
+  for (const double side : {-1.0, 1.0}) {
+    add_patch(all, 96, 6, object_reflectance, [&](double u, double v) {
+      const Vector3d n(std::cos(turn * u), std::sin(turn * u), 0);
+      const Vector3d up(side / 2 * cylinder.height_m * Vector3d::UnitZ());
+      return Corner{pose * (v * cylinder.radius_m * n + up),
+                    pose.rotation * Vector3d(side * Vector3d::UnitZ())};
+    });
+  }
+}
+
+void add(std::vector<Triangle>&, const Plane&) {}       // without end: the table stands for it
+void add(std::vector<Triangle>&, const MeshObject&) {}  // see triangles_of
+
+}  // namespace
+
+std::vector<Triangle> table_triangles(double z_m) {
+  std::vector<Triangle> all;
+  add_patch(all, 50, 50, table_reflectance, [&](double u, double v) {
+    return Corner{Vector3d((u - 0.5) * 1000 * mm, (v - 0.5) * 1000 * mm, z_m), Vector3d::UnitZ()};
+  });
+  return all;
+}
+
+std::vector<Triangle> triangles_of(const Scene& scene) {
+  std::vector<Triangle> all = table_triangles(scene.table_z_m);
+  for (const Obstacle& obstacle : scene.obstacles)
+    std::visit([&](const auto& object) { add(all, object); }, obstacle);
+  return all;
+}
+
+}  // namespace drape::synth

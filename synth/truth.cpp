@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "synth/truth.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+
+namespace drape::synth {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::optional<Vector2d> image_of(const GridSurface& surface, const Camera& camera,
+                                 const FacePoint& face) {
+  const auto point = surface.point_in_world(face);
+  if (!point) return std::nullopt;
+  const auto image = project(camera.model, camera.cam_from_world * *point);
+  if (!image) return std::nullopt;
+  return image->px;
+}
+
+/// True when the camera sees this point of the face and nothing before it.
+bool is_seen(const GridSurface& surface, const SceneView& view, const FacePoint& face) {
+  const auto point = surface.point_in_world(face);
+  if (!point) return false;
+  const Vector3d in_camera = view.camera().cam_from_world * *point;
+  const auto image = project(view.camera().model, in_camera);
+  if (!image) return false;
+  const Hit hit = view.cast(image->px);
+  constexpr double slack_m = 2e-5;
+  return hit.is_hit() && hit.front && std::abs(hit.depth_m - in_camera.z()) < slack_m;
+}
+
+/// Share of a dot that is seen, from its centre and rings of points out to its outline.
+double seen_share(const GridSurface& surface, const SceneView& view, const MarkOnFace& mark) {
+  constexpr int rings = 3, around = 16;
+  int seen = is_seen(surface, view, mark.centre) ? 1 : 0, all = 1;
+  for (int ring = 1; ring <= rings && mark.radius_m > 0; ++ring) {
+    for (int k = 0; k < around; ++k) {
+      const double angle = 2 * std::numbers::pi * k / around;
+      const FacePoint offset(std::cos(angle), std::sin(angle));
+      seen += is_seen(surface, view, mark.centre + mark.radius_m * ring / rings * offset) ? 1 : 0;
+      ++all;
+    }
+  }
+  return seen / static_cast<double>(all);
+}
+
+template <class Sheet>
+std::vector<MarkOnFace> all_marks(const Sheet& sheet) {
+  std::vector<MarkOnFace> marks;
+  for (int row = 0; row < sheet.rows; ++row) {
+    for (int col = 0; col < sheet.cols; ++col)
+      marks.push_back({{row, col}, face_point(sheet, {row, col}), sheet.dot_diameter_m / 2});
+  }
+  return marks;
+}
+
+}  // namespace
+
+std::vector<MarkOnFace> marks_of(const Print& print) {
+  return all_marks(print);
+}
+
+std::vector<MarkOnFace> marks_of(const Target& target) {
+  return all_marks(target);
+}
+
+std::optional<Vector2d> disc_centroid_px(const GridSurface& surface, const Camera& camera,
+                                         const FacePoint& centre, double radius_m) {
+  constexpr int nodes = 720;
+  const auto middle = image_of(surface, camera, centre);
+  if (!middle) return std::nullopt;
+  const auto corner = [&](int k) {
+    const double angle = 2 * std::numbers::pi * k / nodes;
+    return image_of(surface, camera,
+                    centre + radius_m * FacePoint(std::cos(angle), std::sin(angle)));
+  };
+  auto last = corner(nodes - 1);
+  double twice = 0;
+  Vector2d moment = Vector2d::Zero();
+  for (int k = 0; k < nodes; ++k) {
+    const auto next = corner(k);
+    if (!last || !next) return std::nullopt;
+    const Vector2d a = *last - *middle, b = *next - *middle;
+    const double wedge = a.x() * b.y() - a.y() * b.x();
+    twice += wedge;
+    moment += wedge * (a + b) / 3;
+    last = next;
+  }
+  const Vector2d offset = moment / twice;
+  if (!offset.allFinite()) return std::nullopt;
+  return Vector2d(*middle + offset);
+}
+
+std::vector<TrueMark> truth_of(const SyntheticScene& scene, const std::vector<MarkOnFace>& marks,
+                               const std::vector<const SceneView*>& views) {
+  std::vector<TrueMark> truth;
+  for (const MarkOnFace& mark : marks) {
+    const auto point = scene.surface.point_in_world(mark.centre);
+    if (!point) {
+      throw bad_input(
+          fmt::format("mark ({}, {}) lies beyond the surface", mark.mark.row, mark.mark.col), {},
+          "give a surface that reaches as far as the print");
+    }
+    TrueMark known{mark.mark, *point, scene.surface.normal_in_world(mark.centre), {}};
+    for (const SceneView* view : views) {
+      TrueMarkView seen;
+      const Camera& camera = view->camera();
+      seen.px = image_of(scene.surface, camera, mark.centre);
+      seen.centroid_px = mark.radius_m > 0
+                             ? disc_centroid_px(scene.surface, camera, mark.centre, mark.radius_m)
+                             : seen.px;
+      const Vector3d to_camera = (centre_in_world(camera) - *point).normalized();
+      seen.facing_rad = std::acos(std::clamp(to_camera.dot(known.normal_in_world), -1.0, 1.0));
+      seen.visible_share = seen_share(scene.surface, *view, mark);
+      known.views.push_back(seen);
+    }
+    truth.push_back(known);
+  }
+  return truth;
+}
+
+}  // namespace drape::synth
