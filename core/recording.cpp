@@ -52,7 +52,11 @@ Recording read_recording(const std::filesystem::path& folder) {
   const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
   Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
   for (const JsonNode& set : root.items("sets")) {
-    recording.sets.push_back({set.text("name"), {}});
+    recording.sets.push_back({set.text("name"),
+                              {},
+                              set.optional_text("details_sha256"),
+                              set.optional_number("motion_px"),
+                              set.optional_number("camera_shift_px")});
     for (const JsonNode& frame : set.items("frames")) {
       recording.sets.back().frames.push_back(read_recorded_frame(frame));
     }
@@ -76,6 +80,9 @@ void write_recording(const Recording& recording) {
     item["name"] = set.name;
     item["frames"] = Json::array();
     for (const RecordedFrame& frame : set.frames) item["frames"].push_back(json_of(frame));
+    if (set.details_sha256) item["details_sha256"] = *set.details_sha256;
+    if (set.motion_px) item["motion_px"] = *set.motion_px;
+    if (set.camera_shift_px) item["camera_shift_px"] = *set.camera_shift_px;
     json["sets"].push_back(std::move(item));
   }
   write_json(recording.folder / "recording.json", json);

@@ -21,6 +21,10 @@ struct RecordedFrame {
 struct FrameSet {
   std::string name;
   std::vector<RecordedFrame> frames;
+  // Of live sets; absent where nobody looked.
+  std::optional<std::string> details_sha256 = {};  ///< of <set>/capture.json
+  std::optional<double> motion_px = {};            ///< largest motion between frames of the burst
+  std::optional<double> camera_shift_px = {};      ///< of a background against the reference set
 };
 
 /// A recording: <set>/<camera>.png and recording.json, which is written last.
