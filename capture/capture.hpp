@@ -19,6 +19,9 @@ struct CaptureOptions {
   /// Called with the fraction done (0..1) and the file just done; one call at a time.
   std::function<void(double, const std::string&)> progress = {};
 
+  /// ISO date (2026-01-31) that an import states; absent when nobody knows it.
+  std::optional<std::string> recorded_on = {};
+
   void check() const;  ///< throws Error(usage)
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/commands.hpp"
 
+#include <algorithm>
 #include <ctime>
 
 #include "capture/ending.hpp"
@@ -15,9 +16,12 @@ namespace {
 namespace fs = std::filesystem;
 
 CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
-  return {thread_count(common), [&progress](double fraction, const std::string& file) {
-            progress.update(fraction, file);
-          }};
+  CaptureOptions options;
+  options.threads = thread_count(common);
+  options.progress = [&progress](double fraction, const std::string& file) {
+    progress.update(fraction, file);
+  };
+  return options;
 }
 
 std::string today() {
@@ -43,12 +47,15 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   storing.average = command.average;
   storing.largest_spread_s = cameras.largest_spread_s;
   storing.recorded_on = today();
+  storing.format = command.format;
+  storing.still.calibration = command.calibration;
   require_new_set(storing);
 
   Progress progress("capture", common.quiet);
   LiveOptions options;
   options.frames = command.frames;
   options.patience_s = command.patience_s;
+  options.opening_s = std::max(options.opening_s, command.patience_s);
   options.host_program = camera_host_program();
   options.progress = [&progress](double done, const std::string& what) {
     progress.update(done, what);
@@ -57,6 +64,7 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   const RecordResult stored = record_live(live, cameras, storing);
   const Ending ending = ending_of(live.report, stored, command.frames, command.recording);
   record.input(cameras.file);
+  if (command.calibration) record.input(*command.calibration);
   if (!stored.sets.empty()) {
     const fs::path manifest = command.recording / "recording.json";
     record.output(manifest);
@@ -66,11 +74,13 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
 }
 
 int run_import(const fs::path& folder, const fs::path& recording_folder,
-               std::vector<std::string> arguments, const CommonOptions& common) {
+               const std::optional<std::string>& recorded_on, std::vector<std::string> arguments,
+               const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));
   Progress progress("import", common.quiet);
-  const ImportResult result =
-      import_folder(folder, recording_folder, options_with(common, progress));
+  CaptureOptions options = options_with(common, progress);
+  options.recorded_on = recorded_on;
+  const ImportResult result = import_folder(folder, recording_folder, options);
   for (const FrameSet& set : result.recording.sets) {
     for (const RecordedFrame& frame : set.frames) record.input(folder / frame.file, frame.sha256);
   }

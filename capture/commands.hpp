@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "capture/live/record.hpp"
 #include "core/program.hpp"
 
 namespace drape {
@@ -14,6 +16,8 @@ struct CaptureCommand {
   std::string set;
   int frames = 1;
   bool average = false;
+  FrameFormat format = FrameFormat::png;
+  std::optional<std::filesystem::path> calibration;
   double patience_s = 20;
 };
 
@@ -21,7 +25,8 @@ struct CaptureCommand {
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common);
 int run_import(const std::filesystem::path& folder, const std::filesystem::path& recording,
-               std::vector<std::string> arguments, const CommonOptions& common);
+               const std::optional<std::string>& recorded_on, std::vector<std::string> arguments,
+               const CommonOptions& common);
 int run_verify(const std::filesystem::path& recording, const CommonOptions& common);
 
 }  // namespace drape

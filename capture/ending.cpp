@@ -58,17 +58,38 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int frame
   ending.numbers.emplace_back("sync", to_string(report.method));
   if (!report.why_fallen_back.empty())
     ending.numbers.emplace_back("fallen back", report.why_fallen_back);
+  if (stored.still.motion_px)
+    ending.numbers.emplace_back(
+        "cloth",
+        fmt::format("{}: largest motion {:.3f} px{}", stored.still.cloth_moved ? "moved" : "still",
+                    *stored.still.motion_px,
+                    stored.still.sync_error_mm
+                        ? fmt::format(", {:.2f} mm/s, {:.4f} mm during the spread",
+                                      *stored.still.speed_mm_per_s, *stored.still.sync_error_mm)
+                        : ""));
+  if (stored.still.background_shift_px)
+    ending.numbers.emplace_back(
+        "background",
+        fmt::format("{:.2f} px from the reference set at most", *stored.still.background_shift_px));
   for (const LiveCameraReport& camera : report.cameras) {
     const CameraLedger& l = camera.ledger;
     ending.numbers.emplace_back(
         camera.name,
         fmt::format("{} frames expected: {} in sets, {} unpaired, {} incomplete, {} never arrived; "
-                    "{} packets resent",
+                    "{} packets resent{}",
                     l.expected, l.in_set, l.unpaired, l.incomplete, l.never_arrived,
-                    camera.counters.packets_resent));
+                    camera.counters.packets_resent,
+                    camera.longest_gap_s > 0
+                        ? fmt::format("; lost: noticed after {:.2f} s, back {:.2f} s later",
+                                      camera.longest_unnoticed_s, camera.longest_gap_s)
+                        : ""));
   }
   for (const auto& [camera, what, to_do] : report.faults)
     ending.rejected.push_back(fmt::format("camera `{}`: {}; to do: {}", camera, what, to_do));
+  const auto moved = stored.still.cloth_fault();
+  ending.go = ending.go && !moved;
+  if (moved)
+    ending.rejected.push_back(fmt::format("{}; to do: {}", moved->what, moved->what_to_do));
   for (const auto& [camera, what, to_do] : stored.refused)
     ending.rejected.push_back(fmt::format(
         "{}{}; to do: {}", camera.empty() ? "" : "camera `" + camera + "`, ", what, to_do));

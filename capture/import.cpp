@@ -169,6 +169,9 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
     for (const CheckedImage& checked : images) copy_one(folder, recording_folder, checked);
   }
   Recording recording = make_recording(recording_folder, layout, images);
+  recording.recorded_on = options.recorded_on;
+  if (!recording.recorded_on && fs::exists(recording_folder / "recording.json"))
+    recording.recorded_on = read_recording(recording_folder).recorded_on;
   write_recording(recording);
   return {std::move(recording), std::move(report)};
 }

@@ -45,6 +45,12 @@ TEST_F(Import, CopiesByteForByteAndListsEveryImage) {
   const Recording recording = read_recording(out());
   EXPECT_EQ(recording.source, "import");
   EXPECT_EQ(recording.recorded_on, std::nullopt);
+  static_cast<void>(import_folder(in(), out(), {.recorded_on = "2026-01-31"}));
+  EXPECT_EQ(read_recording(out()).recorded_on, "2026-01-31");
+  static_cast<void>(import_folder(in(), out(), {}));
+  EXPECT_EQ(read_recording(out()).recorded_on, "2026-01-31") << "a stated day is kept";
+  for (const std::string wrong : {"31.01.2026", "2026-02-30", "2026-1-31", "2026-01-31x", ""})
+    EXPECT_THROW(static_cast<void>(import_folder(in(), out(), {.recorded_on = wrong})), Error);
   ASSERT_EQ(recording.sets.size(), 2U);
   EXPECT_EQ(recording.sets[0].name, "set2");
   for (const FrameSet& set : recording.sets) {

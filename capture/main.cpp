@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+
 #include "capture/commands.hpp"
 
 int main(int argc, char** argv) {
@@ -22,6 +24,10 @@ int main(int argc, char** argv) {
   app.add_option("--frames", command.frames, "frames per camera: sets NAME_000, NAME_001, ...")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--average", command.average, "store one set, the mean of all frames");
+  app.add_option("--format", command.format, "png, or pgm: faster to write, twice the space")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, drape::FrameFormat>{
+          {"png", drape::FrameFormat::png}, {"pgm", drape::FrameFormat::pgm}}));
+  app.add_option("--calibration", command.calibration, "tells the cloth's speed in mm/s");
   app.add_option("--patience-s", command.patience_s, "give up when no frame comes for that long");
   CLI::App* importing = app.add_subcommand("import", "images from elsewhere to a recording");
   importing->add_option("FOLDER", folder, "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff")
@@ -29,11 +35,14 @@ int main(int argc, char** argv) {
   importing
       ->add_option("--out", recording, "recording to write; FOLDER itself adds only the manifest")
       ->required();
+  std::optional<std::string> recorded_on;
+  importing->add_option("--recorded-on", recorded_on, "day of the recording, as 2026-01-31");
   CLI::App* verifying = app.add_subcommand("verify", "is every image as it was recorded?");
   verifying->add_option("RECORDING", recording, "folder with recording.json")->required();
   return drape::run_program(app, argc, argv, common, [&] {
     auto arguments = drape::arguments_of(argc, argv);
-    if (importing->parsed()) return run_import(folder, recording, std::move(arguments), common);
+    if (importing->parsed())
+      return run_import(folder, recording, recorded_on, std::move(arguments), common);
     if (verifying->parsed()) return run_verify(recording, common);
     command.recording = recording;
     return run_capture(command, std::move(arguments), common);

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "capture/device/camera.hpp"
+#include "capture/device/gige_discovery.hpp"
 #include "capture/device/socket_filter.hpp"
 #include "core/error.hpp"
 
@@ -17,8 +18,9 @@ namespace {
 
 constexpr std::uint16_t kControlPort = 3956;
 constexpr int kBuffers = 16;  // with 8, fast cameras find none free
-constexpr int kHeartbeat_ms =
-    2000;  // above Aravis' own beat of 1 s; a lost host frees the camera soon
+// Above Aravis' own beat of 1 s; a lost host frees the camera soon.
+constexpr int kHeartbeat_ms = 2000;
+constexpr std::int64_t kPtpWait_ns = 5'000'000'000;  // a slave finds its master in some seconds
 constexpr std::int64_t kMono8 = 0x01080001;
 
 struct Unref {
@@ -67,7 +69,7 @@ std::string ip_of(GSocketAddress* address) {
   return result;
 }
 
-class AravisCamera final : public Camera {
+class AravisCamera final : public CameraDevice {
  public:
   AravisCamera(Owned<ArvDevice> device, std::string name, const std::vector<int>& other_sockets)
       : name_(std::move(name)), device_(std::move(device)) {
@@ -119,6 +121,7 @@ class AravisCamera final : public Camera {
     set_exposure_and_gain(s);
     set_rate(s);
     set_trigger(s);
+    if (s.ptp) set_ptp();
     note("pixel_format", text_of(device_text("PixelFormat")));
     payload_ = static_cast<std::size_t>(integer("PayloadSize"));
     pixel_format_ = s.pixel_format;
@@ -344,6 +347,40 @@ class AravisCamera final : public Camera {
     set_integer("ActionGroupMask", keys.group_mask);
   }
 
+  /// The names of the GenICam standard, and those of cameras from before it.
+  struct PtpNames {
+    const char *enable, *latch, *status, *offset_ns;
+  };
+
+  [[nodiscard]] std::optional<PtpNames> ptp_names() const {
+    for (const PtpNames& names :
+         {PtpNames{"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"},
+          {"GevIEEE1588", "GevIEEE1588DataSetLatch", "GevIEEE1588Status",
+           "GevIEEE1588OffsetFromMaster"}})
+      if (has(names.enable) && has(names.status)) return names;
+    return std::nullopt;
+  }
+
+  /// What came of it is noted; without a master the camera goes on with the clock it has.
+  void set_ptp() {
+    const auto names = ptp_names();
+    if (!names) return note("ptp_status", "not there");
+    Failure failure(name_);
+    arv_device_set_boolean_feature_value(device_.get(), names->enable, 1, failure.slot());
+    failure.require_none("switching PTP on");
+    std::string status;
+    const std::int64_t until = now_ns() + kPtpWait_ns;
+    do {
+      if (!status.empty()) g_usleep(100'000);
+      if (has(names->latch))
+        arv_device_execute_command(device_.get(), names->latch, failure.slot());
+      failure.require_none("reading PTP");
+      status = text_of(device_text(names->status));
+    } while (status != "Slave" && status != "Master" && now_ns() < until);
+    note("ptp_status", status);
+    if (has(names->offset_ns)) note("ptp_offset_ns", fmt::format("{}", integer(names->offset_ns)));
+  }
+
   /// Filters the sockets that Aravis opened since `before`.
   void filter_new_sockets(const std::vector<int>& before, std::uint16_t port) {
     for (const int socket : udp_sockets()) {
@@ -417,6 +454,7 @@ Owned<ArvDevice> open_at(const CameraAddress& address) {
 }
 
 Owned<ArvDevice> open_by_name(const CameraAddress& address) {
+  refuse_duplicate_serial(address.device);
   arv_update_device_list();
   std::vector<std::string> matching;
   std::string all;
@@ -445,7 +483,7 @@ Owned<ArvDevice> open_by_name(const CameraAddress& address) {
 
 }  // namespace
 
-std::unique_ptr<Camera> open_aravis_camera(const CameraAddress& address) {
+std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address) {
   const std::vector<int> other_sockets = udp_sockets();
   Owned<ArvDevice> device = address.host_address.empty() ? nullptr : open_at(address);
   if (!device) device = open_by_name(address);
@@ -457,21 +495,6 @@ std::unique_ptr<Camera> open_aravis_camera(const CameraAddress& address) {
         address.device, "plug it into the right network card, or correct host_address");
   }
   return camera;
-}
-
-std::vector<FoundDevice> find_aravis_devices() {
-  arv_update_device_list();
-  std::vector<FoundDevice> found;
-  for (unsigned i = 0; i < arv_get_n_devices(); ++i) {
-    FoundDevice device;
-    device.identity.vendor = text_of(arv_get_device_vendor(i));
-    device.identity.model = text_of(arv_get_device_model(i));
-    device.identity.serial = text_of(arv_get_device_serial_nbr(i));
-    device.identity.address = text_of(arv_get_device_address(i));
-    device.name = device.identity.serial;
-    found.push_back(std::move(device));
-  }
-  return found;
 }
 
 }  // namespace drape

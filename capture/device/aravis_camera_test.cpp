@@ -41,7 +41,7 @@ struct Tally {
 };
 
 /// Triggers `frames` frames one after another and compares every pixel.
-Tally stream(Camera& camera, const std::vector<std::uint8_t>& pixels, int frames) {
+Tally stream(CameraDevice& camera, const std::vector<std::uint8_t>& pixels, int frames) {
   Tally tally;
   camera.start();
   for (int i = 0; i < frames; ++i) {

@@ -7,7 +7,7 @@
 
 namespace drape {
 
-std::unique_ptr<Camera> open_camera(const CameraAddress& address) {
+std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address) {
   switch (address.backend) {
     case Backend::aravis:
       return open_aravis_camera(address);

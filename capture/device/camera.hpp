@@ -38,6 +38,7 @@ struct CameraSettings {
   std::optional<int> packet_size_bytes, packet_delay_ns;
   TriggerSource trigger = TriggerSource::free_run;
   std::string trigger_line = "Line1";
+  bool ptp = false;  ///< switch PTP on where the camera has it, and wait until it holds the clock
 };
 
 struct CameraIdentity {
@@ -78,9 +79,9 @@ struct ActionKeys {
 
 /// One camera, whatever its library. Every call throws Error(device) that names the camera's
 /// device and what to do. next() may run on another thread than the rest.
-class Camera {
+class CameraDevice {
  public:
-  virtual ~Camera() = default;
+  virtual ~CameraDevice() = default;
   [[nodiscard]] virtual CameraIdentity identity() const = 0;
   /// Writes the settings in the order they depend on each other, with exposure, gain and white
   /// balance no longer automatic, and reads all of them back. Throws when the camera took another
@@ -100,10 +101,10 @@ class Camera {
   [[nodiscard]] virtual CameraCounters counters() const = 0;
 };
 
-[[nodiscard]] std::unique_ptr<Camera> open_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<Camera> open_aravis_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<Camera> open_v4l2_camera(const CameraAddress& address);
-[[nodiscard]] std::unique_ptr<Camera> open_replay_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<CameraDevice> open_v4l2_camera(const CameraAddress& address);
+[[nodiscard]] std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address);
 
 /// A device that could be named in cameras.toml.
 struct FoundDevice {

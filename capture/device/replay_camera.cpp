@@ -10,7 +10,7 @@
 namespace drape {
 namespace {
 
-class ReplayCamera final : public Camera {
+class ReplayCamera final : public CameraDevice {
  public:
   ReplayCamera(Recording recording, std::string camera)
       : recording_(std::move(recording)), camera_(std::move(camera)) {
@@ -82,7 +82,7 @@ class ReplayCamera final : public Camera {
 
 }  // namespace
 
-std::unique_ptr<Camera> open_replay_camera(const CameraAddress& address) {
+std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address) {
   return std::make_unique<ReplayCamera>(read_recording(address.recording), address.device);
 }
 

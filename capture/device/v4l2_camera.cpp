@@ -81,7 +81,7 @@ std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
   return found;
 }
 
-class V4l2Camera final : public Camera {
+class V4l2Camera final : public CameraDevice {
  public:
   V4l2Camera(const std::string& file, const v4l2_capability& capability)
       : name_(text_of(capability.bus_info)), device_(file) {
@@ -168,6 +168,7 @@ class V4l2Camera final : public Camera {
     if (s.width_px) format.fmt.pix.width = static_cast<std::uint32_t>(*s.width_px);
     if (s.height_px) format.fmt.pix.height = static_cast<std::uint32_t>(*s.height_px);
     format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
+    format.fmt.pix.bytesperline = 0;  // the driver chooses, not the format before
     format.fmt.pix.field = V4L2_FIELD_NONE;
     device_.require(VIDIOC_S_FMT, &format, "setting the format");
     if (format.fmt.pix.pixelformat != V4L2_PIX_FMT_GREY || !is_native(V4L2_PIX_FMT_GREY))
@@ -303,7 +304,7 @@ class V4l2Camera final : public Camera {
 
 }  // namespace
 
-std::unique_ptr<Camera> open_v4l2_camera(const CameraAddress& address) {
+std::unique_ptr<CameraDevice> open_v4l2_camera(const CameraAddress& address) {
   std::string all;
   std::vector<std::pair<std::string, v4l2_capability>> matching;
   for (const auto& [file, capability] : capture_files()) {

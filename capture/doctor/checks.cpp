@@ -191,6 +191,24 @@ Check check_calibration(const std::optional<std::filesystem::path>& calibration,
           "record the target anew, then drape calib"};
 }
 
+std::vector<Check> check_still(const StillReport& still) {
+  std::vector<Check> checks;
+  const auto moved = still.cloth_fault();
+  if (still.motion_px)
+    checks.push_back({"cloth", !moved, fmt::format("moves by {:.3f} px at most", *still.motion_px),
+                      moved ? moved->what_to_do : ""});
+  for (const CameraStill& camera : still.cameras) {
+    const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
+                                    [&](const LiveFault& f) { return f.camera == camera.name; });
+    if (camera.background_shift_px)
+      checks.push_back({"place of " + camera.name, fault == still.moved_cameras.end(),
+                        fmt::format("its background is {:.2f} px from the reference set",
+                                    *camera.background_shift_px),
+                        "lock the camera and calibrate anew"});
+  }
+  return checks;
+}
+
 std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras) {
   std::vector<Check> checks;
   const bool whole = !live.pairing.sets.empty();

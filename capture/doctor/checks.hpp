@@ -10,6 +10,7 @@
 #include "capture/device/camera.hpp"
 #include "capture/live/cameras_file.hpp"
 #include "capture/live/live_capture.hpp"
+#include "capture/live/still.hpp"
 
 namespace drape {
 
@@ -48,6 +49,9 @@ struct LinkNeeds {
                                       double largest_days);
 /// One captured set: were all frames whole and together, clocks, exposure, focus?
 [[nodiscard]] std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras);
+
+/// A short burst: is the cloth still, and is every camera where it was at the reference set?
+[[nodiscard]] std::vector<Check> check_still(const StillReport& still);
 
 /// Limit of the kernel on a socket's receive buffer, in bytes; 0 when it cannot be read.
 [[nodiscard]] std::int64_t largest_socket_buffer();

@@ -29,15 +29,21 @@ std::vector<drape::Check> check_machine(const drape::CamerasFile& cameras, const
   return checks;
 }
 
-void add_cameras(const drape::CamerasFile& cameras, std::vector<drape::Check>& checks) {
+void add_cameras(const drape::CamerasFile& cameras, const std::optional<fs::path>& calibration,
+                 std::vector<drape::Check>& checks) {
   const auto devices = check_devices(cameras, drape::list_devices(drape::camera_host_program()));
   checks.insert(checks.end(), devices.begin(), devices.end());
   drape::LiveOptions options;
   options.host_program = drape::camera_host_program();
   options.patience_s = 3;
   try {
-    const auto seen = check_capture(drape::capture_live(cameras, options), cameras);
-    checks.insert(checks.end(), seen.begin(), seen.end());
+    options.frames = 3;
+    const drape::LiveResult live = drape::capture_live(cameras, options);
+    drape::StillOptions still;
+    if (calibration && fs::exists(*calibration)) still.calibration = calibration;
+    for (const auto& seen :
+         {check_capture(live, cameras), check_still(look_still(live, cameras, still))})
+      checks.insert(checks.end(), seen.begin(), seen.end());
   } catch (const drape::Error& error) {
     checks.push_back({"a set of all cameras", false,
                       fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
@@ -82,7 +88,7 @@ int main(int argc, char** argv) {
     const auto cameras = drape::read_cameras_file(rig);
     auto checks = check_machine(cameras, out);
     checks.push_back(drape::check_calibration(calibration, 30));
-    add_cameras(cameras, checks);
+    add_cameras(cameras, calibration, checks);
     return tell(checks, common);
   });
 }

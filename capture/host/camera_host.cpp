@@ -18,7 +18,6 @@ namespace drape {
 namespace {
 
 constexpr int kControl = 3, kMemory = 4;  ///< descriptors as the child sees them
-constexpr double kOpening_s = 8.0;        ///< discovery and set-up may take that long
 
 }  // namespace
 
@@ -129,7 +128,7 @@ void CameraHost::pump() {
     if (fault_) return;
   }
   const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_sign_;
-  if (silence.count() > (ready_ ? options_.silence_s : kOpening_s))
+  if (silence.count() > (ready_ ? options_.silence_s : options_.opening_s))
     fail("its camera host gives no sign of life", "check cable and power of the camera");
 }
 

@@ -19,7 +19,8 @@ struct HostOptions {
   std::size_t slots = 8;          ///< frames on their way at once
   std::size_t slot_bytes = 0;     ///< bytes of the largest frame
   int memory_limit_mb = 2048;
-  double silence_s = 1.0;  ///< without a sign of life it is taken as hung
+  double silence_s = 1.0;   ///< without a sign of life it is taken as hung
+  double opening_s = 15.0;  ///< the same while it opens the camera: discovery takes its time
 };
 
 /// A frame as it left the camera host, pixels copied out of the shared memory.

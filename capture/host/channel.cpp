@@ -118,6 +118,7 @@ Json json_of(const CameraSettings& s) {
   put(json, "packet_delay_ns", s.packet_delay_ns);
   json["trigger"] = static_cast<int>(s.trigger);
   json["trigger_line"] = s.trigger_line;
+  json["ptp"] = s.ptp;
   return json;
 }
 
@@ -135,6 +136,7 @@ CameraSettings settings_of(const Json& json) {
   s.packet_delay_ns = get<int>(json, "packet_delay_ns");
   s.trigger = static_cast<TriggerSource>(json.at("trigger").get<int>());
   s.trigger_line = json.at("trigger_line");
+  s.ptp = json.at("ptp");
   return s;
 }
 

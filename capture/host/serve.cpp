@@ -69,7 +69,7 @@ class Server {
     }
     if (what == "stop") {
       set_running(false);
-      tell_alive();  // the final counts
+      tell_alive(true);  // the final counts, and a reading after the last frame
       send_message(control_.get(), {{"is", "stopped"}});
     }
     if (what == "trigger" && camera_) camera_->trigger();
@@ -114,11 +114,11 @@ class Server {
     changed_.wait(lock, [&] { return failed_ || running_ == running; });
   }
 
-  void tell_alive() {
+  void tell_alive(bool read_clock = false) {
     Json alive{{"is", "alive"}};
     if (camera_) {
       alive["clock"] = Json::array();
-      if (++alive_count_ % kClockEvery == 0) add_clock(alive["clock"]);
+      if (++alive_count_ % kClockEvery == 0 || read_clock) add_clock(alive["clock"]);
       const CameraCounters c = camera_->counters();
       alive["counters"] = {c.packets_requested_again, c.packets_resent, c.packets_repeated,
                            c.buffer_underruns, no_slot_.load()};
@@ -186,7 +186,7 @@ class Server {
   }
 
   Descriptor control_, memory_;
-  std::unique_ptr<Camera> camera_;
+  std::unique_ptr<CameraDevice> camera_;
   std::optional<SharedFrames> frames_;
   std::mutex mutex_;
   std::condition_variable changed_;

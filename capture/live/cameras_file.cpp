@@ -76,9 +76,16 @@ void read_sync(const TomlTable& root, CamerasFile& result) {
     for (const std::string& name : sync.texts("fall_back"))
       result.fall_backs.push_back(method_of(sync, "fall_back", name));
   result.frame_rate_hz = sync.positive("frame_rate_hz");
+  result.ptp = sync.boolean_or("ptp", false);
   result.largest_spread_s = sync.has("largest_spread_ms")
                                 ? 1e-3 * sync.positive("largest_spread_ms")
                                 : 0.4 / result.frame_rate_hz;
+}
+
+void read_reference(const TomlTable& root, CamerasFile& result) {
+  if (!root.has("reference")) return;
+  const TomlTable table = root.table("reference");
+  result.reference = ReferenceSet{table.file_path("recording"), table.text("set")};
 }
 
 }  // namespace
@@ -124,6 +131,7 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
         "write cameras.toml as capture/README.md shows; `drape cameras` lists the devices");
   const TomlTable root = TomlTable::open(result.file, "cameras");
   read_sync(root, result);
+  read_reference(root, result);
   std::map<std::string, LiveCamera> by_name;
   std::map<std::string, std::string> name_of_device;
   for (const TomlTable& table : root.tables("camera")) {
@@ -146,6 +154,7 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
                       {.file = result.file.string(), .camera = camera.name},
                       "add a [[camera]] table of that name");
     found->second.settings.frame_rate_hz = result.frame_rate_hz;
+    found->second.settings.ptp = result.ptp;
     result.cameras.push_back(found->second);
   }
   return result;

@@ -21,6 +21,12 @@ struct LiveCamera {
   CameraSettings settings;
 };
 
+/// Frames of the bench without a cloth, recorded with the calibration.
+struct ReferenceSet {
+  std::filesystem::path recording;
+  std::string set;
+};
+
 /// cameras.toml beside rig.toml: which device each camera of the rig is, how it is set, and how all
 /// are synchronised.
 struct CamerasFile {
@@ -28,8 +34,10 @@ struct CamerasFile {
   std::vector<LiveCamera> cameras;  ///< in the order of rig.toml
   SyncMethod method = SyncMethod::free_run;
   std::vector<SyncMethod> fall_backs;  ///< tried in this order when a camera cannot do `method`
+  bool ptp = false;                    ///< switch PTP on in cameras that have it
   double frame_rate_hz = 10;           ///< free run, and the pace of the triggers
   double largest_spread_s = 0;         ///< a set of larger spread is refused
+  std::optional<ReferenceSet> reference = {};  ///< tells whether a camera has moved
 };
 
 /// Reads cameras.toml of the rig in `rig_folder` and the names and sizes in its rig.toml. Throws

@@ -8,8 +8,11 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "capture/live/action_command.hpp"
+#include "capture/live/clocks.hpp"
+#include "capture/live/running.hpp"
 #include "core/error.hpp"
 
 namespace drape {
@@ -18,11 +21,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kRetryEvery_s = 0.3;
-constexpr double kOpening_s = 15;
 constexpr double kStopping_s = 2;
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
 constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
+constexpr double kLargestDelay_s = 5;      ///< between exposure and arrival of a frame
 
 std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -32,29 +35,6 @@ double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// A frame before the clocks are fitted.
-struct Arrival {
-  std::size_t camera = 0;
-  std::int64_t index = 0;
-  HostFrame frame;
-};
-
-struct Running {
-  std::unique_ptr<CameraHost> host;
-  FrameIdUnwrapper ids{FrameIdRange{}};
-  std::int64_t base = 0;  ///< added to the unwrapped id; grows when ids start again
-  std::int64_t newest = -1;
-  std::optional<std::int64_t> newest_device_ns;
-  std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
-  std::int64_t failed_ns = 0;      ///< 0: it runs
-  std::int64_t retry_ns = 0;
-  bool started = false, fresh = true;
-  double longest_gap_s = 0;
-  std::vector<ClockSample> clock;
-  std::size_t clock_taken = 0;
-  std::int64_t complete = 0;
-};
-
 class Session {
  public:
   Session(const CamerasFile& cameras, const LiveOptions& options)
@@ -63,6 +43,7 @@ class Session {
       HostOptions host;
       host.program = options_.host_program;
       host.memory_limit_mb = options_.memory_limit_mb;
+      host.opening_s = options_.opening_s;
       host.slot_bytes = static_cast<std::size_t>(*camera.settings.width_px) *
                         static_cast<std::size_t>(*camera.settings.height_px);
       auto& running = running_.emplace_back();
@@ -104,7 +85,7 @@ class Session {
       running_[c].host->set_settings(settings);
       running_[c].host->launch();
     }
-    const std::int64_t until = now_ns() + std::llround(1e9 * kOpening_s);
+    const std::int64_t until = now_ns() + std::llround(1e9 * options_.opening_s);
     for (;;) {
       wait(0.02);
       bool all = true;
@@ -134,13 +115,14 @@ class Session {
     r.fresh = true;
     r.started = true;
     r.clock_taken = 0;
+    r.clocks.emplace_back();
     r.last_frame_ns = now_ns();
     r.host->start();
   }
 
   /// A trigger before the last camera streams would be half an instant.
   void await_streams() {
-    const std::int64_t until = now_ns() + std::llround(1e9 * kOpening_s);
+    const std::int64_t until = now_ns() + std::llround(1e9 * options_.opening_s);
     const auto streams = [](const Running& r) { return r.host->started() || r.host->fault(); };
     while (now_ns() < until && !std::all_of(running_.begin(), running_.end(), streams)) {
       wait(0.02);
@@ -157,6 +139,7 @@ class Session {
       wait(0.02);
       for (Running& r : running_) r.host->pump();
     }
+    for (std::size_t c = 0; c < running_.size(); ++c) take_readings(c);
   }
 
   // ---- taking in what the hosts say ---------------------------------------------------------
@@ -170,15 +153,48 @@ class Session {
     for (std::size_t c = 0; c < running_.size(); ++c) {
       Running& r = running_[c];
       r.host->pump();
-      const auto& samples = r.host->clock_samples();
-      for (; r.clock_taken < samples.size(); ++r.clock_taken)
-        r.clock.push_back(samples[r.clock_taken]);
+      take_readings(c);
       while (!r.host->frames().empty()) {
         take_frame(c, std::move(r.host->frames().front()));
         r.host->frames().pop_front();
       }
       look_after(c);
     }
+  }
+
+  void take_readings(std::size_t c) {
+    Running& r = running_[c];
+    const auto& samples = r.host->clock_samples();
+    for (; r.started && r.clock_taken < samples.size(); ++r.clock_taken)
+      take_reading(c, samples[r.clock_taken]);
+  }
+
+  void take_reading(std::size_t c, const ClockSample& sample) {
+    Running& r = running_[c];
+    std::vector<ClockSample>& clock = r.clocks.back();
+    const auto jump = clock.empty() ? std::nullopt : clock_jump_s(clock.back(), sample);
+    if (!jump) return clock.push_back(sample);
+    report_.faults.push_back(
+        {name(c),
+         fmt::format("its clock jumped by {:.3f} s; frames around that have no time", *jump),
+         "let nothing set the camera's clock during a capture (PTP, other programs)"});
+    const std::int64_t last_good_ns = clock.back().host_before_ns;
+    for (Arrival& a : arrivals_)
+      if (a.camera == c && a.arrived_ns >= last_good_ns) a.clock.reset();
+    r.sure_from_ns = now_ns() + std::llround(1e9 * kAnswer_s);
+    r.clocks.push_back({sample});
+  }
+
+  /// A driver that says its times are the host's, and they are not.
+  void check_stamp(std::size_t c, HostFrame& frame) {
+    if (file_.cameras[c].address.backend != Backend::v4l2 || !frame.device_ns) return;
+    const double off_s = seconds(*frame.device_ns - now_ns());
+    if (std::abs(off_s) < kLargestDelay_s) return;
+    frame.device_ns.reset();
+    if (std::exchange(running_[c].stamps_are_off, true)) return;
+    report_.faults.push_back(
+        {name(c), fmt::format("its time stamps are {:.0f} s off the host's clock", off_s),
+         "unplug and plug the camera; until then its frames cannot be paired by time"});
   }
 
   void take_frame(std::size_t c, HostFrame frame) {
@@ -189,6 +205,7 @@ class Session {
     r.fresh = false;
     const std::int64_t index = r.base + *unwrapped;
     r.newest = std::max(r.newest, index);
+    check_stamp(c, frame);
     if (frame.device_ns) r.newest_device_ns = frame.device_ns;
     r.last_frame_ns = now_ns();
     last_progress_ns_ = r.last_frame_ns;
@@ -203,7 +220,9 @@ class Session {
                                 "raise packet_delay_ns or the socket buffer; see `drape doctor`"});
     }
     if (!options_.keep_pixels) frame.pixels = {};
-    arrivals_.push_back({c, index, std::move(frame)});
+    std::optional<std::size_t> clock;
+    if (r.last_frame_ns >= r.sure_from_ns && !r.clocks.empty()) clock = r.clocks.size() - 1;
+    arrivals_.push_back({c, index, clock, r.last_frame_ns, std::move(frame)});
   }
 
   /// After a restart the device counts from the start again: frames missed meanwhile are counted
@@ -230,6 +249,7 @@ class Session {
         report_.faults.push_back({name(c), r.host->fault().value_or("it stopped sending frames"),
                                   "check cable and power of the camera; it is opened again"});
         if (r.failed_ns == 0) r.failed_ns = now;
+        r.longest_unnoticed_s = std::max(r.longest_unnoticed_s, seconds(now - r.last_frame_ns));
         r.started = false;
         r.retry_ns = now;
       }
@@ -278,7 +298,7 @@ class Session {
 
   /// So that a bench with a camera that never pairs ends too.
   [[nodiscard]] double longest_s() const {
-    return 5 * options_.patience_s + 3 * (options_.frames + 2) / file_.frame_rate_hz;
+    return 2 * options_.patience_s + 5 * (options_.frames + 2) / file_.frame_rate_hz;
   }
 
   void run_triggered() {
@@ -313,7 +333,7 @@ class Session {
   void act(const Running& r, std::optional<std::int64_t> host_ns) {
     std::optional<std::int64_t> device_ns;
     if (host_ns) {
-      const auto clock = fit_clock(r.clock, {});
+      const auto clock = newest_clock(r.clocks);
       if (!clock) return;
       const auto since = static_cast<double>(*host_ns - clock->reference_host_ns);
       device_ns = clock->reference_device_ns + std::llround(since / (1 + 1e-6 * clock->drift_ppm));
@@ -346,12 +366,12 @@ class Session {
   }
 
   // ---- what comes out -----------------------------------------------------------------------
-  [[nodiscard]] std::optional<double> time_of(const Arrival& a,
-                                              const std::optional<ClockFit>& clock) const {
+  [[nodiscard]] std::optional<double> time_of(
+      const Arrival& a, const std::vector<std::optional<ClockFit>>& clocks) const {
     if (!a.frame.device_ns) return std::nullopt;
     if (running_[a.camera].host->on_host_clock()) return seconds(*a.frame.device_ns - epoch_ns_);
-    if (!clock) return std::nullopt;
-    return clock->host_time_s(*a.frame.device_ns, epoch_ns_);
+    if (!a.clock || !clocks[*a.clock]) return std::nullopt;
+    return clocks[*a.clock]->host_time_s(*a.frame.device_ns, epoch_ns_);
   }
 
   [[nodiscard]] bool by_trigger() const {
@@ -359,8 +379,8 @@ class Session {
   }
 
   std::vector<FrameMark> marks() const {
-    std::vector<std::optional<ClockFit>> clocks;
-    for (const Running& r : running_) clocks.push_back(fit_clock(r.clock, {}));
+    std::vector<std::vector<std::optional<ClockFit>>> clocks;
+    for (const Running& r : running_) clocks.push_back(fit_clocks(r.clocks));
     std::vector<double> triggers;
     for (const std::int64_t t : trigger_ns_) triggers.push_back(seconds(t - epoch_ns_));
     std::vector<FrameMark> result;
@@ -416,11 +436,13 @@ class Session {
     for (std::size_t c = 0; c < running_.size(); ++c) {
       const Running& r = running_[c];
       report_.cameras.push_back({name(c), r.host->identity(), r.host->settings(),
-                                 r.host->on_host_clock() ? std::nullopt : fit_clock(r.clock, {}),
+                                 r.host->on_host_clock() ? std::nullopt : newest_clock(r.clocks),
                                  result.pairing.cameras[c], r.host->counters(),
-                                 r.host->frames_without_room(), r.host->launches(),
-                                 r.longest_gap_s});
+                                 r.host->frames_without_room(), r.host->launches(), r.longest_gap_s,
+                                 r.longest_unnoticed_s});
     }
+    const auto ptp = ptp_faults(report_.cameras);
+    report_.faults.insert(report_.faults.end(), ptp.begin(), ptp.end());
     result.report = std::move(report_);
     return result;
   }

@@ -17,6 +17,7 @@ struct LiveOptions {
   std::filesystem::path host_program;
   int memory_limit_mb = 2048;  ///< per camera host
   double patience_s = 20;      ///< without a new frame of every camera, it ends with what it has
+  double opening_s = 15;       ///< in which every camera must be open at the start
   bool keep_pixels = true;     ///< false only counts, for long tests
   std::function<void(double, const std::string&)> progress = {};
 
@@ -45,7 +46,8 @@ struct LiveCameraReport {
   CameraCounters counters;
   std::int64_t frames_without_room = 0;
   int host_launches = 0;
-  double longest_gap_s = 0;  ///< longest time between a fault and the first frame after it
+  double longest_gap_s = 0;        ///< longest time between a fault and the first frame after it
+  double longest_unnoticed_s = 0;  ///< longest time between a last frame and the fault noticed
 };
 
 struct LiveReport {

@@ -90,14 +90,16 @@ std::optional<LiveFault> fault_of(const Candidate& set, const CamerasFile& camer
 }
 
 RecordedFrame store_frame(const LiveFrame& frame, const std::string& file,
-                          const std::string& camera, const fs::path& folder) {
+                          const std::string& camera, const RecordOptions& options) {
   const cv::Mat image(frame.height_px, frame.width_px, CV_8UC1,
                       const_cast<std::uint8_t*>(frame.pixels.data()));  // imencode only reads
-  std::vector<std::uint8_t> png;
-  if (!cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-    throw internal_error("a frame cannot be written as PNG", {.camera = camera});
-  write_durable(folder / file, {reinterpret_cast<const char*>(png.data()), png.size()});
-  return {camera, file, sha256_of(png), frame.width_px, frame.height_px, frame.mark.time_s};
+  std::vector<std::uint8_t> bytes;
+  const bool encoded = options.format == FrameFormat::png
+                           ? cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1})
+                           : cv::imencode(".pgm", image, bytes);
+  if (!encoded) throw internal_error("a frame cannot be encoded", {.camera = camera});
+  write_durable(options.folder / file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return {camera, file, sha256_of(bytes), frame.width_px, frame.height_px, frame.mark.time_s};
 }
 
 Json optional_json(const std::optional<double>& value, double scale = 1) {
@@ -147,7 +149,28 @@ Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame) {
   return json;
 }
 
-void store_details(const Candidate& set, const LiveReport& report, const RecordOptions& options) {
+Json json_of(const StillReport& still, const StillOptions& options, std::size_t frames) {
+  Json json;
+  json["frames_compared"] = frames;
+  json["cloth"] = still.motion_px ? Json(still.cloth_moved ? "moved" : "still") : Json();
+  json["motion_px"] = optional_json(still.motion_px);
+  json["motion_limit_px"] = options.largest_motion_px;
+  json["speed_mm_per_s"] = optional_json(still.speed_mm_per_s);
+  json["sync_error_mm"] = optional_json(still.sync_error_mm);
+  json["background_shift_px"] = optional_json(still.background_shift_px);
+  json["background_shift_limit_px"] = options.largest_shift_px;
+  json["cameras"] = Json::array();
+  for (const CameraStill& c : still.cameras)
+    json["cameras"].push_back({{"camera", c.name},
+                               {"motion_px", optional_json(c.motion_px)},
+                               {"speed_mm_per_s", optional_json(c.speed_mm_per_s)},
+                               {"background_shift_px", optional_json(c.background_shift_px)}});
+  return json;
+}
+
+void store_details(const Candidate& set, const LiveResult& live, const StillReport& still,
+                   const RecordOptions& options) {
+  const LiveReport& report = live.report;
   Json json;
   json["schema"] = "drapebench/capture/1";
   json["set"] = set.name;
@@ -158,6 +181,7 @@ void store_details(const Candidate& set, const LiveReport& report, const RecordO
   json["trigger"] = set.trigger ? Json(*set.trigger) : Json();
   json["spread_ms"] = optional_json(set.spread_s, 1e3);
   json["frames_averaged"] = set.averaged;
+  json["stillness"] = json_of(still, options.still, live.pairing.sets.size());
   json["cameras"] = Json::array();
   for (std::size_t c = 0; c < set.frames.size(); ++c)
     json["cameras"].push_back(camera_json(report.cameras[c], set.frames[c]));
@@ -191,6 +215,11 @@ RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
   require_new_set(options);
   Recording recording = existing_or_new(options);
   RecordResult result;
+  result.still = look_still(live, cameras, options.still);
+  result.refused = result.still.moved_cameras;
+  const auto moved = result.still.cloth_fault();
+  if (moved && options.average) result.refused.push_back(*moved);
+  if (!result.refused.empty()) return result;
   std::vector<Candidate> good;
   for (Candidate& set : sets_of(live, options)) {
     if (auto fault = fault_of(set, cameras, options)) {
@@ -202,13 +231,17 @@ RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
   if (options.average && !good.empty()) good = {average_of(good)};
   for (const Candidate& set : good) {
     FrameSet& stored = recording.sets.emplace_back(FrameSet{set.name, {}});
+    stored.motion_px = result.still.motion_px;
+    stored.camera_shift_px = result.still.background_shift_px;
     for (std::size_t c = 0; c < set.frames.size(); ++c) {
       const std::string& camera = cameras.cameras[c].name;
-      const std::string file = fmt::format("{}/{}.png", set.name, camera);
-      stored.frames.push_back(store_frame(set.frames[c], file, camera, options.folder));
+      const std::string file = fmt::format("{}/{}.{}", set.name, camera,
+                                           options.format == FrameFormat::png ? "png" : "pgm");
+      stored.frames.push_back(store_frame(set.frames[c], file, camera, options));
       result.files.push_back(file);
     }
-    store_details(set, live.report, options);
+    store_details(set, live, result.still, options);
+    stored.details_sha256 = sha256_of_file(options.folder / set.name / "capture.json");
     result.sets.push_back(set.name);
   }
   if (!good.empty()) write_recording(recording);

@@ -101,6 +101,18 @@ std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
   return fit;
 }
 
+std::optional<double> clock_jump_s(const ClockSample& before, const ClockSample& after,
+                                   double largest_ppm) {
+  const std::int64_t least =
+      (after.device_ns - after.host_after_ns) - (before.device_ns - before.host_before_ns);
+  const std::int64_t most =
+      (after.device_ns - after.host_before_ns) - (before.device_ns - before.host_after_ns);
+  const double drift =
+      1e-6 * largest_ppm * static_cast<double>(after.host_after_ns - before.host_before_ns);
+  if (static_cast<double>(least) <= drift && static_cast<double>(most) >= -drift) return {};
+  return kNs * 0.5 * (static_cast<double>(least) + static_cast<double>(most));
+}
+
 std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_index,
                                         const std::vector<std::int64_t>& device_ns,
                                         double period_s) {

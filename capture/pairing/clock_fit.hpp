@@ -42,6 +42,13 @@ struct ClockFitOptions {
 [[nodiscard]] std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
                                                 const ClockFitOptions& options);
 
+/// How far the device's clock jumped between two readings, beyond what their round trips and a
+/// drift of `largest_ppm` explain; nothing when it may have run on evenly. Never a false alarm:
+/// both readings bound the clock on both sides.
+[[nodiscard]] std::optional<double> clock_jump_s(const ClockSample& before,
+                                                 const ClockSample& after,
+                                                 double largest_ppm = 500.0);
+
 /// A device clock that does not advance with its own frame count: index of the first frame after
 /// the jump and by how much the clock jumped.
 struct ClockJump {

@@ -160,18 +160,27 @@ std::string features() {
 
 }  // namespace
 
-std::string genicam_xml() {
+std::string genicam_xml(bool ieee1588_names) {
   std::string root = "<Category Name=\"Root\" NameSpace=\"Standard\">";
   for (const char* feature : kFeatures) root += fmt::format("<pFeature>{}</pFeature>", feature);
   root += "</Category>\n";
-  return "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
-         "<RegisterDescription ModelName=\"TestCamera\" VendorName=\"Drapebench\" "
-         "StandardNameSpace=\"None\" SchemaMajorVersion=\"1\" SchemaMinorVersion=\"1\" "
-         "SchemaSubMinorVersion=\"0\" MajorVersion=\"1\" MinorVersion=\"0\" SubMinorVersion=\"0\" "
-         "ProductGuid=\"5b6b0ac1-0000-4000-8000-000000000001\" "
-         "VersionGuid=\"5b6b0ac1-0000-4000-8000-000000000002\" "
-         "xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n" +
-         root + features() + "<Port Name=\"Device\"/>\n</RegisterDescription>\n";
+  std::string xml =
+      "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
+      "<RegisterDescription ModelName=\"TestCamera\" VendorName=\"Drapebench\" "
+      "StandardNameSpace=\"None\" SchemaMajorVersion=\"1\" SchemaMinorVersion=\"1\" "
+      "SchemaSubMinorVersion=\"0\" MajorVersion=\"1\" MinorVersion=\"0\" SubMinorVersion=\"0\" "
+      "ProductGuid=\"5b6b0ac1-0000-4000-8000-000000000001\" "
+      "VersionGuid=\"5b6b0ac1-0000-4000-8000-000000000002\" "
+      "xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n" +
+      root + features() + "<Port Name=\"Device\"/>\n</RegisterDescription>\n";
+  if (!ieee1588_names) return xml;
+  for (const auto& [name, older] : {std::pair<std::string, std::string>{"PtpEnable", "GevIEEE1588"},
+                                    {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"},
+                                    {"PtpStatus", "GevIEEE1588Status"},
+                                    {"PtpOffsetFromMaster", "GevIEEE1588OffsetFromMaster"}})
+    for (std::size_t at = xml.find(name); at != std::string::npos; at = xml.find(name, at))
+      xml.replace(at, name.size(), older), at += older.size();
+  return xml;
 }
 
 }  // namespace drape::test

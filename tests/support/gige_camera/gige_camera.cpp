@@ -45,7 +45,7 @@ int open_socket(const std::string& address, std::uint16_t port, bool shared) {
 
 GigeCamera::GigeCamera(const GigeCameraOptions& options)
     : options_(options),
-      bank_(reg::xml + genicam_xml().size() + 512),
+      bank_(reg::xml + genicam_xml(options.ieee1588_names).size() + 512),
       started_ns_(now_ns()),
       next_id_(options.first_frame_id),
       picture_(static_cast<std::size_t>(options.width_px) * options.height_px, 128),
@@ -75,7 +75,7 @@ void GigeCamera::fill_registers() {
   socklen_t size = sizeof source;
   ::getsockname(stream_socket_, reinterpret_cast<sockaddr*>(&source), &size);
   const std::uint32_t ip = ntohl(endpoint(options_.address, 0).sin_addr.s_addr);
-  const std::string xml = genicam_xml();
+  const std::string xml = genicam_xml(options_.ieee1588_names);
 
   bank_.set_word(reg::version, 0x00020000);
   bank_.set_word(reg::device_mode, 0x80000001);  // big-endian, UTF-8
@@ -155,14 +155,14 @@ std::uint16_t GigeCamera::controller_port() const {
 }
 
 std::int64_t GigeCamera::device_ns(std::int64_t host_ns) const {
-  if (on_master_clock_) return host_ns;
+  if (on_master_clock_) return host_ns + std::llround(1e9 * options_.ptp_error_s);
   const auto since = static_cast<double>(host_ns - started_ns_);
   return host_ns + std::llround(since * 1e-6 * options_.clock_drift_ppm +
                                 1e9 * (options_.clock_offset_s + jumped_s_));
 }
 
 std::int64_t GigeCamera::host_ns_of(std::int64_t device) const {
-  if (on_master_clock_) return device;
+  if (on_master_clock_) return device - std::llround(1e9 * options_.ptp_error_s);
   const double offset = 1e9 * (options_.clock_offset_s + jumped_s_);
   const double since =
       (static_cast<double>(device - started_ns_) - offset) / (1 + 1e-6 * options_.clock_drift_ppm);

@@ -23,10 +23,12 @@ struct GigeCameraOptions {
   std::string address = "127.0.0.2";
   std::string serial = "DB0001";
   int width_px = 640, height_px = 480;
-  double clock_offset_s = 0;   ///< device clock minus host clock at the start
-  double clock_drift_ppm = 0;  ///< how much faster the device clock runs
-  bool resend = true;          ///< grants packet resend
-  bool ptp = false;            ///< enabling PTP brings the device clock onto the host's
+  double clock_offset_s = 0;    ///< device clock minus host clock at the start
+  double clock_drift_ppm = 0;   ///< how much faster the device clock runs
+  bool resend = true;           ///< grants packet resend
+  bool ptp = false;             ///< enabling PTP brings the device clock onto the host's
+  bool ieee1588_names = false;  ///< PTP under the feature names of older cameras
+  double ptp_error_s = 0;       ///< the clock that PTP brings is that far off the host's
   std::uint16_t first_frame_id = 1;
   unsigned seed = 1;  ///< of the losses
 };

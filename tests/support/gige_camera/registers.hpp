@@ -128,7 +128,7 @@ class RegisterBank {
   std::vector<std::uint8_t> memory_;
 };
 
-/// GenICam description of the registers above.
-[[nodiscard]] std::string genicam_xml();
+/// GenICam description of the registers above; PTP under its older names on request.
+[[nodiscard]] std::string genicam_xml(bool ieee1588_names = false);
 
 }  // namespace drape::test

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace drape {
+
+/// What a GigE Vision camera says of itself when asked who is there.
+struct GigeAnswer {
+  std::string address, serial;
+};
+
+/// Asks on every network card and gathers the answers of one second, in order of their addresses.
+/// Aravis' own list keeps one camera per serial number, so it cannot tell that two have the same.
+[[nodiscard]] std::vector<GigeAnswer> gige_cameras();
+
+/// Throws Error(device) that names their addresses when several cameras answer with this serial.
+void refuse_duplicate_serial(const std::string& device);
+
+}  // namespace drape

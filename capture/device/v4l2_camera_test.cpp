@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// The V4L2 backend against the kernel's own test driver. Runs inside the QEMU guest, not by itself:
+// tests/end_to_end/v4l2_guest_test.cpp starts it there.
+#include <gmock/gmock.h>
+
+#include <chrono>
+
+#include "capture/device/camera.hpp"
+#include "core/error.hpp"
+#include "tests/support/v4l2_guest/v4l2_guest.hpp"
+#include "tests/support/v4l2_guest/vivid.hpp"
+
+namespace drape {
+namespace {
+
+using test::VividNode;
+using testing::AnyOf;
+using testing::HasSubstr;
+
+constexpr const char* kNode = "/dev/video6";
+constexpr int kWidth_px = 640, kHeight_px = 360;
+
+CameraAddress webcam() {
+  return {Backend::v4l2, test::guest_camera(3), "", ""};
+}
+
+CameraSettings settings(double rate_hz = 25) {
+  CameraSettings s;
+  s.width_px = kWidth_px;
+  s.height_px = kHeight_px;
+  s.frame_rate_hz = rate_hz;
+  return s;
+}
+
+std::string value_of(const std::vector<SettingReadBack>& list, const std::string& name) {
+  for (const SettingReadBack& s : list)
+    if (s.name == name) return s.value;
+  return "absent";
+}
+
+std::int64_t now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+/// The next frame, however slow the guest is; fails the test after 20 s.
+CameraFrame frame_of(CameraDevice& camera) {
+  for (int i = 0; i < 200; ++i)
+    if (const auto frame = camera.next(0.1)) return *frame;
+  ADD_FAILURE() << "no frame comes";
+  return {};
+}
+
+/// What the call says when it refuses; the test fails when it does not.
+template <class Call>
+std::string refusal(Call call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::device);
+    EXPECT_FALSE(error.what_to_do().empty());
+    return error.what();
+  }
+  ADD_FAILURE() << "not refused";
+  return "";
+}
+
+/// A configured webcam. Its fault controls are opened for a moment only: a disconnected camera is
+/// back when nobody holds it any more.
+class V4l2Camera : public testing::Test {
+ protected:
+  void SetUp() override {
+    camera_ = open_camera(webcam());
+    read_back_ = camera_->configure(settings());
+  }
+  std::unique_ptr<CameraDevice> camera_;
+  std::vector<SettingReadBack> read_back_;
+};
+
+TEST(V4l2Devices, AreFoundByBusPath) {
+  const auto found = find_v4l2_devices();
+  ASSERT_EQ(found.size(), 4U);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(found[static_cast<std::size_t>(i)].name, test::guest_camera(i));
+    EXPECT_EQ(found[static_cast<std::size_t>(i)].identity.vendor, "vivid");
+  }
+  EXPECT_THAT(refusal([] {
+                static_cast<void>(open_camera({Backend::v4l2, "usb-9", "", ""}));
+              }),
+              HasSubstr(test::guest_camera(2)));
+}
+
+TEST_F(V4l2Camera, StreamsAndCountsOnTheHostsClock) {
+  EXPECT_EQ(value_of(read_back_, "GainAuto"), "Off");
+  EXPECT_EQ(value_of(read_back_, "frame_rate_hz"), "25");
+  EXPECT_EQ(VividNode(kNode).get("Gain, Automatic"), 0);
+  const std::int64_t before = now_ns();
+  camera_->start();
+  std::optional<CameraFrame> last;
+  for (int i = 0; i < 5; ++i) {
+    const CameraFrame frame = frame_of(*camera_);
+    ASSERT_TRUE(frame.complete) << frame.fault;
+    EXPECT_EQ(frame.bytes, std::size_t{kWidth_px} * kHeight_px);
+    ASSERT_TRUE(frame.device_ns);
+    EXPECT_GT(*frame.device_ns, before);
+    EXPECT_LT(*frame.device_ns, now_ns());
+    if (last) {
+      EXPECT_GT(frame.id, last->id);
+      EXPECT_GT(*frame.device_ns, *last->device_ns);
+    }
+    last = frame;
+  }
+}
+
+TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
+  CameraSettings s = settings();
+  s.width_px = 650;
+  EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }),
+              HasSubstr("took width_px"));
+  EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(settings(33))); }),
+              HasSubstr("took frame_rate_hz"));
+  s = settings();
+  s.trigger = TriggerSource::software;
+  EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }), HasSubstr("no trigger"));
+  s = settings();
+  s.exposure_us = 100;  // this driver has no exposure control
+  EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }), HasSubstr("exposure_us"));
+}
+
+TEST_F(V4l2Camera, ASecondProgramIsRefused) {
+  camera_->start();
+  static_cast<void>(frame_of(*camera_));
+  const auto second = open_camera(webcam());
+  EXPECT_THAT(refusal([&] {
+                static_cast<void>(second->configure(settings()));
+                second->start();
+              }),
+              HasSubstr("busy"));
+}
+
+TEST_F(V4l2Camera, DroppedBuffersAreGapsInTheFrameIds) {
+  VividNode(kNode).set("Percentage of Dropped Buffers", 40);
+  camera_->start();
+  const std::uint64_t first = frame_of(*camera_).id;
+  std::uint64_t last = first;
+  std::uint64_t received = 1;
+  for (; received < 40; ++received) last = frame_of(*camera_).id;
+  VividNode(kNode).set("Percentage of Dropped Buffers", 0);
+  EXPECT_GT(last - first + 1, received);  // 0.6^39 that none was dropped
+}
+
+TEST_F(V4l2Camera, AFaultyBufferIsNeverWhole) {
+  camera_->start();
+  static_cast<void>(frame_of(*camera_));
+  VividNode(kNode).set("Inject V4L2_BUF_FLAG_ERROR");
+  int faulty = 0;
+  for (int i = 0; i < 20 && faulty == 0; ++i) {
+    const CameraFrame frame = frame_of(*camera_);
+    if (frame.complete) continue;
+    ++faulty;
+    EXPECT_THAT(frame.fault, HasSubstr("marked it as faulty"));
+  }
+  EXPECT_EQ(faulty, 1);
+  EXPECT_TRUE(frame_of(*camera_).complete);
+}
+
+TEST_F(V4l2Camera, AShortFrameIsNeverWhole) {
+  VividNode(kNode).set("Fill Percentage of Frame", 60);
+  camera_->start();
+  const CameraFrame frame = frame_of(*camera_);
+  VividNode(kNode).set("Fill Percentage of Frame", 100);
+  EXPECT_FALSE(frame.complete);
+  EXPECT_THAT(frame.fault, HasSubstr("short"));
+}
+
+TEST_F(V4l2Camera, RefusedBuffersAndStreamsAreNamedAndTheNextTryWorks) {
+  for (const auto& [control, words] :
+       {std::pair{"Inject VIDIOC_REQBUFS Error", "asking for buffers"},
+        {"Inject VIDIOC_QBUF Error", "queueing a buffer"},
+        {"Inject VIDIOC_STREAMON Error", "starting the stream"}}) {
+    VividNode(kNode).set(control);
+    EXPECT_THAT(refusal([&] { camera_->start(); }), HasSubstr(words)) << control;
+    camera_ = open_camera(webcam());
+    static_cast<void>(camera_->configure(settings()));
+    camera_->start();
+    EXPECT_TRUE(frame_of(*camera_).complete) << control;
+    camera_->stop();
+  }
+}
+
+TEST_F(V4l2Camera, AFatalErrorAndADisconnectEndTheStreamAndOpeningAgainWorks) {
+  for (const std::string control : {"Inject Fatal Streaming Error", "Disconnect"}) {
+    camera_->start();
+    static_cast<void>(frame_of(*camera_));
+    VividNode(kNode).set(control);
+    EXPECT_THAT(refusal([&] {
+                  for (int i = 0; i < 200; ++i) static_cast<void>(camera_->next(0.1));
+                }),
+                AnyOf(HasSubstr("broke off"), HasSubstr("queued again"), HasSubstr("be fetched")))
+        << control;
+    camera_.reset();
+    camera_ = open_camera(webcam());
+    static_cast<void>(camera_->configure(settings()));
+    camera_->start();
+    EXPECT_TRUE(frame_of(*camera_).complete);
+    camera_->stop();
+  }
+}
+
+TEST_F(V4l2Camera, TheFrameIdWraps) {
+  static_cast<void>(camera_->configure(settings(40)));
+  VividNode(kNode).set("Wrap Sequence Number");
+  camera_->start();
+  FrameIdUnwrapper ids(camera_->frame_ids());
+  std::int64_t last = -1;
+  bool wrapped = false;
+  for (int i = 0; i < 400 && !wrapped; ++i) {
+    const CameraFrame frame = frame_of(*camera_);
+    const auto index = ids.unwrap(frame.id);
+    ASSERT_TRUE(index);
+    ASSERT_GT(*index, last);
+    wrapped = last >= 0 && frame.id < 1000;
+    last = *index;
+  }
+  VividNode(kNode).set("Wrap Sequence Number", 0);
+  EXPECT_TRUE(wrapped);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clocks of emulated cameras that jump, drift, or are held by PTP; and cameras that look alike.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "capture/doctor/checks.hpp"
+#include "capture/doctor/device_list.hpp"
+#include "capture/live/live_capture.hpp"
+#include "core/error.hpp"
+#include "tests/support/gige_camera/gige_camera.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using test::GigeCamera;
+using test::GigeCameraOptions;
+using testing::HasSubstr;
+
+class Clocks : public testing::Test {
+ protected:
+  /// A camera of 64 x 48 px that shows a ramp.
+  GigeCamera& add(GigeCameraOptions options) {
+    const std::size_t n = devices_.size();
+    options.address = fmt::format("127.0.0.{}", 2 + n);
+    options.width_px = 64;
+    options.height_px = 48;
+    devices_.push_back(std::make_unique<GigeCamera>(options));
+    LiveCamera camera{
+        fmt::format("cam{}", n), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
+    camera.settings.width_px = options.width_px;
+    camera.settings.height_px = options.height_px;
+    camera.settings.frame_rate_hz = file_.frame_rate_hz = 20;
+    file_.largest_spread_s = 0.02;
+    file_.cameras.push_back(camera);
+    return *devices_.back();
+  }
+
+  [[nodiscard]] LiveResult capture(int frames, std::function<void(int)> at_set = {}) const {
+    LiveOptions options;
+    options.frames = frames;
+    options.patience_s = options.opening_s = 30;
+    options.host_program = test::program("drape-camera-host");
+    if (at_set)
+      options.progress = [=](double share, const std::string&) {
+        at_set(static_cast<int>(share * frames));
+      };
+    return capture_live(file_, options);
+  }
+
+  void ask_for_ptp() {
+    for (LiveCamera& camera : file_.cameras) camera.settings.ptp = true;
+  }
+
+  CamerasFile file_;
+  std::vector<std::unique_ptr<GigeCamera>> devices_;
+};
+
+std::string faults_of(const LiveResult& live) {
+  std::string text;
+  for (const LiveFault& f : live.report.faults) text += f.camera + ": " + f.what + "\n";
+  return text;
+}
+
+std::string setting(const LiveCameraReport& camera, const std::string& name) {
+  for (const SettingReadBack& s : camera.settings)
+    if (s.name == name) return s.value;
+  return "absent";
+}
+
+/// Frames of one set were exposed together: by the emulators' own books, which use the host's
+/// clock.
+void expect_together(const LiveResult& live) {
+  for (const PairedFrames& set : live.pairing.sets) EXPECT_LE(set.spread_s.value(), 0.02);
+  for (const CameraLedger& ledger : live.pairing.cameras) EXPECT_TRUE(ledger.closes());
+}
+
+TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  add({.clock_offset_s = 2});
+  add({.clock_offset_s = -3});
+  bool jumped = false;
+  const LiveResult live = capture(100, [&](int sets) {
+    if (sets >= 40 && !std::exchange(jumped, true)) devices_[1]->jump_clock(0.25);
+  });
+  EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0.25"));
+  EXPECT_GE(live.pairing.sets.size(), 20U);
+  expect_together(live);
+  // Both count their frames alike, so a set of one instant has one difference of frame indices.
+  const auto step = [&](const PairedFrames& set) {
+    return live.frames[set.frames[1]].mark.index - live.frames[set.frames[0]].mark.index;
+  };
+  int wrong = 0;
+  for (const PairedFrames& set : live.pairing.sets)
+    if (step(set) != step(live.pairing.sets[0])) ++wrong;
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  add({.clock_offset_s = 7, .clock_drift_ppm = 90, .ptp = true});
+  add({.clock_offset_s = -7, .clock_drift_ppm = -90, .ptp = true, .ieee1588_names = true});
+  ask_for_ptp();
+  const LiveResult live = capture(5);
+  EXPECT_EQ(live.pairing.sets.size(), 5U) << faults_of(live);
+  EXPECT_THAT(faults_of(live), testing::Not(HasSubstr("PTP")));
+  for (const LiveCameraReport& camera : live.report.cameras) {
+    EXPECT_EQ(setting(camera, "ptp_status"), "Slave");
+    EXPECT_EQ(setting(camera, "ptp_offset_ns"), "300");
+    ASSERT_TRUE(camera.clock);
+    // The readings bound the offset: 0 on a clock that PTP holds.
+    const auto offset_ns =
+        static_cast<double>(camera.clock->reference_device_ns - camera.clock->reference_host_ns);
+    EXPECT_LE(std::abs(1e-9 * offset_ns), 5e-3 + camera.clock->bound_s);
+  }
+}
+
+TEST_F(Clocks, PtpThatIsNotThereOrLiesIsNamed) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  add({.ptp = true});
+  add({.ptp = true, .ptp_error_s = 37});  // one in UTC, one in TAI
+  ask_for_ptp();
+  const LiveResult lies = capture(3);
+  EXPECT_THAT(faults_of(lies), HasSubstr("cam1: it says that PTP holds its clock, which is 37.0"));
+  EXPECT_EQ(lies.pairing.sets.size(), 3U) << "the offset is estimated all the same";
+  expect_together(lies);
+  file_.cameras.clear();
+  devices_.clear();
+  add({.ptp = false});  // it never finds a master
+  ask_for_ptp();
+  EXPECT_THAT(faults_of(capture(2)), HasSubstr("cam0: PTP does not hold its clock (Listening)"));
+}
+
+TEST_F(Clocks, TwoCamerasOfOneSerialNumberAreRefused) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  add({.serial = "TWIN"});
+  add({.serial = "TWIN"});
+  add({.serial = "OTHER"});
+  file_.cameras[0].address = {Backend::aravis, "TWIN", "", ""};
+  try {
+    static_cast<void>(capture(1));
+    FAIL() << "opened one of two cameras with the same serial number";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("2 cameras have this serial number: 127.0.0.2, 127.0.0.3"));
+  }
+  const auto found = list_devices(test::program("drape-camera-host"));
+  EXPECT_EQ(found.size(), 3U);
+  const auto checks = check_devices(file_, found);
+  EXPECT_FALSE(checks[0].go);
+  EXPECT_TRUE(checks[2].go);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "capture/host/camera_host.hpp"
+#include "capture/live/clocks.hpp"
+
+namespace drape {
+
+/// A frame before the clocks are fitted.
+struct Arrival {
+  std::size_t camera = 0;
+  std::int64_t index = 0;
+  std::optional<std::size_t> clock;  ///< which of the camera's clocks stamped it, when that is sure
+  std::int64_t arrived_ns = 0;
+  HostFrame frame;
+};
+
+/// One camera of a capture that goes on.
+struct Running {
+  std::unique_ptr<CameraHost> host;
+  FrameIdUnwrapper ids{FrameIdRange{}};
+  std::int64_t base = 0;  ///< added to the unwrapped id; grows when ids start again
+  std::int64_t newest = -1;
+  std::optional<std::int64_t> newest_device_ns;
+  std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
+  std::int64_t failed_ns = 0;      ///< 0: it runs
+  std::int64_t retry_ns = 0;
+  bool started = false, fresh = true;
+  double longest_gap_s = 0, longest_unnoticed_s = 0;
+  /// Readings of the clock; a camera that was opened anew, or whose clock jumped, has a new one.
+  ClockReadings clocks;
+  std::size_t clock_taken = 0;
+  std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before
+  bool stamps_are_off = false;
+  std::int64_t complete = 0;
+};
+
+}  // namespace drape

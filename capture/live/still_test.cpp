@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is the cloth still, is the camera in its place: bench1 as frames of emulated cameras would be.
+#include "capture/live/still.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "capture/doctor/checks.hpp"
+#include "capture/live/record.hpp"
+#include "core/calibration.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "tests/support/bench1_truth.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+constexpr int kCameras = 3;
+
+/// A burst of two sets of bench1's drape_A, 0.1 s apart, spread 2 ms; the second one shifted.
+class Still : public testing::Test {
+ protected:
+  Still() {
+    for (int c = 0; c < kCameras; ++c) {
+      LiveCamera camera{fmt::format("cam{}", c), {}, {}};
+      camera.settings.width_px = 1600;
+      camera.settings.height_px = 1200;
+      cameras_.cameras.push_back(camera);
+      live_.report.cameras.push_back({});
+      live_.report.cameras.back().name = camera.name;
+    }
+    cameras_.largest_spread_s = 0.01;
+    cameras_.reference = ReferenceSet{test::source_root() / "rigs/bench1/recording", "empty"};
+    options_.folder = temporary_.path() / "recording";
+    options_.set = "drape";
+    options_.largest_spread_s = cameras_.largest_spread_s;
+    options_.recorded_on = "2026-01-31";
+  }
+
+  void add_set(double shift_px, double time_s) {
+    PairedFrames set;
+    for (int c = 0; c < kCameras; ++c) {
+      const auto file =
+          test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", c);
+      cv::Mat image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+      if (shift_px != 0) {
+        const cv::Mat map = (cv::Mat_<double>(2, 3) << 1, 0, shift_px, 0, 1, 0);
+        cv::warpAffine(image, image, map, image.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT);
+      }
+      set.frames.push_back(live_.frames.size());
+      FrameMark mark;
+      mark.camera = static_cast<std::size_t>(c);
+      mark.time_s = time_s;
+      live_.frames.push_back(
+          {mark, image.cols, image.rows, "", {image.data, image.data + image.total()}});
+    }
+    set.spread_s = 2e-3;
+    live_.pairing.sets.push_back(set);
+  }
+
+  fs::path write_calibration_file() {
+    Calibration calibration;
+    calibration.method = "tsai";
+    calibration.rig = "bench1";
+    for (const Camera& camera : test::bench1_truth().cameras)
+      calibration.cameras.emplace_back().camera = camera;
+    write_calibration(temporary_.path() / "calibration.json", calibration);
+    return temporary_.path() / "calibration.json";
+  }
+
+  test::TemporaryFolder temporary_;
+  LiveResult live_;
+  CamerasFile cameras_;
+  RecordOptions options_;
+};
+
+TEST_F(Still, ASetSaysThatTheClothWasStillAndTheCamerasInPlace) {
+  add_set(0, 0);
+  add_set(0, 0.1);
+  options_.format = FrameFormat::pgm;
+  options_.still.calibration = write_calibration_file();
+  const RecordResult stored = record_live(live_, cameras_, options_);
+  EXPECT_THAT(stored.sets, testing::ElementsAre("drape_000", "drape_001"));
+  EXPECT_FALSE(stored.still.cloth_moved);
+  EXPECT_EQ(stored.still.motion_px.value(), 0);
+  EXPECT_LT(stored.still.background_shift_px.value(), options_.still.largest_shift_px);
+  const Recording recording = read_recording(options_.folder);
+  EXPECT_EQ(recording.recorded_on, "2026-01-31");
+  EXPECT_EQ(recording.sets[0].motion_px.value(), 0);
+  EXPECT_EQ(recording.sets[0].camera_shift_px, stored.still.background_shift_px);
+  EXPECT_EQ(recording.sets[0].details_sha256.value(),
+            sha256_of_file(options_.folder / "drape_000/capture.json"));
+  EXPECT_EQ(recording.sets[0].frames[0].file, "drape_000/cam0.pgm");
+  const std::vector<unsigned char> pgm =
+      read_frame(recording, recording.sets[0], recording.sets[0].frames[0]);
+  const cv::Mat image = cv::imdecode(pgm, cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(std::vector<std::uint8_t>(image.data, image.data + image.total()),
+            live_.frames[0].pixels);
+  for (const Check& check : check_still(stored.still)) EXPECT_TRUE(check.go) << check.name;
+}
+
+TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
+  add_set(0, 0);
+  add_set(0.5, 0.1);
+  cameras_.reference.reset();
+  options_.still.calibration = write_calibration_file();
+  const StillReport still = look_still(live_, cameras_, options_.still);
+  EXPECT_TRUE(still.cloth_moved);
+  EXPECT_NEAR(still.motion_px.value(), 0.5, 0.05);
+  // Truth: pixels per metre at the world's origin.
+  double largest_mm_per_px = 0;
+  for (const Camera& camera : test::bench1_truth().cameras) {
+    const auto p = project(camera.model, camera.cam_from_world * Eigen::Vector3d::Zero());
+    const Eigen::Matrix2d squares = p->d_px_d_point * p->d_px_d_point.transpose();
+    const double least =
+        0.5 * (squares.trace() - std::hypot(squares(0, 0) - squares(1, 1), 2 * squares(0, 1)));
+    largest_mm_per_px = std::max(largest_mm_per_px, 1e3 / std::sqrt(least));
+  }
+  EXPECT_NEAR(still.speed_mm_per_s.value(), 5 * largest_mm_per_px, 0.1 * 5 * largest_mm_per_px);
+  EXPECT_NEAR(still.sync_error_mm.value(), 2e-3 * still.speed_mm_per_s.value(), 1e-12);
+  std::printf("cloth moves %.3f px in 0.1 s: %.3f mm/s, %.5f mm in a spread of 2 ms\n",
+              *still.motion_px, *still.speed_mm_per_s, *still.sync_error_mm);
+  options_.average = true;
+  const RecordResult stored = record_live(live_, cameras_, options_);
+  ASSERT_EQ(stored.refused.size(), 1U);
+  EXPECT_THAT(stored.refused[0].what, HasSubstr("the cloth moved by 0."));
+  EXPECT_TRUE(stored.sets.empty());
+  EXPECT_FALSE(fs::exists(options_.folder));
+  EXPECT_FALSE(check_still(stored.still)[0].go);
+}
+
+TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
+  add_set(1.5, 0);
+  const RecordResult stored = record_live(live_, cameras_, options_);
+  ASSERT_EQ(stored.refused.size(), 3U);
+  EXPECT_EQ(stored.refused[0].camera, "cam0");
+  EXPECT_THAT(stored.refused[0].what, HasSubstr("it moved since the reference set"));
+  EXPECT_THAT(stored.refused[0].what_to_do, HasSubstr("calibrate anew"));
+  EXPECT_FALSE(fs::exists(options_.folder));
+  EXPECT_FALSE(stored.still.motion_px) << "one set tells nothing of the cloth";
+}
+
+TEST_F(Still, ABurstIsAveraged) {
+  add_set(0, 0);
+  add_set(0, 0.1);
+  for (std::size_t i = 0; i < kCameras; ++i)
+    for (std::uint8_t& p : live_.frames[kCameras + i].pixels)
+      p = static_cast<std::uint8_t>(std::min(255, p + 2));
+  options_.average = true;
+  const RecordResult stored = record_live(live_, cameras_, options_);
+  ASSERT_THAT(stored.sets, testing::ElementsAre("drape")) << stored.refused.size();
+  const cv::Mat mean =
+      cv::imread((options_.folder / "drape/cam1.png").string(), cv::IMREAD_UNCHANGED);
+  for (std::size_t i = 0; i < mean.total(); i += 997) {
+    const int first = live_.frames[1].pixels[i], second = live_.frames[kCameras + 1].pixels[i];
+    EXPECT_EQ(mean.data[i], (first + second + 1) / 2);
+  }
+}
+
+}  // namespace
+}  // namespace drape

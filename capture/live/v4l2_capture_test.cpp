@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole captures through the kernel's own V4L2 test driver. Runs inside the QEMU guest, not by
+// itself: tests/end_to_end/v4l2_guest_test.cpp starts it there.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/live/live_capture.hpp"
+#include "capture/live/record.hpp"
+#include "core/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/v4l2_guest/v4l2_guest.hpp"
+#include "tests/support/v4l2_guest/vivid.hpp"
+
+namespace drape {
+namespace {
+
+using test::VividNode;
+using testing::HasSubstr;
+
+constexpr const char* kNode = "/dev/video6";
+constexpr double kPatience_s = 60;  // an emulated machine is slow
+
+CamerasFile one_webcam() {
+  CamerasFile file;
+  file.frame_rate_hz = 25;
+  file.largest_spread_s = 0.4 / file.frame_rate_hz;
+  LiveCamera camera{"cam0", {Backend::v4l2, test::guest_camera(3), "", ""}, {}};
+  camera.settings.width_px = 640;
+  camera.settings.height_px = 360;
+  camera.settings.frame_rate_hz = file.frame_rate_hz;
+  file.cameras.push_back(camera);
+  return file;
+}
+
+/// Captures `frames` sets; `after_ten` happens once, when ten are there.
+LiveResult capture(int frames, const std::function<void()>& after_ten = {},
+                   double patience_s = kPatience_s) {
+  LiveOptions options;
+  options.frames = frames;
+  options.patience_s = patience_s;
+  options.opening_s = kPatience_s;
+  options.host_program = test::program("drape-camera-host");
+  bool done = false;
+  options.progress = [&](double share, const std::string&) {
+    if (done || !after_ten || share * frames < 10) return;
+    done = true;
+    after_ten();
+  };
+  return capture_live(one_webcam(), options);
+}
+
+std::string all_faults(const LiveResult& live) {
+  std::string text;
+  for (const LiveFault& f : live.report.faults) text += f.camera + ": " + f.what + "\n";
+  return text;
+}
+
+TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
+  for (const std::string control : {"Disconnect", "Inject Fatal Streaming Error"}) {
+    const LiveResult live = capture(30, [&] { VividNode(kNode).set(control); });
+    const LiveCameraReport& camera = live.report.cameras[0];
+    EXPECT_EQ(live.pairing.sets.size(), 30U) << all_faults(live);
+    EXPECT_TRUE(camera.ledger.closes());
+    EXPECT_GE(camera.host_launches, 2);
+    EXPECT_FALSE(camera.settings.empty());
+    EXPECT_FALSE(live.report.faults.empty());
+    std::printf("%s: frames again after %.2f s; %s", control.c_str(), camera.longest_gap_s,
+                all_faults(live).c_str());
+  }
+}
+
+TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {
+  VividNode(kNode).set("Percentage of Dropped Buffers", 30);
+  const LiveResult live = capture(30, [] { VividNode(kNode).set("Inject V4L2_BUF_FLAG_ERROR"); });
+  VividNode(kNode).set("Percentage of Dropped Buffers", 0);
+  const CameraLedger& ledger = live.report.cameras[0].ledger;
+  EXPECT_EQ(ledger.in_set, 30) << all_faults(live);
+  EXPECT_GT(ledger.never_arrived, 0);
+  EXPECT_GE(ledger.incomplete, 1);
+  EXPECT_TRUE(ledger.closes());
+  EXPECT_THAT(all_faults(live), HasSubstr("incomplete: the driver marked it as faulty"));
+}
+
+TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
+  VividNode(kNode).set("Wrap Timestamp", 2);  // some 68 years ahead
+  const LiveResult live = capture(1, {}, 3);
+  VividNode(kNode).set("Wrap Timestamp", 0);
+  EXPECT_TRUE(live.pairing.sets.empty());
+  EXPECT_TRUE(live.report.cameras[0].ledger.closes());
+  EXPECT_THAT(all_faults(live), HasSubstr("s off the host's clock"));
+}
+
+TEST(V4l2Capture, BlackAndSaturatedFramesAreNotStored) {
+  const test::TemporaryFolder temporary;
+  for (const auto& [pattern, why] : {std::pair{5, "black"}, {6, "saturated"}}) {
+    VividNode(kNode).set("OSD Text Mode", 2);
+    VividNode(kNode).set("Test Pattern", pattern);
+    RecordOptions options;
+    options.folder = temporary.path() / why;
+    options.set = "drape";
+    options.largest_spread_s = 1;
+    const RecordResult stored = record_live(capture(1), one_webcam(), options);
+    VividNode(kNode).set("Test Pattern", 0);
+    ASSERT_EQ(stored.refused.size(), 1U) << why;
+    EXPECT_THAT(stored.refused[0].what, HasSubstr(why));
+    EXPECT_TRUE(stored.sets.empty());
+  }
+}
+
+/// bench1's drape_A through the driver: its frames are written to three outputs and captured by the
+/// program as a person runs it. The recording stays in $DRAPE_GUEST_SHARE for the host to look at.
+TEST(V4l2Capture, Bench1ThroughTheDriver) {
+  const char* share = std::getenv("DRAPE_GUEST_SHARE");
+  if (share == nullptr) GTEST_SKIP() << "DRAPE_GUEST_SHARE is not set: this runs in the guest";
+  std::vector<std::unique_ptr<VividNode>> outputs;
+  for (int c = 0; c < 3; ++c) {
+    const cv::Mat image = cv::imread(
+        (test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", c)).string(),
+        cv::IMREAD_UNCHANGED);
+    ASSERT_TRUE(image.type() == CV_8UC1 && image.isContinuous());
+    const auto width = static_cast<std::uint32_t>(image.cols);
+    const auto height = static_cast<std::uint32_t>(image.rows);
+    VividNode capture(fmt::format("/dev/video{}", 2 * c));
+    auto& output =
+        outputs.emplace_back(std::make_unique<VividNode>(fmt::format("/dev/video{}", 2 * c + 1)));
+    capture.set("Loop Video");
+    capture.set("OSD Text Mode", 2);
+    output->set_signal(width, height);
+    output->set_output_format(width, height);
+    capture.set_signal(width, height);
+    output->show({image.data, image.total()});
+  }
+  const std::string line = fmt::format(
+      "'{}' '{}/rig' --set drape_A --out '{}/recording' --patience-s {} >'{}/capture.txt' 2>&1",
+      test::program("drape-capture").string(), share, share, kPatience_s, share);
+  const int status = std::system(line.c_str());
+  EXPECT_EQ(status, 0) << read_text(std::filesystem::path(share) / "capture.txt");
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/v4l2_guest/v4l2_guest.hpp"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "core/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kLongest_s = 240;  ///< boot and job; about 40 where nothing else runs
+
+struct Shell {
+  int exit_code = -1;
+  std::string output;
+};
+
+Shell shell(const std::string& line) {
+  Shell result;
+  FILE* pipe = ::popen((line + " 2>&1 </dev/null").c_str(), "re");
+  if (pipe == nullptr) return result;
+  char buffer[4096];
+  while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, pipe))
+    result.output.append(buffer, got);
+  const int status = ::pclose(pipe);
+  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
+  return result;
+}
+
+std::string last_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const std::size_t at = text.rfind('\n');
+  return at == std::string::npos ? text : text.substr(at + 1);
+}
+
+/// A device node alone does not tell: without the processor's own module the guest hangs in it.
+bool has_kvm() {
+  return ::access("/dev/kvm", R_OK | W_OK) == 0 &&
+         (fs::exists("/sys/module/kvm_intel") || fs::exists("/sys/module/kvm_amd"));
+}
+
+std::string shared_folder(const std::string& tag, const fs::path& folder, const char* more) {
+  return fmt::format(
+      " -fsdev local,id={0},path='{1}',security_model=none,multidevs=remap{2}"
+      " -device virtio-9p-pci,fsdev={0},mount_tag={0}",
+      tag, folder.string(), more);
+}
+
+/// Runs the guest to its end; `timeout` ends one that does not boot, or hangs in its job.
+Shell boot(const fs::path& guest, const fs::path& share, const std::string& accelerator) {
+  const std::string qemu = fmt::format(
+      "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 768 -nographic -nodefaults"
+      " -no-reboot -serial stdio -kernel '{}' -initrd '{}'"
+      " -append 'console=ttyS0 panic=-1 quiet mitigations=off drape_share={}'",
+      kLongest_s, accelerator, (guest / "vmlinuz").string(), (guest / "initrd.gz").string(),
+      share.string());
+  return shell(qemu + shared_folder("host", "/", ",readonly=on") +
+               shared_folder("share", share, ""));
+}
+
+}  // namespace
+
+std::string guest_camera(int index) {
+  return fmt::format("platform:vivid-{:03}", index);
+}
+
+GuestRun run_in_guest(const fs::path& share, const std::string& job) {
+  GuestRun run;
+  const fs::path guest = program("").parent_path().parent_path() / "v4l2_guest";
+  const fs::path script = source_root() / "tests/support/v4l2_guest/prepare.sh";
+  const Shell prepared = shell(fmt::format("bash '{}' '{}'", script.string(), guest.string()));
+  if (prepared.exit_code != 0) {
+    run.cannot = prepared.exit_code == 77 ? last_line(prepared.output)
+                                          : "preparing the guest failed: " + prepared.output;
+    return run;
+  }
+  write_durable(share / "job.sh", fmt::format("cd '{}'\n{}", share.string(), job));
+  Shell machine;
+  if (has_kvm()) machine = boot(guest, share, "-accel kvm -cpu host");
+  if (!fs::exists(share / "booted"))
+    machine = boot(guest, share, "-accel tcg,thread=multi -cpu max");
+  if (!fs::exists(share / "booted")) {
+    run.cannot = "the guest does not boot here: " + last_line(machine.output);
+    return run;
+  }
+  run.output = fs::exists(share / "output.txt") ? read_text(share / "output.txt") : "";
+  std::ifstream(share / "exit_code") >> run.exit_code;
+  return run;
+}
+
+}  // namespace drape::test

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace drape::test {
+
+/// Bus paths of the guest's cameras: 0 to 2 show what is written to /dev/video1, 3, 5 (their
+/// capture nodes are /dev/video0, 2, 4); 3 is a webcam with a test picture (/dev/video6).
+[[nodiscard]] std::string guest_camera(int index);
+
+struct GuestRun {
+  std::optional<std::string> cannot;  ///< why this host runs no guest; the rest is empty then
+  int exit_code = -1;                 ///< of the job; -1 when it did not end
+  std::string output;                 ///< what the job printed
+};
+
+/// Boots Debian's stock kernel with four vivid cameras in QEMU, as an ordinary user, and runs the
+/// shell lines `job` in it. The guest sees the host's files read-only, so it runs the programs of
+/// this build, and `share` writable under the same path. Uses KVM where the host has it, software
+/// emulation elsewhere. Returns when the guest has powered off.
+[[nodiscard]] GuestRun run_in_guest(const std::filesystem::path& share, const std::string& job);
+
+}  // namespace drape::test

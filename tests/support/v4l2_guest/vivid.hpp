@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace drape::test {
+
+/// A device file of vivid, to play faults on it beside the program under test. Only in the guest.
+class VividNode {
+ public:
+  /// Throws std::runtime_error when it cannot be opened.
+  explicit VividNode(const std::string& file);
+  ~VividNode();
+  VividNode(const VividNode&) = delete;
+  VividNode& operator=(const VividNode&) = delete;
+
+  /// Sets the control of that name as the driver spells it, or presses it when it is a button.
+  void set(const std::string& control, std::int32_t value = 1);
+  [[nodiscard]] std::int32_t get(const std::string& control);
+  /// 8-bit grey picture size and about 15 frames/s, on an output and on the capture that shows it.
+  void set_signal(std::uint32_t width_px, std::uint32_t height_px);
+  /// Grey format on an output.
+  void set_output_format(std::uint32_t width_px, std::uint32_t height_px);
+  /// Shows the picture on an output as long as this object lives. (Debian's 6.1 kernel refuses
+  /// write() on outputs, so it goes through mapped buffers.)
+  void show(std::span<const std::uint8_t> pixels);
+
+ private:
+  [[nodiscard]] std::uint32_t id_of(const std::string& control);
+  void call(unsigned long request, void* argument, const std::string& doing);
+
+  std::string file_;
+  int descriptor_ = -1;
+};
+
+}  // namespace drape::test
