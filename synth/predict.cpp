@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "synth/predict.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::synth {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::deg;
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+/// One mark of the volume, and its covariance where two cameras see it.
+struct PredictedMark {
+  std::optional<Matrix3d> covariance_m2;
+  std::vector<double> sigmas_px;
+};
+
+bool is_in_picture(const CameraModel& model, const Vector2d& px, double border_px) {
+  return px.x() > border_px && px.y() > border_px && px.x() < model.width_px - 1 - border_px &&
+         px.y() < model.height_px - 1 - border_px;
+}
+
+PredictedMark predicted(const std::vector<Camera>& cameras, const Vector3d& at,
+                        const Vector3d& normal, double radius_m, const PredictOptions& options) {
+  PredictedMark mark;
+  Matrix3d information = Matrix3d::Zero();
+  int views = 0;
+  for (const Camera& camera : cameras) {
+    const Vector3d to_camera = (centre_in_world(camera) - at).normalized();
+    if (to_camera.dot(normal) < std::cos(options.most_facing_deg * deg)) continue;
+    const auto image = project(camera.model, camera.cam_from_world * at);
+    constexpr double border_px = 12;
+    if (!image || !is_in_picture(camera.model, image->px, border_px)) continue;
+    const auto bound = centre_bound_px2(camera, at, normal, radius_m, options.render);
+    if (!bound) continue;
+    mark.sigmas_px.push_back(std::sqrt(bound->trace() / 2));
+    const Matrix2d covariance = *bound + options.floor_px * options.floor_px * Matrix2d::Identity();
+    const Eigen::Matrix<double, 2, 3> jacobian =
+        image->d_px_d_point * camera.cam_from_world.rotation;
+    information += jacobian.transpose() * covariance.inverse() * jacobian;
+    ++views;
+  }
+  if (views >= 2) mark.covariance_m2 = information.inverse();
+  return mark;
+}
+
+/// Places over the patch and the volume's height.
+std::vector<Vector3d> places(const Print& print, double height_m) {
+  std::vector<Vector3d> all;
+  for (const double z : {0.0, 0.5, 1.0}) {
+    for (int j = 0; j < 5; ++j) {
+      for (int i = 0; i < 5; ++i)
+        all.emplace_back((i / 4.0 - 0.5) * 0.9 * print.patch_m.y(),
+                         (j / 4.0 - 0.5) * 0.9 * print.patch_m.x(), z * height_m);
+    }
+  }
+  return all;
+}
+
+struct Counts {
+  int marks = 0, seen = 0, reached = 0;
+};
+
+PredictedSlope slope_of(const std::vector<Camera>& cameras, const Print& print, double slope_deg,
+                        const PredictOptions& options, Counts& counts) {
+  PredictedSlope result;
+  result.slope_deg = slope_deg;
+  std::vector<double> sigmas, heights, pixels;
+  const int sides = slope_deg == 0 ? 1 : 8;
+  for (const Vector3d& at : places(print, options.height_m)) {
+    for (int side = 0; side < sides; ++side) {
+      const double angle = 2 * std::numbers::pi * side / sides;
+      const double slope = slope_deg * deg;
+      const Vector3d normal(std::sin(slope) * std::cos(angle), std::sin(slope) * std::sin(angle),
+                            std::cos(slope));
+      const auto mark = predicted(cameras, at, normal, print.dot_diameter_m / 2, options);
+      ++result.marks;
+      pixels.insert(pixels.end(), mark.sigmas_px.begin(), mark.sigmas_px.end());
+      if (!mark.covariance_m2) continue;
+      ++result.seen_by_two;
+      sigmas.push_back(std::sqrt(mark.covariance_m2->trace()));
+      heights.push_back(std::sqrt((*mark.covariance_m2)(2, 2)));
+      counts.reached += sigmas.back() <= options.asked_sigma_m;
+    }
+  }
+  counts.marks += result.marks;
+  counts.seen += result.seen_by_two;
+  result.median_m = quantile(sigmas, 0.5);
+  result.p95_m = quantile(sigmas, 0.95);
+  result.median_height_m = quantile(heights, 0.5);
+  result.median_px = quantile(pixels, 0.5);
+  return result;
+}
+
+}  // namespace
+
+void PredictOptions::check() const {
+  render.check();
+  if (!(asked_sigma_m > 0))
+    throw usage_error(fmt::format("the asked accuracy is {:g} mm", asked_sigma_m / units::mm),
+                      "give --accuracy-mm above zero");
+  if (!(height_m >= 0))
+    throw usage_error(fmt::format("the drape's height is {:g} mm", height_m / units::mm),
+                      "give --height-mm of zero or more");
+  if (!(most_facing_deg > 0 && most_facing_deg < 90))
+    throw usage_error(fmt::format("the facing limit is {:g} degrees", most_facing_deg),
+                      "give 1 to 89");
+}
+
+std::optional<Matrix2d> centre_bound_px2(const Camera& camera, const Vector3d& in_world,
+                                         const Vector3d& normal, double radius_m,
+                                         const RenderOptions& render) {
+  constexpr int nodes = 48;
+  const Vector3d u = normal.unitOrthogonal();
+  const Vector3d v = normal.cross(u);
+  const double white = render.white_grey, black = render.white_grey * render.ink_ratio;
+  const double variance =
+      render.noise_grey * render.noise_grey * (0.5 + 0.5 * (white + black) / 2 / 128);
+  const double blur = std::sqrt(render.blur_px * render.blur_px + 1.0 / 12);
+  Matrix2d around = Matrix2d::Zero();  // of the outline's normal, px
+  std::optional<Vector2d> last;
+  for (int k = 0; k <= nodes; ++k) {
+    const double angle = 2 * std::numbers::pi * k / nodes;
+    const Vector3d point = in_world + radius_m * (std::cos(angle) * u + std::sin(angle) * v);
+    const auto image = project(camera.model, camera.cam_from_world * point);
+    if (!image) return std::nullopt;
+    if (last) {
+      const Vector2d along = image->px - *last;
+      const Vector2d across(-along.y(), along.x());
+      around += across * across.transpose() / std::max(along.norm(), 1e-12);
+    }
+    last = image->px;
+  }
+  const double contrast = white - black;
+  const double edge =
+      contrast * contrast / (variance + 1.0 / 12) / (2 * blur * std::sqrt(std::numbers::pi));
+  return Matrix2d((edge * around).inverse());
+}
+
+Prediction predict(const std::vector<Camera>& cameras, const Print& print,
+                   const PredictOptions& options) {
+  options.check();
+  Prediction result;
+  Counts counts, gentle;
+  for (const double slope_deg : {0.0, 30.0, 45.0, 60.0}) {
+    result.slopes.push_back(slope_of(cameras, print, slope_deg, options, counts));
+    if (slope_deg <= 45) gentle = counts;
+  }
+  const auto share = [](int part, int whole) { return whole == 0 ? 0.0 : part / double(whole); };
+  result.reached_share = share(gentle.reached, gentle.seen);
+  result.seen_share = share(gentle.seen, gentle.marks);
+  result.go = result.reached_share >= options.asked_share && gentle.seen > 0;
+  return result;
+}
+
+}  // namespace drape::synth
