@@ -8,6 +8,7 @@
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "detect/regions.hpp"
 
@@ -17,6 +18,8 @@ namespace {
 constexpr double least_fill = 0.80;
 constexpr double most_dark_ring = 0.45;
 constexpr int ring_samples = 32;
+constexpr double full_core = 0.4;  // where a dot is dark, in its radii
+constexpr double ring_core = 0.7;  // the same with a light centre
 
 /// The light that falls on the unprinted surface: a morphological closing, which fills whatever is
 /// too small to hold the square and keeps shadow edges. At half scale, from the brightest of each
@@ -66,14 +69,24 @@ bool plausible_size(const Region& region, const DotSizes& sizes) {
          std::max(region.width, region.height) >= sizes.smallest_px;
 }
 
+/// First and last pixel of a row that belong to a region; first > last for none.
+std::pair<int, int> row_ends(const DarkMap& map, const Region& region, std::int32_t label, int y) {
+  int first = region.left, last = region.left + region.width - 1;
+  while (first <= last && map.at(first, y) != label) ++first;
+  while (last > first && map.at(last, y) != label) --last;
+  return {first, last};
+}
+
 /// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
-void moments(const DarkMap& map, const Region& region, Blob& blob) {
+/// Answers with the pixel count; with `fill` what lies between a row's ends belongs to it.
+double moments(const DarkMap& map, const Region& region, bool fill, Blob& blob) {
   double count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
   for (int y = region.top; y < region.top + region.height; ++y) {
-    for (int x = region.left; x < region.left + region.width; ++x) {
-      if (map.at(x, y) != blob.label) continue;
+    const auto [first, last] = row_ends(map, region, blob.label, y);
+    for (int x = first; x <= last; ++x) {
+      if (!fill && map.at(x, y) != blob.label) continue;
       const Eigen::Vector2d p(x - region.left, y - region.top);
       count += 1;
       sum += p;
@@ -85,10 +98,11 @@ void moments(const DarkMap& map, const Region& region, Blob& blob) {
   // A pixel has an extent of its own: 1/12 per axis keeps thin regions from becoming lines.
   blob.shape_px2 =
       4 * (square / count - mean * mean.transpose() + Eigen::Matrix2d::Identity() / 12.0);
+  return count;
 }
 
 /// Brightness inside and just outside, and how much of the outside is dark itself.
-void look_around(const GreyImage& image, const DarkMap& map, Blob& blob) {
+void look_around(const GreyImage& image, const DarkMap& map, double core_radius, Blob& blob) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2);
   const Eigen::Vector2d axes = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
   std::vector<float> ring;
@@ -99,7 +113,7 @@ void look_around(const GreyImage& image, const DarkMap& map, Blob& blob) {
     const Eigen::Vector2d out =
         blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(axes + Eigen::Vector2d(2.5, 2.5));
     const Eigen::Vector2d in =
-        blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(0.4 * axes);
+        blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(core_radius * axes);
     const int x = static_cast<int>(std::lround(out.x()));
     const int y = static_cast<int>(std::lround(out.y()));
     core +=
@@ -119,19 +133,20 @@ void look_around(const GreyImage& image, const DarkMap& map, Blob& blob) {
       static_cast<double>(ring.size());
 }
 
-bool dot_like(const Blob& blob, const Region& region, const DotSizes& sizes) {
+bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2,
                                                              Eigen::EigenvaluesOnly);
   const double major = std::sqrt(eigen.eigenvalues()(1));
   const double minor = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
-  const double fill = region.area / (std::numbers::pi * major * minor);
+  const double fill = area / (std::numbers::pi * major * minor);
   return major >= sizes.smallest_px && major <= sizes.largest_px && fill >= least_fill &&
          blob.dark_ring <= most_dark_ring && blob.bright > blob.dark;
 }
 
 }  // namespace
 
-Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes) {
+Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes,
+                 bool light_centres) {
   const cv::Mat picture(image.height_px, image.width_px, CV_8U,
                         const_cast<std::uint8_t*>(image.bytes.data()));
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
@@ -144,9 +159,9 @@ Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes
     if (!plausible_size(regions[k], sizes)) continue;
     Blob blob;
     blob.label = static_cast<std::int32_t>(k) + 1;
-    moments(result.map, regions[k], blob);
-    look_around(image, result.map, blob);
-    if (dot_like(blob, regions[k], sizes)) result.blobs.push_back(blob);
+    const double area = moments(result.map, regions[k], light_centres, blob);
+    look_around(image, result.map, light_centres ? ring_core : full_core, blob);
+    if (dot_like(blob, area, sizes)) result.blobs.push_back(blob);
   }
   return result;
 }

@@ -46,8 +46,8 @@ struct DotSizes {
   static DotSizes around(double radius_px) { return {0.5 * radius_px, 1.7 * radius_px}; }
 };
 
-/// Finds dots of these sizes.
+/// Finds dots of these sizes; with `light_centres` also such as are rings.
 [[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise,
-                               const DotSizes& sizes);
+                               const DotSizes& sizes, bool light_centres = false);
 
 }  // namespace drape

@@ -53,6 +53,12 @@ class BlurredEllipse {
   /// Signed distance from the outline to first order (Sampson 1982).
   [[nodiscard]] double signed_distance(double x, double y) const { return distance(x, y).d; }
 
+  /// Distance from the centre in radii of the ellipse.
+  [[nodiscard]] double radius(double x, double y) const {
+    const Distance at = distance(x, y);
+    return std::sqrt(at.vx * at.vx + at.vy * at.vy);
+  }
+
   /// Which eighth of the dot a position lies in, 0..7, in the coordinates where it is a circle.
   [[nodiscard]] int sector(double x, double y) const {
     const Distance at = distance(x, y);

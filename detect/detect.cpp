@@ -161,6 +161,7 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
   ++report.frames;
   report.tags += static_cast<int>(frame.tags.size());
   report.marks += static_cast<int>(frame.detections.size());
+  report.islands += static_cast<int>(frame.islands.size());
   for (const Rejection& rejection : frame.rejections) {
     ++report.rejections_by_reason[rejection.reason.substr(0, rejection.reason.find(':'))];
   }
@@ -169,11 +170,18 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
     report.warnings.push_back(name + ": no tag of the print was recognised");
 }
 
+/// What looks the same after half a turn; empty for what does not.
+std::string twin_of(const Surroundings& surface) {
+  if (surface.chessboard) return is_ambiguous(*surface.chessboard) ? "chessboard" : "";
+  return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
+}
+
 }  // namespace
 
 FrameLimits limits_of(const DetectOptions& options) {
-  return {options.most_chi2_per_dof, options.most_masked_edge,   options.most_one_sided,
-          options.most_one_sided_px, options.least_semi_axis_px, options.most_sigma_px};
+  return {options.most_chi2_per_dof, options.most_misfit,       options.most_masked_edge,
+          options.most_one_sided,    options.most_one_sided_px, options.least_semi_axis_px,
+          options.most_sigma_px};
 }
 
 void DetectOptions::check() const {
@@ -187,6 +195,7 @@ void DetectOptions::check() const {
   };
   require(threads >= 1, "the number of threads is below 1");
   require(most_chi2_per_dof > 0, "the largest chi-square per degree of freedom is not positive");
+  require(most_misfit > 0, "the largest misfit is not positive");
   require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered share is outside 0..1");
   require(most_one_sided > 0 && most_one_sided_px >= 0, "the one-sided limit is not positive");
   require(least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
@@ -217,15 +226,16 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   result.detections.rig = rig.name;
   result.detections.lattice = surface.lattice;
   for (Output& output : outputs) {
-    add_to_report(output.frame, !surface.chessboard, result.report);
+    add_to_report(output.frame, !surface.plane.tags.empty(), result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
     if (output.overlay) result.overlays.push_back(std::move(*output.overlay));
     result.detections.frames.push_back(std::move(output.frame));
   }
-  if (surface.chessboard && is_ambiguous(*surface.chessboard)) {
+  if (const std::string twin = twin_of(surface); !twin.empty()) {
     result.report.warnings.push_back(
-        "the chessboard looks the same upside down: its columns were taken to run to the right in "
-        "every picture");
+        fmt::format("the {} looks the same upside down: its columns were taken to run to the right "
+                    "in every picture",
+                    twin));
   }
   result.report.median_sigma_px = median_sigma_px(result.detections.frames);
   return result;

@@ -20,6 +20,7 @@ struct DetectOptions {
   bool previews = true;            ///< half-scale JPEG per frame of a cloth
   bool overlays = false;           ///< PNG per frame with what was found and what was rejected
   double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
+  double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded
   double most_masked_edge = 0.25;  ///< share of a dot's outline that may be covered
   double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
   double most_one_sided_px = 0.2;    ///< and that shift; both must be exceeded
@@ -43,7 +44,8 @@ struct Picture {
 struct DetectReport {
   int frames = 0;
   int tags = 0;
-  int marks = 0;                                    ///< measured, over all frames
+  int marks = 0;                                    ///< measured and labelled, over all frames
+  int islands = 0;                                  ///< measured, in pieces without a label
   std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
   std::vector<std::string> frames_without_marks;    ///< "set drape_A, camera cam1"

@@ -77,7 +77,8 @@ std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel
   std::size_t most = least_piece - 1;
   std::optional<double> best;
   for (const DotSizes& sizes : all_sizes) {
-    const std::vector<Blob> blobs = find_blobs(image, noise, sizes).blobs;
+    const std::vector<Blob> blobs =
+        find_blobs(image, noise, sizes, plane.classes.has_value()).blobs;
     const auto pieces = grow_pieces(plane, dots_of(blobs), std::vector<char>(blobs.size(), 0));
     if (pieces.empty() || pieces.front().size() <= most) continue;
     most = pieces.front().size();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "detect/local_map.hpp"
@@ -12,7 +13,8 @@ namespace drape {
 struct UnlabelledDot {
   Eigen::Vector2d centre_px;
   Eigen::Matrix2d shape_px2;
-  bool sound = true;  ///< only sound dots lead on to their neighbours
+  bool sound = true;                      ///< only sound dots lead on to their neighbours
+  std::optional<bool> light_centre = {};  ///< class, where the print has two and this dot shows it
 };
 
 /// The dot that fits a step from a known place best, and how clearly.

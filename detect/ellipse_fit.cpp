@@ -182,6 +182,32 @@ Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
   return p;
 }
 
+/// Light of the core within a share of the radius, between print (0) and cloth (1).
+std::optional<double> centre_share(const GreyImage& image, const Patch& patch, const Model& model,
+                                   double within_radii) {
+  const Vector& p = model.parameters();
+  double sum = 0, most = 1e9, nearest = 0;
+  int count = 0;
+  for (int y = -patch.reach_y; y <= patch.reach_y; ++y) {
+    for (int x = -patch.reach_x; x <= patch.reach_x; ++x) {
+      const int u = patch.origin.x() + x, v = patch.origin.y() + y;
+      if (u < 0 || v < 0 || u >= image.width_px || v >= image.height_px) continue;
+      const double radius = model.radius(x, y);
+      const double light = p(Model::light) + p(Model::light_x) * x + p(Model::light_y) * y;
+      const double share = 1 - (1 - image.level(u, v) / light) / p(Model::print);
+      if (radius < most) {
+        most = radius;
+        nearest = share;
+      }
+      if (radius > within_radii) continue;
+      sum += share;
+      ++count;
+    }
+  }
+  if (most > 0.5) return std::nullopt;
+  return count > 0 ? sum / count : nearest;
+}
+
 /// Fits, and fits again while pixels turn out to belong to something else.
 bool settle(Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vector& p,
             Normal& normal, DotFit& fit) {
@@ -201,9 +227,9 @@ bool settle(Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vecto
 }  // namespace
 
 DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-               const Blob& blob, const BlurGuess& guess) {
+               const Blob& blob, const BlurGuess& guess, double light_centre_share) {
   Vector p = start_parameters(blob, guess);
-  Patch patch = cut_patch(image, map, blob, Model(p));
+  Patch patch = cut_patch(image, map, blob, Model(p), light_centre_share);
   DotFit fit;
   fit.masked_edge = patch.masked_edge;
   fit.saturated = patch.saturated;
@@ -225,6 +251,11 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   fit.contrast = model.light_at_centre() * p(Model::print);
   fit.blur_px = p(Model::blur);
   fit.chi2_per_dof = normal.chi2 / freedom;
+  fit.misfit = std::sqrt(fit.chi2_per_dof * noise.variance(model.light_at_centre())) /
+               std::max(std::abs(fit.contrast), 1.0);
+  if (light_centre_share > 0) {
+    fit.centre_share = centre_share(image, patch, model, 0.5 * light_centre_share);
+  }
   const PixelColumns pixels(patch);
   check_sectors(pixels, noise, model, hessian, covariance, fit);
   weigh_residuals(edge_grid(patch, pixels, noise, model, covariance), fit.edge);

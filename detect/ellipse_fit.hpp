@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "detect/blobs.hpp"
@@ -38,16 +39,21 @@ struct DotFit {
   double bright = 0;                                             ///< b at the centre
   double blur_px = 0;                                            ///< s
   double chi2_per_dof = 0;
+  double misfit = 0;        ///< rms of the residuals, in contrasts
   double masked_edge = 0;   ///< share of the outline hidden by masks or the image border
   double one_sided = 0;     ///< largest chi-square of the centre's shift when an eighth is left out
   double one_sided_px = 0;  ///< that shift
   bool saturated = false;
+  std::optional<double> centre_share;  ///< light of the core: 0 as the print, 1 as the cloth
   EdgeResiduals edge;
 };
 
 /// Fits one blob by damped Gauss-Newton steps; pixels near other dark regions are left out.
+/// `light_centre_share`: radius of the light centre that some dots of the print have, in radii of
+/// the dot; 0 when none has.
 [[nodiscard]] DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-                             const Blob& start, const BlurGuess& blur);
+                             const Blob& start, const BlurGuess& blur,
+                             double light_centre_share = 0);
 
 /// Correlation of residuals near outlines by squared distance, pooled over a frame's fits: cloth
 /// texture and lens blur correlate neighbouring pixels.

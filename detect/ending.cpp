@@ -19,6 +19,10 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
     ending.numbers.emplace_back("median standard deviation",
                                 fmt::format("{:.4f} px", *report.median_sigma_px));
   }
+  if (report.islands > 0) {
+    ending.numbers.emplace_back("marks in islands, without a label",
+                                fmt::format("{}", report.islands));
+  }
   ending.numbers.emplace_back("tags recognised", fmt::format("{}", report.tags));
   for (const auto& [reason, count] : report.rejections_by_reason) {
     ending.rejected.push_back(fmt::format("{} x {}", count, reason));

@@ -8,6 +8,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -23,6 +24,8 @@ namespace drape {
 namespace {
 
 constexpr std::size_t blur_samples = 9;
+constexpr double least_light_centre = 0.35;
+constexpr double most_full_centre = 0.15;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -47,7 +50,8 @@ std::optional<double> dot_radius_px(const PrintPlane& plane,
 }
 
 /// Edge width of this frame from its largest dots, where it can be told from their size.
-BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseModel& noise) {
+BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseModel& noise,
+                     double light_centre_share) {
   std::vector<const Blob*> largest;
   for (const Blob& blob : found.blobs) largest.push_back(&blob);
   std::stable_sort(largest.begin(), largest.end(), [](const Blob* a, const Blob* b) {
@@ -55,7 +59,7 @@ BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseMode
   });
   std::vector<double> widths;
   for (const Blob* blob : largest) {
-    const DotFit fit = fit_dot(image, found.map, noise, *blob, BlurGuess{});
+    const DotFit fit = fit_dot(image, found.map, noise, *blob, BlurGuess{}, light_centre_share);
     if (fit.converged && fit.masked_edge < 0.1) widths.push_back(fit.blur_px);
     if (widths.size() == blur_samples) break;
   }
@@ -74,12 +78,13 @@ bool inside_tag(const Eigen::Vector2d& px, const TagDetection& tag) {
   return true;
 }
 
-std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const NoiseModel& noise) {
-  const BlurGuess blur = frame_blur(image, found, noise);
+std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const NoiseModel& noise,
+                            double light_centre_share) {
+  const BlurGuess blur = frame_blur(image, found, noise, light_centre_share);
   std::vector<DotFit> fits;
   fits.reserve(found.blobs.size());
   for (const Blob& blob : found.blobs) {
-    fits.push_back(fit_dot(image, found.map, noise, blob, blur));
+    fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_share));
   }
   return fits;
 }
@@ -103,6 +108,12 @@ double largest_sigma(const Eigen::Matrix2d& covariance) {
   return std::sqrt(std::max(0.0, eigen.eigenvalues()(1)));
 }
 
+/// A fit that misses by more than the noise and by much: a camera that sharpens or smooths its
+/// pictures leaves little noise, against which every edge looks wrong.
+bool misfits(const DotFit& fit, const FrameLimits& limits) {
+  return fit.chi2_per_dof > limits.most_chi2_per_dof && fit.misfit > limits.most_misfit;
+}
+
 /// Why a fit must not be used; empty when it may.
 std::string fault(const DotFit& fit, const Eigen::Matrix2d& covariance, const FrameLimits& limits) {
   if (!fit.converged) return "bad fit: no blurred ellipse fits it";
@@ -117,8 +128,10 @@ std::string fault(const DotFit& fit, const Eigen::Matrix2d& covariance, const Fr
   if (axes.semi_px.y() < limits.least_semi_axis_px) {
     return fmt::format("too small: minor semi-axis {:.2f} px", axes.semi_px.y());
   }
-  if (fit.chi2_per_dof > limits.most_chi2_per_dof) {
-    return fmt::format("bad fit: chi-square per degree of freedom {:.1f}", fit.chi2_per_dof);
+  if (misfits(fit, limits)) {
+    return fmt::format(
+        "bad fit: residuals of {:.0f} % of the contrast, chi-square per degree of freedom {:.1f}",
+        100 * fit.misfit, fit.chi2_per_dof);
   }
   if (fit.one_sided > limits.most_one_sided * std::max(1.0, fit.chi2_per_dof) &&
       fit.one_sided_px > limits.most_one_sided_px) {
@@ -158,7 +171,7 @@ std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& nois
                                   const PrintPlane& plane, const TagFinder& finder) {
   if (!tags_sit_between_dots(plane)) return std::nullopt;
   Found found;
-  found.blobs = find_blobs(image, noise, usual_sizes());
+  found.blobs = find_blobs(image, noise, usual_sizes(), plane.classes.has_value());
   const std::optional<double> radius_px = common_radius_px(found.blobs.blobs, plane);
   if (!radius_px) return std::nullopt;
   drop_other_sizes(found.blobs.blobs, DotSizes::around(*radius_px));
@@ -175,7 +188,9 @@ Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintP
   found.tags = finder.find(image, plane, noise.sigma(128));
   std::optional<double> radius_px = dot_radius_px(plane, found.tags);
   if (!radius_px) radius_px = lattice_radius_px(image, noise, plane);
-  if (radius_px) found.blobs = find_blobs(image, noise, DotSizes::around(*radius_px));
+  if (radius_px) {
+    found.blobs = find_blobs(image, noise, DotSizes::around(*radius_px), plane.classes.has_value());
+  }
   return found;
 }
 
@@ -196,7 +211,8 @@ std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
                                        std::vector<LatticePiece>& pieces) {
   std::vector<DotLabel> labels(dots.size());
   for (DotLabel& label : labels) label.reason = "no label: the print's outline is not in view";
-  if (pieces.empty()) return labels;
+  // Cameras around a cloth would each see another corner as the first.
+  if (pieces.empty() || !plane.stiff) return labels;
   const auto whole = place_whole_piece(plane, dots, pieces.front());
   if (!whole) return labels;
   for (const auto& [mark, dot] : *whole) labels[dot] = {mark, ""};
@@ -204,10 +220,40 @@ std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
   return labels;
 }
 
+/// A dot with a light centre shows it unless it is too small; between the limits nothing is said.
+std::optional<bool> class_of(const DotFit& fit) {
+  if (!fit.converged || !fit.centre_share) return std::nullopt;
+  if (*fit.centre_share > least_light_centre) return true;
+  if (*fit.centre_share < most_full_centre) return false;
+  return std::nullopt;
+}
+
 struct Labels {
   std::vector<DotLabel> labels;
   std::vector<LatticePiece> islands;
 };
+
+/// Islands whose classes tell where they are become labels, unless a mark is then seen twice.
+void label_by_classes(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                      Labels& found) {
+  found.labels.resize(dots.size(), {std::nullopt, "no label: nothing leads to it"});
+  std::set<MarkId> taken;
+  for (const DotLabel& label : found.labels) {
+    if (label.mark) taken.insert(*label.mark);
+  }
+  std::erase_if(found.islands, [&](const LatticePiece& piece) {
+    const auto placed = place_by_classes(plane, dots, piece);
+    if (!placed || std::any_of(placed->begin(), placed->end(),
+                               [&](const auto& entry) { return taken.count(entry.first) != 0; })) {
+      return false;
+    }
+    for (const auto& [mark, dot] : *placed) {
+      found.labels[dot] = {mark, ""};
+      taken.insert(mark);
+    }
+    return true;
+  });
+}
 
 Labels label_all(const PrintPlane& plane, const Found& found,
                  const std::vector<UnlabelledDot>& dots) {
@@ -216,7 +262,8 @@ Labels label_all(const PrintPlane& plane, const Found& found,
   std::vector<char> taken(dots.size(), 0);
   for (std::size_t k = 0; k < result.labels.size(); ++k) taken[k] = result.labels[k].mark ? 1 : 0;
   result.islands = grow_pieces(plane, dots, taken);
-  if (!plane.tags.empty()) return result;
+  if (plane.classes) label_by_classes(plane, dots, result);
+  if (!plane.tags.empty() || plane.classes) return result;
   if (plane.stiff && !result.islands.empty()) {
     fill_flat_piece(plane, dots, result.islands.front());
   }
@@ -269,12 +316,12 @@ FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane, Ta
   frame.noise_sigma = noise.sigma(128);
   const Found found = find_marks(image, noise, plane, finder);
   frame.tags = found.tags;
-  const std::vector<DotFit> fits = fit_all(image, found.blobs, noise);
+  const std::vector<DotFit> fits = fit_all(image, found.blobs, noise, plane.light_centre_share());
   std::vector<UnlabelledDot> dots;
   for (const DotFit& fit : fits) {
-    const bool sound = fit.converged && fit.chi2_per_dof <= limits.most_chi2_per_dof &&
-                       fit.masked_edge <= limits.most_masked_edge;
-    dots.push_back({fit.centre_px, fit.shape_px2, sound});
+    const bool sound =
+        fit.converged && !misfits(fit, limits) && fit.masked_edge <= limits.most_masked_edge;
+    dots.push_back({fit.centre_px, fit.shape_px2, sound, class_of(fit)});
   }
   sort_out(fits, label_all(plane, found, dots), limits, frame);
   return frame;

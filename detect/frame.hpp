@@ -11,6 +11,7 @@ namespace drape {
 /// Limits beyond which a dot is not measured but rejected with the reason.
 struct FrameLimits {
   double most_chi2_per_dof = 0;
+  double most_misfit = 0;
   double most_masked_edge = 0;
   double most_one_sided = 0;
   double most_one_sided_px = 0;

@@ -106,6 +106,8 @@ class Labeller {
   /// A step may miss by more the better the cells around the dot, and other labelled neighbours,
   /// speak for the label.
   bool credible(const Proposal& proposal) const {
+    const auto& light = dots_[proposal.dot].light_centre;
+    if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
     const CellVotes votes = cell_votes(proposal);
     const int sum = votes.sum + other_supporters(proposal);
     if (sum < 0) return false;

@@ -17,6 +17,7 @@ constexpr double farthest_in_pitches = 1.4;
 constexpr int least_directions = 3;  // of the four, in which a start has a clear neighbour
 constexpr std::size_t least_piece = 4;
 constexpr double most_flat_miss = 0.2;  // in pitches
+constexpr double most_area_ratio = 1.6;
 constexpr std::size_t least_flat_dots = 8;
 
 constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
@@ -57,6 +58,17 @@ Extent extent_of(const Places& places) {
     extent.last.col = std::max(extent.last.col, place.col);
   }
   return extent;
+}
+
+/// No piece is larger than the print, whichever way it is turned.
+bool fits_print(const PrintPlane& plane, const LatticePiece& piece, MarkId place) {
+  Extent extent = extent_of(piece);
+  extent.first.row = std::min(extent.first.row, place.row);
+  extent.first.col = std::min(extent.first.col, place.col);
+  extent.last.row = std::max(extent.last.row, place.row);
+  extent.last.col = std::max(extent.last.col, place.col);
+  const auto [shorter, longer] = std::minmax({extent.rows(), extent.cols()});
+  return shorter <= std::min(plane.rows, plane.cols) && longer <= std::max(plane.rows, plane.cols);
 }
 
 class PieceGrower {
@@ -156,7 +168,7 @@ class PieceGrower {
       const Proposal next = queue_.top();
       queue_.pop();
       if (taken_[next.dot] != 0 || piece.count(next.place) != 0) continue;
-      if (!piece.empty() && (!agrees(next) || !fits_print(piece, next.place))) continue;
+      if (!piece.empty() && (!agrees(next) || !fits_print(plane_, piece, next.place))) continue;
       piece[next.place] = next.dot;
       taken_[next.dot] = 1;
       maps_[next.place] = next.map;
@@ -185,18 +197,6 @@ class PieceGrower {
     }
     const double support = std::min(1.0, (supporters - 1) / 2.0);
     return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
-  }
-
-  /// No piece is larger than the print, whichever way it is turned.
-  [[nodiscard]] bool fits_print(const LatticePiece& piece, MarkId place) const {
-    Extent extent = extent_of(piece);
-    extent.first.row = std::min(extent.first.row, place.row);
-    extent.first.col = std::min(extent.first.col, place.col);
-    extent.last.row = std::max(extent.last.row, place.row);
-    extent.last.col = std::max(extent.last.col, place.col);
-    const auto [shorter, longer] = std::minmax(extent.rows(), extent.cols());
-    return shorter <= std::min(plane_.rows, plane_.cols) &&
-           longer <= std::max(plane_.rows, plane_.cols);
   }
 
   const PrintPlane& plane_;
@@ -246,29 +246,26 @@ Eigen::Vector2d seen(const Homography& map, MarkId place) {
   return (map * Eigen::Vector3d(place.col, place.row, 1)).hnormalized();
 }
 
-/// The dot nearest to where a place must be seen, if that is near enough.
-std::optional<std::size_t> dot_at(const std::vector<UnlabelledDot>& dots, const Homography& map,
-                                  MarkId place, const std::vector<char>& taken) {
+/// The dot nearest to where a place must be seen, if that is near enough and it has a dot's size.
+std::optional<std::size_t> dot_at(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                                  const Homography& map, MarkId place,
+                                  const std::vector<char>& taken) {
   const Eigen::Vector2d px = seen(map, place);
-  const double pitch_px = std::min((seen(map, {place.row, place.col + 1}) - px).norm(),
-                                   (seen(map, {place.row + 1, place.col}) - px).norm());
+  Eigen::Matrix2d pitches;
+  pitches << seen(map, {place.row, place.col + 1}) - px, seen(map, {place.row + 1, place.col}) - px;
+  const double radius = plane.dot_radius_m / plane.pitch_m;
+  const double area = std::abs(pitches.determinant()) * radius * radius;
   std::optional<std::size_t> nearest;
-  double least = most_flat_miss * pitch_px;
+  double least = most_flat_miss * pitches.colwise().norm().minCoeff();
   for (std::size_t k = 0; k < dots.size(); ++k) {
     const double miss = (dots[k].centre_px - px).norm();
     if (taken[k] != 0 || !dots[k].sound || miss > least) continue;
+    const double own_area = std::sqrt(std::max(0.0, dots[k].shape_px2.determinant()));
+    if (own_area < area / most_area_ratio || own_area > area * most_area_ratio) continue;
     least = miss;
     nearest = k;
   }
   return nearest;
-}
-
-/// A quarter turn of places: columns to the right become rows downwards.
-LatticePiece quarter_turn(const LatticePiece& piece) {
-  const int last_row = extent_of(piece).last.row;
-  LatticePiece turned;
-  for (const auto& [place, dot] : piece) turned[{place.col, last_row - place.row}] = dot;
-  return turned;
 }
 
 /// How far the columns run to the right, px per column.
@@ -301,8 +298,8 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
     const int longest = std::max(plane.rows, plane.cols);
     for (int row = extent.last.row - longest + 1; row < extent.first.row + longest; ++row) {
       for (int col = extent.last.col - longest + 1; col < extent.first.col + longest; ++col) {
-        if (piece.count({row, col}) != 0) continue;
-        const auto dot = dot_at(dots, map, {row, col}, taken);
+        if (piece.count({row, col}) != 0 || !fits_print(plane, piece, {row, col})) continue;
+        const auto dot = dot_at(plane, dots, map, {row, col}, taken);
         if (!dot) continue;
         piece[{row, col}] = *dot;
         taken[*dot] = 1;
@@ -316,6 +313,13 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
     shifted[{place.row - first.row, place.col - first.col}] = dot;
   }
   piece = std::move(shifted);
+}
+
+LatticePiece quarter_turn(const LatticePiece& piece) {
+  const int last_row = extent_of(piece).last.row;
+  LatticePiece turned;
+  for (const auto& [place, dot] : piece) turned[{place.col, last_row - place.row}] = dot;
+  return turned;
 }
 
 std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,

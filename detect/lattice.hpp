@@ -29,6 +29,16 @@ using LatticePiece = std::map<MarkId, std::size_t>;  ///< place in the piece -> 
 void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                      LatticePiece& piece);
 
+/// The piece turned by a quarter: its columns to the right become rows downwards.
+[[nodiscard]] LatticePiece quarter_turn(const LatticePiece& piece);
+
+/// Where two looks of dots make every window of 3 x 3 unique, a piece may find its own place: the
+/// one at which the classes of its dots agree and at every other place do not. Dots that disagree
+/// there are left out. Nothing when too few dots show their class or two places fit nearly as well.
+[[nodiscard]] std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
+                                                           const std::vector<UnlabelledDot>& dots,
+                                                           const LatticePiece& piece);
+
 /// A piece that spans the whole print has only the print's own symmetry left: half a turn, or
 /// quarter turns for as many rows as columns. Of these the one is taken whose columns run to the
 /// right in the picture. Nothing for a piece that could also lie elsewhere on the print.

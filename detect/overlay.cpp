@@ -16,6 +16,7 @@ namespace {
 
 const cv::Scalar tag_colour(255, 140, 0);
 const cv::Scalar mark_colour(60, 220, 60);
+const cv::Scalar island_colour(40, 220, 255);
 const cv::Scalar reject_colour(60, 60, 255);
 
 cv::Point at(const Eigen::Vector2d& px) {
@@ -32,6 +33,16 @@ std::string name_of(MarkId mark) {
   return fmt::format("{},{}", mark.row, mark.col);
 }
 
+void outline(cv::Mat& picture, const Detection& dot, const cv::Scalar& colour) {
+  cv::ellipse(picture,
+              cv::RotatedRect(cv::Point2f(static_cast<float>(dot.centre_px.x()),
+                                          static_cast<float>(dot.centre_px.y())),
+                              cv::Size2f(static_cast<float>(2 * dot.semi_axes_px.x()),
+                                         static_cast<float>(2 * dot.semi_axes_px.y())),
+                              static_cast<float>(dot.axis_angle_rad / units::deg)),
+              colour, 1, cv::LINE_AA);
+}
+
 }  // namespace
 
 std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetections& frame) {
@@ -46,14 +57,13 @@ std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetect
     }
   }
   for (const Detection& dot : frame.detections) {
-    cv::ellipse(picture,
-                cv::RotatedRect(cv::Point2f(static_cast<float>(dot.centre_px.x()),
-                                            static_cast<float>(dot.centre_px.y())),
-                                cv::Size2f(static_cast<float>(2 * dot.semi_axes_px.x()),
-                                           static_cast<float>(2 * dot.semi_axes_px.y())),
-                                static_cast<float>(dot.axis_angle_rad / units::deg)),
-                mark_colour, 1, cv::LINE_AA);
+    outline(picture, dot, mark_colour);
     label(picture, dot.centre_px, name_of(dot.mark), mark_colour);
+  }
+  for (const IslandDot& dot : frame.islands) {
+    outline(picture, dot.dot, island_colour);
+    label(picture, dot.dot.centre_px, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)),
+          island_colour);
   }
   for (const Rejection& rejection : frame.rejections) {
     if (!rejection.centre_px) continue;

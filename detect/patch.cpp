@@ -8,9 +8,10 @@
 namespace drape {
 namespace {
 
-constexpr double ring_px = 4.0;       // how far outside the outline pixels are used
-constexpr double edge_px = 1.5;       // what counts as outline when lost shares are counted
-constexpr int foreign_margin_px = 2;  // blur carries a neighbour's darkness this far
+constexpr double ring_px = 4.0;         // how far outside the outline pixels are used
+constexpr double edge_px = 1.5;         // what counts as outline when lost shares are counted
+constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness this far
+constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
 constexpr double dark_ring_share = 0.7;
 constexpr double stranger_px = 0.3;     // strangers are sought from here outwards
 constexpr double biweight_limit = 6.0;  // in residual scales
@@ -53,7 +54,7 @@ double Patch::total_trust() const {
 }
 
 Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
-                const BlurredEllipse& start) {
+                const BlurredEllipse& start, double light_centre_share) {
   Patch patch;
   patch.origin = blob.centre_px.array().round().cast<int>();
   patch.reach_x = static_cast<int>(std::ceil(std::sqrt(blob.shape_px2(0, 0)) + ring_px)) + 1;
@@ -66,6 +67,10 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
     for (int x = -patch.reach_x; x <= patch.reach_x; ++x, ++index) {
       const double d = start.signed_distance(x, y);
       if (d > ring_px) continue;
+      if (light_centre_share > 0 && d < -edge_px &&
+          start.radius(x, y) < light_centre_share + centre_margin) {
+        continue;
+      }
       const int u = patch.origin.x() + x, v = patch.origin.y() + y;
       const bool inside = u >= 0 && v >= 0 && u < image.width_px && v < image.height_px;
       const bool usable = inside && foreign[index] == 0;

@@ -31,9 +31,10 @@ struct Patch {
 };
 
 /// Cuts the patch of a blob, without pixels near other dark regions or outside the image.
-/// `start` is relative to the rounded centre.
+/// `start` is relative to the rounded centre. Where some dots have a light centre (its share of the
+/// radius is not 0) the core of none is used: the outline alone says where the dot is.
 [[nodiscard]] Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
-                              const BlurredEllipse& start);
+                              const BlurredEllipse& start, double light_centre_share);
 
 /// Before the first fit: ring pixels much darker than the brighter part of the ring are taken for
 /// the table, or for cloth in shadow behind a silhouette. True when there were any.

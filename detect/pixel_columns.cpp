@@ -11,6 +11,18 @@ namespace {
 using Model = BlurredEllipse;
 using Lane = float __attribute__((vector_size(PixelColumns::lanes * sizeof(float))));
 
+/// Sum of products, lane by lane.
+inline __attribute__((always_inline)) float dot(const float* a, const float* b, int count) {
+  Lane sum = {};
+  for (int i = 0; i < count; i += PixelColumns::lanes) {
+    Lane u, v;
+    std::memcpy(&u, a + i, sizeof u);
+    std::memcpy(&v, b + i, sizeof v);
+    sum += u * v;
+  }
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
 constexpr float far_in_blurs = 3.5F;
 constexpr float shallowest = 0.3F;  // closer to the centre the first-order distance is undefined
 
@@ -62,31 +74,69 @@ Shape shape_of(const Model& model) {
   return s;
 }
 
-__attribute__((target_clones("avx2", "default"))) void add_block(const PixelBlock& block, int count,
-                                                                 Normal& normal) {
+/// Columns of pixels.
+struct Pixels {
+  const float *x, *y, *level, *trust;
+};
+
+DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& s,
+                                       const NoiseModel& noise, PixelBlock& block) {
+  const auto floor_variance = static_cast<float>(noise.floor_variance);
+  const auto slope = static_cast<float>(noise.slope);
+  const float per_blur = 1 / s.blur;
+  auto& g = block.gradient;
+  for (int i = 0; i < count; ++i) {
+    const float ux = p.x[i] - s.cx, uy = p.y[i] - s.cy;
+    const float vx = s.m11 * ux + s.m12 * uy, vy = s.m12 * ux + s.m22 * uy;
+    const float wx = s.m11 * vx + s.m12 * vy, wy = s.m12 * vx + s.m22 * vy;
+    const float per_norm = 1 / std::max(std::sqrt(wx * wx + wy * wy), 1e-9F);
+    const float rho = std::sqrt(vx * vx + vy * vy);
+    const float d = rho < shallowest ? s.deepest : (rho - 1) * rho * per_norm;
+    const float z = d * per_blur;
+    const float out = std::abs(z);
+    const float near = out < far_in_blurs ? 1.0F : 0.0F;
+    const float peak = near * density(std::min(out, far_in_blurs));
+    const float beyond = tail(std::min(out, far_in_blurs), peak);
+    const float covered = z < 0 ? 1 - beyond : beyond;
+    const float base = s.light + s.light_x * p.x[i] + s.light_y * p.y[i];
+    const float through = 1 - s.print * covered;
+    const float by_distance = base * s.print * peak * per_blur;
+    const float share = by_distance * per_norm;
+    const float expected = base * through;
+    g[Model::light][i] = through;
+    g[Model::light_x][i] = p.x[i] * through;
+    g[Model::light_y][i] = p.y[i] * through;
+    g[Model::print][i] = -base * covered;
+    g[Model::cx][i] = -share * wx;
+    g[Model::cy][i] = -share * wy;
+    g[Model::m11][i] = share * vx * ux;
+    g[Model::m12][i] = share * (vx * uy + vy * ux);
+    g[Model::m22][i] = share * vy * uy;
+    g[Model::blur][i] = -by_distance * z;
+    block.residual[i] = p.level[i] - expected;
+    block.weight[i] =
+        p.trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
+    block.edge[i] = near;
+  }
+}
+
+DRAPE_WIDE_VECTORS void add_block(const PixelBlock& block, int count, Normal& normal) {
   alignas(32) float weighted[PixelBlock::size];
   for (int row = 0; row < Model::size; ++row) {
     for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.gradient[row][i];
-    normal.gradient(row) += lane_dot(weighted, block.residual, count);
+    normal.gradient(row) += dot(weighted, block.residual, count);
     for (int col = 0; col <= row; ++col) {
-      normal.hessian(row, col) += lane_dot(weighted, block.gradient[col], count);
+      normal.hessian(row, col) += dot(weighted, block.gradient[col], count);
     }
   }
   for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.residual[i];
-  normal.chi2 += lane_dot(weighted, block.residual, count);
+  normal.chi2 += dot(weighted, block.residual, count);
 }
 
 }  // namespace
 
-float lane_dot(const float* a, const float* b, int count) {
-  Lane sum = {};
-  for (int i = 0; i < count; i += PixelColumns::lanes) {
-    Lane u, v;
-    std::memcpy(&u, a + i, sizeof u);
-    std::memcpy(&v, b + i, sizeof v);
-    sum += u * v;
-  }
-  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+DRAPE_WIDE_VECTORS float lane_dot(const float* a, const float* b, int count) {
+  return dot(a, b, count);
 }
 
 Normal& Normal::operator+=(const Normal& other) {
@@ -115,48 +165,9 @@ PixelColumns::PixelColumns(const Patch& patch) {
 
 void PixelColumns::evaluate(int first, int count, const Model& model, const NoiseModel& noise,
                             PixelBlock& block) const {
-  const Shape s = shape_of(model);
-  const float* const x = x_.data() + first;
-  const float* const y = y_.data() + first;
-  const float* const level = level_.data() + first;
-  const float* const trust = trust_.data() + first;
-  const auto floor_variance = static_cast<float>(noise.floor_variance);
-  const auto slope = static_cast<float>(noise.slope);
-  const float per_blur = 1 / s.blur;
-  auto& g = block.gradient;
-  for (int i = 0; i < count; ++i) {
-    const float ux = x[i] - s.cx, uy = y[i] - s.cy;
-    const float vx = s.m11 * ux + s.m12 * uy, vy = s.m12 * ux + s.m22 * uy;
-    const float wx = s.m11 * vx + s.m12 * vy, wy = s.m12 * vx + s.m22 * vy;
-    const float per_norm = 1 / std::max(std::sqrt(wx * wx + wy * wy), 1e-9F);
-    const float rho = std::sqrt(vx * vx + vy * vy);
-    const float d = rho < shallowest ? s.deepest : (rho - 1) * rho * per_norm;
-    const float z = d * per_blur;
-    const float out = std::abs(z);
-    const float near = out < far_in_blurs ? 1.0F : 0.0F;
-    const float peak = near * density(std::min(out, far_in_blurs));
-    const float beyond = tail(std::min(out, far_in_blurs), peak);
-    const float covered = z < 0 ? 1 - beyond : beyond;
-    const float base = s.light + s.light_x * x[i] + s.light_y * y[i];
-    const float through = 1 - s.print * covered;
-    const float by_distance = base * s.print * peak * per_blur;
-    const float share = by_distance * per_norm;
-    const float expected = base * through;
-    g[Model::light][i] = through;
-    g[Model::light_x][i] = x[i] * through;
-    g[Model::light_y][i] = y[i] * through;
-    g[Model::print][i] = -base * covered;
-    g[Model::cx][i] = -share * wx;
-    g[Model::cy][i] = -share * wy;
-    g[Model::m11][i] = share * vx * ux;
-    g[Model::m12][i] = share * (vx * uy + vy * ux);
-    g[Model::m22][i] = share * vy * uy;
-    g[Model::blur][i] = -by_distance * z;
-    block.residual[i] = level[i] - expected;
-    block.weight[i] =
-        trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
-    block.edge[i] = near;
-  }
+  evaluate_block(
+      {x_.data() + first, y_.data() + first, level_.data() + first, trust_.data() + first}, count,
+      shape_of(model), noise, block);
 }
 
 Normal PixelColumns::sum(int first, int last, const Model& model, const NoiseModel& noise) const {

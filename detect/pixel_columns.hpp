@@ -8,6 +8,14 @@
 #include "detect/noise.hpp"
 #include "detect/patch.hpp"
 
+// Compiled twice, for processors with 256-bit vectors and for all others; which is taken turns out
+// when the program starts. Sums are of whole lanes in one order, so that both give the same bytes.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define DRAPE_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define DRAPE_WIDE_VECTORS
+#endif
+
 namespace drape {
 
 /// Normal equations of the weighted least squares.

@@ -42,6 +42,10 @@ bool PrintPlane::has_tag_in_cell(MarkId upper_left) const {
   return false;
 }
 
+double PrintPlane::light_centre_share() const {
+  return classes ? 0.5 * classes->light_centre_diameter_m / dot_radius_m : 0.0;
+}
+
 PrintPlane plane_of(const Target& target) {
   PrintPlane plane;
   plane.rows = target.rows;
@@ -67,6 +71,7 @@ PrintPlane plane_of(const Print& print) {
   plane.tag_family = print.tag_family;
   plane.tag_edge_m = print.tag_edge_m;
   plane.row_sign = 1;
+  plane.classes = print.dot_classes;
   for (const PrintedTag& tag : print.tags) {
     plane.tags[tag.id] = {tag.centre_m.y(), tag.centre_m.x()};
   }

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ struct PrintPlane {
   std::string tag_family;
   double tag_edge_m = 0;
   double row_sign = 1;  ///< +1: rows run down when tags are upright (cloth), -1: up (target)
-  bool stiff = false;   ///< a plate, not a cloth
+  std::optional<DotClasses> classes;
+  bool stiff = false;                   ///< a plate, not a cloth
   std::map<int, Eigen::Vector2d> tags;  ///< id to centre
 
   [[nodiscard]] Eigen::Vector2d point_m(MarkId mark) const;
@@ -35,6 +37,8 @@ struct PrintPlane {
   [[nodiscard]] std::vector<MarkId> marks_around(int id) const;
   /// True when a tag's centre lies in the cell between (row, col) and (row + 1, col + 1).
   [[nodiscard]] bool has_tag_in_cell(MarkId upper_left) const;
+  /// Radius of the light centre that some dots have, in radii of the dot; 0 when none has.
+  [[nodiscard]] double light_centre_share() const;
 };
 
 [[nodiscard]] PrintPlane plane_of(const Target& target);

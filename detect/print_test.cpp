@@ -66,10 +66,7 @@ GreyImage seen(const Page& page) {
 }
 
 FrameDetections found_on(const Page& page, const PrintPlane& plane) {
-  const DetectOptions options;
-  const FrameLimits limits{options.most_chi2_per_dof,  options.most_masked_edge,
-                           options.most_one_sided,     options.most_one_sided_px,
-                           options.least_semi_axis_px, options.most_sigma_px};
+  const FrameLimits limits = limits_of(DetectOptions{});
   TagFinder finder(plane.tag_family);
   return detect_frame(seen(page), plane, finder, limits);
 }

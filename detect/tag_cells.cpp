@@ -23,6 +23,7 @@ constexpr double farthest_in_pitches = 1.45;
 constexpr double most_cosine = 0.5;          // between the two sides of a cell
 constexpr double most_fourth_corner = 0.45;  // miss of the parallelogram, in sides
 constexpr int most_wrong_bits = 2;
+constexpr int least_quick_pairs = 6;       // of eight places on the frame
 constexpr double least_frame_share = 0.8;  // of the frame's modules that must have their colour
 
 /// Four corners, clockwise as seen; the third one may have no dot of its own.
@@ -129,6 +130,24 @@ struct Modules {
 Eigen::Vector2d in_cell(double x, double y, double tag_share, int modules) {
   return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_share +
          Eigen::Vector2d::Constant(0.5);
+}
+
+/// A quick look at the corners and the middles of the sides: does black lie inside white?
+bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, int modules,
+                double least_contrast) {
+  const double last = modules, middle = 0.5 * modules;
+  int right = 0;
+  for (const Eigen::Vector2d& at :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(middle, 0), Eigen::Vector2d(last, 0),
+        Eigen::Vector2d(last, middle), Eigen::Vector2d(last, last), Eigen::Vector2d(middle, last),
+        Eigen::Vector2d(0, last), Eigen::Vector2d(0, middle)}) {
+    const Eigen::Vector2d out = (at.array() - middle).sign() * 0.5;
+    const Eigen::Vector2d w = at + out, b = at - out;
+    const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_share, modules)));
+    const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_share, modules)));
+    right += white && black && *white - *black > least_contrast;
+  }
+  return right >= least_quick_pairs;
 }
 
 std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_share,
@@ -243,9 +262,11 @@ std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& 
                                          const PrintPlane& plane, const TagCode& code,
                                          double noise_sigma) {
   const double share = plane.tag_edge_m / plane.pitch_m;
+  const double least_contrast = std::max(12.0, 6 * noise_sigma);
+  if (!may_be_tag(image, cell, share, code.modules, 0.5 * least_contrast)) return std::nullopt;
   const auto modules = sample(image, cell, share, code.modules);
   if (!modules) return std::nullopt;
-  const auto bits = bits_of(*modules, std::max(12.0, 6 * noise_sigma));
+  const auto bits = bits_of(*modules, least_contrast);
   if (!bits) return std::nullopt;
   const auto reading = decode(*bits, code, plane);
   if (!reading) return std::nullopt;

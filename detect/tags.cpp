@@ -19,6 +19,10 @@
 namespace drape {
 namespace {
 
+constexpr int most_wrong_bits = 2;
+// A second one would triple the false ids that a fold can make up.
+constexpr int most_wrong_bits_in_folds = 1;
+
 struct Family {
   const char* name;
   apriltag_family_t* (*create)();
@@ -76,11 +80,11 @@ TagFinder::TagFinder(const std::string& family) : state_(std::make_unique<State>
   state_->family = &family_named(family);
   state_->codes = state_->family->create();
   state_->detector = apriltag_detector_create();
-  // One corrected bit: a second one would triple the false ids that a fold can make up.
-  apriltag_detector_add_family_bits(state_->detector, state_->codes, 1);
+  apriltag_detector_add_family_bits(state_->detector, state_->codes, most_wrong_bits);
   state_->detector->nthreads = 1;
   state_->detector->quad_decimate = 1.0F;
-  state_->detector->refine_edges = true;
+  // Refined edges lose tags of few pixels, and nothing is measured at a tag.
+  state_->detector->refine_edges = false;
   state_->code = code_of(*state_->codes);
 }
 
@@ -90,8 +94,8 @@ TagFinder::~TagFinder() {
   state_->family->destroy(state_->codes);
 }
 
-std::vector<TagDetection> TagFinder::find_all(const GreyImage& image, double noise_sigma) {
-  std::vector<TagDetection> result;
+std::vector<TagFinder::Reading> TagFinder::read(const GreyImage& image, double noise_sigma) {
+  std::vector<Reading> result;
   if (state_->family == nullptr) return result;
   // Below this difference sensor noise passes the library's threshold and costs 14 times the time.
   state_->detector->qtp.min_white_black_diff =
@@ -102,17 +106,24 @@ std::vector<TagDetection> TagFinder::find_all(const GreyImage& image, double noi
   for (int k = 0; k < zarray_size(found); ++k) {
     apriltag_detection_t* detection = nullptr;
     zarray_get(found, k, &detection);
-    result.push_back({detection->id, reading_order(*detection)});
+    result.push_back({{detection->id, reading_order(*detection)}, detection->hamming});
   }
   apriltag_detections_destroy(found);
+  return result;
+}
+
+std::vector<TagDetection> TagFinder::find_all(const GreyImage& image, double noise_sigma) {
+  std::vector<TagDetection> result;
+  for (const Reading& reading : read(image, noise_sigma)) result.push_back(reading.tag);
   return result;
 }
 
 std::vector<TagDetection> TagFinder::find(const GreyImage& image, const PrintPlane& plane,
                                           double noise_sigma) {
   std::map<int, std::vector<TagDetection>> by_id;
-  for (const TagDetection& tag : find_all(image, noise_sigma)) {
-    if (plane.tags.count(tag.id) != 0) by_id[tag.id].push_back(tag);
+  for (const auto& [tag, wrong_bits] : read(image, noise_sigma)) {
+    if (wrong_bits > most_wrong_bits_in_folds || plane.tags.count(tag.id) == 0) continue;
+    by_id[tag.id].push_back(tag);
   }
   std::vector<TagDetection> result;
   for (const auto& [id, seen] : by_id) {

@@ -44,6 +44,12 @@ class TagFinder {
   [[nodiscard]] const TagCode& code() const;
 
  private:
+  struct Reading {
+    TagDetection tag;
+    int wrong_bits = 0;
+  };
+  [[nodiscard]] std::vector<Reading> read(const GreyImage& image, double noise_sigma);
+
   struct State;
   std::unique_ptr<State> state_;
 };
