@@ -2,10 +2,10 @@
 # The static solver: equilibria by Newton's method.
 find_package(Threads REQUIRED)
 target_sources(drape_simulate
-  PUBLIC FILE_SET HEADERS FILES static_contacts.hpp static_factor.hpp static_hessian.hpp
-         static_run.hpp static_solver.hpp
-  PRIVATE static_contacts.cpp static_factor.cpp static_hessian.cpp static_run.cpp
-          static_solver.cpp)
+  PUBLIC FILE_SET HEADERS FILES static_contacts.hpp static_dense.hpp static_factor.hpp
+         static_hessian.hpp static_run.hpp static_solver.hpp
+  PRIVATE static_contacts.cpp static_dense.cpp static_factor.cpp static_hessian.cpp
+          static_run.cpp static_solver.cpp)
 target_link_libraries(drape_simulate PRIVATE Threads::Threads)
 drape_test(simulate_static_test
   SOURCES static_hessian_test.cpp static_solver_test.cpp

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/static_factor.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <thread>
+
+#include "simulate/static_dense.hpp"
 
 namespace drape::sim {
 namespace {
@@ -224,14 +225,12 @@ void GridFactor::factor_node(int index) {
   }
   assemble(node);
   const Eigen::Index own = node.lower.cols();
-  const Eigen::Index border = node.lower.rows() - own;
-  Eigen::Ref<Dense> top = node.lower.topRows(own);
-  const Eigen::LLT<Eigen::Ref<Dense>> llt(top);
-  node.definite = llt.info() == Eigen::Success;
-  if (!node.definite || border == 0) return;
-  auto below = node.lower.bottomRows(border);
-  top.triangularView<Eigen::Lower>().transpose().solveInPlace<Eigen::OnTheRight>(below);
-  node.update.selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+  const Eigen::Index rows = node.lower.rows();
+  thread_local DenseScratch scratch;
+  node.definite = factor_columns(node.lower.data(), rows, own, scratch);
+  if (!node.definite || rows == own) return;
+  subtract_outer(node.lower.data() + own, rows, rows - own, rows - own, own, node.update.data(),
+                 rows - own, scratch);
 }
 
 void GridFactor::factor_subtree(int index, int depth) {
