@@ -79,7 +79,7 @@ std::vector<HemCurve> hems_of(const DrapeInput& input, const Report& report) {
   return hems;
 }
 
-/// "loading_moment_gf_cm_per_cm" as people read it: "loading moment (gf cm per cm)".
+/// "loading_moment_gf_cm_per_cm" as people read it: "moment (gf cm per cm)".
 std::string axis_text(const std::string& column) {
   static constexpr std::array<std::string_view, 6> kUnits = {
       "_gf_cm_per_cm", "_gf_per_cm", "_percent", "_per_cm", "_deg", "_mm"};
@@ -90,6 +90,7 @@ std::string axis_text(const std::string& column) {
     unit = std::string(" (") + std::string(ending.substr(1)) + ")";
     break;
   }
+  if (name.starts_with("loading_")) name.erase(0, 8);
   name += unit;
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;

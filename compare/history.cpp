@@ -98,7 +98,7 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "SELECT scene, fabric, simulator, grid_size AS grid, segments AS seg, round(mean_dist_mm, 3) "
       "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
       "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
-      "comparison FROM v_real_vs_virtual");
+      "comparison FROM v_comparison ORDER BY id DESC");
   list.heads = {"scene",     "fabric", "simulator",      "grid",     "segments",
                 "mean (mm)", "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
                 "marks",     "gaps",   "status",         "recorded", "comparison"};
@@ -113,6 +113,13 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
   drapemeters.heads = {"drape",    "sheet",          "grid",
                        "segments", "covered (mm²)",  "drape coefficient (%)",
                        "folds",    "fold depth (mm)"};
+  Table pairs = store.query(
+      "SELECT scene, pair, round(mean_dist_mm, 2) AS mean_dist_mm, round(max_mm, 2) AS max_mm, "
+      "round(hausdorff_mm, 2) AS hausdorff_mm, points, fabric, model, solver, CASE both_at_rest "
+      "WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS at_rest, coalesce(measured, 'no real cloth') AS "
+      "measured FROM v_virtual_vs_virtual");
+  pairs.heads = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
+                 "fabric", "model", "solver",    "both at rest", "marks of"};
   const bool go = trend.alarms == 0;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
          "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "
@@ -128,8 +135,11 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
              "of the values before each one end (mean ± {:g} s sqrt(1 + 1/n), from {} "
              "values on).</p>\n",
              options.alarm_sigmas, options.alarm_sigmas, options.least_before) +
-         charts(trend, options.alarm_sigmas) + "<h2>Comparisons</h2>\n" +
+         charts(trend, options.alarm_sigmas) +
+         "<h2>Real against virtual</h2>\n<p class=\"soft\">The newest import stands first.</p>\n" +
          html_table(list, "dense") +
+         (pairs.rows.empty() ? std::string()
+                             : "<h2>Virtual against virtual</h2>\n" + html_table(pairs, "dense")) +
          (drapemeters.rows.empty() ? std::string()
                                    : "<h2>Drapemeter</h2>\n" + html_table(drapemeters, "dense")) +
          "</main>\n</body>\n</html>\n";

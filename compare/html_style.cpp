@@ -29,7 +29,7 @@ table { border-collapse: collapse; font-size: .92rem; font-variant-numeric: tabu
 caption { text-align: left; font-weight: 600; padding: 0 0 .35rem; }
 th, td { padding: .3rem .8rem .3rem 0; text-align: left; vertical-align: baseline; border-bottom: 1px solid var(--line); }
 th { font-weight: 600; color: var(--soft); border-bottom: 1.5px solid var(--ink); vertical-align: bottom; }
-td.k { white-space: nowrap; }
+table:not(.dense) td.k { white-space: nowrap; }
 td.n, th.n { text-align: right; padding-left: .9rem; }
 tr.best td { font-weight: 700; background: #f3f6fa; }
 table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12rem .5rem .12rem 0; }

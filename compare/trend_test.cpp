@@ -7,6 +7,7 @@
 #include "compare/history.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
@@ -57,6 +58,39 @@ TEST(Trend, AnOldAlarmIsShownButDoesNotStopTheBenchForever) {
   const Trend trend = trend_of(StoreReader(file), {});
   EXPECT_EQ(trend.table.rows[5][8], "ALARM");
   EXPECT_EQ(trend.alarms, 0);
+}
+
+TEST(Trend, ADriftOfTheCalibrationResidualIsAnAlarmOfItsCamera) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  {
+    Store store(file);
+    int i = 0;
+    for (const double rms_px : {0.101, 0.099, 0.100, 0.102, 0.098, 0.101, 0.112}) {
+      Calibration calibration;
+      calibration.rig = "bench";
+      calibration.method = "joint";
+      for (const char* name : {"cam0", "cam1"}) {
+        CalibratedCamera camera;
+        camera.camera.name = name;
+        camera.residuals.points = 100;
+        // cam0 drifts, cam1 does not.
+        camera.residuals.rms_px = name == std::string("cam0") || i < 6 ? rms_px : 0.1;
+        calibration.cameras.push_back(camera);
+      }
+      store.add(calibration, sha256_of("calibration " + std::to_string(i++)));
+    }
+    store.close();
+  }
+  const Trend trend = trend_of(StoreReader(file), {});
+  ASSERT_EQ(trend.table.rows.size(), 14U);
+  EXPECT_EQ(trend.alarms, 1);
+  EXPECT_EQ(trend.table.rows[6][0], "calibration residual bench cam0");
+  EXPECT_EQ(trend.table.rows[6][4], "px");
+  EXPECT_EQ(trend.table.rows[6][8], "ALARM");
+  // Mean and standard deviation of the six before: 0.100167 and 0.001472; 7.4 of their sigmas off.
+  EXPECT_EQ(trend.table.rows[6][7], "+7.4");
+  EXPECT_EQ(trend.table.rows[13][8], "");
 }
 
 TEST(History, OnePageWithoutScripts) {

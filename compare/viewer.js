@@ -124,7 +124,7 @@
       const ce = Math.cos(view.height);
       camera.position.set(Math.cos(view.azimuth) * ce, Math.sin(view.azimuth) * ce, Math.sin(view.height)).multiplyScalar(2 * size).add(middle);
       camera.lookAt(middle);
-      const tall = size / (3.2 * view.zoom);
+      const tall = size / (2.8 * view.zoom);
       Object.assign(camera, {left: -tall * WIDE / TALL, right: tall * WIDE / TALL, top: tall, bottom: -tall});
       camera.updateProjectionMatrix();
       renderer.render(scene, camera);
