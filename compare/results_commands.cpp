@@ -155,8 +155,10 @@ void add_judging(CLI::App& app, ResultsArguments& arguments) {
   CLI::App* verify = app.add_subcommand(
       "verify", "finds every altered byte, row and option; exit code 1 when there is one");
   verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");
-  CLI::App* import = app.add_subcommand(
-      "import", "adds sheets, or everything in the output folder of drape run; again adds nothing");
+  CLI::App* import = app.add_subcommand("import",
+                                        "adds sheets, or every sheet below a folder, as drape run "
+                                        "and drape study leave them; again adds "
+                                        "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
