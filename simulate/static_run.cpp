@@ -8,7 +8,8 @@
 namespace drape::sim {
 namespace {
 
-constexpr int kCoarsest = 11;             // particles per side
+constexpr int kDirect = 41;               // particles per side; without a coarser grid before
+constexpr int kCoarsest = 21;             // particles per side
 constexpr double kCoarseResidual = 1e-2;  // of a particle's weight; enough to start a finer grid
 constexpr double kFinerStep_s = 0.03;     // first pseudo-time step on a finer grid
 
@@ -49,7 +50,8 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   std::vector<int> rows = static_levels(grid.rows);
   std::vector<int> cols = static_levels(grid.cols);
   std::size_t levels = std::min(rows.size(), cols.size());
-  if (scene.start.mode == StartMode::measured) levels = 1;
+  const bool small = std::max(grid.rows, grid.cols) <= kDirect;
+  if (small || scene.start.mode == StartMode::measured) levels = 1;
   StaticDrape drape;
   GridSpec coarse;
   for (std::size_t level = levels; level-- > 0;) {
@@ -79,14 +81,19 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   return drape;
 }
 
-Field run_static(const StaticCase& the_case, const GridSpec& grid, const SimulateOptions& options,
-                 SimulateResult& result) {
+StaticOptions static_options(const Scene& scene, const SimulateOptions& options) {
   StaticOptions how;
-  how.gravity_m_per_s2 = the_case.scene.gravity_m_per_s2;
-  how.friction = the_case.scene.friction;
+  how.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  how.friction = scene.friction;
   how.contact_between_particles = options.contact_between_particles;
   how.residual_tolerance = options.static_tolerance;
   how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
+  return how;
+}
+
+Field run_static(const StaticCase& the_case, const GridSpec& grid, const SimulateOptions& options,
+                 SimulateResult& result) {
+  const StaticOptions how = static_options(the_case.scene, options);
   const StaticDrape drape = drape_statically(the_case, grid, how);
   SimulateReport& report = result.report;
   const StaticReport& found = drape.report;

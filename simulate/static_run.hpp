@@ -37,11 +37,14 @@ struct StaticDrape {
   int iterations = 0;   ///< of all grids together
 };
 
-/// Drapes from the scene's start: to rest on a coarse grid, then from its interpolation on finer
+/// Drapes from the scene's start. Up to 41 particles per side on the grid itself, because a coarse
+/// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation on finer
 /// ones. A start from the measured sheet stays on the finest grid.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {});
+
+[[nodiscard]] StaticOptions static_options(const Scene& scene, const SimulateOptions& options);
 
 /// One run of the program: fills the report and history of `result`, returns the positions.
 [[nodiscard]] Field run_static(const StaticCase& the_case, const GridSpec& grid,
