@@ -3,12 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 
+#include "detect/corner_covariance.hpp"
 #include "detect/corner_point.hpp"
 
 namespace drape {
@@ -92,62 +91,10 @@ void orient(const GreyImage& image, const Target& target, Grid& grid) {
   if (turned) std::reverse(grid.px.begin(), grid.px.end());
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// Variance of a corner along one axis, px^2, from the third differences along the board's lines:
-/// perspective and lens bend a line smoothly, so what stays is 20 variances of scatter (binomial
-/// weights 1, 3, 3, 1), of which the median is robust (2 ln 2 of a circular normal error).
-std::optional<double> scatter_px2(const Target& target, const FrameDetections& frame) {
-  const std::size_t cols = static_cast<std::size_t>(target.cols);
-  std::vector<const Detection*> at(static_cast<std::size_t>(target.rows) * cols, nullptr);
-  for (const Detection& corner : frame.detections)
-    at[static_cast<std::size_t>(corner.mark.row) * cols + corner.mark.col] = &corner;
-  std::vector<double> squares;
-  const auto look = [&](std::size_t first, std::size_t step) {
-    const Detection *a = at[first], *b = at[first + step], *c = at[first + 2 * step],
-                    *d = at[first + 3 * step];
-    if (a == nullptr || b == nullptr || c == nullptr || d == nullptr) return;
-    squares.push_back(
-        (a->centre_px - 3 * b->centre_px + 3 * c->centre_px - d->centre_px).squaredNorm());
-  };
-  for (std::size_t row = 0; row < static_cast<std::size_t>(target.rows); ++row) {
-    for (std::size_t col = 0; col < cols; ++col) {
-      if (col + 3 < cols) look(row * cols + col, 1);
-      if (row + 3 < static_cast<std::size_t>(target.rows)) look(row * cols + col, cols);
-    }
-  }
-  if (squares.empty()) return std::nullopt;
-  return median(squares) / (20 * 2 * std::numbers::ln2);
-}
-
-/// Gives each corner the operator's covariance, scaled so that the frame's mean variance is what
-/// its corners scatter by. Corners whose own directions disagree more have a larger chi-square.
-void set_covariances(const Target& target, const std::vector<CornerPoint>& points,
-                     FrameDetections& frame) {
-  std::vector<double> scores, variances;
-  for (const CornerPoint& point : points) {
-    const Eigen::Matrix2d inverse = point.normal_matrix.inverse();
-    scores.push_back((inverse * point.score_squares * inverse).trace() / inverse.trace());
-    variances.push_back(inverse.trace() / 2);
-  }
-  if (points.empty()) return;
-  const double typical_score = median(scores);
-  const double scatter = scatter_px2(target, frame).value_or(typical_score * median(variances));
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    frame.detections[i].covariance_px2 =
-        scatter / median(variances) * points[i].normal_matrix.inverse();
-    frame.detections[i].chi2_per_dof = typical_score > 0 ? scores[i] / typical_score : 0;
-  }
-}
-
 }  // namespace
 
 bool is_ambiguous(const Target& target) {
-  return (target.rows + target.cols) % 2 == 0;
+  return target.kind == TargetKind::chessboard && (target.rows + target.cols) % 2 == 0;
 }
 
 FrameDetections detect_chessboard(const GreyImage& image, const Target& target) {
@@ -187,7 +134,7 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
                                   0});
     }
   }
-  set_covariances(target, points, frame);
+  set_corner_covariances(target, points, frame);
   return frame;
 }
 

@@ -13,6 +13,7 @@
 #include "core/files.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
+#include "detect/board.hpp"
 #include "detect/chessboard.hpp"
 #include "detect/frame.hpp"
 #include "detect/image.hpp"
@@ -27,7 +28,7 @@ constexpr double preview_scale = 0.5;
 struct Surroundings {
   PrintPlane plane;
   MarkLattice lattice;
-  std::optional<Target> chessboard;  ///< when the surface is such a target
+  std::optional<Target> board;  ///< when the surface is a target of corners, not of dots
 };
 
 Surroundings read_surface(const Rig& rig, Surface surface) {
@@ -37,7 +38,7 @@ Surroundings read_surface(const Rig& rig, Surface surface) {
   if (surface == Surface::target) {
     const Target target = read_target(rig.target_file);
     result.plane = plane_of(target);
-    if (target.kind == TargetKind::chessboard) result.chessboard = target;
+    if (target.kind != TargetKind::dot_grid) result.board = target;
     lattice.sha256 = sha256_of_file(rig.target_file);
   } else {
     const Print print = read_print(rig.print_file);
@@ -113,7 +114,7 @@ struct Output {
 
 FrameDetections detect_marks(const GreyImage& image, const Surroundings& surface,
                              const DetectOptions& options, FinderPool& pool) {
-  if (surface.chessboard) return detect_chessboard(image, *surface.chessboard);
+  if (surface.board) return detect_board(image, *surface.board);
   std::unique_ptr<TagFinder> finder = pool.take();
   FrameDetections frame = detect_frame(image, surface.plane, *finder, limits_of(options));
   pool.give_back(std::move(finder));
@@ -172,7 +173,7 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
 
 /// What looks the same after half a turn; empty for what does not.
 std::string twin_of(const Surroundings& surface) {
-  if (surface.chessboard) return is_ambiguous(*surface.chessboard) ? "chessboard" : "";
+  if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
 }
 

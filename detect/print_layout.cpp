@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "detect/print_tags.hpp"
+#include "detect/tag_family.hpp"
 
 namespace drape {
 namespace {
@@ -143,12 +145,17 @@ void add_light_centres(PrintedPage& result, const DotClasses& classes) {
 }
 
 /// The board's squares: dark where the sum of a square's row and column is even, the square between
-/// corners (0, 0) and (1, 1) being (0, 0).
+/// corners (0, 0) and (1, 1) being (0, 0); with tags where no tag lies.
 void add_squares(PrintedPage& result, const Target& target) {
   PageArea dark;
+  // The first tag's square, counted as the loops below do.
+  const Vector2d light = target.tags.empty() ? Vector2d(0, 1)
+                                             : (target.tags.front().centre_m / target.pitch_m +
+                                                Vector2d(target.cols - 2, target.rows - 2) / 2);
+  const int odd = std::abs(static_cast<int>(std::lround(light.x() + light.y())) + 1) % 2;
   for (int row = -1; row < target.rows; ++row) {
     for (int col = -1; col < target.cols; ++col) {
-      if ((row + col) % 2 != 0) continue;
+      if ((row + col + 2) % 2 != odd) continue;
       // Rows of a target go up the page, so a square hangs above its corner.
       const Vector2d corner = result.first_m + (row + 1) * result.by_row_m + col * result.by_col_m;
       dark.boxes.push_back({corner, {target.pitch_m, target.pitch_m}});
@@ -170,18 +177,34 @@ void check_quiet_zone(const Grid& grid, double edge_m, const PageArea& tag, cons
       {.field = "tags.edge_mm"}, "make the tags or the dots smaller");
 }
 
+/// Black squares that fill the gaps' crossings, so that every corner of a tag is one where two dark
+/// and two light quarters meet (Kalibr's AprilGrid).
+void add_small_squares(PrintedPage& result, const Target& target) {
+  const double gap = target.pitch_m - target.tag_edge_m;
+  PageArea squares;
+  for (int row = -1; row < target.rows; row += 2) {
+    for (int col = -1; col < target.cols; col += 2) {
+      const Vector2d steps(0.25 * (2 * col + 2), 0.25 * (2 * row + 2));
+      const Vector2d middle = result.first_m + steps.x() * result.by_col_m +
+                              steps.y() * result.by_row_m - Vector2d(1, -1) * (gap / 2);
+      squares.boxes.push_back({middle - Vector2d::Constant(gap / 2), {gap, gap}});
+    }
+  }
+  result.page.items.emplace_back(squares);
+}
+
 struct PlacedTag {
   int id;
   Vector2d centre_m;  ///< on the page
 };
 
-void add_tags(PrintedPage& result, const Grid& grid, const std::string& family, double edge_m,
+void add_tags(PrintedPage& result, const Grid& grid, const TagLook& look,
               const std::vector<PlacedTag>& tags) {
   for (const auto& [id, centre_m] : tags) {
-    PageArea tag = tag_on_page(family, id, edge_m, centre_m);
+    PageArea tag = tag_on_page(look, id, centre_m);
     const Vector2d steps = (centre_m - result.first_m) / grid.pitch_m;
     const Vector2d to_dot = grid.pitch_m * (steps.array() - steps.array().round()).matrix();
-    check_quiet_zone(grid, edge_m, tag, to_dot, id);
+    if (grid.dot_diameter_m > 0) check_quiet_zone(grid, look.edge_m, tag, to_dot, id);
     result.page.items.emplace_back(std::move(tag));
   }
 }
@@ -236,7 +259,7 @@ PrintedPage page_of(const Print& print, const PrintOptions& options) {
   std::vector<PlacedTag> tags;
   for (const PrintedTag& tag : print.tags)
     tags.push_back({tag.id, place.corner_m + Vector2d(tag.centre_m[1], tag.centre_m[0])});
-  add_tags(result, grid, print.tag_family, print.tag_edge_m, tags);
+  add_tags(result, grid, {print.tag_family, print.tag_edge_m}, tags);
   add_foot(result, place.corner_m, size,
            fmt::format("Mark (0, 0) is upper left, rows down along the warp; patch {:g} x {:g} mm, "
                        "pitch {:g} mm",
@@ -244,12 +267,53 @@ PrintedPage page_of(const Print& print, const PrintOptions& options) {
   return result;
 }
 
+namespace {
+
+/// Half of what the paper must hold around the outermost points, beyond the distance to them.
+Vector2d half_size_of(const Target& target) {
+  const Vector2d last = target.point_in_target({target.rows - 1, target.cols - 1}).head<2>();
+  switch (target.kind) {
+    case TargetKind::dot_grid:
+      return last + Vector2d::Constant(target.pitch_m / 2);  // half a pitch of white
+    case TargetKind::aprilgrid:                              // the small squares and as much white
+      return last + Vector2d::Constant(2 * (target.pitch_m - target.tag_edge_m));
+    default:  // the outer squares and half a square of white
+      return last + Vector2d::Constant(1.5 * target.pitch_m);
+  }
+}
+
+/// The length that tells whether the print came out at its size.
+void set_check_length(PrintedPage& result, const Target& target) {
+  const double width = 2 * target.point_in_target({0, target.cols - 1}).x();
+  result.check_m = width;
+  result.check_text =
+      target.kind == TargetKind::dot_grid
+          ? fmt::format("middle of the first to middle of the last dot of a row (0 to {})",
+                        target.cols - 1)
+      : target.kind == TargetKind::aprilgrid
+          ? "left edge of the first to right edge of the last tag of a row"
+          : fmt::format("first to last corner of a row where four squares meet (0 to {})",
+                        target.cols - 1);
+}
+
+/// A tag in a light square is read against the white around it.
+void check_square_zone(const Target& target) {
+  const TagFamily family(target.tag_family, target.tag_border);
+  const double module_m = target.tag_edge_m / family.edge_modules();
+  const double white_m =
+      (target.pitch_m - target.tag_edge_m) / (target.kind == TargetKind::charuco ? 2 : 1);
+  if (white_m >= module_m) return;
+  throw bad_input(
+      fmt::format("the tags leave {:.2f} mm of white around them, one module is {:.2f} mm",
+                  white_m / mm, module_m / mm),
+      {.field = "tags.edge_mm"}, "make the tags smaller");
+}
+
+}  // namespace
+
 PrintedPage page_of(const Target& target, const std::string& name, const PrintOptions& options) {
   options.check();
-  const bool squares = target.kind == TargetKind::chessboard;
-  // Dots have half a pitch around them, a chessboard's outer squares half a square of white.
-  const double around = squares ? 2 : 0;
-  const Vector2d size = target.pitch_m * Vector2d(target.cols + around, target.rows + around);
+  const Vector2d size = 2 * half_size_of(target);
   const Place place = place_on(size, options);
   const Grid grid{target.rows, target.cols, target.pitch_m, target.dot_diameter_m};
   PrintedPage result;
@@ -261,22 +325,24 @@ PrintedPage page_of(const Target& target, const std::string& name, const PrintOp
   result.first_m = middle + Vector2d(first.x(), -first.y());
   result.by_row_m = {0, -target.pitch_m};
   result.by_col_m = {target.pitch_m, 0};
-  result.check_m = (target.cols - 1) * target.pitch_m;
-  result.check_text = fmt::format(
-      "middle of the first to middle of the last dot of a row (0 to {})", target.cols - 1);
+  set_check_length(result, target);
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
-  if (squares) {
-    add_squares(result, target);
-  } else {
+  if (target.kind == TargetKind::dot_grid) {
     add_dots(result, grid);
+  } else if (target.kind == TargetKind::aprilgrid) {
+    add_small_squares(result, target);
+  } else {
+    add_squares(result, target);
   }
+  if (target.kind >= TargetKind::charuco) check_square_zone(target);
   std::vector<PlacedTag> tags;
   for (const PrintedTag& tag : target.tags)
     tags.push_back({tag.id, middle + Vector2d(tag.centre_m.x(), -tag.centre_m.y())});
-  add_tags(result, grid, target.tag_family, target.tag_edge_m, tags);
+  add_tags(result, grid, {target.tag_family, target.tag_edge_m, target.tag_border}, tags);
   add_foot(
       result, place.corner_m, size,
-      fmt::format("Dot (0, 0) is lower left, x right, y up; pitch {:g} mm", target.pitch_m / mm));
+      fmt::format("{} (0, 0) is lower left, x right, y up; pitch {:g} mm",
+                  target.kind == TargetKind::dot_grid ? "Dot" : "Corner", target.pitch_m / mm));
   return result;
 }
 

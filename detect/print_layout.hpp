@@ -23,7 +23,7 @@ struct PrintedPage {
   double check_m = 0;                  ///< length to be measured on the paper
   std::string check_text;              ///< from where to where
   Eigen::Vector2d first_m;             ///< mark (0, 0) on the page
-  Eigen::Vector2d by_row_m, by_col_m;  ///< steps to the next mark
+  Eigen::Vector2d by_row_m, by_col_m;  ///< steps to the next mark, of an AprilGrid to the next tag
 };
 
 /// Throws Error(bad_input) naming two windows of 3 x 3 dots that look alike.
@@ -34,7 +34,8 @@ void check_windows(const DotClasses& classes);
 /// size that is needed), a tag reaches into a dot, or the family has no such tag.
 [[nodiscard]] PrintedPage page_of(const Print& print, const PrintOptions& options);
 
-/// The calibration target, dot grid or chessboard, as seen from its printed face, y up.
+/// The calibration target, dots, chessboard, ChArUco board or AprilGrid, as seen from its printed
+/// face, y up. Throws Error(bad_input) as above.
 [[nodiscard]] PrintedPage page_of(const Target& target, const std::string& name,
                                   const PrintOptions& options);
 
