@@ -65,9 +65,15 @@ Ending ending_of(const TriangulateResult& result, int min_marks, const std::file
                    report.largest_shape_shift_mm)}};
   if (result.sheet.error_budget)
     ending.numbers.emplace_back("error budget", budget_text(*result.sheet.error_budget));
+  if (report.islands > 0) {
+    ending.numbers.emplace_back(
+        "islands", fmt::format("{} of {} pieces without labels merged, {} dots",
+                               report.merged_islands, report.islands, report.merged_dots));
+  }
   for (const auto& [kind, count] : gaps_by_kind(result.sheet))
     ending.rejected.push_back(fmt::format("{} marks: {}", count, kind));
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
+  for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);
   for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
   if (ending.go) {
     ending.next_command = fmt::format(

@@ -26,6 +26,8 @@ void add_options(CLI::App& app, TriangulateOptions& options) {
                  "error of a dot's centre beyond its detection's own, px");
   app.add_flag("!--no-dot-shape", options.correct_dot_shape,
                "take the centroid of a dot's image for the image of its centre");
+  app.add_flag("!--no-islands", options.merge_islands,
+               "leave pieces of lattice without labels as they are");
 }
 
 void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set) {
@@ -36,6 +38,7 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
   record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
   record.option("floor_px", fmt::format("{}", options.floor_px));
   record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
+  record.option("merge_islands", options.merge_islands ? "true" : "false");
 }
 
 }  // namespace

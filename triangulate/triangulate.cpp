@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/dot_shape.hpp"
+#include "triangulate/islands.hpp"
 #include "triangulate/lattice_views.hpp"
 #include "triangulate/neighbours.hpp"
 
@@ -192,6 +193,29 @@ std::vector<std::string> cameras_of(const Detections& detections, const std::str
   return names;
 }
 
+/// The detections with the labels that the other views give to islands, and what became of these.
+Detections with_islands(const Detections& detections, const Calibration& calibration,
+                        const std::string& set, const TriangulateOptions& options,
+                        TriangulateReport& report) {
+  const bool any = std::any_of(
+      detections.frames.begin(), detections.frames.end(),
+      [&](const FrameDetections& frame) { return frame.set == set && !frame.islands.empty(); });
+  if (!any || !options.merge_islands || detections.lattice.surface != Surface::cloth)
+    return detections;
+  IslandOptions limits;
+  limits.most_stretch = options.max_stretch;
+  limits.min_angle_rad = options.min_angle_deg * deg;
+  MergedIslands merged = merge_islands(detections, calibration, set, limits);
+  for (const IslandFate& fate : merged.fates) {
+    ++report.islands;
+    report.merged_islands += fate.merged ? 1 : 0;
+    report.merged_dots += fate.merged ? fate.dots : 0;
+    report.island_fates.push_back(fmt::format("{}: island {} of {} dots {}", fate.camera,
+                                              fate.island, fate.dots, fate.reason));
+  }
+  return std::move(merged.detections);
+}
+
 void check_positive(const char* option, double value) {
   if (!(value > 0))
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
@@ -209,16 +233,18 @@ void TriangulateOptions::check() const {
     throw usage_error(fmt::format("--floor-px is {}", floor_px), "give zero or more");
 }
 
-TriangulateResult triangulate(const Detections& detections, const Calibration& calibration,
+TriangulateResult triangulate(const Detections& all_detections, const Calibration& calibration,
                               const std::string& set, const TriangulateOptions& options) {
   options.check();
+  TriangulateResult result;
+  const Detections detections =
+      with_islands(all_detections, calibration, set, options, result.report);
   const MarkLattice& lattice = detections.lattice;
   const JointPlaces places = joint_places(calibration);
   const auto marks = collect_views(detections, calibration, places, set, options.floor_px);
   const AgreementLimits limits{options.max_sigmas, options.min_angle_deg * deg};
   std::vector<Placed> placed(marks.size());
   place_all(marks, limits, options.threads, placed);
-  TriangulateResult result;
   if (options.correct_dot_shape) {
     result.report.hidden_bend_per_m =
         correct_shape(marks, limits, lattice, options.threads, placed).least_per_m;

@@ -18,6 +18,7 @@ struct TriangulateOptions {
   double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
   double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of
   bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
+  bool merge_islands = true;      ///< pieces of lattice that detect could not label
   int threads = 1;                ///< never changes a result
 
   /// Throws Error(usage) naming an option that makes no sense.
@@ -37,6 +38,10 @@ struct TriangulateReport {
   double largest_shape_shift_mm = 0;  ///< by the correction of the dots' shape
   double median_shape_shift_mm = 0;
   std::vector<std::string> dropped_views;  ///< mark, camera, reason
+  int islands = 0;                         ///< pieces of lattice without labels, over all views
+  int merged_islands = 0;
+  int merged_dots = 0;                    ///< dots that got their label so
+  std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
   std::vector<std::string> warnings;
 };
 
