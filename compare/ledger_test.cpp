@@ -9,6 +9,7 @@
 
 #include "compare/ledger.hpp"
 #include "compare/results.hpp"
+#include "compare/seal.hpp"
 #include "compare/store.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -227,6 +228,19 @@ TEST(Migration, Version2KeepsEveryRowAndItsChain) {
   const StoreReader reader(file);
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
   EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"), "1");
+}
+
+TEST(Migration, ASealedStoreOfVersion2IsVerifiedAsItIs) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version(2, file);
+  seal_store(file, {});
+  EXPECT_THAT(verify_store(file).findings, IsEmpty());
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec("INSERT INTO rig VALUES ('invented')");
+  }
+  EXPECT_FALSE(verify_store(file).findings.empty());
 }
 
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {

@@ -20,13 +20,34 @@ fs::path folder_of(const fs::path& store) {
   return store.has_parent_path() ? store.parent_path() : fs::path(".");
 }
 
-void check_bytes(const fs::path& store, const Seal& seal, const LedgerCheck& ledger,
-                 Verification& result) {
+/// user_version, which SQLite keeps big-endian in bytes 60 to 63 of the file.
+int version_in_file(const fs::path& store) {
+  const std::vector<unsigned char> bytes = read_bytes(store);
+  if (bytes.size() < 64) return 0;
+  return (bytes[60] << 24) | (bytes[61] << 16) | (bytes[62] << 8) | bytes[63];
+}
+
+/// A store of an older version is read through a copy that was brought to this one, which defines
+/// new metrics: what was sealed must be the beginning of its chain, and only metrics may follow.
+bool grew_by_migration(const StoreReader& reader, const fs::path& store, const Seal& seal) {
+  if (version_in_file(store) >= kStoreVersion) return false;
+  const std::string sealed = std::to_string(seal.entries);
+  const Table head =
+      reader.query("SELECT chain_sha256 FROM ledger WHERE sequence = CAST(? AS INTEGER)", {sealed});
+  const Table others = reader.query(
+      "SELECT 1 FROM ledger WHERE sequence > CAST(? AS INTEGER) AND kind <> 'metric'", {sealed});
+  return head.rows.size() == 1 && head.rows[0][0] == seal.head && others.rows.empty();
+}
+
+void check_bytes(const StoreReader& reader, const fs::path& store, const Seal& seal,
+                 const LedgerCheck& ledger, Verification& result) {
   std::error_code absent;
   const auto log_size = fs::file_size(store.string() + "-wal", absent);
   if (!absent && log_size > 0)
     result.findings.emplace_back("the store has changes that were not sealed; import once more");
-  if (ledger.entries > seal.entries) {
+  if (grew_by_migration(reader, store, seal)) {
+    // The bytes below are those of the older file.
+  } else if (ledger.entries > seal.entries) {
     result.findings.push_back(fmt::format("the seal is older than the store: {} entries against {}",
                                           seal.entries, ledger.entries));
   } else if (ledger.entries < seal.entries || ledger.head != seal.head) {
@@ -98,6 +119,68 @@ void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification
   }
 }
 
+/// Where two simulations were compared: at the marks of the measured lattice, or at the particles
+/// of the coarsest grid of their group, which is any grid with as many.
+std::vector<Eigen::Vector2d> places_of(const StoreReader& reader, const SheetFiles& sheets,
+                                       const std::string& measured, const std::string& points) {
+  std::vector<Eigen::Vector2d> places;
+  const auto add_marks = [&](const Sheet& sheet) {
+    for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+  };
+  if (const auto file = sheets.find(measured); file != sheets.end()) {
+    const Sheet real = read_sheet(file->second);
+    const auto lattice = LatticeCoordinates::of(real, file->second.string());
+    if (!lattice) {
+      add_marks(real);
+      return places;
+    }
+    for (int row = 0; row < real.rows; ++row)
+      for (int col = 0; col < real.cols; ++col) places.push_back(lattice->at({row, col}));
+    return places;
+  }
+  if (!measured.empty()) return places;
+  const Table grids = reader.query(
+      "SELECT sha256 FROM sheet WHERE kind = 'simulated' AND marks = CAST(? AS INTEGER) ORDER BY "
+      "sha256",
+      {points});
+  for (const auto& grid : grids.rows) {
+    const auto file = sheets.find(grid[0]);
+    if (file == sheets.end() || file->second.extension() != ".json") continue;
+    add_marks(read_sheet(file->second));
+    break;
+  }
+  return places;
+}
+
+/// The same for pairs of simulations.
+void recompute_pairs(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table rows = reader.query(
+      "SELECT sha256, coalesce(measured_sha256, ''), first_sha256, second_sha256, points, mean_mm, "
+      "max_mm FROM simulation_pair ORDER BY sha256");
+  for (const auto& row : rows.rows) {
+    const auto first = sheets.find(row[2]), second = sheets.find(row[3]);
+    if (first == sheets.end() || second == sheets.end()) continue;
+    try {
+      const auto places = places_of(reader, sheets, row[1], row[4]);
+      if (places.empty()) continue;
+      const auto distances =
+          distances_between(Surface(read_sheet(first->second), first->second.string()),
+                            Surface(read_sheet(second->second), second->second.string()), places);
+      ++result.comparisons;
+      const bool same = !distances.empty() &&
+                        number(row[4]) == static_cast<double>(distances.size()) &&
+                        number(row[5]) == statistics_of(distances).mean_m / mm &&
+                        number(row[6]) == statistics_of(distances).max_m / mm;
+      if (!same)
+        result.findings.push_back(
+            fmt::format("pair {} does not come out of its sheets", row[0].substr(0, 12)));
+    } catch (const Error& error) {
+      result.findings.push_back(
+          fmt::format("pair {} cannot be recomputed: {}", row[0].substr(0, 12), error.what()));
+    }
+  }
+}
+
 /// The same for meshes without marks.
 void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
   const Table rows = reader.query(
@@ -154,7 +237,7 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   result.rows = ledger.entries;
   result.findings.insert(result.findings.end(), ledger.findings.begin(), ledger.findings.end());
   if (!sealed) return result;
-  if (result.findings.empty()) check_bytes(store, seal, ledger, result);
+  if (result.findings.empty()) check_bytes(*reader, store, seal, ledger, result);
   check_files(folder_of(store), seal, result);
   if (!with_recomputation) return result;
   SheetFiles sheets;
@@ -166,6 +249,7 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   try {
     recompute(*reader, sheets, result);
     recompute_surfaces(*reader, sheets, result);
+    recompute_pairs(*reader, sheets, result);
   } catch (const Error& error) {
     result.findings.emplace_back(error.what_failed());
   }
