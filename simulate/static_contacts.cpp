@@ -15,6 +15,7 @@ constexpr double kOverBending = 100;      // stiffness of a particle's contact o
 // Friction's limit of a step, of what the pressing force allows: set to the middle, kept within.
 constexpr double kLimit = 0.98;
 constexpr double kLimitLow = 0.95;
+constexpr double kLimitHigh = 1.02;       // a little too much is cut, which leaves a rest at rest
 constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the springs
 constexpr double kNormalStep = 1e-7;      // m; for the curvature of a surface
 constexpr double kShallow = 1e-6;         // m; entries that a step may make
@@ -184,11 +185,15 @@ void StaticContacts::settle(Contact& contact, const Field& position) const {
     return;
   }
   if (!contact.anchored) contact.anchor = p;
-  if (!contact.anchored || contact.limit > allowed || contact.limit < kLimitLow * allowed) {
+  const Vector3d way = spring(contact, p);
+  if (contact.limit == 0) {
+    // A spring taken over from a rest may hold by all that friction allows.
+    contact.limit = std::clamp(shear_stiffness_ * way.norm(), kLimit * allowed, allowed);
+  } else if (contact.limit > kLimitHigh * allowed || contact.limit < kLimitLow * allowed) {
     contact.limit = kLimit * allowed;
   }
+  contact.limit = std::min(contact.limit, allowed);
   contact.anchored = true;
-  const Vector3d way = spring(contact, p);
   const double most = contact.limit / shear_stiffness_;
   const double size = way.norm();
   contact.slip_m = size > most ? size : contact.slip_m;
@@ -202,18 +207,17 @@ void StaticContacts::begin(const Field& position, double watch_m) {
 }
 
 void StaticContacts::lean_on(const Field& position, const Field& force, double reach_m) {
-  watch(position, reach_m);
   for (Contact& contact : contacts_) {
-    settle(contact, position);
-    if (!contact.rigid) continue;
-    const Vector3d pull = at(force, contact.particle[0]);
+    if (!contact.rigid || contact.gap > reach_m) continue;
+    const Vector3d pull =
+        at(force, contact.particle[0]) - pressing_n(contact, contact.gap) * contact.normal;
     const double outward = pull.dot(contact.normal);
     if (outward >= 0) continue;
     contact.multiplier = -outward + contact.stiffness * contact.gap;
     contact.anchored = true;
     contact.limit = 0;  // settle() sets it
     contact.anchor =
-        at(position, contact.particle[0]) + -(pull - outward * contact.normal) / shear_stiffness_;
+        at(position, contact.particle[0]) - (pull - outward * contact.normal) / shear_stiffness_;
   }
 }
 

@@ -29,7 +29,8 @@ class StaticContacts {
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
   /// Takes over the friction springs between particles of a sheet that Motion brought to rest.
   void take_springs(const LineContacts& moved, const Field& position);
-  /// Takes particles within `reach_m` of a surface as pressed and held by what balances `force`.
+  /// After begin(): takes particles within `reach_m` of a surface as pressed and held by what
+  /// balances `force`.
   void lean_on(const Field& position, const Field& force, double reach_m);
 
   /// Finds the points between particles anew; those that keep on touching keep their spring.

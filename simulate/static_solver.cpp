@@ -18,7 +18,11 @@ constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle i
 constexpr double kWatch = 3;      // of that cap; nearer particles are watched during a step
 constexpr double kGrow = 0.25, kShrink = 4;  // of mu
 constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matrix
-constexpr double kNewtonMu = 1;              // 1/s^2; below, mu becomes 0
+// While the sheet still falls its pseudo-time step stays below 0.03 s: longer ones jump from the
+// fold that forms first to others, which motion does not find.
+constexpr double kFalling = 20;          // residual
+constexpr double kPacedMu = 1000;        // 1/s^2
+constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
 constexpr double kSettled = 1e-2;        // residual below which points between particles are found
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
@@ -84,6 +88,7 @@ double StaticSolver::gravity_energy_j() const {
 }
 
 void StaticSolver::lean(double reach_m) {
+  contacts_.begin(position, reach_m);
   find_forces(position, force_);
   contacts_.lean_on(position, force_, reach_m);
 }
@@ -256,6 +261,7 @@ void StaticSolver::plan_next(double ratio, bool whole) {
     mu_ *= kShrink;
   }
   if (mu_ < kNewtonMu) mu_ = 0;
+  if (residual_ > kFalling) mu_ = std::max(mu_, kPacedMu);
 }
 
 void StaticSolver::note(StaticReport& report) {
