@@ -5,6 +5,7 @@
 #include "capture/folder_layout.hpp"
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/parallel.hpp"
 
 namespace drape {
@@ -22,6 +23,16 @@ void verify_one(const Recording& recording, Item& item) {
   } catch (const Error& error) {
     item.fault = {item.set->name, item.frame->camera, item.frame->file, error.what_failed()};
   }
+}
+
+/// What a live set says of itself: times, settings, ledger, stillness.
+std::optional<RecordingFault> details_fault(const Recording& recording, const FrameSet& set) {
+  if (!set.details_sha256) return std::nullopt;
+  const std::string file = set.name + "/capture.json";
+  if (!std::filesystem::exists(recording.folder / file))
+    return RecordingFault{set.name, "", file, "the details of the set are missing"};
+  if (sha256_of_file(recording.folder / file) == *set.details_sha256) return std::nullopt;
+  return RecordingFault{set.name, "", file, "the details of the set were altered"};
 }
 
 }  // namespace
@@ -48,6 +59,9 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
   VerifyReport report{recording.sets.size(), items.size(), {}, {}};
   for (Item& item : items) {
     if (item.fault) report.faults.push_back(std::move(*item.fault));
+  }
+  for (const FrameSet& set : recording.sets) {
+    if (auto fault = details_fault(recording, set)) report.faults.push_back(std::move(*fault));
   }
   for (const std::string& file : image_files_below(recording_folder)) {
     if (!listed.contains(file)) report.not_listed.push_back(file);

@@ -101,6 +101,7 @@ class CameraDevice {
   [[nodiscard]] virtual CameraCounters counters() const = 0;
 };
 
+/// A live camera.
 [[nodiscard]] std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address);
 [[nodiscard]] std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address);
 [[nodiscard]] std::unique_ptr<CameraDevice> open_v4l2_camera(const CameraAddress& address);

@@ -6,6 +6,7 @@
 #include <linux/videodev2.h>
 #include <poll.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -26,7 +27,12 @@ constexpr double kExposureUnit_us = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts
 class Device {
  public:
   explicit Device(const std::string& file) : file_(file) {
-    descriptor_ = ::v4l2_open(file.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    descriptor_ = ::open(file.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (descriptor_ < 0) return;
+    // libv4l2 would otherwise offer sizes and formats that it makes up itself.
+    if (::v4l2_fd_open(descriptor_, V4L2_DISABLE_CONVERSION) >= 0) return;
+    ::close(descriptor_);
+    descriptor_ = -1;
   }
   ~Device() {
     if (descriptor_ >= 0) ::v4l2_close(descriptor_);
@@ -177,13 +183,19 @@ class V4l2Camera final : public CameraDevice {
     width_px_ = static_cast<int>(format.fmt.pix.width);
     height_px_ = static_cast<int>(format.fmt.pix.height);
     line_bytes_ = format.fmt.pix.bytesperline;
-    if (s.width_px) require_taken("width_px", *s.width_px, width_px_, name_);
-    if (s.height_px) require_taken("height_px", *s.height_px, height_px_, name_);
+    require_size("width_px", s.width_px, width_px_);
+    require_size("height_px", s.height_px, height_px_);
     if (line_bytes_ != static_cast<std::uint32_t>(width_px_))
       throw device_error("the camera pads its image lines", name_, "choose another width");
     note("width_px", fmt::format("{}", width_px_));
     note("height_px", fmt::format("{}", height_px_));
     note("pixel_format", "Mono8");
+  }
+
+  void require_size(const char* name, const std::optional<int>& asked, int got) const {
+    if (asked.value_or(got) == got) return;
+    throw device_error(fmt::format("the camera took {} {} instead of {}", name, got, *asked), name_,
+                       "give a size the camera has: v4l2-ctl --list-formats-ext");
   }
 
   [[nodiscard]] bool is_native(std::uint32_t fourcc) const {

@@ -75,7 +75,10 @@ void CameraHost::spawn(int control, int memory) {
   posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  std::vector<std::string> words = {options_.program.string(),
+  const auto program = address_.backend == Backend::replay
+                           ? options_.program.parent_path() / "drape-replay-host"
+                           : options_.program;
+  std::vector<std::string> words = {program.string(),
                                     "--control",
                                     std::to_string(kControl),
                                     "--memory",
@@ -91,7 +94,7 @@ void CameraHost::spawn(int control, int memory) {
   if (refused == 0) return;
   process_ = -1;
   throw Error(ErrorKind::device, "the camera host cannot be started", {.file = words[0]},
-              "build or install drape-camera-host beside this program");
+              "build or install it beside this program");
 }
 
 void CameraHost::kill() {

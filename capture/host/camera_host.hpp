@@ -15,7 +15,7 @@
 namespace drape {
 
 struct HostOptions {
-  std::filesystem::path program;  ///< drape-camera-host
+  std::filesystem::path program;  ///< drape-camera-host; drape-replay-host is beside it
   std::size_t slots = 8;          ///< frames on their way at once
   std::size_t slot_bytes = 0;     ///< bytes of the largest frame
   int memory_limit_mb = 2048;

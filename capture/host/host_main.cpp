@@ -2,21 +2,11 @@
 // drape-camera-host: one camera in a process of its own, so that a camera, its library or its
 // network cannot take the capture down.
 #include <fmt/format.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
-
-#include <csignal>
 
 #include "capture/host/serve.hpp"
 #include "core/program.hpp"
 
 namespace {
-
-void limit_memory(int limit_mb) {
-  const rlim_t bytes = static_cast<rlim_t>(limit_mb) << 20;
-  const rlimit limit{bytes, bytes};
-  ::setrlimit(RLIMIT_AS, &limit);
-}
 
 int list() {
   drape::Json devices = drape::Json::array();
@@ -46,10 +36,9 @@ int main(int argc, char** argv) {
   app.add_option("--memory", memory, "inherited descriptor of the shared frames");
   app.add_option("--memory-limit-mb", limit_mb, "address space of this process, in MB");
   return drape::run_program(app, argc, argv, common, [&] {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    limit_memory(limit_mb);
+    drape::become_camera_host(limit_mb);
     if (listing || control < 0 || memory < 0) return list();
-    drape::serve_camera(drape::Descriptor(control), drape::Descriptor(memory));
+    drape::serve_camera(drape::Descriptor(control), drape::Descriptor(memory), drape::open_camera);
     return 0;
   });
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/host/serve.hpp"
 
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <deque>
 #include <mutex>
 #include <thread>
@@ -24,8 +27,8 @@ constexpr double kPatience_s = 0.05;
 
 class Server {
  public:
-  Server(Descriptor control, Descriptor memory)
-      : control_(std::move(control)), memory_(std::move(memory)) {}
+  Server(Descriptor control, Descriptor memory, const OpenCamera& open)
+      : control_(std::move(control)), memory_(std::move(memory)), open_(open) {}
 
   void run() {
     std::thread grabber;
@@ -80,7 +83,7 @@ class Server {
   }
 
   void open(const Json& message) {
-    camera_ = open_camera(address_of(message.at("address")));
+    camera_ = open_(address_of(message.at("address")));
     const auto settings = camera_->configure(settings_of(message.at("settings")));
     const std::size_t slots = message.at("slots");
     const std::size_t slot_bytes = message.at("slot_bytes");
@@ -186,6 +189,7 @@ class Server {
   }
 
   Descriptor control_, memory_;
+  const OpenCamera& open_;
   std::unique_ptr<CameraDevice> camera_;
   std::optional<SharedFrames> frames_;
   std::mutex mutex_;
@@ -199,8 +203,15 @@ class Server {
 
 }  // namespace
 
-void serve_camera(Descriptor control, Descriptor memory) {
-  Server(std::move(control), std::move(memory)).run();
+void become_camera_host(int memory_limit_mb) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const rlim_t bytes = static_cast<rlim_t>(memory_limit_mb) << 20;
+  const rlimit limit{bytes, bytes};
+  ::setrlimit(RLIMIT_AS, &limit);
+}
+
+void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open) {
+  Server(std::move(control), std::move(memory), open).run();
 }
 
 }  // namespace drape

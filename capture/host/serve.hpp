@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <memory>
+
 #include "capture/host/channel.hpp"
 
 namespace drape {
 
+/// How a host opens its camera: live ones through their libraries, or a recording.
+using OpenCamera = std::function<std::unique_ptr<CameraDevice>(const CameraAddress&)>;
+
+/// Ends this process with the one that started it, and limits its memory.
+void become_camera_host(int memory_limit_mb);
+
 /// The camera's side: opens the camera it is told, obeys commands on `control` and passes frames
 /// through the shared memory, until the other side closes. Says every 100 ms that it is alive.
 /// Faults of the camera are told as a message and end it; nothing is thrown.
-void serve_camera(Descriptor control, Descriptor memory);
+void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open);
 
 }  // namespace drape

@@ -40,7 +40,7 @@ FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px) {
   const auto count = static_cast<double>(pixels.size());
   quality.mean = sum / count;
   quality.dark_share = static_cast<double>(levels[0] + levels[1] + levels[2] + levels[3]) / count;
-  quality.saturated_share = static_cast<double>(levels[255]) / count;
+  quality.saturated_share = static_cast<double>(levels[254] + levels[255]) / count;
   quality.contrast = level_at(levels, 0.99) - level_at(levels, 0.01);
   if (quality.contrast > 0) quality.sharpness = level_at(steps, 0.999) / quality.contrast;
   return quality;

@@ -12,7 +12,7 @@ namespace drape {
 struct FrameQuality {
   double mean = 0;             ///< grey level, 0..255
   double dark_share = 0;       ///< pixels at level 3 or below
-  double saturated_share = 0;  ///< pixels at level 255
+  double saturated_share = 0;  ///< pixels at level 254 or above: some sensors end there
   double contrast = 0;         ///< level of the brightest percent minus that of the darkest
   /// Steepest edges over contrast: the 99.9th percentile of the difference between neighbouring
   /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, whatever the light.

@@ -55,6 +55,7 @@ class Session {
     open_with_fall_backs();
     for (Running& r : running_) start(r);
     await_streams();
+    streaming_since_ns_ = last_progress_ns_ = now_ns();
     report_.method == SyncMethod::free_run ? run_free() : run_triggered();
     stop_streams();
     return finish();
@@ -281,7 +282,7 @@ class Session {
 
   void run_free() {
     std::int64_t look_at = options_.frames;
-    while (!patience_ended() && seconds(now_ns() - epoch_ns_) < longest_s()) {
+    while (!patience_ended() && seconds(now_ns() - streaming_since_ns_) < longest_s()) {
       wait(0.02);
       take_in();
       const std::int64_t have = least_complete();
@@ -453,7 +454,7 @@ class Session {
 
   const CamerasFile& file_;
   const LiveOptions& options_;
-  std::int64_t epoch_ns_, last_progress_ns_;
+  std::int64_t epoch_ns_, last_progress_ns_, streaming_since_ns_ = 0;
   std::vector<Running> running_;
   std::vector<Arrival> arrivals_;
   std::vector<std::int64_t> trigger_ns_;

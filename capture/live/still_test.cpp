@@ -9,12 +9,12 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
 #include "capture/live/record.hpp"
-#include "core/calibration.hpp"
 #include "core/files.hpp"
 #include "core/json_file.hpp"
-#include "tests/support/bench1_truth.hpp"
+#include "tests/support/bench1_calibration.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
@@ -67,12 +67,7 @@ class Still : public testing::Test {
   }
 
   fs::path write_calibration_file() {
-    Calibration calibration;
-    calibration.method = "tsai";
-    calibration.rig = "bench1";
-    for (const Camera& camera : test::bench1_truth().cameras)
-      calibration.cameras.emplace_back().camera = camera;
-    write_calibration(temporary_.path() / "calibration.json", calibration);
+    write_calibration(temporary_.path() / "calibration.json", test::bench1_true_calibration());
     return temporary_.path() / "calibration.json";
   }
 
@@ -98,6 +93,9 @@ TEST_F(Still, ASetSaysThatTheClothWasStillAndTheCamerasInPlace) {
   EXPECT_EQ(recording.sets[0].camera_shift_px, stored.still.background_shift_px);
   EXPECT_EQ(recording.sets[0].details_sha256.value(),
             sha256_of_file(options_.folder / "drape_000/capture.json"));
+  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+  write_durable(options_.folder / "drape_001/capture.json", "{}");
+  EXPECT_EQ(verify_recording(options_.folder, {}).faults.at(0).file, "drape_001/capture.json");
   EXPECT_EQ(recording.sets[0].frames[0].file, "drape_000/cam0.pgm");
   const std::vector<unsigned char> pgm =
       read_frame(recording, recording.sets[0], recording.sets[0].frames[0]);

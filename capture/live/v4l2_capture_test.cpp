@@ -10,7 +10,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "capture/live/live_capture.hpp"
-#include "capture/live/record.hpp"
 #include "core/files.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
@@ -61,17 +60,15 @@ std::string all_faults(const LiveResult& live) {
 }
 
 TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
-  for (const std::string control : {"Disconnect", "Inject Fatal Streaming Error"}) {
-    const LiveResult live = capture(30, [&] { VividNode(kNode).set(control); });
-    const LiveCameraReport& camera = live.report.cameras[0];
-    EXPECT_EQ(live.pairing.sets.size(), 30U) << all_faults(live);
-    EXPECT_TRUE(camera.ledger.closes());
-    EXPECT_GE(camera.host_launches, 2);
-    EXPECT_FALSE(camera.settings.empty());
-    EXPECT_FALSE(live.report.faults.empty());
-    std::printf("%s: frames again after %.2f s; %s", control.c_str(), camera.longest_gap_s,
-                all_faults(live).c_str());
-  }
+  const LiveResult live = capture(30, [] { VividNode(kNode).set("Disconnect"); });
+  const LiveCameraReport& camera = live.report.cameras[0];
+  EXPECT_EQ(live.pairing.sets.size(), 30U) << all_faults(live);
+  EXPECT_TRUE(camera.ledger.closes());
+  EXPECT_GE(camera.host_launches, 2);
+  EXPECT_FALSE(camera.settings.empty());
+  EXPECT_FALSE(live.report.faults.empty());
+  std::printf("disconnected: frames again after %.2f s; %s", camera.longest_gap_s,
+              all_faults(live).c_str());
 }
 
 TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {
@@ -95,23 +92,6 @@ TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
   EXPECT_THAT(all_faults(live), HasSubstr("s off the host's clock"));
 }
 
-TEST(V4l2Capture, BlackAndSaturatedFramesAreNotStored) {
-  const test::TemporaryFolder temporary;
-  for (const auto& [pattern, why] : {std::pair{5, "black"}, {6, "saturated"}}) {
-    VividNode(kNode).set("OSD Text Mode", 2);
-    VividNode(kNode).set("Test Pattern", pattern);
-    RecordOptions options;
-    options.folder = temporary.path() / why;
-    options.set = "drape";
-    options.largest_spread_s = 1;
-    const RecordResult stored = record_live(capture(1), one_webcam(), options);
-    VividNode(kNode).set("Test Pattern", 0);
-    ASSERT_EQ(stored.refused.size(), 1U) << why;
-    EXPECT_THAT(stored.refused[0].what, HasSubstr(why));
-    EXPECT_TRUE(stored.sets.empty());
-  }
-}
-
 /// bench1's drape_A through the driver: its frames are written to three outputs and captured by the
 /// program as a person runs it. The recording stays in $DRAPE_GUEST_SHARE for the host to look at.
 TEST(V4l2Capture, Bench1ThroughTheDriver) {
@@ -130,13 +110,17 @@ TEST(V4l2Capture, Bench1ThroughTheDriver) {
         outputs.emplace_back(std::make_unique<VividNode>(fmt::format("/dev/video{}", 2 * c + 1)));
     capture.set("Loop Video");
     capture.set("OSD Text Mode", 2);
-    output->set_signal(width, height);
+    // Cameras of one rate keep the phase they started with, and may never expose together; these
+    // run 1.5 % apart and meet within seconds.
+    const std::uint32_t clock_hz = 36'250'000 - static_cast<std::uint32_t>(c) * 540'000;
+    output->set_signal(width, height, clock_hz);
     output->set_output_format(width, height);
-    capture.set_signal(width, height);
+    capture.set_signal(width, height, clock_hz);
     output->show({image.data, image.total()});
   }
   const std::string line = fmt::format(
-      "'{}' '{}/rig' --set drape_A --out '{}/recording' --patience-s {} >'{}/capture.txt' 2>&1",
+      "timeout 120 '{}' '{}/rig' --set drape_A --out '{}/recording' --patience-s {} "
+      ">'{}/capture.txt' 2>&1",
       test::program("drape-capture").string(), share, share, kPatience_s, share);
   const int status = std::system(line.c_str());
   EXPECT_EQ(status, 0) << read_text(std::filesystem::path(share) / "capture.txt");

@@ -16,8 +16,9 @@ namespace {
 
 constexpr std::uint32_t kBuffers = 2;  ///< the driver shows the last one as long as it stays open
 
-/// Totals of the lines and of the frame as CVT has them; 14.9 frames/s at 1600 x 1200 px.
-v4l2_dv_timings slow_signal(std::uint32_t width_px, std::uint32_t height_px) {
+/// Totals of the lines and of the frame as CVT has them.
+v4l2_dv_timings slow_signal(std::uint32_t width_px, std::uint32_t height_px,
+                            std::uint32_t pixel_clock_hz) {
   v4l2_dv_timings timings{};
   timings.type = V4L2_DV_BT_656_1120;
   v4l2_bt_timings& bt = timings.bt;
@@ -30,7 +31,7 @@ v4l2_dv_timings slow_signal(std::uint32_t width_px, std::uint32_t height_px) {
   bt.vfrontporch = 3;
   bt.vsync = 4;
   bt.vbackporch = 7;
-  bt.pixelclock = 36'250'000;
+  bt.pixelclock = pixel_clock_hz;
   bt.standards = V4L2_DV_BT_STD_CVT;
   return timings;
 }
@@ -72,8 +73,9 @@ std::int32_t VividNode::get(const std::string& control) {
   return setting.value;
 }
 
-void VividNode::set_signal(std::uint32_t width_px, std::uint32_t height_px) {
-  v4l2_dv_timings timings = slow_signal(width_px, height_px);
+void VividNode::set_signal(std::uint32_t width_px, std::uint32_t height_px,
+                           std::uint32_t pixel_clock_hz) {
+  v4l2_dv_timings timings = slow_signal(width_px, height_px, pixel_clock_hz);
   call(VIDIOC_S_DV_TIMINGS, &timings, "setting the signal");
 }
 
