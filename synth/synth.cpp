@@ -171,7 +171,8 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
     for (const TrueMark& mark : truths.back().marks) {
       for (const TrueMarkView& view : mark.views) report.whole_views += view.is_whole() ? 1 : 0;
     }
-    if (progress) progress(truths.size() / static_cast<double>(jobs.size()), job.set);
+    if (progress)
+      progress(static_cast<double>(truths.size()) / static_cast<double>(jobs.size()), job.set);
   }
   write_truth(folder / "truth.json", rig, cameras, truths);
   write_true_calibration(folder / "true_calibration.json", rig, cameras);
