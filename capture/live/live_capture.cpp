@@ -22,10 +22,11 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kRetryEvery_s = 0.3;
 constexpr double kStopping_s = 2;
-constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
-constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
-constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
-constexpr double kLargestDelay_s = 5;      ///< between exposure and arrival of a frame
+constexpr double kScheduleAhead_s = 0.03;     ///< until every camera surely holds the command
+constexpr double kTriggerEarly_s = 2e-3;      ///< clock error allowed before a trigger
+constexpr double kAnswer_s = 0.5;             ///< of a trigger, above the exposure
+constexpr std::int64_t kPartnersWithin = 20;  ///< frames: a later partner would be off by seconds
+constexpr double kLargestDelay_s = 5;         ///< between exposure and arrival of a frame
 
 std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -290,10 +291,21 @@ class Session {
       const bool quiet = seconds(now_ns() - last_progress_ns_) > 2 / file_.frame_rate_hz;
       if (have < look_at && !quiet) continue;
       // One more frame of each, or silence: the last set's best partner has surely come.
-      const std::size_t sets = pair(marks()).sets.size();
+      const PairingResult pairing = pair(marks());
+      const std::size_t sets = pairing.sets.size();
+      drop_old_pixels(pairing);
       const auto wanted = static_cast<std::size_t>(options_.frames);
       if (sets > wanted || (quiet && sets == wanted)) return;
       look_at = have + 1;
+    }
+  }
+
+  /// Frames so old that no partner will come are only counted: memory stays bounded.
+  void drop_old_pixels(const PairingResult& pairing) {
+    for (std::size_t i = 0; i < arrivals_.size(); ++i) {
+      const bool old = arrivals_[i].index + kPartnersWithin < running_[arrivals_[i].camera].newest;
+      if (old && pairing.places[i].bin != FrameBin::in_set)
+        std::vector<std::uint8_t>().swap(arrivals_[i].frame.pixels);
     }
   }
 
