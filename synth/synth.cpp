@@ -89,7 +89,7 @@ struct Named {
 std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
   std::vector<Named> jobs;
   const auto add = [&](const std::string& set, const MakeJob& make) {
-    if (is_asked(options, set)) jobs.push_back({set, make});
+    jobs.push_back({set, make});
   };
   const auto target = std::make_shared<Target>(read_target(rig.target_file));
   for (const TargetStage& stage : rig.stages) {
@@ -143,8 +143,9 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
     throw bad_input("the folder already holds a recording", {.file = folder.string()},
                     "give a new folder");
   }
-  const std::vector<Named> jobs = jobs_of(rig, options);
+  std::vector<Named> jobs = jobs_of(rig, options);
   require_known(jobs, options);
+  std::erase_if(jobs, [&](const Named& job) { return !is_asked(options, job.set); });
   std::vector<PixelRays> rays;
   for (const Camera& camera : cameras) rays.emplace_back(camera.model);
   SynthReport report;

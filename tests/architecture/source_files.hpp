@@ -8,8 +8,8 @@
 
 namespace drape::test {
 
-inline constexpr std::array stages = {"capture",     "calib",    "detect",
-                                      "triangulate", "simulate", "compare"};
+inline constexpr std::array stages = {"capture",  "calib",   "detect", "triangulate",
+                                      "simulate", "compare", "synth"};
 
 /// One line of a source file.
 struct Line {
