@@ -187,10 +187,13 @@ Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintP
   Found found;
   found.tags = finder.find(image, plane, noise.sigma(128));
   std::optional<double> radius_px = dot_radius_px(plane, found.tags);
-  if (!radius_px) radius_px = lattice_radius_px(image, noise, plane);
-  if (radius_px) {
-    found.blobs = find_blobs(image, noise, DotSizes::around(*radius_px), plane.classes.has_value());
+  DotSizes sizes = DotSizes::around(radius_px.value_or(0));
+  if (!radius_px) {
+    radius_px = lattice_radius_px(image, noise, plane);
+    // Some dots of a plate that leans towards the camera may be twice as large as the others.
+    sizes = {0.4 * radius_px.value_or(0), 2.6 * radius_px.value_or(0)};
   }
+  if (radius_px) found.blobs = find_blobs(image, noise, sizes, plane.classes.has_value());
   return found;
 }
 

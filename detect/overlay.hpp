@@ -8,8 +8,8 @@
 
 namespace drape {
 
-/// PNG of the frame with tags (blue), labelled dots (green ellipse, "row,col") and rejections
-/// (red cross) drawn in.
+/// PNG of the frame with tags (blue), labelled dots (green ellipse, "row,col"), dots of islands
+/// (yellow, "#island row,col") and rejections (red cross) drawn in.
 [[nodiscard]] std::vector<unsigned char> overlay_png(const GreyImage& image,
                                                      const FrameDetections& frame);
 

@@ -79,14 +79,20 @@ struct Pixels {
   const float *x, *y, *level, *trust;
 };
 
-DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& s,
+DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& shape,
                                        const NoiseModel& noise, PixelBlock& block) {
+  // Copies, which nothing that is written below can change.
+  const Shape s = shape;
+  const float* const __restrict x = p.x;
+  const float* const __restrict y = p.y;
+  const float* const __restrict level = p.level;
+  const float* const __restrict trust = p.trust;
   const auto floor_variance = static_cast<float>(noise.floor_variance);
   const auto slope = static_cast<float>(noise.slope);
   const float per_blur = 1 / s.blur;
   auto& g = block.gradient;
   for (int i = 0; i < count; ++i) {
-    const float ux = p.x[i] - s.cx, uy = p.y[i] - s.cy;
+    const float ux = x[i] - s.cx, uy = y[i] - s.cy;
     const float vx = s.m11 * ux + s.m12 * uy, vy = s.m12 * ux + s.m22 * uy;
     const float wx = s.m11 * vx + s.m12 * vy, wy = s.m12 * vx + s.m22 * vy;
     const float per_norm = 1 / std::max(std::sqrt(wx * wx + wy * wy), 1e-9F);
@@ -98,14 +104,14 @@ DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& 
     const float peak = near * density(std::min(out, far_in_blurs));
     const float beyond = tail(std::min(out, far_in_blurs), peak);
     const float covered = z < 0 ? 1 - beyond : beyond;
-    const float base = s.light + s.light_x * p.x[i] + s.light_y * p.y[i];
+    const float base = s.light + s.light_x * x[i] + s.light_y * y[i];
     const float through = 1 - s.print * covered;
     const float by_distance = base * s.print * peak * per_blur;
     const float share = by_distance * per_norm;
     const float expected = base * through;
     g[Model::light][i] = through;
-    g[Model::light_x][i] = p.x[i] * through;
-    g[Model::light_y][i] = p.y[i] * through;
+    g[Model::light_x][i] = x[i] * through;
+    g[Model::light_y][i] = y[i] * through;
     g[Model::print][i] = -base * covered;
     g[Model::cx][i] = -share * wx;
     g[Model::cy][i] = -share * wy;
@@ -113,9 +119,9 @@ DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& 
     g[Model::m12][i] = share * (vx * uy + vy * ux);
     g[Model::m22][i] = share * vy * uy;
     g[Model::blur][i] = -by_distance * z;
-    block.residual[i] = p.level[i] - expected;
+    block.residual[i] = level[i] - expected;
     block.weight[i] =
-        p.trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
+        trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
     block.edge[i] = near;
   }
 }

@@ -47,6 +47,19 @@ std::vector<double> blur(const std::vector<double>& picture, double sigma, bool 
   return result;
 }
 
+/// Relative changes of the light from thread to thread: white noise, blurred, of rms `size`.
+std::vector<double> weave(double size, std::mt19937& random) {
+  constexpr double thread_px = 0.7;
+  std::normal_distribution<double> normal(0, 1);
+  std::vector<double> field(side * side);
+  for (double& value : field) value = normal(random);
+  field = blur(blur(field, thread_px, true), thread_px, false);
+  double square = 0;
+  for (const double value : field) square += value * value / static_cast<double>(field.size());
+  for (double& value : field) value *= size / std::sqrt(square);
+  return field;
+}
+
 }  // namespace
 
 GreyImage draw(const SyntheticDot& dot, std::mt19937& random) {
@@ -60,6 +73,10 @@ GreyImage draw(const SyntheticDot& dot, std::mt19937& random) {
     }
   }
   picture = blur(blur(picture, dot.lens_blur_px, true), dot.lens_blur_px, false);
+  if (dot.texture > 0) {
+    const std::vector<double> threads = weave(dot.texture / dot.bright, random);
+    for (std::size_t k = 0; k < picture.size(); ++k) picture[k] *= 1 + threads[k];
+  }
   std::normal_distribution<double> noise(0, dot.noise);
   GreyImage image{side, side, std::vector<std::uint8_t>(side * side), {}};
   for (std::size_t k = 0; k < picture.size(); ++k) {

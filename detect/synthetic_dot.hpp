@@ -18,6 +18,7 @@ struct SyntheticDot {
   double slope_per_px = 0;     ///< relative change of the light along u
   double lens_blur_px = 0.6;   ///< Gaussian sigma before the pixel's own extent
   double noise = 2;            ///< grey levels
+  double texture = 0;          ///< rms of a weave in grey levels of the bright cloth, 1 px long
   double hidden_from_u = 1e9;  ///< unprinted cloth covers the dot beyond this u
 };
 

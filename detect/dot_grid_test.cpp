@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain dot grids, without tags: six photographs of an 8 x 10 grid (BoofCV-Data, CC BY 4.0).
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <set>
+
+#include "core/files.hpp"
+#include "detect/detect.hpp"
+#include "detect/frame.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr int photos = 6;
+
+/// A rig and a recording of the photographs, as somebody with such a target would make them.
+class GridBench {
+ public:
+  explicit GridBench(const fs::path& photographs) {
+    write_durable(folder_.path() / "target.toml",
+                  "schema = \"drapebench/target/1\"\nkind = \"dot-grid\"\nrows = 8\ncols = 10\n"
+                  "pitch_mm = 25.0\ndot_diameter_mm = 15.0\n");
+    rig.name = "grid";
+    rig.target_file = folder_.path() / "target.toml";
+    rig.cameras = {{"cam0", 640, 480, 1e-6, 1e-6}};
+    recording.folder = folder_.path();
+    for (int k = 0; k < photos; ++k) {
+      const std::string name = "pose_" + std::to_string(k);
+      const fs::path from = photographs / ("image0000" + std::to_string(k) + ".jpg");
+      fs::create_directories(folder_.path() / name);
+      fs::copy_file(from, folder_.path() / name / "cam0.jpg");
+      recording.sets.push_back(
+          {name, {{"cam0", name + "/cam0.jpg", sha256_of_file(from), 640, 480, {}}}});
+      options.sets.push_back(name);
+    }
+    options.surface = Surface::target;
+  }
+
+  Rig rig;
+  Recording recording;
+  DetectOptions options;
+
+ private:
+  TemporaryFolder folder_;
+};
+
+/// Largest distance from the projective map through all dots, in pitches: a wrong index is one off.
+double worst_in_pitches(const std::vector<Detection>& dots) {
+  Eigen::Matrix<double, 9, 9> square = Eigen::Matrix<double, 9, 9>::Zero();
+  const auto scaled = [](const Detection& dot) -> Eigen::Vector2d {
+    return (dot.centre_px - Eigen::Vector2d(320, 240)) / 200;
+  };
+  const auto place = [](const Detection& dot) -> Eigen::Vector2d {
+    return {(dot.mark.col - 4.5) / 4, (dot.mark.row - 3.5) / 4};
+  };
+  for (const Detection& dot : dots) {
+    const Eigen::Vector2d p = scaled(dot), q = place(dot);
+    Eigen::Matrix<double, 2, 9> rows;
+    rows << q.x(), q.y(), 1, 0, 0, 0, -p.x() * q.x(), -p.x() * q.y(), -p.x(),  //
+        0, 0, 0, q.x(), q.y(), 1, -p.y() * q.x(), -p.y() * q.y(), -p.y();
+    square += rows.transpose() * rows;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 9, 9>> eigen(square);
+  const Eigen::Matrix<double, 9, 1> h = eigen.eigenvectors().col(0);
+  Eigen::Matrix3d map;
+  map << h(0), h(1), h(2), h(3), h(4), h(5), h(6), h(7), h(8);
+  const auto seen = [&](const Eigen::Vector2d& q) -> Eigen::Vector2d {
+    return (map * q.homogeneous()).hnormalized();
+  };
+  double worst = 0;
+  for (const Detection& dot : dots) {
+    const Eigen::Vector2d q = place(dot);
+    const double pitch = std::min((seen(q + Eigen::Vector2d(0.25, 0)) - seen(q)).norm(),
+                                  (seen(q + Eigen::Vector2d(0, 0.25)) - seen(q)).norm());
+    worst = std::max(worst, (seen(q) - scaled(dot)).norm() / pitch);
+  }
+  return worst;
+}
+
+TEST(DotGrid, AllEightyDotsOfSixPhotographsWithoutATag) {
+  DRAPE_REQUIRE_REFERENCE(folder, "dot-grid-photos");
+  const GridBench bench(folder);
+  const DetectResult result = detect(bench.recording, bench.rig, bench.options);
+  ASSERT_EQ(result.detections.frames.size(), static_cast<std::size_t>(photos));
+  for (const FrameDetections& frame : result.detections.frames) {
+    EXPECT_EQ(frame.detections.size(), 80U) << frame.set;
+    EXPECT_TRUE(frame.islands.empty()) << frame.set;
+    ASSERT_GE(frame.detections.size(), 8U);
+    std::cout << frame.set << ": " << frame.detections.size() << " dots, largest distance from a "
+              << "plane's view " << worst_in_pitches(frame.detections) << " pitches, sigma "
+              << std::sqrt(frame.detections[40].covariance_px2.trace() / 2) << " px\n";
+    // The lens bends lines by a few per cent of a pitch; a wrong index would be a whole one.
+    EXPECT_LT(worst_in_pitches(frame.detections), 0.35) << frame.set;
+  }
+  ASSERT_FALSE(result.report.warnings.empty());
+  EXPECT_THAT(result.report.warnings.back(), HasSubstr("upside down"));
+}
+
+/// The picture with one dot gone: its ellipse and the blur around it get the light beside it.
+void paint_out(const Detection& dot, GreyImage& image) {
+  cv::Mat picture(image.height_px, image.width_px, CV_8U, image.bytes.data());
+  const auto ellipse = [&](double more_px) {
+    const Eigen::Vector2d size = 2 * (dot.semi_axes_px.array() + more_px);
+    return cv::RotatedRect(
+        cv::Point2f(static_cast<float>(dot.centre_px.x()), static_cast<float>(dot.centre_px.y())),
+        cv::Size2f(static_cast<float>(size.x()), static_cast<float>(size.y())),
+        static_cast<float>(dot.axis_angle_rad * 180 / std::acos(-1.0)));
+  };
+  cv::Mat ring(picture.size(), CV_8U, cv::Scalar(0));
+  cv::ellipse(ring, ellipse(3.0), 255, cv::FILLED);
+  cv::ellipse(ring, ellipse(2.0), 0, cv::FILLED);
+  cv::ellipse(picture, ellipse(2.0), cv::mean(picture, ring), cv::FILLED);
+}
+
+std::set<MarkId> random_marks(unsigned seed, std::size_t count) {
+  std::mt19937 random(seed);
+  std::set<MarkId> marks;
+  while (marks.size() < count) {
+    marks.insert({static_cast<int>(random() % 8), static_cast<int>(random() % 10)});
+  }
+  return marks;
+}
+
+GreyImage photograph(const fs::path& folder, int k) {
+  const cv::Mat picture = cv::imread((folder / ("image0000" + std::to_string(k) + ".jpg")).string(),
+                                     cv::IMREAD_GRAYSCALE);
+  GreyImage image{picture.cols, picture.rows, {}, {}};
+  image.bytes.assign(picture.datastart, picture.dataend);
+  return image;
+}
+
+PrintPlane grid_plane() {
+  Target target;
+  target.rows = 8;
+  target.cols = 10;
+  target.pitch_m = 0.025;
+  target.dot_diameter_m = 0.015;
+  return plane_of(target);
+}
+
+FrameDetections look(const GreyImage& image) {
+  TagFinder no_tags("");
+  return detect_frame(image, grid_plane(), no_tags, limits_of(DetectOptions{}));
+}
+
+void expect_the_rest(const FrameDetections& whole, const FrameDetections& rest,
+                     const std::set<MarkId>& gone) {
+  EXPECT_EQ(rest.detections.size(), 80 - gone.size());
+  for (const Detection& dot : rest.detections) {
+    const auto before = std::find_if(whole.detections.begin(), whole.detections.end(),
+                                     [&](const Detection& d) { return d.mark == dot.mark; });
+    ASSERT_NE(before, whole.detections.end());
+    EXPECT_EQ(gone.count(dot.mark), 0U);
+    // A neighbour's paint may touch the ring that a dot is fitted to.
+    EXPECT_LT((before->centre_px - dot.centre_px).norm(), 1.0);
+  }
+}
+
+TEST(DotGrid, AnyTenDotsMayBePaintedOut) {
+  DRAPE_REQUIRE_REFERENCE(folder, "dot-grid-photos");
+  const int choices = trial_count(3, 40);
+  for (int k = 0; k < photos; ++k) {
+    const GreyImage whole = photograph(folder, k);
+    const FrameDetections before = look(whole);
+    ASSERT_EQ(before.detections.size(), 80U);
+    for (int choice = 0; choice < choices; ++choice) {
+      const std::set<MarkId> gone = random_marks(100 * k + choice, 10);
+      GreyImage image = whole;
+      for (const Detection& dot : before.detections) {
+        if (gone.count(dot.mark) != 0) paint_out(dot, image);
+      }
+      SCOPED_TRACE("photograph " + std::to_string(k) + ", choice " + std::to_string(choice));
+      expect_the_rest(before, look(image), gone);
+    }
+  }
+}
+
+TEST(DotGrid, AnIsolatedCornerIsReachedOverTheHole) {
+  DRAPE_REQUIRE_REFERENCE(folder, "dot-grid-photos");
+  GreyImage image = photograph(folder, 0);
+  const FrameDetections before = look(image);
+  // All dots within two steps of the corner (0, 0), and two more.
+  const std::set<MarkId> gone = {{0, 1}, {0, 2}, {1, 0}, {1, 1}, {1, 2},
+                                 {2, 0}, {2, 1}, {2, 2}, {5, 5}, {7, 9}};
+  for (const Detection& dot : before.detections) {
+    if (gone.count(dot.mark) != 0) paint_out(dot, image);
+  }
+  expect_the_rest(before, look(image), gone);
+}
+
+TEST(DotGrid, WithoutAWholeOuterColumnThePlaceIsNotGuessed) {
+  DRAPE_REQUIRE_REFERENCE(folder, "dot-grid-photos");
+  GreyImage image = photograph(folder, 0);
+  const FrameDetections before = look(image);
+  for (const Detection& dot : before.detections) {
+    if (dot.mark.col == 0) paint_out(dot, image);
+  }
+  const FrameDetections rest = look(image);
+  EXPECT_TRUE(rest.detections.empty());
+  EXPECT_EQ(rest.islands.size(), 72U);
+  for (const IslandDot& dot : rest.islands) {
+    const auto same = std::find_if(
+        before.detections.begin(), before.detections.end(),
+        [&](const Detection& d) { return (d.centre_px - dot.dot.centre_px).norm() < 1.0; });
+    ASSERT_NE(same, before.detections.end());
+  }
+  // detections.json keeps the pieces.
+  const TemporaryFolder out;
+  Detections written;
+  written.lattice = {Surface::target, 8, 10, 0.025, 0.015, {0, 0}, {0, 0}, "x"};
+  written.frames = {rest};
+  write_detections(out.path() / "detections.json", written);
+  const Detections back = read_detections(out.path() / "detections.json");
+  ASSERT_EQ(back.frames[0].islands.size(), rest.islands.size());
+  for (std::size_t k = 0; k < rest.islands.size(); ++k) {
+    EXPECT_EQ(back.frames[0].islands[k].island, rest.islands[k].island);
+    EXPECT_EQ(back.frames[0].islands[k].dot.mark, rest.islands[k].dot.mark);
+    EXPECT_EQ(back.frames[0].islands[k].dot.centre_px, rest.islands[k].dot.centre_px);
+  }
+}
+
+}  // namespace
+}  // namespace drape::test
