@@ -67,6 +67,9 @@ Json distance_json(const SimulateReport& report) {
       report.least_gap_object_m ? Json(*report.least_gap_object_m / mm) : Json();
   json["least_particle_to_table_mm"] = report.least_gap_table_m / mm;
   json["deepest_between_particles_mm"] = report.deepest_between_m / mm;
+  json["least_to_itself_mm"] =
+      report.least_self_distance_m ? Json(*report.least_self_distance_m / mm) : Json();
+  json["triangles_through_itself"] = report.self_crossings;
   json["particles_touching"] = report.contacts;
   json["contacts_between_particles"] = report.contacts_between;
   json["largest_pin_error_mm"] = report.hold_error_m / mm;
@@ -104,17 +107,21 @@ Json options_json(const SimulateOptions& options) {
 
 }  // namespace
 
+std::vector<std::string> history_columns() {
+  return {"time_s",
+          "kinetic_energy_uJ",
+          "gravity_energy_uJ",
+          "stretch_energy_uJ",
+          "shear_energy_uJ",
+          "bending_energy_uJ",
+          "twist_energy_uJ",
+          "contact_energy_uJ",
+          "largest_residual_per_particle_weight",
+          "particles_touching"};
+}
+
 std::string history_csv(const std::vector<HistoryRow>& history) {
-  const std::vector<std::string> names = {"time_s",
-                                          "kinetic_energy_uJ",
-                                          "gravity_energy_uJ",
-                                          "stretch_energy_uJ",
-                                          "shear_energy_uJ",
-                                          "bending_energy_uJ",
-                                          "twist_energy_uJ",
-                                          "contact_energy_uJ",
-                                          "largest_residual_per_particle_weight",
-                                          "particles_touching"};
+  const std::vector<std::string> names = history_columns();
   std::vector<std::vector<double>> columns(names.size());
   for (const HistoryRow& row : history) {
     const double values[] = {row.time_s,

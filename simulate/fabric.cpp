@@ -8,6 +8,7 @@
 #include "core/files.hpp"
 #include "core/toml_file.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric_kes.hpp"
 
 namespace drape {
 namespace {
@@ -138,18 +139,32 @@ double read_density(const TomlTable& root) {
   return density * units::g_per_m2;
 }
 
-void read_pair(const TomlTable& root, const std::string& key, const TestKind& kind,
-               KawabataCurve (&curves)[2]) {
-  const TomlTable table = root.table(key);
-  curves[0] = read_curve(table.file_path("warp"), kind);
-  curves[1] = read_curve(table.file_path("weft"), kind);
+/// A curve per direction from `warp` and `weft` (CSV files) or `warp_kes` and `weft_kes` (numbers).
+template <class FromNumbers>
+void read_pair(const TomlTable& table, const TestKind& kind, KawabataCurve (&curves)[2],
+               const FromNumbers& from_numbers) {
+  static const char* const kDirections[2] = {"warp", "weft"};
+  for (int d = 0; d < 2; ++d) {
+    const std::string numbers = fmt::format("{}_kes", kDirections[d]);
+    const bool both = table.has(numbers) && table.has(kDirections[d]);
+    if (both) {
+      table.reject(numbers, fmt::format("`{}` gives the same curve as a file", kDirections[d]),
+                   "keep one of the two");
+    }
+    curves[d] = table.has(numbers) ? from_numbers(table.table(numbers))
+                                   : read_curve(table.file_path(kDirections[d]), kind);
+  }
 }
 
 }  // namespace
 
 std::vector<std::filesystem::path> Fabric::files() const {
-  return {file,          tensile[0].file, tensile[1].file, shear[0].file,
-          shear[1].file, bending[0].file, bending[1].file};
+  std::vector<std::filesystem::path> all = {file};
+  for (const auto* curve :
+       {&tensile[0], &tensile[1], &shear[0], &shear[1], &bending[0], &bending[1]}) {
+    if (curve->file != file) all.push_back(curve->file);  // else made from the file's numbers
+  }
+  return all;
 }
 
 Fabric read_fabric(const std::filesystem::path& file) {
@@ -162,10 +177,14 @@ Fabric read_fabric(const std::filesystem::path& file) {
   const TomlTable bending = root.table("bending");
   const std::string bias = "bias_stiffness_gf_cm2_per_cm";
   if (bending.has(bias)) fabric.bias_bending_n_m = bending.positive(bias) * units::gf_cm2_per_cm;
-  fabric.bending[0] = read_curve(bending.file_path("warp"), bending_kind());
-  fabric.bending[1] = read_curve(bending.file_path("weft"), bending_kind());
-  read_pair(root, "tensile", tensile_kind(), fabric.tensile);
-  read_pair(root, "shear", shear_kind(), fabric.shear);
+  read_pair(bending, bending_kind(), fabric.bending, bending_from_kes);
+  if (root.has("tensile")) {
+    read_pair(root.table("tensile"), tensile_kind(), fabric.tensile, tensile_from_kes);
+  } else {
+    fabric.tensile[0] = fabric.tensile[1] = usual_tensile(file);
+    fabric.stand_ins.emplace_back("tensile curves: EMT 3 %, LT 0.7, RT 60 %");
+  }
+  read_pair(root.table("shear"), shear_kind(), fabric.shear, shear_from_kes);
   root.finish();
   return fabric;
 }

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric_plot.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
@@ -142,6 +143,93 @@ TEST(Merging, LoopsBecomeTheMeanOfTheirBranches) {
   const sim::SampledCurve merged = sim::merged_loop(loop);
   for (const double x : {0.0, 0.5, 1.0, 2.0}) EXPECT_NEAR(merged.at(x), x, 1e-12);
   EXPECT_NEAR(sim::half_hysteresis(loop), 0.2, 1e-12);
+}
+
+/// A fabric of KES numbers alone; tests spoil single lines.
+class KesNumbers : public ::testing::Test {
+ protected:
+  Fabric read(const std::string& tensile, const std::string& shear, const std::string& bending) {
+    const fs::path file = folder_.path() / "kes.toml";
+    write_durable(file,
+                  "schema = \"drapebench/fabric/1\"\nname = \"kes\"\n"
+                  "areal_density_g_per_m2 = 150\n" +
+                      tensile + "[shear]\nwarp_kes = { " + shear + " }\nweft_kes = { " + shear +
+                      " }\n" + "[bending]\nwarp_kes = { " + bending + " }\nweft_kes = { " +
+                      bending + " }\n");
+    return read_fabric(file);
+  }
+  std::string advice(const std::string& tensile, const std::string& shear,
+                     const std::string& bending) {
+    try {
+      (void)read(tensile, shear, bending);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  const std::string tensile_ =
+      "[tensile]\nwarp_kes = { emt_percent = 4, lt = 0.7, wt_gf_cm_per_cm2 = 7.0, rt_percent = 55 "
+      "}\nweft_kes = { emt_percent = 8, lt = 0.6 }\n";
+  const std::string shear_ = "g_gf_per_cm_deg = 0.6, hg2_gf_per_cm = 0.5, hg5_gf_per_cm = 1.4";
+  const std::string bending_ = "b_gf_cm2_per_cm = 0.088, hb2_gf_cm_per_cm = 0.04";
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
+  const Fabric fabric = read(tensile_, shear_, bending_);
+  EXPECT_EQ(fabric.files().size(), 1U);
+  const KawabataCurve& warp = fabric.tensile[0];
+  EXPECT_NEAR(warp.x.back(), 0.04, 1e-15);
+  EXPECT_NEAR(warp.loading.back(), 500 * units::gf_per_cm, 1e-9);
+  double loading = 0, unloading = 0;
+  for (std::size_t i = 1; i < warp.x.size(); ++i) {
+    const double step = 0.5 * (warp.x[i] - warp.x[i - 1]);
+    loading += step * (warp.loading[i] + warp.loading[i - 1]);
+    unloading += step * (warp.unloading[i] + warp.unloading[i - 1]);
+  }
+  EXPECT_NEAR(loading, 7.0 * units::gf_per_cm, 2e-3 * loading);  // WT; trapezoids of 50 points
+  EXPECT_NEAR(unloading / loading, 0.55, 3e-3);                  // RT
+  SimulateReport report;
+  const sim::ClothLaws laws = make_laws(fabric, 1, report);
+  EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-9);
+  EXPECT_NEAR(laws.bending[0].slope, 0.088 * units::gf_cm2_per_cm, 1e-15);
+  EXPECT_NEAR(sim::half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
+}
+
+TEST_F(KesNumbers, BAndGAloneAreEnoughAndTheRestIsMarked) {
+  const Fabric fabric = read("", "g_gf_per_cm_deg = 0.6", "b_gf_cm2_per_cm = 0.088");
+  EXPECT_THAT(fabric.stand_ins, testing::Contains(testing::HasSubstr("tensile curves")));
+  SimulateReport report;
+  EXPECT_GT(make_laws(fabric, 5, report).tensile[0].slope, 1000);
+}
+
+TEST_F(KesNumbers, WrongUnitsAreNamed) {
+  using testing::HasSubstr;
+  EXPECT_THAT(advice(tensile_, shear_, "b_gf_cm2_per_cm = 86.3"),
+              testing::AllOf(HasSubstr("981 times too large"), HasSubstr("dyn cm2/cm")));
+  EXPECT_THAT(advice(tensile_, shear_, "b_gf_cm2_per_cm = 8.6e-6"), HasSubstr("in N m?"));
+  EXPECT_THAT(advice(tensile_, "g_gf_per_cm_deg = 33.7", bending_), HasSubstr("N/(m rad)"));
+  EXPECT_THAT(advice("[tensile]\nwarp_kes = { emt_percent = 0.04, lt = 0.7 }\n"
+                     "weft_kes = { emt_percent = 4, lt = 0.7 }\n",
+                     shear_, bending_),
+              HasSubstr("a fraction instead of percent"));
+  EXPECT_THAT(advice("[tensile]\nwarp_kes = { emt_percent = 4, lt = 0.7, wt_gf_cm_per_cm2 = 9 }\n"
+                     "weft_kes = { emt_percent = 4, lt = 0.7 }\n",
+                     shear_, bending_),
+              HasSubstr("LT and EMT give 7"));
+  EXPECT_THAT(
+      advice("[tensile]\nwarp_kes = { lt = 0.7 }\nweft_kes = { lt = 0.7 }\n", shear_, bending_),
+      HasSubstr("two of EMT, LT, WT"));
+}
+
+TEST_F(KesNumbers, ThePlotShowsEveryCurveWithItsApproximation) {
+  const std::string svg = curves_svg(read(tensile_, shear_, bending_), 5);
+  for (const char* what :
+       {"tensile warp", "tensile weft", "shear warp", "shear weft", "bending warp", "bending weft",
+        "strain (%)", "angle (degrees)", "curvature (1/cm)", "5 segments"}) {
+    EXPECT_THAT(svg, testing::HasSubstr(what));
+  }
+  EXPECT_THAT(svg, testing::Not(testing::HasSubstr("nan")));
 }
 
 }  // namespace

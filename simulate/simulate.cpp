@@ -10,6 +10,7 @@
 #include "core/files.hpp"
 #include "core/units.hpp"
 #include "simulate/motion.hpp"
+#include "simulate/self_distance.hpp"
 #include "simulate/start.hpp"
 #include "simulate/static_run.hpp"
 
@@ -29,6 +30,7 @@ constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to th
 constexpr double kTimeResolution = 1e-12;   // s
 constexpr double kPinPlaced = 1e-9;         // m
 constexpr int kProgressSteps = 512;
+constexpr double kCuts = 0.1e-3;  // m; deeper between particles, a warning says so
 constexpr double kSunk = 0.1e-3;  // m; a particle deeper than this in an object is no result
 
 Vector3d at(const sim::Field& x, int i) {
@@ -268,6 +270,26 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
   }
 }
 
+/// What the sheet does that cloth cannot: it is said, whatever the status.
+void warn_of_overlaps(const sim::GridSpec& grid, const sim::Field& position,
+                      SimulateReport& report) {
+  if (report.status == RestStatus::diverged) return;
+  const sim::SelfDistance self = sim::self_distance(grid, position);
+  report.least_self_distance_m = self.least_m;
+  report.self_crossings = self.crossings;
+  if (self.crossings > 0) {
+    report.warnings.push_back(
+        fmt::format("the sheet passes through itself in {} pairs of triangles: cloth does not hold "
+                    "cloth here",
+                    self.crossings));
+  }
+  if (report.deepest_between_m > kCuts) {
+    report.warnings.push_back(
+        fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
+                    report.deepest_between_m / mm));
+  }
+}
+
 /// Damping time of the springs for a ratio at the highest stretch frequency omega:
 /// force = tau * stiffness * rate damps it by tau omega / 2.
 double spring_damping_s(const sim::ClothLaws& laws, const sim::GridSpec& grid, double ratio) {
@@ -363,6 +385,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
     const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
     const sim::Field position = sim::run_static(the_case, grid, options, result);
     measure_gaps(grid, surroundings, position, report);
+    warn_of_overlaps(grid, position, report);
     result.sheet = sheet_of(grid, position);
     result.sheet.source = source_of(scene, fabric, options, report);
     return result;
@@ -385,6 +408,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
         "stiffer than its tensile curve",
         report.clamped_springs));
   }
+  warn_of_overlaps(grid, run.position(), report);
   result.sheet = sheet_of(grid, run.position());
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;

@@ -83,6 +83,8 @@ struct SimulateReport {
   std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
   double least_gap_table_m = 0;
   double deepest_between_m = 0;  ///< of the sheet between particles inside an object, 0 for none
+  std::optional<double> least_self_distance_m;  ///< absent: no nearer than a grid spacing
+  int self_crossings = 0;                       ///< pairs of triangles, see sim::self_distance
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
@@ -111,6 +113,9 @@ struct SimulateResult {
 
 /// Laws for the particle grid from the measured curves.
 [[nodiscard]] sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
+
+/// The heads of history.csv.
+[[nodiscard]] std::vector<std::string> history_columns();
 
 /// Columns with units: time, energies, residual, contacts.
 [[nodiscard]] std::string history_csv(const std::vector<HistoryRow>& history);

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/certify_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drape::certify_detail {
+namespace {
+
+Real length_of(Real a, Real b, Real c = 0) {
+  return std::sqrt(a * a + b * b + c * c);
+}
+
+/// Coordinates of p in an object's frame.
+Point in_frame(const WorldFromObject& frame, const Point& p) {
+  Point q{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      q[i] += Real(frame.rotation(j, i)) * (p[j] - Real(frame.translation_m[j]));
+  }
+  return q;
+}
+
+/// Distance from a body shrunk by `radius` along each direction, then grown by it again.
+Real rounded(Real a, Real b, Real c, Real radius) {
+  const Real outside = length_of(std::max<Real>(a, 0), std::max<Real>(b, 0), std::max<Real>(c, 0));
+  return outside + std::min<Real>(0, std::max({a, b, c})) - radius;
+}
+
+struct Gap {
+  const Objects& objects;
+  std::size_t k;
+  const Point& p;
+
+  Real operator()(const Sphere& s) const {
+    return length_of(p[0] - Real(s.centre_in_world[0]), p[1] - Real(s.centre_in_world[1]),
+                     p[2] - Real(s.centre_in_world[2])) -
+           Real(s.radius_m);
+  }
+  Real operator()(const Box& box) const {
+    const Point q = in_frame(box.world_from_box, p);
+    Point over{};
+    for (int i = 0; i < 3; ++i)
+      over[i] = std::abs(q[i]) - Real(box.size_m[i]) / 2 + Real(box.edge_radius_m);
+    return rounded(over[0], over[1], over[2], box.edge_radius_m);
+  }
+  Real operator()(const Cylinder& body) const {
+    const Point q = in_frame(body.world_from_cylinder, p);
+    const Real across = length_of(q[0], q[1]) - Real(body.radius_m) + Real(body.edge_radius_m);
+    const Real along = std::abs(q[2]) - Real(body.height_m) / 2 + Real(body.edge_radius_m);
+    return rounded(across, along, std::min(across, along), body.edge_radius_m);
+  }
+  Real operator()(const Plane& plane) const {
+    Real sum = 0;
+    for (int i = 0; i < 3; ++i)
+      sum += Real(plane.normal_in_world[i]) * (p[i] - Real(plane.point_in_world[i]));
+    return sum;
+  }
+  Real operator()(const MeshObject&) const {
+    return objects.meshes[k]->gap_m(
+        0, {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  }
+};
+
+Point mix(const std::vector<Point>& points, Support support) {
+  Point sum{};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < 4; ++k) sum[axis] += support.weight[k] * points[support.particle[k]][axis];
+  }
+  return sum;
+}
+
+Support cell_place(int corner, int cols, Real u, Real v) {
+  return {{corner, corner + 1, corner + cols, corner + cols + 1},
+          {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v},
+          {},
+          false};
+}
+
+Support line_place(int a, int b, Real t) {
+  Support place;
+  place.particle = {a, b, a, b};
+  place.weight[0] = 1 - t;
+  place.weight[1] = t;
+  return place;
+}
+
+/// Collects the places where the sheet may touch.
+class Finder {
+ public:
+  Finder(const Objects& objects, const std::vector<Point>& points, Real touch_m)
+      : objects_(objects), points_(points), touch_m_(touch_m) {}
+
+  Real gap(std::size_t k, const Support& place) const {
+    return gap_of(objects_, k, mix(points_, place));
+  }
+  void add(std::size_t k, Support place) {
+    place.normal = normal_of(objects_, k, mix(points_, place));
+    found_.push_back(place);
+  }
+  void try_place(std::size_t k, const Support& place) {
+    if (gap(k, place) <= touch_m_) add(k, place);
+  }
+  /// The nearest place by samples and golden sections, and its neighbours, so that a contact whose
+  /// place along the line is known to a hundredth can be made up of two.
+  void try_line(std::size_t k, int a, int b) {
+    const auto at = [a, b](Real t) { return line_place(a, b, t); };
+    constexpr int kSamples = 16;
+    int best = 1;
+    Real least = 1e9L;
+    for (int s = 1; s < kSamples; ++s) {
+      const Real here = gap(k, at(Real(s) / kSamples));
+      if (here < least) {
+        least = here;
+        best = s;
+      }
+    }
+    if (least > 1e-3L) return;
+    Real low = Real(best - 1) / kSamples;
+    Real high = Real(best + 1) / kSamples;
+    constexpr Real kGolden = 0.618033988749894848L;
+    for (int step = 0; step < 24; ++step) {
+      const Real one = high - kGolden * (high - low);
+      const Real two = low + kGolden * (high - low);
+      if (gap(k, at(one)) < gap(k, at(two))) {
+        high = two;
+      } else {
+        low = one;
+      }
+    }
+    const Real t = (low + high) / 2;
+    if (gap(k, at(t)) > touch_m_) return;
+    for (const Real shift : {-0.01L, 0.0L, 0.01L}) add(k, at(std::clamp<Real>(t + shift, 0, 1)));
+  }
+  [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
+
+ private:
+  const Objects& objects_;
+  const std::vector<Point>& points_;
+  Real touch_m_;
+  std::vector<Support> found_;
+};
+
+}  // namespace
+
+Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
+  for (const Obstacle& obstacle : objects_of.obstacles) {
+    meshes.emplace_back();
+    if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
+      meshes.back() = std::make_shared<sim::Surroundings>();
+      meshes.back()->add(*mesh);
+    }
+  }
+}
+
+Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
+  if (k == objects.scene->obstacles.size()) return p[2] - Real(objects.scene->table_z_m);
+  return std::visit(Gap{objects, k, p}, objects.scene->obstacles[k]);
+}
+
+Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
+  // Mesh distances are doubles: their differences need a longer way.
+  const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
+  const Real way = mesh ? 1e-6L : 1e-9L;
+  Point normal{};
+  for (int axis = 0; axis < 3; ++axis) {
+    Point before = p, after = p;
+    before[axis] -= way;
+    after[axis] += way;
+    normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
+  }
+  const Real size = length_of(normal[0], normal[1], normal[2]);
+  for (Real& n : normal) n /= size;
+  return normal;
+}
+
+Distances distances_of(const Objects& objects, const std::vector<Point>& points, int rows,
+                       int cols) {
+  constexpr int kPlaces = 8;
+  Distances found;
+  const std::size_t count = objects.scene->obstacles.size();
+  for (std::size_t k = 0; k <= count; ++k) {
+    for (const Point& p : points) {
+      const Real gap = gap_of(objects, k, p);
+      found.deepest_particle = std::max(found.deepest_particle, -gap);
+      if (k < count) found.least_to_object = std::min(found.least_to_object.value_or(gap), gap);
+    }
+    for (int r = 0; r + 1 < rows; ++r) {
+      for (int c = 0; c + 1 < cols; ++c) {
+        for (int u = 0; u <= kPlaces; ++u) {
+          for (int v = 0; v <= kPlaces; ++v) {
+            const Support place =
+                cell_place(r * cols + c, cols, Real(u) / kPlaces, Real(v) / kPlaces);
+            found.deepest_between =
+                std::max(found.deepest_between, -gap_of(objects, k, mix(points, place)));
+          }
+        }
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<Support> supports_of(const Objects& objects, const std::vector<Point>& points, int rows,
+                                 int cols, Real touch_m) {
+  Finder finder(objects, points, touch_m);
+  // Particles come first: they bear most, and the search for forces starts with them.
+  for (std::size_t k = 0; k <= objects.scene->obstacles.size(); ++k) {
+    for (int i = 0; i < rows * cols; ++i)
+      finder.try_place(k, {{i, i, i, i}, {1, 0, 0, 0}, {}, false});
+  }
+  for (std::size_t k = 0; k <= objects.scene->obstacles.size(); ++k) {
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < cols; ++c) {
+        const int i = r * cols + c;
+        if (r + 1 < rows) finder.try_line(k, i, i + cols);
+        if (c + 1 < cols) finder.try_line(k, i, i + 1);
+        if (r + 1 == rows || c + 1 == cols) continue;
+        for (int u = 1; u <= 3; ++u) {
+          for (int v = 1; v <= 3; ++v)
+            finder.try_place(k, cell_place(i, cols, Real(u) / 4, Real(v) / 4));
+        }
+      }
+    }
+  }
+  return finder.take();
+}
+
+}  // namespace drape::certify_detail
