@@ -98,7 +98,10 @@ TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
 /// for the host to look at.
 TEST(V4l2Capture, Bench1ThroughTheDriver) {
   const char* share = std::getenv("DRAPE_GUEST_SHARE");
-  if (share == nullptr) GTEST_SKIP() << "DRAPE_GUEST_SHARE is not set: this runs in the guest";
+  if (share == nullptr)
+    GTEST_SKIP()
+        << "DRAPE_GUEST_SHARE is missing: LiveIsReplay.ThroughTheKernelsV4l2Driver sets it and "
+           "runs this in its guest";
   for (int c = 0; c < 3; ++c) {
     const cv::Mat image = cv::imread(
         (test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", c)).string(),

@@ -181,9 +181,9 @@ TEST(SyntheticFolds, EveryMarkThatTwoViewsSeeIsMeasuredAndNoneWrongly) {
   }
   all.print("all");
   EXPECT_EQ(all.wrong_marks, 0);
-  // The aims are 1e-3 and 0.95. On folds of 60 degrees the marks beyond a steep side have no tag
-  // and no labelled neighbour that leads to them in any view; the slice of four scenes
-  // reaches 8.6e-4 and 0.931, and one wrong label more must not fail it.
+  // The aims are 1e-3 and 0.95; recall misses its aim on folds of 60 degrees, for a reason that is
+  // not known yet. These two limits only guard what the slice of four scenes reached when they were
+  // set (8.6e-4 and 0.931): they do not show the aims.
   EXPECT_LE(all.wrong_share(), 3e-3);
   EXPECT_GE(all.recall(), 0.90);
 }

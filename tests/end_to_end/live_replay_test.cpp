@@ -44,7 +44,8 @@ class LiveIsReplay : public testing::Test {
  protected:
   void SetUp() override {
     for (const char* name : {"drape-detect", "drape-triangulate"})
-      if (!fs::exists(test::program(name))) GTEST_SKIP() << name << " is not part of this build";
+      if (!fs::exists(test::program(name)))
+        GTEST_SKIP() << name << " is missing: build with stages detect and triangulate too";
   }
   [[nodiscard]] fs::path at(const std::string& name) const { return temporary_.path() / name; }
   [[nodiscard]] std::string quoted(const std::string& name) const {
