@@ -34,9 +34,10 @@ constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
                                            {11, 5, 31, 5},
                                            {21, 5, 31, 5}}};
 
+/// A branch is in no pair: the paper compares grids and segments, not equilibria.
 bool is(const Simulation& simulation, int grid, int segments) {
-  return simulation.sheet.sheet.rows == grid && simulation.sheet.sheet.cols == grid &&
-         simulation.segments() == segments;
+  return !simulation.branch && simulation.sheet.sheet.rows == grid &&
+         simulation.sheet.sheet.cols == grid && simulation.segments() == segments;
 }
 
 /// Simulations may differ in grid and segments only; model, solver and fabric must be the same.
@@ -66,7 +67,7 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
 
 /// One scene per group, and no two simulations that the tables could not tell apart.
 void check_group(const std::vector<Simulation>& simulations) {
-  using Key = std::tuple<int, int, int, std::string, std::string, std::string>;
+  using Key = std::tuple<int, int, int, std::string, std::string, std::string, std::string, int>;
   std::map<Key, const Simulation*> seen;
   for (const Simulation& simulation : simulations) {
     const SimulatedSource& source = simulation.source();
@@ -77,7 +78,9 @@ void check_group(const std::vector<Simulation>& simulations) {
                       "put the measured sheet of each drape before its simulations");
     }
     const Key key(simulation.sheet.sheet.rows, simulation.sheet.sheet.cols, source.segments,
-                  source.model, source.solver, source.fabric_sha256);
+                  source.model, source.solver, source.fabric_sha256,
+                  simulation.branch ? simulation.branch->set_sha256 : std::string(),
+                  simulation.branch ? simulation.branch->number : 0);
     const auto [first, fresh] = seen.emplace(key, &simulation);
     if (fresh) continue;
     throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",
@@ -158,6 +161,62 @@ std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
     rows.back().surface = i;
   }
   return rows;
+}
+
+/// Equilibria by the list they stand in; each list in the order of the energies.
+std::vector<BranchSet> compare_branches(const DrapeInput& input,
+                                        const std::vector<Surface>& surfaces) {
+  std::map<std::string, std::map<int, std::size_t>> lists;
+  for (std::size_t i = 0; i < input.simulations.size(); ++i) {
+    if (const auto& branch = input.simulations[i].branch)
+      lists[branch->set_sha256][branch->number] = i;
+  }
+  const auto axis = input.scene ? axis_of(*input.scene) : std::nullopt;
+  std::vector<BranchSet> sets;
+  for (const auto& [sha256, numbers] : lists) {
+    BranchSet set{sha256, {}, {}, 0, {}};
+    for (const auto& [number, i] : numbers) {
+      set.label = input.simulations[i].run_label();
+      BranchComparison one{compare_real(input, surfaces, i), {}};
+      if (input.simulations[i].branch->round && axis)
+        one.turned = best_turn(input.measured.sheet, surfaces[i], *axis);
+      set.branches.push_back(std::move(one));
+    }
+    std::vector<std::size_t> order(set.branches.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return set.branches[a].match_m() < set.branches[b].match_m();
+    });
+    set.nearest = order[0];
+    if (order.size() > 1) set.runner_up = order[1];
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+/// Where nothing else was simulated, the branch that the real shape took speaks for its set.
+void stand_in_for_runs(const DrapeInput& input, Report& report) {
+  for (const Simulation& simulation : input.simulations)
+    if (!simulation.branch && !simulation.other_simulator) return;
+  for (const BranchSet& set : report.branch_sets)
+    report.real_virtual.push_back(set.branches[set.nearest].as_placed);
+}
+
+void warn_of_branches(const DrapeInput& input, Report& report) {
+  for (const BranchSet& set : report.branch_sets) {
+    const Branch& first = *input.simulations[set.branches[0].as_placed.simulation].branch;
+    if (first.round && !set.branches[0].turned) {
+      report.warnings.push_back(fmt::format(
+          "branches of {}: the scene is round, but its file was not found, so that a branch turned "
+          "about the vertical counts as another shape",
+          set.label));
+    }
+    if (set.branches.size() < static_cast<std::size_t>(first.of)) {
+      report.warnings.push_back(
+          fmt::format("branches of {}: {} of the {} that were found are given", set.label,
+                      set.branches.size(), first.of));
+    }
+  }
 }
 
 /// Material coordinates at which simulations are compared with each other.
@@ -299,10 +358,22 @@ std::string Simulation::grid() const {
   return fmt::format("{}x{}", sheet.sheet.rows, sheet.sheet.cols);
 }
 
-std::string Simulation::label() const {
+std::string Simulation::grid_text() const {
+  return branch ? fmt::format("{}, branch {}", grid(), branch->number) : grid();
+}
+
+std::string Simulation::run_label() const {
   if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
   const int count = source().segments;
   return fmt::format("{}, {} segment{}", grid(), count, count == 1 ? "" : "s");
+}
+
+std::string Simulation::label() const {
+  return branch ? fmt::format("{}, branch {}", run_label(), branch->number) : run_label();
+}
+
+double BranchComparison::match_m() const {
+  return turned ? turned->mean_m : as_placed.statistics.mean_m;
 }
 
 std::optional<int> Simulation::segments() const {
@@ -362,8 +433,12 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
                     : input.simulations.front().source().scene;
   report.measurement = measurement_of(input.measured.sheet);
   const std::vector<Surface> surfaces = surfaces_of(input.simulations);
-  for (const std::size_t i : paper_order(input))
-    report.real_virtual.push_back(compare_real(input, surfaces, i));
+  for (const std::size_t i : paper_order(input)) {
+    if (!input.simulations[i].branch)
+      report.real_virtual.push_back(compare_real(input, surfaces, i));
+  }
+  report.branch_sets = compare_branches(input, surfaces);
+  stand_in_for_runs(input, report);
   report.best = best_of(input, report);
   report.real_surface = compare_surfaces(input);
   const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
@@ -372,6 +447,7 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   judge_measurement(options, report);
   judge_simulations(input, options, report);
   warn_of_other_starts(input, report);
+  warn_of_branches(input, report);
   if (input.simulations.empty())
     report.no_go.emplace_back(input.surfaces.empty()
                                   ? "no simulation was given"

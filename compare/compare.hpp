@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "compare/alignment.hpp"
+#include "compare/branches.hpp"
 #include "compare/dense.hpp"
 #include "compare/drapemeter.hpp"
 #include "compare/metrics.hpp"
@@ -46,10 +47,13 @@ struct Simulation {
   std::optional<History> history;
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
+  std::optional<Branch> branch = {};                ///< one equilibrium of several
 
   [[nodiscard]] const SimulatedSource& source() const;
-  [[nodiscard]] std::string grid() const;   ///< "21x21"
-  [[nodiscard]] std::string label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
+  [[nodiscard]] std::string grid() const;       ///< "21x21"
+  [[nodiscard]] std::string grid_text() const;  ///< "21x21", or "21x21, branch 3"
+  [[nodiscard]] std::string run_label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
+  [[nodiscard]] std::string label() const;      ///< the same, and "..., branch 3"
   /// Line segments per Kawabata curve; another simulator has none.
   [[nodiscard]] std::optional<int> segments() const;
   [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
@@ -105,6 +109,24 @@ struct VirtualVirtual {
   SurfaceDistance surface;  ///< of the two sheets as surfaces, both ways
 };
 
+/// One equilibrium of a drape against the real cloth.
+struct BranchComparison {
+  RealVirtual as_placed;                 ///< where the branch lies
+  std::optional<TurnedDistance> turned;  ///< on a round object only
+
+  /// The mean distance that says how much the real shape is like this branch.
+  [[nodiscard]] double match_m() const;
+};
+
+/// The equilibria of one list, and the one to which the real shape is assigned.
+struct BranchSet {
+  std::string sha256;                      ///< of branches.json
+  std::string label;                       ///< "21x21, 1 segment"
+  std::vector<BranchComparison> branches;  ///< least energy first
+  std::size_t nearest = 0;                 ///< smallest match_m(): the real shape's branch
+  std::optional<std::size_t> runner_up;    ///< the next nearest
+};
+
 /// What can be said of a surface without marks. It is at most the distance of corresponding points
 /// and never stands in a table with it.
 struct RealSurface {
@@ -130,8 +152,11 @@ struct Measurement {
 struct Report {
   std::string name;  ///< scene of the simulations, else the set of the measured sheet
   Measurement measurement;
-  std::vector<RealVirtual> real_virtual;        ///< 5 before 1 segments, fine before coarse grids
-  std::vector<RealSurface> real_surface;        ///< as DrapeInput::surfaces
+  std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
+  std::vector<RealSurface> real_surface;  ///< as DrapeInput::surfaces
+  /// Equilibria of one drape. They are in no other table; where there is no other simulation, the
+  /// nearest of each set stands in real_virtual too.
+  std::vector<BranchSet> branch_sets;
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
   bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
   std::optional<std::size_t> best;       ///< index into real_virtual of the smallest mean

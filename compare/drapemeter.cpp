@@ -97,6 +97,8 @@ bool hem_is_complete(const Sheet& sheet) {
   return true;
 }
 
+}  // namespace
+
 std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle) {
   if (const auto* sphere = std::get_if<Sphere>(&obstacle)) return sphere->centre_in_world.head<2>();
   if (const auto* box = std::get_if<Box>(&obstacle))
@@ -105,8 +107,6 @@ std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle) {
     return cylinder->world_from_cylinder.translation_m.head<2>();
   return std::nullopt;
 }
-
-}  // namespace
 
 std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
                                                   const Eigen::Vector2d& centre_m, int rays) {

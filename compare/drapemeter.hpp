@@ -57,6 +57,9 @@ struct DrapemeterResult {
 [[nodiscard]] DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
                                           const DrapemeterOptions& options);
 
+/// Middle of a sphere, box or cylinder seen from above; a plane or a mesh has none.
+[[nodiscard]] std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle);
+
 /// Area of an obstacle's flat top: a box that stands upright; a sphere has none.
 [[nodiscard]] std::optional<double> support_area_m2(const Obstacle& obstacle);
 

@@ -73,6 +73,13 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["sigma_median_mm"] = in_mm(report.measurement.sigma_median_m);
     drape["sigma_max_mm"] = in_mm(report.measurement.sigma_max_m);
     drape["real_vs_virtual"] = json_of(real_virtual_table(input, report));
+    drape["branches"] = Json::array();
+    for (const BranchSet& set : report.branch_sets) {
+      drape["branches"].push_back({{"label", set.label},
+                                   {"branches_sha256", set.sha256},
+                                   {"sentence", branch_sentence(input, set)},
+                                   {"table", json_of(branch_table(input, report, set))}});
+    }
     drape["real_vs_surface"] = json_of(surface_table(input, report));
     drape["virtual_vs_virtual"] = json_of(virtual_virtual_table(report));
     json["drapes"].push_back(std::move(drape));
@@ -100,6 +107,8 @@ int print_ending(const Session& session, const Outcome& outcome, const CommonOpt
       const DrapeInput& input = session.drapes[i].input;
       if (!outcome.reports[i].real_virtual.empty())
         fmt::print("{}\n", text_of(real_virtual_table(input, outcome.reports[i])));
+      for (const BranchSet& set : outcome.reports[i].branch_sets)
+        fmt::print("{}\n", text_of(branch_table(input, outcome.reports[i], set)));
       if (!outcome.reports[i].real_surface.empty())
         fmt::print("{}\n", text_of(surface_table(input, outcome.reports[i])));
       if (!outcome.reports[i].virtual_virtual.empty())

@@ -28,6 +28,9 @@ struct DrapeFigures {
 /// Table and remark of the meshes without marks; empty when there are none.
 [[nodiscard]] std::string html_surfaces(const DrapeInput& input, const Report& report);
 
+/// Tables of equilibria, and the one that the real shape took; empty when there are none.
+[[nodiscard]] std::string html_branches(const DrapeInput& input, const Report& report);
+
 /// The whole section of one drape.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
                                      const Session& session, const DrapeFigures& figures);

@@ -192,6 +192,7 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
   Table real = real_virtual_table(drape.input, report);
   real.marked_row = report.best;
   std::string text = "<h3>Distances</h3>\n" + html_table(real);
+  text += html_branches(drape.input, report);
   text += html_surfaces(drape.input, report);
   if (!report.virtual_virtual.empty()) {
     text += html_table(virtual_virtual_table(report));
@@ -220,6 +221,23 @@ std::string html_surfaces(const DrapeInput& input, const Report& report) {
          "distance to a surface is at most the distance of the same material point: cloth that "
          "slid along itself has none. The way from the mesh contains the hem and the gaps, where "
          "nothing was measured.</p>\n";
+}
+
+std::string html_branches(const DrapeInput& input, const Report& report) {
+  std::string text;
+  for (const BranchSet& set : report.branch_sets) {
+    text +=
+        html_table(branch_table(input, report, set)) +
+        "<p>The real shape: " + xml(branch_sentence(input, set)) +
+        ".</p>\n<p class=\"soft\">A cloth can rest in several shapes. Energies are those of the "
+        "model, and only their differences mean anything.";
+    if (set.branches.front().turned)
+      text +=
+          " The object is round, so a shape turned about its axis is the same shape: what counts "
+          "is the mean distance after the turn that makes it smallest.";
+    text += "</p>\n";
+  }
+  return text;
 }
 
 std::string html_drape(const DrapeFiles& drape, const Report& report, const Session& session,

@@ -111,14 +111,16 @@ std::string html_provenance(const Session& session, const Outcome& outcome,
   std::sort(read.begin(), read.end());
   read.erase(std::unique(read.begin(), read.end()), read.end());
   for (const auto& [file, sha256] : read) files.add({from_folder(file, report_folder), sha256});
-  std::vector<std::string> programs;
-  std::string commands;
+  std::vector<std::string> programs, lines;
+  const auto add_once = [](std::vector<std::string>& list, const std::string& text) {
+    if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
+  };
   for (const MadeBy& step : steps_of(session, outcome)) {
-    const std::string program = step.program + " " + step.version;
-    if (std::find(programs.begin(), programs.end(), program) == programs.end())
-      programs.push_back(program);
-    commands += xml(command(step, report_folder)) + "\n";
+    add_once(programs, step.program + " " + step.version);
+    add_once(lines, xml(command(step, report_folder)) + "\n");  // several sheets may be of one run
   }
+  std::string commands;
+  for (const std::string& line : lines) commands += line;
   std::sort(programs.begin(), programs.end());
   std::string list;
   for (const std::string& program : programs) list += (list.empty() ? "" : ", ") + program;

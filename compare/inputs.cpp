@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "compare/other_mesh.hpp"
+#include "compare/provenance.hpp"
 #include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
@@ -74,9 +75,16 @@ void flatten(const Json& value, const std::string& path, Certificate& certificat
     certificate.penetration_accepted = value.get<bool>();
 }
 
+/// From the record beside the output; of a branch, whose run made several sheets, from the one
+/// above it that lists the sheet.
 std::optional<MadeBy> read_made_by(const fs::path& output) {
   const fs::path record = run_record_path(output);
-  if (!fs::is_regular_file(record)) return std::nullopt;
+  if (!fs::is_regular_file(record)) {
+    RecordBook book;
+    const StepRecord* step = book.maker_of(output);
+    if (step == nullptr) return std::nullopt;
+    return MadeBy{step->program, step->version, step->arguments, step->inputs};
+  }
   const JsonNode root = JsonNode::open(record, "run", kRunVersion);
   MadeBy made_by{root.text("program"), root.text("version"), {}, {}};
   for (const Json& argument : root.at("arguments").raw())
@@ -155,6 +163,10 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   if (const fs::path file = folder / "history.csv"; fs::is_regular_file(file)) {
     simulation.history = read_history(file);
     session.read.emplace_back(file, sha256_of_file(file));
+  }
+  if (const auto listed = branch_of(simulation.sheet.file)) {
+    simulation.branch = listed->branch;
+    session.read.emplace_back(listed->list, listed->branch.set_sha256);
   }
   return simulation;
 }

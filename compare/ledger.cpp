@@ -79,6 +79,10 @@ const std::vector<LedgerKind>& ledger_kinds() {
         "SELECT * FROM mark_error WHERE comparison_id = (SELECT id FROM comparison WHERE sha256 = "
         "?1) ORDER BY \"row\", \"col\""}},
       {"simulation_pair", "sha256", {"SELECT * FROM simulation_pair WHERE sha256 = ?1"}},
+      {"branch", "sheet_sha256", {"SELECT * FROM branch WHERE sheet_sha256 = ?1"}},
+      {"branch_turn",
+       "comparison_sha256",
+       {"SELECT * FROM branch_turn WHERE comparison_sha256 = ?1"}},
       {"surface_comparison", "sha256", {"SELECT * FROM surface_comparison WHERE sha256 = ?1"}},
   };
   return kinds;

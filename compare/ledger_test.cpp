@@ -132,7 +132,7 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
 }
 
 /// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
-/// without marks were kept.
+/// without marks were kept, version 3 before branches were.
 void make_version(int version, const fs::path& file) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   database.exec(read_text(drape::test::source_root() / "compare" / "test_data" /
@@ -209,10 +209,12 @@ std::string rows_of_version_2(const fs::path& file) {
   return text;
 }
 
-TEST(Migration, Version2KeepsEveryRowAndItsChain) {
+class KeptVersion : public testing::TestWithParam<int> {};
+
+TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
-  make_version(2, file);
+  make_version(GetParam(), file);
   const std::string before = rows_of_version_2(file);
   ASSERT_GT(before.size(), 10000U);
   const auto chain = [&] {
@@ -230,10 +232,10 @@ TEST(Migration, Version2KeepsEveryRowAndItsChain) {
   EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"), "1");
 }
 
-TEST(Migration, ASealedStoreOfVersion2IsVerifiedAsItIs) {
+TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";
-  make_version(2, file);
+  make_version(GetParam(), file);
   seal_store(file, {});
   EXPECT_THAT(verify_store(file).findings, IsEmpty());
   {
@@ -243,13 +245,15 @@ TEST(Migration, ASealedStoreOfVersion2IsVerifiedAsItIs) {
   EXPECT_FALSE(verify_store(file).findings.empty());
 }
 
+INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3));
+
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   const drape::test::TemporaryFolder folder;
   const fs::path new_file = folder.path() / "new.sqlite";
   Store(new_file).close();
   const char* schema =
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  for (const int version : {1, 2}) {
+  for (const int version : {1, 2, 3}) {
     const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
     make_version(version, old_file);
     const auto had = list_results(StoreReader(old_file), {}).rows.size();

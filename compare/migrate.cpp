@@ -4,6 +4,8 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "compare/ledger.hpp"
 #include "compare/store.hpp"
 #include "core/error.hpp"
@@ -67,10 +69,14 @@ void from_1(SQLite::Database& database) {
   for (const char* table : kTablesOf1) database.exec(fmt::format("DROP TABLE v1_{}", table));
 }
 
-/// Version 2 lacked surface_comparison; every table it had is as it was.
-void from_2(SQLite::Database& database) {
-  for (const std::string& statement : table_statements())
-    if (statement.starts_with("CREATE TABLE surface_comparison ")) database.exec(statement);
+/// Version 2 lacked surface_comparison, version 3 the tables of branches; every table they had is
+/// as it was.
+void add_absent_tables(SQLite::Database& database) {
+  for (const std::string& statement : table_statements()) {
+    const std::size_t begin = std::string_view("CREATE TABLE ").size();
+    const std::string name = statement.substr(begin, statement.find(' ', begin) - begin);
+    if (!database.tableExists(name)) database.exec(statement);
+  }
 }
 
 }  // namespace
@@ -87,10 +93,10 @@ void migrate(SQLite::Database& database, int from_version) {
   SQLite::Transaction transaction(database, SQLite::TransactionBehavior::EXCLUSIVE);
   // Another program may have been faster.
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
-  if (from_version != 1 && from_version != 2)
+  if (from_version < 1 || from_version >= kStoreVersion)
     throw internal_error(fmt::format("there is no way from store version {}", from_version));
   drop_views_and_indexes(database);
-  from_version == 1 ? from_1(database) : from_2(database);
+  from_version == 1 ? from_1(database) : add_absent_tables(database);
   run(database, surrounding_statements());
   LedgerWriter(database).append_missing();
   database.exec(fmt::format("PRAGMA user_version = {}", kStoreVersion));

@@ -58,6 +58,8 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
                     percent_text(best.statistics.mean_m, input.measured.sheet.patch_m),
                     input.simulations[best.simulation].label()));
   }
+  for (const BranchSet& set : report.branch_sets)
+    numbers.emplace_back("branches of " + set.label, branch_sentence(input, set));
   numbers.emplace_back("marks",
                        fmt::format("{} measured, {} gaps", measurement.marks, measurement.gaps));
   if (measurement.sigma_median_m) {

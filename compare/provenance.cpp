@@ -106,12 +106,17 @@ void follow(RecordBook& book, const fs::path& file, const std::string& sha256, i
 }  // namespace
 
 const StepRecord* RecordBook::maker_of(const fs::path& file) {
-  const fs::path folder = folder_of(file);
-  auto found = folders_.find(folder);
-  if (found == folders_.end()) found = folders_.emplace(folder, read_folder(folder)).first;
-  for (const StepRecord& record : found->second)
-    for (const auto& [output, sha256] : record.outputs)
-      if (output == file.lexically_normal()) return &record;
+  const fs::path beside = folder_of(file), wanted = file.lexically_normal();
+  // A sheet is two files, and some records name only the .ply of it.
+  fs::path twin = wanted;
+  if (wanted.filename() == "sheet.json") twin.replace_extension(".ply");
+  for (const fs::path& folder : {beside, (beside / "..").lexically_normal()}) {
+    auto found = folders_.find(folder);
+    if (found == folders_.end()) found = folders_.emplace(folder, read_folder(folder)).first;
+    for (const StepRecord& record : found->second)
+      for (const auto& [output, sha256] : record.outputs)
+        if (output == wanted || output == twin) return &record;
+  }
   return nullptr;
 }
 

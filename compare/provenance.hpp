@@ -22,7 +22,8 @@ struct StepRecord {
 /// Reads run records as they are asked for, and remembers them and the hashes of files.
 class RecordBook {
  public:
-  /// The record in the file's folder that lists it as an output. Damaged records count as absent.
+  /// The record in the file's folder, or in the one above it, that lists it as an output. Damaged
+  /// records count as absent.
   [[nodiscard]] const StepRecord* maker_of(const std::filesystem::path& file);
   /// SHA-256 of the file as it is now; nothing when it is not there.
   [[nodiscard]] std::optional<std::string> sha256(const std::filesystem::path& file);

@@ -77,7 +77,7 @@ std::vector<Column> columns_of(const StoreReader& store, const Published& row) {
       row.real ? store.query(
                      "SELECT DISTINCT rig || '_' || measured_set || '_' || substr(measured, 1, 6) "
                      "AS head, measured, model, solver FROM v_comparison WHERE scene = ?1 AND "
-                     "simulator = 'drapebench' ORDER BY head, model, solver",
+                     "simulator = 'drapebench' AND branch IS NULL ORDER BY head, model, solver",
                      {row.experiment})
                : store.query(
                      "SELECT DISTINCT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || "
@@ -107,7 +107,9 @@ Cell cell_of(const StoreReader& store, const Published& row, const Column& colum
       row.real ? store.query(
                      "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_comparison WHERE "
                      "scene = ?1 AND measured = ?2 AND model = ?3 AND solver = ?4 AND grid_size = "
-                     "?5 AND CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' ORDER BY id",
+                     "?5 AND CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND branch "
+                     "IS NULL "
+                     "ORDER BY id",
                      {row.experiment, column.measured, column.model, column.solver, row.grid,
                       row.segments})
                : store.query(

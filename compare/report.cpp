@@ -154,11 +154,15 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
     if (*figure) all.push_back(&**figure);
   for (const Figure* figure : all)
     write_beside(folder, figure->name + ".svg", figure->svg, written);
-  const auto csv = [&](const char* name, const Table& table) {
+  const auto csv = [&](const std::string& name, const Table& table) {
     write_beside(folder, report.name + name, csv_of(table), written);
   };
   csv("-real-vs-virtual.csv", real_virtual_table(input, report));
   if (!report.real_surface.empty()) csv("-real-vs-surface.csv", surface_table(input, report));
+  for (std::size_t i = 0; i < report.branch_sets.size(); ++i) {
+    csv(i == 0 ? "-branches.csv" : fmt::format("-branches-{}.csv", i + 1),
+        branch_table(input, report, report.branch_sets[i]));
+  }
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
   csv("-gaps.csv", gap_table(input, report));

@@ -89,7 +89,7 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
-      "simulator, status, recorded_on, measured FROM v_real_vs_virtual" +
+      "simulator, status, branch, recorded_on, measured FROM v_real_vs_virtual" +
           condition.sql,
       condition.parameters);
 }
@@ -151,7 +151,7 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   const Condition condition = condition_of(scene_filter);
   const Table groups =
       store.query("SELECT DISTINCT scene, measured, measured_set FROM v_real_vs_virtual" +
-                      condition.sql + " ORDER BY scene, measured",
+                      condition.sql + " AND branch IS NULL ORDER BY scene, measured",
                   condition.parameters);
   std::vector<Table> tables;
   for (const auto& group : groups.rows) {
@@ -162,7 +162,7 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
     tables.push_back(
         store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM "
                     "v_real_vs_virtual" +
-                        same.sql,
+                        same.sql + " AND branch IS NULL",
                     same.parameters));
     tables.back().title = "Real vs virtual " + title;
     tables.push_back(store.query(
@@ -170,6 +170,16 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
         "scene = ? AND measured = ?",
         {group[0], group[1]}));
     tables.back().title = "Virtual vs virtual " + title;
+  }
+  const Table branches = store.query(
+      "SELECT scene, grid_size, segments, branch, round(energy_uJ, 2) AS energy_uJ, "
+      "round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, round(mean_dist_mm, 3) AS "
+      "mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest, measured, comparison "
+      "FROM v_branches WHERE (?1 = '' OR scene = ?1) AND (?2 = '' OR fabric = ?2)",
+      {filter.scene, filter.fabric});
+  if (!branches.rows.empty()) {
+    tables.push_back(branches);
+    tables.back().title = "Branches (equilibria of one drape, by energy)";
   }
   const Table surfaces = store.query(
       "SELECT scene, simulator, round(to_surface_mean_mm, 3) AS to_surface_mean_mm, "

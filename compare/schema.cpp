@@ -200,6 +200,26 @@ constexpr const char* kTables[] = {
   mesh_to_real_max_mm REAL,
   UNIQUE (measured_sha256, mesh_sha256, metrics_version)
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE branch (  -- an equilibrium of a drape that has several
+  sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES simulation (sheet_sha256),
+  branches_sha256 TEXT NOT NULL,  -- of branches.json, which lists all that were found together
+  number INTEGER NOT NULL,  -- by energy; 1 has the least
+  found INTEGER NOT NULL,  -- how many there are in that list
+  energy_uJ REAL NOT NULL,
+  residual_per_particle_weight REAL NOT NULL,
+  stable INTEGER NOT NULL CHECK (stable IN (0, 1)),
+  starts INTEGER NOT NULL,
+  hem_nodes INTEGER NOT NULL,
+  scene_round INTEGER NOT NULL CHECK (scene_round IN (0, 1))
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE branch_turn (  -- on a round object a shape turned is the same shape
+  comparison_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES comparison (sha256),
+  axis_x_mm REAL NOT NULL,
+  axis_y_mm REAL NOT NULL,
+  turned_mean_mm REAL NOT NULL,
+  turn_deg REAL NOT NULL,
+  half_turn INTEGER NOT NULL CHECK (half_turn IN (0, 1))  -- the sheet in its own plane as well
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE ledger (
   sequence INTEGER PRIMARY KEY,
   kind TEXT NOT NULL,  -- table of the row
@@ -232,6 +252,8 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "mark_error",
                                        "simulation_pair",
                                        "surface_comparison",
+                                       "branch",
+                                       "branch_turn",
                                        "ledger"};
 
 constexpr const char* kMetrics =
@@ -291,6 +313,11 @@ constexpr const char* kMetrics =
 ('mesh_to_real_mean_mm', 'mm', 'the other way; it contains the hem and the gaps, where no mark was measured', 'smaller'),
 ('mesh_to_real_max_mm', 'mm', 'the Hausdorff distance the other way', 'smaller'),
 ('surface_mean_mm', 'mm', 'mean distance from either virtual surface to the nearest point of the other, over the area, both ways', 'smaller'),
+('energy_uJ', 'uJ', 'gravity, elastic and contact energy of an equilibrium as drape-branches states it; only differences within one list mean anything', 'neither'),
+('residual_per_particle_weight', '1', 'largest net force on a particle of an equilibrium, in weights of a particle', 'smaller'),
+('hem_nodes', '1', 'folds of the border as drape-branches counts them: crests that stand out by 3 mm', 'neither'),
+('turned_mean_mm', 'mm', 'mean_mm after the turn of the virtual sheet about the vertical through the middle of a round object that makes it smallest', 'smaller'),
+('turn_deg', 'deg', 'that turn, from x to y', 'neither'),
 ('hausdorff_mm', 'mm', 'largest distance from either virtual surface to the nearest point of the other, sampled every 5 mm or closer', 'smaller'),
 ('covered_area_mm2', 'mm2', 'area of the shadow of the cloth on the table, light from straight above', 'neither'),
 ('flat_area_mm2', 'mm2', 'area of the patch before draping', 'neither'),
@@ -314,18 +341,39 @@ SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segme
   coalesce(f.name, s.fabric_stated) AS fabric, s.simulator AS simulator, s.model AS model,
   s.solver AS solver, s.status AS status,
   m.rig_name AS rig, m.set_name AS measured_set, r.recorded_on AS recorded_on,
-  substr(m.sha256, 1, 12) AS measured,
+  substr(m.sha256, 1, 12) AS measured, b.number AS branch,
   substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows, c.id AS id
 FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
   JOIN sheet AS m ON m.sha256 = c.measured_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
   LEFT JOIN recording AS r ON r.sha256 = m.recording_sha256
+  LEFT JOIN branch AS b ON b.sheet_sha256 = c.simulated_sha256
 WHERE NOT EXISTS (SELECT 1 FROM comparison AS n WHERE n.measured_sha256 = c.measured_sha256
   AND n.simulated_sha256 = c.simulated_sha256 AND n.metrics_version > c.metrics_version))sql";
 
 constexpr const char* kRealView = R"sql(CREATE VIEW v_real_vs_virtual AS
 SELECT * FROM v_comparison ORDER BY scene, measured, simulator <> 'drapebench', segments DESC,
-  grid_rows DESC, model, solver, comparison)sql";
+  grid_rows DESC, model, solver, branch, comparison)sql";
+
+/// The equilibria of each list with their distance to each measured sheet. `match_mm` says which
+/// one the real shape took; `least_energy` and `nearest` mark one row of each list.
+constexpr const char* kBranchView = R"sql(CREATE VIEW v_branches AS
+SELECT c.scene AS scene, c.grid_size AS grid_size, c.segments AS segments, b.number AS branch,
+  b.found AS found, b.energy_uJ AS energy_uJ,
+  b.energy_uJ - min(b.energy_uJ) OVER one AS above_least_uJ, b.starts AS starts,
+  b.hem_nodes AS hem_nodes, b.stable AS stable, c.mean_dist_mm AS mean_dist_mm,
+  c.sigma_mean_mm AS sigma_mean_mm, t.turned_mean_mm AS turned_mean_mm, t.turn_deg AS turn_deg,
+  coalesce(t.turned_mean_mm, c.mean_dist_mm) AS match_mm,
+  row_number() OVER (one ORDER BY b.number) = 1 AS least_energy,
+  row_number() OVER (one ORDER BY coalesce(t.turned_mean_mm, c.mean_dist_mm), b.number) = 1
+    AS nearest,
+  c.fabric AS fabric, c.measured AS measured, substr(b.branches_sha256, 1, 12) AS branches,
+  c.comparison AS comparison
+FROM v_comparison AS c JOIN comparison AS k ON k.id = c.id
+  JOIN branch AS b ON b.sheet_sha256 = k.simulated_sha256
+  LEFT JOIN branch_turn AS t ON t.comparison_sha256 = k.sha256
+WINDOW one AS (PARTITION BY c.measured, b.branches_sha256)
+ORDER BY scene, c.measured, branches, branch)sql";
 
 constexpr const char* kSurfaceView = R"sql(CREATE VIEW v_real_vs_surface AS
 SELECT p.scene AS scene, p.simulator AS simulator, p.to_surface_mean_mm AS to_surface_mean_mm,
@@ -362,15 +410,15 @@ std::vector<std::string> table_statements() {
 }
 
 std::vector<std::string> surrounding_statements() {
-  std::vector<std::string> statements = {kMetrics, kComparisonView, kRealView, kVirtualView,
-                                         kSurfaceView};
+  std::vector<std::string> statements = {kMetrics,     kComparisonView, kRealView,
+                                         kVirtualView, kSurfaceView,    kBranchView};
   statements.insert(statements.end(), std::begin(kIndexes), std::end(kIndexes));
   // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
   for (int experiment = 0; experiment < 6; ++experiment) {
     const char scene = static_cast<char>('A' + experiment);
     statements.push_back(fmt::format(
         "CREATE VIEW v_table{} AS SELECT grid_size, segments, mean_dist_mm, marks, measured "
-        "FROM v_real_vs_virtual WHERE scene = '{}'",
+        "FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL",
         2 * experiment + 1, scene));
     statements.push_back(
         fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured "

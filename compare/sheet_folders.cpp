@@ -40,7 +40,8 @@ void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-
   const bool has_sheet = fs::is_regular_file(folder / "sheet.json");
   if (has_sheet && is_measured(folder / "sheet.json")) {
     found.measured.push_back(folder / "sheet.ply");
-    add_simulations(folder / "simulations", found.measured);
+    for (const char* below : {"simulations", "branches"})
+      add_simulations(folder / below, found.measured);
     return;
   }
   if (has_sheet) found.alone.push_back(folder / "sheet.ply");

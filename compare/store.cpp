@@ -22,6 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
+constexpr double kMicrojoule = 1e-6;
+
 void bind_one(SQLite::Statement& statement, int index, const std::string& value) {
   statement.bind(index, value);
 }
@@ -173,6 +175,11 @@ void insert_simulated(Writer& writer, const Simulation& simulation) {
                     simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
                     certificate_json(simulation)))
     writer.enter("simulation", key);
+  if (const auto& b = simulation.branch) {
+    if (writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                      b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))
+      writer.enter("branch", key);
+  }
 }
 
 void insert_mark(Writer& writer, int id, const MarkError& mark) {
@@ -213,6 +220,20 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
   const int id = writer.last_id();
   for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
   writer.enter("comparison", key);
+}
+
+/// False when the comparison is there already.
+bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
+                    const std::optional<TurnedDistance>& turned = {}) {
+  const std::string key =
+      comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  const bool fresh = !writer.has("comparison", key);
+  if (fresh) insert_comparison(writer, key, input, row);
+  if (turned && writer.insert("branch_turn", key, turned->axis_in_world.x() / mm,
+                              turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                              turned->turn_rad / units::deg, turned->half_turn ? 1 : 0))
+    writer.enter("branch_turn", key);
+  return fresh;
 }
 
 bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
@@ -392,13 +413,11 @@ ImportCounts Store::add(const DrapeInput& input, const Report& report,
       insert_simulated(writer, input.simulations[i]);
       insert_drapemeter(writer, input.simulations[i].sheet.sha256, report.drapemeters[i]);
     }
-    for (const RealVirtual& row : report.real_virtual) {
-      const std::string key =
-          comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
-      const bool fresh = !writer.has("comparison", key);
-      if (fresh) insert_comparison(writer, key, input, row);
-      count(fresh);
-    }
+    for (const RealVirtual& row : report.real_virtual)
+      if (!input.simulations[row.simulation].branch) count(add_comparison(writer, input, row));
+    for (const BranchSet& set : report.branch_sets)
+      for (const BranchComparison& one : set.branches)
+        count(add_comparison(writer, input, one.as_placed, one.turned));
     for (const RealSurface& row : report.real_surface) count(insert_surface(writer, input, row));
     for (const VirtualVirtual& row : report.virtual_virtual)
       count(insert_pair(writer, input.measured.sha256, input.simulations,

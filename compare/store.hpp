@@ -13,7 +13,7 @@
 
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 3;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 4;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 

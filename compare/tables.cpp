@@ -148,7 +148,7 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
     const Simulation& simulation = input.simulations[row.simulation];
     const DistanceStatistics& s = row.statistics;
     const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
-    table.add({simulation.grid(), simulation.segments_text(), mm_text(s.mean_m),
+    table.add({simulation.grid_text(), simulation.segments_text(), mm_text(s.mean_m),
                mm_text(s.sigma_mean_m), mm_text(s.median_m), mm_text(s.rms_m), mm_text(s.p95_m),
                mm_text(s.max_m), fmt::format("{:.2f}", percent.x()),
                fmt::format("{:.2f}", percent.y()), std::to_string(s.marks),
@@ -198,6 +198,7 @@ Table mark_table(const DrapeInput& input, const Report& report) {
     std::string name = fmt::format("dist_{}_{}", simulation.grid(), simulation.segments_text());
     if (models || simulation.other_simulator)
       name += fmt::format("_{}_{}", simulation.source().model, simulation.source().solver);
+    if (simulation.branch) name += fmt::format("_branch_{}", simulation.branch->number);
     table.names.push_back(name + "_mm");
   }
   table.numeric.assign(table.names.size(), true);

@@ -32,6 +32,12 @@ struct Table {
 /// The paper's odd tables: grid size, segments, mean distance, and then the measures the paper
 /// does not have.
 [[nodiscard]] Table real_virtual_table(const DrapeInput& input, const Report& report);
+/// The equilibria of one list by energy: which has the least, and which is nearest to the real
+/// shape.
+[[nodiscard]] Table branch_table(const DrapeInput& input, const Report& report,
+                                 const BranchSet& set);
+/// "the real shape is nearest to branch 5 of 12 ...": one sentence without a full stop.
+[[nodiscard]] std::string branch_sentence(const DrapeInput& input, const BranchSet& set);
 /// Meshes without material coordinates: distances to surfaces, which are no distances of marks.
 [[nodiscard]] Table surface_table(const DrapeInput& input, const Report& report);
 /// The paper's even tables.

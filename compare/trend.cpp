@@ -42,7 +42,8 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
                  "SELECT 'mean distance ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' || "
                  "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' "
                  "|| v.model || ' ' || v.solver AS name, v.comparison, v.mean_dist_mm FROM "
-                 "v_real_vs_virtual AS v WHERE (?1 = '' OR v.scene = ?1 OR v.scene || '/' || "
+                 "v_real_vs_virtual AS v WHERE v.branch IS NULL AND (?1 = '' OR v.scene = ?1 OR "
+                 "v.scene || '/' || "
                  "v.fabric = ?1) ORDER BY name, v.id",
                  {specimen}),
              "mm");
