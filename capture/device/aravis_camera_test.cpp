@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <random>
+#include <tuple>
 
 #include "capture/device/camera.hpp"
 #include "core/error.hpp"
@@ -115,6 +116,40 @@ TEST(AravisCamera, SettingsAreWrittenAndReadBackAndAutomaticsAreOff) {
   EXPECT_EQ(device.register_word(test::reg::width), 320U);
   EXPECT_EQ(device.register_real(test::reg::exposure_us), 4000);
   EXPECT_EQ(camera->frame_bytes(), 320U * 200U);
+}
+
+/// The emulator refuses what a camera refuses: a region that leaves the sensor with the old offset,
+/// an exposure while it is automatic.
+TEST(AravisCamera, SettingsGoInTheOrderTheyDependOnEachOther) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({});
+  const auto camera = open_camera(at("127.0.0.2"));
+  for (const auto& [width_px, height_px, offset_px] : {std::tuple{128, 96, 300}, {640, 480, 0}}) {
+    CameraSettings s = triggered(8192);
+    s.width_px = width_px;
+    s.height_px = height_px;
+    s.offset_x_px = s.offset_y_px = offset_px;
+    s.exposure_us = 3000;
+    s.gain_db = 2;
+    EXPECT_EQ(value_of(camera->configure(s), "offset_y_px"), std::to_string(offset_px));
+    EXPECT_EQ(device.register_word(test::reg::width), static_cast<std::uint32_t>(width_px));
+    EXPECT_EQ(device.register_real(test::reg::gain_db), 2);
+  }
+}
+
+TEST(AravisCamera, AValueThatTheCameraChangesByItselfIsNamed) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  GigeCamera device({.exposure_step_us = 500});
+  const auto camera = open_camera(at("127.0.0.2"));
+  CameraSettings s;
+  s.exposure_us = 1300;
+  try {
+    static_cast<void>(camera->configure(s));
+    FAIL() << "took 1000 us for 1300 us";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("took exposure_us 1000 instead of 1300"));
+    EXPECT_FALSE(error.what_to_do().empty());
+  }
 }
 
 TEST(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {

@@ -12,6 +12,8 @@
 #include <csignal>
 #include <deque>
 #include <mutex>
+#include <new>
+#include <system_error>
 #include <thread>
 
 #include "core/error.hpp"
@@ -24,6 +26,13 @@ constexpr auto kAliveEvery = std::chrono::milliseconds(100);
 constexpr int kClockEvery = 5;  ///< alive messages per reading of the camera's clock
 constexpr int kFirstClockReadings = 10;
 constexpr double kPatience_s = 0.05;
+
+Error no_memory() {
+  return {ErrorKind::device,
+          "its camera host needs more memory than it may have",
+          {},
+          "look for junk on the camera's network; record smaller pictures"};
+}
 
 class Server {
  public:
@@ -47,6 +56,10 @@ class Server {
       }
     } catch (const Error& error) {
       tell(error);
+    } catch (const std::bad_alloc&) {
+      tell(no_memory());
+    } catch (const std::system_error&) {  // of a thread: its stack has no room
+      tell(no_memory());
     } catch (const std::exception& error) {
       tell(internal_error(error.what()));
     }

@@ -12,6 +12,7 @@
 
 #include "capture/live/action_command.hpp"
 #include "capture/live/clocks.hpp"
+#include "capture/live/phases.hpp"
 #include "capture/live/running.hpp"
 #include "core/error.hpp"
 
@@ -27,6 +28,7 @@ constexpr double kTriggerEarly_s = 2e-3;      ///< clock error allowed before a 
 constexpr double kAnswer_s = 0.5;             ///< of a trigger, above the exposure
 constexpr std::int64_t kPartnersWithin = 20;  ///< frames: a later partner would be off by seconds
 constexpr double kLargestDelay_s = 5;         ///< between exposure and arrival of a frame
+constexpr double kStreamEnds_s = 0.3;         ///< once told to
 
 std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -118,7 +120,7 @@ class Session {
     r.started = true;
     r.clock_taken = 0;
     r.clocks.emplace_back();
-    r.last_frame_ns = now_ns();
+    r.last_frame_ns = r.began_ns = now_ns();
     r.host->start();
   }
 
@@ -203,7 +205,8 @@ class Session {
     Running& r = running_[c];
     const auto unwrapped = r.ids.unwrap(frame.id);
     if (!unwrapped) return;
-    if (r.fresh) rebase(r, frame);
+    const bool free = report_.method == SyncMethod::free_run;
+    if (r.fresh) rebase(r, frame, free ? std::optional(file_.frame_rate_hz) : std::nullopt);
     r.fresh = false;
     const std::int64_t index = r.base + *unwrapped;
     r.newest = std::max(r.newest, index);
@@ -225,16 +228,6 @@ class Session {
     std::optional<std::size_t> clock;
     if (r.last_frame_ns >= r.sure_from_ns && !r.clocks.empty()) clock = r.clocks.size() - 1;
     arrivals_.push_back({c, index, clock, r.last_frame_ns, std::move(frame)});
-  }
-
-  /// After a restart the device counts from the start again: frames missed meanwhile are counted
-  /// by its clock, when that ran on.
-  void rebase(Running& r, const HostFrame& frame) {
-    if (r.newest < 0) return;
-    r.base = r.newest + 1;
-    if (!frame.device_ns || !r.newest_device_ns || report_.method != SyncMethod::free_run) return;
-    const double frames = seconds(*frame.device_ns - *r.newest_device_ns) * file_.frame_rate_hz;
-    if (frames > 1.5 && frames < 1e6) r.base = r.newest + std::llround(frames);
   }
 
   /// Notices a camera that is lost and brings it back, while the others go on.
@@ -259,8 +252,9 @@ class Session {
         r.retry_ns = now + std::llround(1e9 * kRetryEvery_s);
         r.host->launch();
       }
-    } else if (!r.started && r.host->ready()) {
-      start(r);
+    } else if (!r.started && r.host->ready() && now >= r.begin_ns) {
+      // One that still ends its stream begins a period later, in the same phase.
+      r.host->started() ? void(r.begin_ns += std::llround(1e9 / file_.frame_rate_hz)) : start(r);
     }
   }
 
@@ -269,24 +263,39 @@ class Session {
     return seconds(now_ns() - last_progress_ns_) > options_.patience_s;
   }
 
-  [[nodiscard]] std::int64_t least_complete() const {
-    std::int64_t least = running_.front().complete;
-    for (const Running& r : running_) least = std::min(least, r.complete);
-    return least;
-  }
-
   void tell_progress(std::int64_t done) {
     if (options_.progress)
       options_.progress(std::min(1.0, static_cast<double>(done) / options_.frames),
                         fmt::format("{} sets", done));
   }
 
+  void keep_in_step() {
+    for (const LiveCamera& camera : file_.cameras)
+      if (camera.address.backend == Backend::replay) return;
+    for (const NewPhase& late : steps_.look(newest_exposures_s(running_, epoch_ns_), now_ns()))
+      begin_again(late.camera, late.phase_s);
+  }
+
+  void begin_again(std::size_t c, double phase_s) {
+    Running& r = running_[c];
+    report_.faults.push_back(
+        {name(c),
+         fmt::format("it exposes {:.1f} ms beside `{}`: its stream begins again in step",
+                     1e3 * phase_s, name(0)),
+         "use cameras with a trigger where that is too far apart"});
+    r.host->stop();
+    r.started = false;
+    r.begin_ns = begin_again_ns(r.began_ns, phase_s, 1 / file_.frame_rate_hz,
+                                now_ns() + std::llround(1e9 * kStreamEnds_s));
+  }
+
   void run_free() {
     std::int64_t look_at = options_.frames;
     while (!patience_ended() && seconds(now_ns() - streaming_since_ns_) < longest_s()) {
-      wait(0.02);
+      wait(std::min(0.02, until_next_s(running_, now_ns())));
       take_in();
-      const std::int64_t have = least_complete();
+      keep_in_step();
+      const std::int64_t have = least_complete(running_);
       tell_progress(have);
       const bool quiet = seconds(now_ns() - last_progress_ns_) > 2 / file_.frame_rate_hz;
       if (have < look_at && !quiet) continue;
@@ -410,36 +419,22 @@ class Session {
   PairingResult pair(const std::vector<FrameMark>& frames) const {
     PairingOptions options;
     options.cameras = running_.size();
-    options.window_s = std::min(file_.largest_spread_s, 0.4 / file_.frame_rate_hz);
+    options.window_s = window_s();
     if (by_trigger()) options.triggers = report_.triggers;
     return pair_frames(frames, options);
   }
 
-  /// Free-running cameras neither start nor stop together: what counts is the time from the first
-  /// set to the last one that was asked for.
-  std::vector<std::size_t> within(const std::vector<FrameMark>& all) const {
-    std::vector<std::size_t> kept;
-    const PairingResult pairing = pair(all);
-    const bool whole = by_trigger() || pairing.sets.empty();
-    std::vector<std::pair<std::int64_t, std::int64_t>> span(running_.size());
-    if (!whole) {
-      const std::size_t last =
-          std::min(pairing.sets.size(), static_cast<std::size_t>(options_.frames)) - 1;
-      for (std::size_t c = 0; c < running_.size(); ++c)
-        span[c] = {all[pairing.sets[0].frames[c]].index, all[pairing.sets[last].frames[c]].index};
-    }
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const auto& [first, last] = span[all[i].camera];
-      if (whole || (all[i].index >= first && all[i].index <= last)) kept.push_back(i);
-    }
-    return kept;
+  [[nodiscard]] double window_s() const {
+    return std::min(file_.largest_spread_s, 0.4 / file_.frame_rate_hz);
   }
 
   LiveResult finish() {
     LiveResult result;
     const std::vector<FrameMark> all = marks();
     std::vector<FrameMark> kept;
-    for (const std::size_t i : within(all)) {
+    const auto wanted = static_cast<std::size_t>(options_.frames);
+    const auto counted = by_trigger() ? every_frame(all) : frames_of_sets(all, pair(all), wanted);
+    for (const std::size_t i : counted) {
       HostFrame& frame = arrivals_[i].frame;
       kept.push_back(all[i]);
       result.frames.push_back(
@@ -467,6 +462,7 @@ class Session {
   const CamerasFile& file_;
   const LiveOptions& options_;
   std::int64_t epoch_ns_, last_progress_ns_, streaming_since_ns_ = 0;
+  InStep steps_{1 / file_.frame_rate_hz, window_s()};
   std::vector<Running> running_;
   std::vector<Arrival> arrivals_;
   std::vector<std::int64_t> trigger_ns_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "capture/host/camera_host.hpp"
 #include "capture/live/clocks.hpp"
@@ -29,6 +30,8 @@ struct Running {
   std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
   std::int64_t failed_ns = 0;      ///< 0: it runs
   std::int64_t retry_ns = 0;
+  std::int64_t began_ns = 0;  ///< host time at which it was told to stream
+  std::int64_t begin_ns = 0;  ///< not told to stream again before
   bool started = false, fresh = true;
   double longest_gap_s = 0, longest_unnoticed_s = 0;
   /// Readings of the clock; a camera that was opened anew, or whose clock jumped, has a new one.
@@ -38,5 +41,20 @@ struct Running {
   bool stamps_are_off = false;
   std::int64_t complete = 0;
 };
+
+/// After a restart the device counts from the start again. Frames missed meanwhile are counted by
+/// its clock, when that ran on and the camera has a rate of its own.
+void rebase(Running& r, const HostFrame& frame, std::optional<double> frame_rate_hz);
+
+/// Whole frames of the camera that has the fewest.
+[[nodiscard]] std::int64_t least_complete(const std::vector<Running>& cameras);
+
+/// The newest exposure of each camera on the host's clock since `epoch_ns`; nothing while one is
+/// not known.
+[[nodiscard]] std::optional<std::vector<double>> newest_exposures_s(
+    const std::vector<Running>& cameras, std::int64_t epoch_ns);
+
+/// Until the next camera that waits for it is to begin.
+[[nodiscard]] double until_next_s(const std::vector<Running>& cameras, std::int64_t now_ns);
 
 }  // namespace drape

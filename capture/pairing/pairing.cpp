@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "core/error.hpp"
@@ -254,6 +255,27 @@ PairingResult pair_frames(const std::vector<FrameMark>& frames, const PairingOpt
   }
   count_expected(frames, options, result);
   return result;
+}
+
+std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
+                                        const PairingResult& pairing, std::size_t most) {
+  if (pairing.sets.empty() || most == 0) return every_frame(frames);
+  const PairedFrames& first = pairing.sets.front();
+  const PairedFrames& last = pairing.sets[std::min(pairing.sets.size(), most) - 1];
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::size_t c = frames[i].camera;
+    if (frames[i].index >= frames[first.frames[c]].index &&
+        frames[i].index <= frames[last.frames[c]].index)
+      kept.push_back(i);
+  }
+  return kept;
+}
+
+std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames) {
+  std::vector<std::size_t> all(frames.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
 }
 
 std::optional<std::int64_t> trigger_of(double time_s, const std::vector<double>& trigger_time_s,

@@ -81,6 +81,16 @@ struct PairingResult {
 [[nodiscard]] PairingResult pair_frames(const std::vector<FrameMark>& frames,
                                         const PairingOptions& options);
 
+/// Input indices of the frames from the first set to the last of at most `most` sets, of every
+/// camera; of all frames when there is no set. Free-running cameras neither start nor stop
+/// together: only what lies between their sets was to be captured.
+[[nodiscard]] std::vector<std::size_t> frames_of_sets(const std::vector<FrameMark>& frames,
+                                                      const PairingResult& pairing,
+                                                      std::size_t most);
+
+/// Input indices of all frames.
+[[nodiscard]] std::vector<std::size_t> every_frame(const std::vector<FrameMark>& frames);
+
 /// The trigger that a frame answers: the last one at or before `time_s + early_s`, when the frame
 /// came at most `latest_s` after it. Nothing when no trigger fits. `trigger_time_s` ascends.
 [[nodiscard]] std::optional<std::int64_t> trigger_of(double time_s,

@@ -135,6 +135,16 @@ void GigeCamera::jump_clock(double seconds) {
   jumped_s_ += seconds;
 }
 
+void GigeCamera::pulse_line() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!acquiring_ || bank_.word(reg::trigger_mode) != 1 || bank_.word(reg::trigger_source) != 1)
+      return;
+    due_host_ns_.push_back(now_ns());
+  }
+  wake_.notify_all();
+}
+
 GigeCounts GigeCamera::counts() const {
   const std::lock_guard lock(mutex_);
   return counts_;

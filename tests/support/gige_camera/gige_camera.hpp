@@ -29,6 +29,10 @@ struct GigeCameraOptions {
   bool ptp = false;             ///< enabling PTP brings the device clock onto the host's
   bool ieee1588_names = false;  ///< PTP under the feature names of older cameras
   double ptp_error_s = 0;       ///< the clock that PTP brings is that far off the host's
+  double exposure_step_us = 0;  ///< above 0: takes the next multiple below, and says nothing
+  /// Free run: from the start of the acquisition to the first exposure, then in steps of the
+  /// period. Absent: all cameras expose together, on a grid of the host's clock.
+  std::optional<double> first_exposure_s = {};
   std::uint16_t first_frame_id = 1;
   unsigned seed = 1;  ///< of the losses
 };
@@ -59,8 +63,9 @@ struct GigeExposure {
 
 /// A GigE Vision camera on a loopback address: discovery, registers, memory, GenICam file, control
 /// privilege with heartbeat, image stream with packet resend, software trigger, action and
-/// scheduled action, PTP registers. It serves any Mono8 picture. Needs a private network (see
-/// private_network.hpp), because every camera answers on port 3956.
+/// scheduled action, PTP registers. It serves any Mono8 picture. As a real camera it refuses an
+/// exposure or gain while it is automatic, and a region that is not inside the sensor. Needs a
+/// private network (see private_network.hpp), because every camera answers on port 3956.
 class GigeCamera {
  public:
   /// Throws std::runtime_error when the address cannot be used.
@@ -77,6 +82,8 @@ class GigeCamera {
   /// Back, as after a power cycle: nobody controls it, nothing streams.
   void plug_in();
   void jump_clock(double seconds);
+  /// A pulse on the trigger line.
+  void pulse_line();
 
   [[nodiscard]] GigeCounts counts() const;
   [[nodiscard]] std::vector<GigeExposure> exposures() const;
@@ -120,6 +127,7 @@ class GigeCamera {
   void resend(const Request& request);
   void act(const Request& request);
   [[nodiscard]] bool may_write(const Request& request) const;
+  [[nodiscard]] bool takes(std::uint32_t address, const std::uint8_t* value) const;
   bool store(const Request& request, std::uint32_t address, const std::uint8_t* from,
              std::size_t bytes);
   void after_write(const Request& request, std::uint32_t address);

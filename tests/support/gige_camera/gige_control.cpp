@@ -146,6 +146,28 @@ void GigeCamera::write_memory(const Request& request) {
   answer(request, kOk, payload);
 }
 
+bool GigeCamera::takes(std::uint32_t address, const std::uint8_t* value) const {
+  const auto inside = [&](std::uint32_t other, std::uint32_t sensor) {
+    return std::uint64_t{wire::get32(value)} + bank_.word(other) <= bank_.word(sensor);
+  };
+  switch (address) {
+    case reg::width:
+      return inside(reg::offset_x, reg::sensor_width);
+    case reg::offset_x:
+      return inside(reg::width, reg::sensor_width);
+    case reg::height:
+      return inside(reg::offset_y, reg::sensor_height);
+    case reg::offset_y:
+      return inside(reg::height, reg::sensor_height);
+    case reg::exposure_us:
+      return bank_.word(reg::exposure_auto) == 0;
+    case reg::gain_db:
+      return bank_.word(reg::gain_auto) == 0;
+    default:
+      return true;
+  }
+}
+
 /// False when refused and already answered.
 bool GigeCamera::store(const Request& request, std::uint32_t address, const std::uint8_t* from,
                        std::size_t bytes) {
@@ -159,10 +181,7 @@ bool GigeCamera::store(const Request& request, std::uint32_t address, const std:
     ++counts_.commands_refused;
     return false;
   }
-  const bool too_large =
-      (address == reg::width && wire::get32(from) > bank_.word(reg::sensor_width)) ||
-      (address == reg::height && wire::get32(from) > bank_.word(reg::sensor_height));
-  if (too_large) {
+  if (!takes(address, from)) {
     answer(request, kBadParameter, {});
     return false;
   }
@@ -192,6 +211,10 @@ void GigeCamera::after_write(const Request& request, std::uint32_t address) {
       next_grid_ns_ = 0;
       due_host_ns_.clear();
       next_id_ = options_.first_frame_id;
+      break;
+    case reg::exposure_us:
+      if (const double step = options_.exposure_step_us; step > 0)
+        bank_.set_real(address, step * std::floor(bank_.real(address) / step));
       break;
     case reg::trigger_software:
       if (acquiring_ && bank_.word(reg::trigger_mode) == 1 &&

@@ -35,14 +35,15 @@ void GigeCamera::stream() {
         due_host_ns_.erase(std::find(due_host_ns_.begin(), due_host_ns_.end(), *due));
       } else {
         const auto period = static_cast<std::int64_t>(1e9 / bank_.real(reg::frame_rate_hz));
-        next_grid_ns_ = std::max(*due, now_ns() / period * period) + period;
+        // Late, it leaves steps out and keeps its phase.
+        next_grid_ns_ = *due + (std::max<std::int64_t>(0, now_ns() - *due) / period + 1) * period;
       }
     }
     expose(*due);
   }
 }
 
-/// The caller holds the mutex. Free-running cameras fire on one grid of the host's clock.
+/// The caller holds the mutex.
 std::optional<std::int64_t> GigeCamera::next_exposure_host_ns() {
   if (bank_.word(reg::trigger_mode) == 1) {
     if (due_host_ns_.empty()) return std::nullopt;
@@ -50,7 +51,9 @@ std::optional<std::int64_t> GigeCamera::next_exposure_host_ns() {
   }
   if (next_grid_ns_ == 0) {
     const auto period = static_cast<std::int64_t>(1e9 / bank_.real(reg::frame_rate_hz));
-    next_grid_ns_ = (now_ns() / period + 1) * period;
+    next_grid_ns_ = options_.first_exposure_s
+                        ? now_ns() + std::llround(1e9 * *options_.first_exposure_s)
+                        : (now_ns() / period + 1) * period;
   }
   return next_grid_ns_;
 }

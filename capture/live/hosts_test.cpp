@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Camera hosts that are killed, hang or want too much, and cameras that are unplugged.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <thread>
+#include <utility>
+
+#include "capture/live/live_bench.hpp"
+#include "core/error.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
+
+namespace drape {
+namespace {
+
+using test::all_faults;
+using test::expect_right_sets;
+using testing::AllOf;
+using testing::AnyOf;
+using testing::HasSubstr;
+using Bench = test::LiveBench;
+
+/// Processes that run a camera host and are children of this one.
+std::vector<pid_t> camera_hosts() {
+  std::vector<pid_t> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename();
+    if (!std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c); }))
+      continue;
+    std::ifstream stat(entry.path() / "stat");
+    std::string text;
+    std::getline(stat, text);
+    const std::size_t end = text.rfind(')');
+    if (end == std::string::npos || text.find("(drape-camera-ho)") == std::string::npos) continue;
+    char state = 0;
+    int parent = 0;
+    if (std::sscanf(text.c_str() + end + 1, " %c %d", &state, &parent) == 2 && parent == ::getpid())
+      found.push_back(std::stoi(name));
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(3, SyncMethod::free_run);
+  std::thread killer([] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    const auto hosts = camera_hosts();
+    if (!hosts.empty()) ::kill(hosts[0], SIGKILL);
+  });
+  const LiveResult live = bench.capture(60);
+  killer.join();
+  expect_right_sets(bench, live);
+  ASSERT_EQ(live.pairing.sets.size(), 60U);
+  EXPECT_THAT(all_faults(live), AllOf(HasSubstr("ended by signal 9"), HasSubstr("opened again")));
+  int restarted = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const LiveCameraReport& camera = live.report.cameras[c];
+    if (camera.host_launches > 1) {
+      ++restarted;
+      EXPECT_GT(camera.ledger.never_arrived, 0);
+      EXPECT_FALSE(camera.settings.empty());  // read back again
+      std::printf("killed host: frames again after %.2f s, %d launches\n", camera.longest_gap_s,
+                  camera.host_launches);
+    } else {
+      EXPECT_EQ(camera.ledger.never_arrived + camera.ledger.incomplete, 0);
+    }
+  }
+  EXPECT_EQ(restarted, 1);
+}
+
+TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(2, SyncMethod::free_run);
+  bool stopped = false;
+  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
+    if (sets < 10 || std::exchange(stopped, true)) return;
+    ::kill(camera_hosts().at(0), SIGSTOP);
+  });
+  expect_right_sets(bench, live);
+  EXPECT_EQ(live.pairing.sets.size(), 60U) << all_faults(live);
+  // No frames for 2 periods + 0.5 s, or no sign of life for 1 s: whichever is seen first.
+  EXPECT_THAT(all_faults(live),
+              AnyOf(HasSubstr("it stopped sending frames"), HasSubstr("gives no sign of life")));
+  const int launches[] = {live.report.cameras[0].host_launches,
+                          live.report.cameras[1].host_launches};
+  EXPECT_EQ(std::min(launches[0], launches[1]), 1);
+  EXPECT_GT(std::max(launches[0], launches[1]), 1);  // until the camera lets go of the lost host
+}
+
+TEST(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(2, SyncMethod::software_trigger, 320, 240, 0.5);
+  bool stopped = false;
+  const LiveResult live = bench.capture(4, 20, true, [&](int sets) {
+    if (sets < 1 || std::exchange(stopped, true)) return;
+    ::kill(camera_hosts().at(0), SIGSTOP);
+  });
+  expect_right_sets(bench, live);
+  EXPECT_THAT(all_faults(live), HasSubstr("its camera host gives no sign of life"));
+  EXPECT_THAT(all_faults(live), HasSubstr("check cable and power"));
+}
+
+TEST(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  Bench bench(2, SyncMethod::free_run);
+  LiveOptions options;
+  options.host_program = test::program("drape-camera-host");
+  options.memory_limit_mb = 64;  // its libraries alone take more
+  try {
+    static_cast<void>(capture_live(bench.file, options));
+    FAIL() << "captured within 64 MB";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::device);
+    EXPECT_EQ(error.where().camera.substr(0, 3), "cam");
+    EXPECT_THAT(error.what(), HasSubstr("camera host"));
+  }
+}
+
+TEST(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(2, SyncMethod::free_run);
+  const auto now_ns = [] {
+    return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+  };
+  std::int64_t unplugged_ns = 0, back_ns = 0;
+  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
+    if (sets >= 20 && unplugged_ns == 0) {
+      bench.devices[1]->unplug();
+      unplugged_ns = now_ns();
+    } else if (unplugged_ns != 0 && back_ns == 0 && now_ns() - unplugged_ns > 2'000'000'000) {
+      bench.devices[1]->plug_in();
+      back_ns = now_ns();
+    }
+  });
+  expect_right_sets(bench, live);
+  EXPECT_EQ(live.pairing.sets.size(), 60U);
+  EXPECT_THAT(all_faults(live), HasSubstr("cam1: "));
+  EXPECT_EQ(live.pairing.cameras[0].never_arrived, 0) << all_faults(live);
+  EXPECT_GT(live.pairing.cameras[1].never_arrived, 0);
+  EXPECT_GT(live.report.cameras[1].host_launches, 1);
+  EXPECT_EQ(bench.devices[1]->register_real(test::reg::exposure_us), 1000);
+  EXPECT_FALSE(live.report.cameras[1].settings.empty());
+  const auto exposures = bench.devices[1]->exposures();
+  const auto first = std::find_if(exposures.begin(), exposures.end(),
+                                  [&](const auto& e) { return e.host_ns > back_ns; });
+  ASSERT_TRUE(first != exposures.end());
+  std::printf(
+      "unplugged 2 s: noticed %.2f s after the last frame, captured again %.2f s after it "
+      "was back\n",
+      live.report.cameras[1].longest_unnoticed_s,
+      1e-9 * static_cast<double>(first->host_ns - back_ns));
+}
+
+}  // namespace
+}  // namespace drape

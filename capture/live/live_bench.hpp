@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// A bench of emulated cameras, for the tests of whole captures.
+#pragma once
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "capture/live/live_capture.hpp"
+#include "tests/support/gige_camera/gige_camera.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+
+/// A picture with edges, darks and brights, different for every seed.
+inline std::vector<std::uint8_t> picture(int width_px, int height_px, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<std::uint8_t> pixels;
+  for (int y = 0; y < height_px; ++y)
+    for (int x = 0; x < width_px; ++x)
+      pixels.push_back(
+          static_cast<std::uint8_t>(((x / 16 + y / 16) % 2 != 0 ? 200 : 20) + random() % 8));
+  return pixels;
+}
+
+/// `count` cameras with clocks that have nothing in common.
+struct LiveBench {
+  explicit LiveBench(std::size_t count, SyncMethod method, int width_px = 320, int height_px = 240,
+                     double rate_hz = 20, const std::vector<double>& first_exposures_s = {}) {
+    file.method = method;
+    file.frame_rate_hz = rate_hz;
+    file.largest_spread_s = 0.4 / rate_hz;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto n = static_cast<unsigned>(i);
+      GigeCameraOptions options;
+      options.address = fmt::format("127.0.0.{}", 2 + i);
+      options.serial = fmt::format("DB{:04}", i);
+      options.width_px = width_px;
+      options.height_px = height_px;
+      options.clock_offset_s = 3.3 * static_cast<double>(i) - 5;
+      options.clock_drift_ppm = 60 * static_cast<double>(i) - 60;
+      options.first_frame_id = static_cast<std::uint16_t>(65530 + i);
+      options.seed = n + 1;
+      if (i < first_exposures_s.size()) options.first_exposure_s = first_exposures_s[i];
+      devices.push_back(std::make_unique<GigeCamera>(options));
+      pictures.push_back(picture(width_px, height_px, n));
+      devices.back()->show(pictures.back());
+      LiveCamera camera{
+          fmt::format("cam{}", i), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
+      camera.settings.width_px = width_px;
+      camera.settings.height_px = height_px;
+      camera.settings.frame_rate_hz = rate_hz;
+      camera.settings.exposure_us = 1000;
+      camera.settings.packet_size_bytes = 8192;
+      file.cameras.push_back(camera);
+    }
+  }
+
+  [[nodiscard]] LiveResult capture(int frames, double patience_s = 5, bool keep = true,
+                                   const std::function<void(int)>& at_set = {}) const {
+    LiveOptions options;
+    if (at_set)
+      options.progress = [&](double share, const std::string&) {
+        at_set(static_cast<int>(share * frames));
+      };
+    options.frames = frames;
+    options.patience_s = patience_s;
+    options.keep_pixels = keep;
+    options.host_program = program("drape-camera-host");
+    return capture_live(file, options);
+  }
+
+  CamerasFile file;
+  std::vector<std::unique_ptr<GigeCamera>> devices;
+  std::vector<std::vector<std::uint8_t>> pictures;
+};
+
+/// Every frame of every set is the camera's picture, and its exposures were one instant.
+inline void expect_right_sets(const LiveBench& bench, const LiveResult& live) {
+  for (const PairedFrames& set : live.pairing.sets) {
+    ASSERT_EQ(set.frames.size(), bench.devices.size());
+    for (std::size_t c = 0; c < set.frames.size(); ++c)
+      EXPECT_EQ(live.frames[set.frames[c]].pixels, bench.pictures[c]);
+  }
+  for (const CameraLedger& ledger : live.pairing.cameras) EXPECT_TRUE(ledger.closes());
+}
+
+inline std::string all_faults(const LiveResult& live) {
+  std::string text;
+  for (const LiveFault& f : live.report.faults)
+    text += fmt::format("{}: {} [{}]\n", f.camera, f.what, f.what_to_do);
+  return text;
+}
+
+}  // namespace drape::test
