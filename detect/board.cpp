@@ -12,6 +12,7 @@
 #include "detect/board_map.hpp"
 #include "detect/chessboard.hpp"
 #include "detect/corner_covariance.hpp"
+#include "detect/light_growth.hpp"
 #include "detect/noise.hpp"
 #include "detect/tag_family.hpp"
 
@@ -24,19 +25,36 @@ constexpr int kLeastHalfWindow_px = 2;
 constexpr double kEdge_px = 1;            ///< that a blurred edge takes of the free width
 constexpr double kMostPitchShare = 0.25;  ///< of the window, as for a chessboard
 constexpr double kLeastContrastSigmas = 6;
+constexpr int kMostGrowth_px = 3;
 
-/// The target's tags in the picture; an id that is seen twice is left out, one of them is wrong.
-std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
-                                  const TagFamily& family, double noise_sigma) {
+/// Adds the target's tags that were found to those known; an id seen twice is left out, one of
+/// them is wrong.
+void add_tags(const std::vector<TagDetection>& found, const Target& target,
+              std::map<int, TagDetection>& known) {
   std::map<int, std::vector<TagDetection>> by_id;
-  for (const TagDetection& tag : family.find(image, noise_sigma)) {
+  for (const TagDetection& tag : found) {
     const bool ours = std::any_of(target.tags.begin(), target.tags.end(),
                                   [&](const PrintedTag& t) { return t.id == tag.id; });
     if (ours) by_id[tag.id].push_back(tag);
   }
-  std::vector<TagDetection> tags;
   for (const auto& [id, seen] : by_id)
-    if (seen.size() == 1) tags.push_back(seen.front());
+    if (seen.size() == 1) known.try_emplace(id, seen.front());
+}
+
+std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
+                                  const TagFamily& family, double noise_sigma) {
+  std::map<int, TagDetection> known;
+  add_tags(family.find(image, noise_sigma), target, known);
+  // The small squares of an AprilGrid touch its tags' corners, so that the library takes both for
+  // one shape; with light grown into the dark they come apart.
+  for (int by_px = 1; target.kind == TargetKind::aprilgrid && by_px <= kMostGrowth_px; ++by_px) {
+    if (known.size() == target.tags.size()) break;
+    std::vector<TagDetection> found = family.find(with_light_grown(image, by_px), noise_sigma);
+    for (TagDetection& tag : found) tag.corners_px = without_growth(tag.corners_px, by_px);
+    add_tags(found, target, known);
+  }
+  std::vector<TagDetection> tags;
+  for (const auto& [id, tag] : known) tags.push_back(tag);
   return tags;
 }
 

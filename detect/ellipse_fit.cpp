@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "detect/blurred_ellipse.hpp"
@@ -224,6 +225,22 @@ bool settle(Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vecto
   return true;
 }
 
+/// Share of the fitted outline beyond the image's border: the region that the fit began with ends
+/// there, so that the patch does not know how much is missing.
+double beyond_border(const GreyImage& image, const DotFit& fit) {
+  constexpr int places = 32;
+  const Eigen::Matrix2d root =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(fit.shape_px2).operatorSqrt();
+  int beyond = 0;
+  for (int k = 0; k < places; ++k) {
+    const double angle = 2 * std::numbers::pi * k / places;
+    const Eigen::Vector2d p =
+        fit.centre_px + root * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    beyond += p.x() < 0 || p.y() < 0 || p.x() > image.width_px - 1 || p.y() > image.height_px - 1;
+  }
+  return static_cast<double>(beyond) / places;
+}
+
 }  // namespace
 
 DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
@@ -248,6 +265,7 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   fit.centre_px = patch.origin.cast<double>() + p.segment<2>(Model::cx);
   fit.shape_px2 = (model.outline() * model.outline()).inverse();
   fit.covariance_px2 = covariance.block<2, 2>(Model::cx, Model::cx);
+  fit.masked_edge = std::max(fit.masked_edge, beyond_border(image, fit));
   fit.contrast = model.light_at_centre() * p(Model::print);
   fit.blur_px = p(Model::blur);
   fit.chi2_per_dof = normal.chi2 / freedom;

@@ -18,6 +18,7 @@
 #include "detect/labels.hpp"
 #include "detect/lattice.hpp"
 #include "detect/local_map.hpp"
+#include "detect/mosaic.hpp"
 #include "detect/tag_cells.hpp"
 
 namespace drape {
@@ -310,8 +311,10 @@ void sort_out(const std::vector<DotFit>& fits, const Labels& found, const FrameL
 
 }  // namespace
 
-FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane, TagFinder& finder,
+FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, TagFinder& finder,
                              const FrameLimits& limits) {
+  const std::optional<GreyImage> even = without_mosaic(picture);
+  const GreyImage& image = even ? *even : picture;
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;

@@ -19,9 +19,10 @@ struct FrameLimits {
   double most_sigma_px = 0;
 };
 
-/// Finds, fits and labels the marks of one decoded frame. Fills everything but the names, the
+/// Finds, fits and labels the marks of one decoded frame; a colour sensor's raw mosaic is brought
+/// to one level first. Fills everything but the names, the
 /// image's hash and the preview.
-[[nodiscard]] FrameDetections detect_frame(const GreyImage& image, const PrintPlane& plane,
+[[nodiscard]] FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane,
                                            TagFinder& finder, const FrameLimits& limits);
 
 }  // namespace drape

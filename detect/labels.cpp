@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <queue>
+#include <set>
 #include <tuple>
 
 #include "detect/local_map.hpp"
@@ -17,6 +18,10 @@ namespace {
 // A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
 constexpr double tag_print_share = 0.35;
 constexpr double bare_print_share = 0.10;
+
+constexpr double contradicting_error = 0.15;  // of a step to a dot that is another mark
+constexpr double most_flat_change = 0.12;     // of the map along a step on flat cloth
+constexpr double least_readable_px = 22;      // edge of a tag across its shorter direction
 
 constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
@@ -47,17 +52,38 @@ class Labeller {
         map_(map),
         steps_(dots, plane.dot_radius_m),
         labels_(dots.size()),
-        taken_(dots.size(), 0) {}
+        taken_(dots.size(), 0),
+        certain_(dots.size(), 0) {}
 
+  /// What the tags say comes before any step from dot to dot: a cloth folded flat upon itself may
+  /// show the column after the next where the next one would be. A dot that tags name differently
+  /// gets no label.
   void seed(const std::vector<TagDetection>& tags) {
+    std::vector<std::map<MarkId, int>> names(dots_.size());
+    std::vector<Proposal> proposals;
     for (const TagDetection& tag : tags) {
       const Eigen::Vector2d centre_m = plane_.tags.at(tag.id);
       const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
       if (!map || map->px_per_m.determinant() * plane_.row_sign <= 0) continue;
-      for (const MarkId mark : plane_.marks_around(tag.id)) {
-        propose(*map, plane_.point_m(mark) - centre_m, mark);
+      const std::vector<MarkId> around = plane_.marks_around(tag.id);
+      if (!around.empty()) read_cells_.insert(*std::min_element(around.begin(), around.end()));
+      for (const MarkId mark : around) {
+        const BestStep best = steps_.best(*map, plane_.point_m(mark) - centre_m, taken_);
+        if (!best.is_clear()) continue;
+        ++names[best.dot][mark];
+        proposals.push_back({best.error, mark, best.dot, best.to.px_per_m});
       }
     }
+    for (std::size_t dot = 0; dot < dots_.size(); ++dot) {
+      if (names[dot].size() > 1) {
+        taken_[dot] = 1;
+        disputed_.push_back(dot);
+        labels_[dot].reason = "no label: the tags beside it name it differently";
+      }
+      certain_[dot] = names[dot].size() == 1 && names[dot].begin()->second > 1;
+    }
+    for (const Proposal& proposal : proposals) queue_.push(proposal);
+    while (!queue_.empty()) (void)take_next();
   }
 
   /// Takes proposals, best first, until none is left; then asks all labelled dots again, since a
@@ -72,7 +98,17 @@ class Labeller {
     } while (by_mark_.size() > before);
   }
 
+  /// Where two labelled dots side by side stand one step from two others that are not their
+  /// neighbours, cloth is folded flat upon itself: on which side labels are right cannot be told,
+  /// so that only dots whose two tags agree keep theirs.
   std::vector<DotLabel> finish() {
+    std::map<MarkId, std::vector<MarkId>> seams;
+    for (const auto& [mark, dot] : by_mark_) seams[mark] = contradictions(mark, maps_.at(mark));
+    for (const auto& [mark, dot] : by_mark_) {
+      if (certain_[dot] != 0 || seams.at(mark).empty()) continue;
+      if (!runs_along(seams, mark) && !beside_disputed(mark)) continue;
+      labels_[dot] = {std::nullopt, "no label: another mark stands where its neighbour must be"};
+    }
     for (DotLabel& label : labels_) {
       if (!label.mark && label.reason.empty()) {
         label.reason = "no label: no tag or labelled neighbour leads to it";
@@ -84,22 +120,31 @@ class Labeller {
  private:
   void drain() {
     while (!queue_.empty()) {
-      const Proposal next = queue_.top();
-      queue_.pop();
-      if (labels_[next.dot].mark || by_mark_.count(next.mark) != 0 || !credible(next)) continue;
-      labels_[next.dot].mark = next.mark;
-      taken_[next.dot] = 1;
-      by_mark_[next.mark] = next.dot;
-      maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
-      lead_on(next.mark);
+      if (const auto mark = take_next()) lead_on(*mark);
     }
+  }
+
+  std::optional<MarkId> take_next() {
+    const Proposal next = queue_.top();
+    queue_.pop();
+    if (taken_[next.dot] != 0 || by_mark_.count(next.mark) != 0 || !credible(next)) {
+      return std::nullopt;
+    }
+    labels_[next.dot].mark = next.mark;
+    taken_[next.dot] = 1;
+    by_mark_[next.mark] = next.dot;
+    maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
+    return next.mark;
   }
 
   void lead_on(MarkId from) {
     for (const MarkId step : neighbours) {
       const MarkId mark{from.row + step.row, from.col + step.col};
       if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
-      propose(maps_[from], plane_.point_m(mark) - plane_.point_m(from), mark);
+      const LocalMap& here = maps_[from];
+      const BestStep best = steps_.best(here, plane_.point_m(mark) - plane_.point_m(from), taken_);
+      if (!best.is_clear() || may_be_seam(from, mark, here, best.to)) continue;
+      queue_.push({best.error, mark, best.dot, best.to.px_per_m});
     }
   }
 
@@ -109,7 +154,10 @@ class Labeller {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
     const CellVotes votes = cell_votes(proposal);
-    const int sum = votes.sum + other_supporters(proposal);
+    const int sum = votes.sum + other_supporters(proposal) -
+                    static_cast<int>(contradictions(proposal.mark, {dots_[proposal.dot].centre_px,
+                                                                    proposal.px_per_m})
+                                         .size());
     if (sum < 0) return false;
     const double support = std::min(1.0, sum / std::max(2.0, static_cast<double>(votes.cells)));
     return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
@@ -122,16 +170,74 @@ class Labeller {
       const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
       if (from == maps_.end()) continue;
       const LocalMap to = steps_.map_at(proposal.dot, from->second);
-      supporters += step_error(from->second, to,
-                               plane_.point_m(proposal.mark) - plane_.point_m(from->first)) <=
-                    most_step_error;
+      const Eigen::Vector2d step_m = plane_.point_m(proposal.mark) - plane_.point_m(from->first);
+      supporters += step_error(from->second, to, step_m) <= most_step_error &&
+                    !may_be_seam(from->first, proposal.mark, from->second, to);
     }
     return std::max(0, supporters - 1);
   }
 
-  void propose(const LocalMap& from, const Eigen::Vector2d& step_m, MarkId mark) {
-    const BestStep best = steps_.best(from, step_m, taken_);
-    if (best.is_clear()) queue_.push({best.error, mark, best.dot, best.to.px_per_m});
+  /// Labelled dots that stand where a neighbour must be and are another mark.
+  std::vector<MarkId> contradictions(MarkId mark, const LocalMap& here) const {
+    const double reach = 1.5 * plane_.pitch_m * here.px_per_m.norm();
+    std::vector<MarkId> found;
+    for (const auto& [other, map] : maps_) {
+      if ((map.centre_px - here.centre_px).squaredNorm() > reach * reach) continue;
+      for (const MarkId step : neighbours) {
+        const MarkId expected{mark.row + step.row, mark.col + step.col};
+        if (other == mark || other == expected) continue;
+        const Eigen::Vector2d step_m = plane_.point_m(expected) - plane_.point_m(mark);
+        if (step_error(here, map, step_m) <= contradicting_error) found.push_back(other);
+      }
+    }
+    return found;
+  }
+
+  /// True when a neighbour of the mark is contradicted too, by a neighbour of what contradicts it.
+  static bool runs_along(const std::map<MarkId, std::vector<MarkId>>& seams, MarkId mark) {
+    for (const MarkId other : seams.at(mark)) {
+      for (const MarkId step : neighbours) {
+        const auto beside = seams.find({mark.row + step.row, mark.col + step.col});
+        if (beside == seams.end()) continue;
+        const MarkId expected{other.row + step.row, other.col + step.col};
+        const auto& there = beside->second;
+        if (std::find(there.begin(), there.end(), expected) != there.end()) return true;
+      }
+    }
+    return false;
+  }
+
+  /// True when a dot that tags name differently stands one step away.
+  bool beside_disputed(MarkId mark) const {
+    const LocalMap& here = maps_.at(mark);
+    for (const std::size_t dot : disputed_) {
+      const LocalMap there = steps_.map_at(dot, here);
+      for (const MarkId step : neighbours) {
+        const Eigen::Vector2d step_m =
+            plane_.point_m({mark.row + step.row, mark.col + step.col}) - plane_.point_m(mark);
+        if (step_error(here, there, step_m) <= contradicting_error) return true;
+      }
+    }
+    return false;
+  }
+
+  /// A step along flat cloth beside the place of a tag that is large enough to be read, where
+  /// something is printed and no tag was read: two layers may meet there.
+  bool may_be_seam(MarkId from, MarkId to, const LocalMap& at, const LocalMap& there) const {
+    const double size = at.px_per_m.norm();
+    if ((at.px_per_m - there.px_per_m).norm() > most_flat_change * size) return false;
+    const double least_px_per_m = std::abs(at.px_per_m.determinant()) / size;
+    if (least_px_per_m * plane_.tag_edge_m < least_readable_px) return false;
+    const MarkId first = std::min(from, to);
+    for (const MarkId beside : {MarkId{0, 0}, from.row == to.row ? MarkId{-1, 0} : MarkId{0, -1}}) {
+      const MarkId cell{first.row + beside.row, first.col + beside.col};
+      if (!plane_.has_tag_in_cell(cell) || read_cells_.count(cell) != 0) continue;
+      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
+                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
+                                       plane_.point_m(from);
+      if (printed_share(at, centre_m) > bare_print_share) return true;
+    }
+    return false;
   }
 
   /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
@@ -144,7 +250,8 @@ class Labeller {
       const Eigen::Vector2d centre_m = plane_.point_m(cell) +
                                        0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
                                        plane_.point_m(proposal.mark);
-      const double printed = printed_share(proposal, centre_m);
+      const double printed =
+          printed_share({dots_[proposal.dot].centre_px, proposal.px_per_m}, centre_m);
       ++votes.cells;
       const bool tag = plane_.has_tag_in_cell(cell);
       if (printed > tag_print_share) votes.sum += tag ? 1 : -1;
@@ -154,14 +261,14 @@ class Labeller {
   }
 
   /// Share of printed pixels where a tag would be, seen from a dot through its local map.
-  double printed_share(const Proposal& from, const Eigen::Vector2d& centre_m) const {
+  double printed_share(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
     constexpr int half = 3;
     int printed = 0;
     for (int y = -half; y <= half; ++y) {
       for (int x = -half; x <= half; ++x) {
         const Eigen::Vector2d at_m =
             centre_m + 0.4 * plane_.tag_edge_m / half * Eigen::Vector2d(x, y);
-        const Eigen::Vector2d px = dots_[from.dot].centre_px + from.px_per_m * at_m;
+        const Eigen::Vector2d px = from.centre_px + from.px_per_m * at_m;
         printed += map_.at(static_cast<int>(std::lround(px.x())),
                            static_cast<int>(std::lround(px.y()))) != 0;
       }
@@ -174,7 +281,10 @@ class Labeller {
   const DarkMap& map_;
   DotSteps steps_;
   std::vector<DotLabel> labels_;
-  std::vector<char> taken_;  ///< dots that have a label
+  std::vector<char> taken_;  ///< dots that have a label or must have none
+  std::set<MarkId> read_cells_;
+  std::vector<std::size_t> disputed_;  ///< dots that tags name differently
+  std::vector<char> certain_;          ///< dots that two tags name alike
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
   std::priority_queue<Proposal, std::vector<Proposal>, Later> queue_;

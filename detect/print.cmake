@@ -13,5 +13,5 @@ drape_test(drape_print_test SOURCES print_test.cpp
 
 # Targets of corners: chessboards, ChArUco boards, AprilGrids.
 target_sources(drape_detect
-  PRIVATE board.cpp board_map.cpp corner_covariance.cpp tag_family.cpp
-  PUBLIC FILE_SET HEADERS FILES board.hpp board_map.hpp corner_covariance.hpp tag_family.hpp)
+  PRIVATE board.cpp board_map.cpp corner_covariance.cpp light_growth.cpp tag_family.cpp
+  PUBLIC FILE_SET HEADERS FILES board.hpp board_map.hpp corner_covariance.hpp light_growth.hpp tag_family.hpp)

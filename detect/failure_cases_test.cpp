@@ -1,0 +1,465 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes wrong on a bench: each case ends in right labels or in a rejection that is named, never
+// in a wrong label.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iostream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "core/units.hpp"
+#include "detect/cloth_picture.hpp"
+#include "detect/detect.hpp"
+#include "detect/frame.hpp"
+
+namespace drape::test {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using units::deg;
+using units::mm;
+
+constexpr int side = 6;
+constexpr int all = side * side;
+
+/// 6 x 6 dots of 4 mm at 20 mm, tags of 12 mm in every other cell.
+Print small_print(bool classes = false, bool tags = true) {
+  Print print;
+  print.rows = print.cols = side;
+  print.pitch_m = 20 * mm;
+  print.dot_diameter_m = 4 * mm;
+  print.patch_m = {120 * mm, 120 * mm};
+  print.margin_m = {10 * mm, 10 * mm};
+  if (tags) {
+    print.tag_family = "tag36h11";
+    print.tag_edge_m = 12 * mm;
+    int id = 0;
+    for (int row = 0; row + 1 < side; ++row) {
+      for (int col = row % 2; col + 1 < side; col += 2) {
+        print.tags.push_back({id++, print.material_m({row, col}) + Eigen::Vector2d(10, 10) * mm});
+      }
+    }
+  }
+  if (classes) {
+    print.dot_classes =
+        DotClasses{1.6 * mm, {"#o##o#", "##o#oo", "o###o#", "oo#o##", "#ooo#o", "##o#oo"}};
+  }
+  return print;
+}
+
+struct Look {
+  FrameDetections frame;
+  int right = 0, wrong = 0, visible = 0;
+  double worst_px = 0;
+};
+
+FrameDetections detected(const GreyImage& image, const Print& print) {
+  TagFinder finder(print.tag_family);
+  return detect_frame(image, plane_of(print), finder, limits_of(DetectOptions{}));
+}
+
+/// Compares with where the marks were drawn.
+Look judged(FrameDetections frame, const ClothPicture& picture) {
+  Look look;
+  look.frame = std::move(frame);
+  for (int k = 0; k < all; ++k) look.visible += picture.seen_px({k / side, k % side}).has_value();
+  for (const Detection& dot : look.frame.detections) {
+    const auto truth = picture.seen_px(dot.mark);
+    const double miss = truth ? (*truth - dot.centre_px).norm() : 1e9;
+    const bool right = miss < 2;
+    right ? ++look.right : ++look.wrong;
+    if (right) look.worst_px = std::max(look.worst_px, miss);
+  }
+  return look;
+}
+
+Look look_at(const ClothPicture& picture, const Print& print) {
+  return judged(detected(picture.draw(), print), picture);
+}
+
+/// The rejection nearest to a place of the picture; empty when there is none within 10 px.
+std::string reason_at(const FrameDetections& frame, const Eigen::Vector2d& px) {
+  std::string reason;
+  double nearest = 10;
+  for (const Rejection& rejection : frame.rejections) {
+    if (!rejection.centre_px || (*rejection.centre_px - px).norm() > nearest) continue;
+    nearest = (*rejection.centre_px - px).norm();
+    reason = rejection.reason;
+  }
+  return reason;
+}
+
+bool has(const FrameDetections& frame, MarkId mark) {
+  return std::any_of(frame.detections.begin(), frame.detections.end(),
+                     [&](const Detection& d) { return d.mark == mark; });
+}
+
+TEST(FailureCases, NothingWrongWithAPlainView) {
+  const Print print = small_print();
+  const Look look = look_at(ClothPicture(print, {}), print);
+  EXPECT_EQ(look.right, all);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_LT(look.worst_px, 0.12);
+}
+
+TEST(FailureCases, OneHiddenDotCostsOneDot) {
+  const Print print = small_print();
+  ClothPicture picture(print, {});
+  picture.wipe(picture.place_mm({2, 3}), 3);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right, all - 1);
+  EXPECT_EQ(look.wrong, 0);
+}
+
+TEST(FailureCases, ADotHalfHiddenByAFoldIsNotMeasured) {
+  // The cloth turns away just beyond the middle of column 2's dots, and comes back.
+  const Print print = small_print();
+  ClothView view;
+  view.slope_rad = [](double s) { return s > 50.5 && s < 58 ? 100 * deg : 0.0; };
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  for (const Detection& dot : look.frame.detections) EXPECT_NE(dot.mark.col, 2);
+  EXPECT_GE(look.right, 2 * side);
+}
+
+TEST(FailureCases, AFoldThatHidesExactlyOneColumnShiftsNoLabel) {
+  // The layer from 53 mm on lies over what goes before it: column 2 is hidden, and column 1 is seen
+  // where column 2 would be. The tags on either side name it differently.
+  const Print print = small_print();
+  ClothView view;
+  view.slope_rad = [](double s) { return s > 43 && s < 53 ? 180 * deg : 0.0; };
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_EQ(look.right, 4 * side);
+  EXPECT_THAT(reason_at(look.frame, *picture.seen_px({2, 1})), HasSubstr("no label"));
+}
+
+TEST(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
+  // Folded back by exactly one pitch: behind the edge the lattice goes on as if nothing were there.
+  const Print print = small_print();
+  int labels = 0, visible = 0, wrong = 0;
+  for (const double back : {9.0, 10.0, 11.0, 20.0}) {
+    for (double at = 41; at < 70; at += 5) {
+      ClothView view;
+      view.turn_rad = at / 10;
+      view.px_per_mm = 3.7;
+      view.width_px = view.height_px = 640;
+      view.slope_rad = [=](double s) { return s > at && s < at + back ? 180 * deg : 0.0; };
+      const Look look = look_at(ClothPicture(print, view), print);
+      labels += look.right + look.wrong;
+      visible += look.visible;
+      wrong += look.wrong;
+      EXPECT_EQ(look.wrong, 0) << back << " mm back at " << at << " mm";
+    }
+  }
+  std::cout << visible << " visible dots, " << labels << " labels, " << wrong << " wrong\n";
+  EXPECT_GE(labels, 0.7 * visible);
+}
+
+TEST(FailureCases, AMirroredImageAndTheBackAreNotLabelled) {
+  const Print print = small_print();
+  const ClothPicture picture(print, {});
+  GreyImage image = picture.draw();
+  cv::Mat whole(image.height_px, image.width_px, CV_8U, image.bytes.data());
+  cv::flip(whole, whole, 1);
+  const FrameDetections frame = detected(image, print);
+  EXPECT_TRUE(frame.detections.empty());
+  EXPECT_TRUE(frame.tags.empty());
+}
+
+TEST(FailureCases, AHalfCoveredTagIsMissedWithoutHarm) {
+  const Print print = small_print();
+  ClothPicture picture(print, {});
+  picture.wipe(picture.place_mm({2, 2}) + Eigen::Vector2d(14, 10), 5);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.frame.tags.size(), print.tags.size() - 1);
+  EXPECT_EQ(look.right, all);
+  EXPECT_EQ(look.wrong, 0);
+}
+
+TEST(FailureCases, AMirroredTagIsNotRead) {
+  const Print print = small_print();
+  ClothPicture picture(print, {});
+  picture.mirror(picture.place_mm({2, 2}) + Eigen::Vector2d(10, 10), 6.5);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.frame.tags.size(), print.tags.size() - 1);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_EQ(look.right, all);
+}
+
+TEST(FailureCases, APatchUpsideDownOrAskewIsTheSamePatch) {
+  const Print print = small_print();
+  for (const double turn : {90.0, 180.0, 217.0}) {
+    ClothView view;
+    view.turn_rad = turn * deg;
+    view.px_per_mm = 3.9;
+    const ClothPicture picture(print, view);
+    const Look look = look_at(picture, print);
+    EXPECT_EQ(look.right, all) << turn;
+    EXPECT_EQ(look.wrong, 0) << turn;
+  }
+}
+
+TEST(FailureCases, AHighlightOnADotSaturatesIt) {
+  const Print print = small_print();
+  ClothView view;
+  const Eigen::Vector2d at = *ClothPicture(print, view).seen_px({3, 3});
+  view.light = [at](double u, double v) {
+    const double r2 = (Eigen::Vector2d(u, v) - at - Eigen::Vector2d(8, 0)).squaredNorm();
+    return 1 + 4 * std::exp(-r2 / 100);
+  };
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_FALSE(has(look.frame, {3, 3}));
+  EXPECT_THAT(reason_at(look.frame, at),
+              AnyOf(HasSubstr("saturated"), HasSubstr("partly"), HasSubstr("bad fit"), ""));
+  EXPECT_GE(look.right, all - 2);
+}
+
+TEST(FailureCases, AShadowsEdgeThroughADotIsRightOrNamed) {
+  const Print print = small_print();
+  ClothView view;
+  const Eigen::Vector2d at = *ClothPicture(print, view).seen_px({2, 3});
+  view.light = [at](double u, double) { return u < at.x() + 2 ? 0.55 : 1.0; };
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_GE(look.right, all - side);
+  // Those that are measured although the edge runs through them are not far off.
+  EXPECT_LT(look.worst_px, 0.2);
+}
+
+TEST(FailureCases, WeaveMoireChangesNoLabel) {
+  const Print print = small_print();
+  ClothView view;
+  view.light = [](double u, double v) {
+    return 1 + 0.06 * std::sin(1.7 * u) * std::sin(1.9 * v) + 0.04 * std::sin(0.23 * u + 0.1 * v);
+  };
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right, all);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_LT(look.worst_px, 0.3);
+}
+
+TEST(FailureCases, DotsCutByTheImageBorderAreNotMeasured) {
+  const Print print = small_print();
+  ClothView view;
+  view.width_px = 494;  // the outer columns' middles lie on the border
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_EQ(look.right, all - 2 * side);
+}
+
+TEST(FailureCases, NarrowEllipsesAreRightUntilTheyAreTooSmall) {
+  const Print print = small_print();
+  for (const double squeeze : {0.5, 0.3, 0.2, 0.12}) {
+    ClothView view;
+    view.squeeze = squeeze;
+    const ClothPicture picture(print, view);
+    const Look look = look_at(picture, print);
+    std::cout << "minor axis " << 20 * squeeze << " px: " << look.right << " of " << all
+              << " right, worst " << look.worst_px << " px\n";
+    EXPECT_EQ(look.wrong, 0) << squeeze;
+    if (squeeze >= 0.3) {
+      EXPECT_EQ(look.right, all) << squeeze;
+    }
+    EXPECT_EQ(look.right + static_cast<int>(look.frame.islands.size()) +
+                      static_cast<int>(look.frame.rejections.size()) >=
+                  (squeeze >= 0.2 ? all : 0),
+              true);
+  }
+}
+
+TEST(FailureCases, BlurFromATenthToTwoPixels) {
+  const Print print = small_print();
+  for (const double blur : {0.3, 1.0, 1.5, 2.0}) {
+    ClothView view;
+    view.blur_px = blur;
+    const ClothPicture picture(print, view);
+    const Look look = look_at(picture, print);
+    EXPECT_EQ(look.right, all) << blur;
+    EXPECT_EQ(look.wrong, 0) << blur;
+    EXPECT_LT(look.worst_px, 0.12) << blur;
+  }
+}
+
+TEST(FailureCases, ASaturatedClothIsRefusedByName) {
+  const Print print = small_print();
+  ClothView view;
+  view.bright = 300;
+  view.dark = 60;
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right + look.wrong, 0);
+  EXPECT_THAT(reason_at(look.frame, *picture.seen_px({2, 2})), HasSubstr("saturated"));
+}
+
+TEST(FailureCases, DirtThatLooksLikeDotsGetsNoLabel) {
+  const Print print = small_print();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(8, 112);
+  ClothPicture picture(print, {});
+  for (int k = 0; k < 12; ++k) {
+    Eigen::Vector2d at;
+    double nearest = 0;
+    do {  // in a bare cell, clear of dots
+      at = {place(random), place(random)};
+      nearest = 1e9;
+      for (int m = 0; m < all; ++m) {
+        nearest = std::min(nearest, (picture.place_mm({m / side, m % side}) - at).norm());
+      }
+      const int row = static_cast<int>((at.y() - 10) / 20),
+                col = static_cast<int>((at.x() - 10) / 20);
+      if ((row + col) % 2 == 0) nearest = 0;
+    } while (nearest < 6);
+    picture.stain(at, 2);
+  }
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_GE(look.right, all - 2);
+}
+
+TEST(FailureCases, TwoPatchesWithTheSameTagsAreNotMixed) {
+  const Print print = small_print();
+  ClothView view;
+  view.width_px = 560;
+  view.px_per_mm = 4;
+  const ClothPicture picture(print, view);
+  const GreyImage one = picture.draw();
+  const cv::Mat left(one.height_px, one.width_px, CV_8U,
+                     const_cast<std::uint8_t*>(one.bytes.data()));
+  cv::Mat both;
+  cv::hconcat(left, left, both);
+  GreyImage image{both.cols, both.rows, {}, {}};
+  image.bytes.assign(both.datastart, both.dataend);
+  const FrameDetections frame = detected(image, print);
+  EXPECT_TRUE(frame.detections.empty()) << "every tag is seen twice: neither can be trusted";
+  EXPECT_GE(frame.islands.size(), 2U * all - 8);
+}
+
+TEST(FailureCases, AWrongPrintFileLabelsNothing) {
+  const Print print = small_print();
+  const ClothPicture picture(print, {});
+  Print other = print;
+  for (PrintedTag& tag : other.tags) tag.id += 100;
+  const FrameDetections frame = detected(picture.draw(), other);
+  EXPECT_TRUE(frame.detections.empty());
+  EXPECT_TRUE(frame.tags.empty());
+}
+
+TEST(FailureCases, AnEmptyImageIsEmpty) {
+  for (const int level : {0, 100, 255}) {
+    const std::size_t pixels = 400 * 300;
+    const GreyImage image{
+        400, 300, std::vector<std::uint8_t>(pixels, static_cast<std::uint8_t>(level)), {}};
+    const FrameDetections frame = detected(image, small_print());
+    EXPECT_TRUE(frame.detections.empty());
+    EXPECT_TRUE(frame.islands.empty());
+    EXPECT_TRUE(frame.rejections.empty());
+  }
+}
+
+TEST(FailureCases, SixteenBitsAndABayerMosaic) {
+  const Print print = small_print();
+  const ClothPicture picture(print, {});
+  const GreyImage plain = picture.draw();
+  GreyImage deep = plain;
+  for (const std::uint8_t byte : plain.bytes) deep.levels.push_back(byte);
+  const Look look = judged(detected(deep, print), picture);
+  EXPECT_EQ(look.right, all);
+  // A colour sensor's mosaic read as grey: red and blue sites see less of the lamp than green ones.
+  GreyImage mosaic = plain;
+  for (int v = 0; v < plain.height_px; ++v) {
+    for (int u = 0; u < plain.width_px; ++u) {
+      const double gain = (u + v) % 2 == 0 ? 1.0 : (v % 2 == 0 ? 0.8 : 0.7);
+      auto& byte = mosaic.bytes[static_cast<std::size_t>(v) * plain.width_px + u];
+      byte = static_cast<std::uint8_t>(std::lround(gain * byte));
+    }
+  }
+  const Look patterned = judged(detected(mosaic, print), picture);
+  std::cout << "Bayer mosaic as grey: " << patterned.right << " right, worst " << patterned.worst_px
+            << " px\n";
+  EXPECT_EQ(patterned.wrong, 0);
+  EXPECT_GE(patterned.right + static_cast<int>(patterned.frame.rejections.size()), all);
+  EXPECT_LT(patterned.worst_px, 0.2);
+}
+
+TEST(FailureCases, WithoutTagsTheClassesOfTheDotsTell) {
+  const Print print = small_print(true, false);
+  ClothView view;
+  view.turn_rad = 130 * deg;
+  view.px_per_mm = 4;
+  ClothPicture picture(print, view);
+  picture.wipe(picture.place_mm({0, 0}), 3);
+  picture.wipe(picture.place_mm({3, 4}), 3);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right, all - 2);
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_LT(look.worst_px, 0.15);
+}
+
+TEST(FailureCases, ClassesAndTagsTogether) {
+  const Print print = small_print(true, true);
+  const ClothPicture picture(print, {});
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right, all);
+  EXPECT_EQ(look.wrong, 0);
+  // The same cloth described with other classes contradicts itself: nothing is guessed.
+  Print other = small_print(false, true);
+  other.dot_classes =
+      DotClasses{1.6 * mm, {"oo#o##", "#ooo#o", "##o#oo", "#o##o#", "##o#oo", "o###o#"}};
+  const Look contradicted = judged(detected(picture.draw(), other), picture);
+  EXPECT_LT(contradicted.right, all);
+}
+
+TEST(FailureCases, WithoutTagsOrClassesThePieceIsAnIsland) {
+  const Print print = small_print(false, false);
+  const ClothPicture picture(print, {});
+  const FrameDetections frame = detected(picture.draw(), print);
+  EXPECT_TRUE(frame.detections.empty());
+  EXPECT_EQ(frame.islands.size(), static_cast<std::size_t>(all));
+}
+
+TEST(FailureCases, AllTagsOnOneSideOfARidge) {
+  const Print print = small_print();
+  ClothView view;
+  view.slope_rad = [](double s) { return s < 55 ? 45 * deg : (s < 65 ? 0.0 : -45 * deg); };
+  ClothPicture picture(print, view);
+  for (const PrintedTag& tag : print.tags) {
+    if (tag.centre_m.y() > 50 * mm) {
+      picture.wipe({tag.centre_m.y() / mm, tag.centre_m.x() / mm}, 3.5);
+    }
+  }
+  const Look look = look_at(picture, print);
+  std::cout << "beyond a ridge: " << look.right << " of " << look.visible << " right, "
+            << look.frame.islands.size() << " in islands\n";
+  EXPECT_EQ(look.wrong, 0);
+  EXPECT_EQ(
+      look.right + static_cast<int>(look.frame.islands.size() + look.frame.rejections.size()) >=
+          look.visible - 2,
+      true);
+}
+
+TEST(FailureCases, BarrelDistortion) {
+  const Print print = small_print();
+  ClothView view;
+  view.kappa_per_px2 = 0.25 / (700.0 * 700.0);
+  view.px_per_mm = 5.5;
+  const ClothPicture picture(print, view);
+  const Look look = look_at(picture, print);
+  EXPECT_EQ(look.right, all);
+  EXPECT_EQ(look.wrong, 0);
+}
+
+}  // namespace
+}  // namespace drape::test
