@@ -54,6 +54,12 @@ CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const T
       result.calibration.warnings.push_back(
           fmt::format("{}: {}", camera.report.camera, camera.report.status));
     }
+    for (const std::string& note : camera.report.notes)
+      result.calibration.warnings.push_back(fmt::format("{}: {}", camera.report.camera, note));
+    if (camera.report.stages) {
+      for (const std::string& finding : camera.report.stages->findings)
+        result.calibration.warnings.push_back(fmt::format("{}: {}", camera.report.camera, finding));
+    }
     for (const std::string& rejected : camera.report.rejected) {
       result.calibration.warnings.push_back(
           fmt::format("{}: rejected {}", camera.report.camera, rejected));

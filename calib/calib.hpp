@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/residuals.hpp"
+#include "calib/stage_check.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"
@@ -47,6 +48,8 @@ struct CameraReport {
   double focal_sd_mm = 0;
   double centre_sd_px = 0;            ///< larger of the two coordinates
   double chi2_per_dof = 0;            ///< against the marks' covariances
+  std::optional<StageCheck> stages;   ///< how the target moved on its z stage
+  std::vector<std::string> notes;     ///< limits of these data
   std::vector<std::string> rejected;  ///< dots not used, with set, index and reason
 
   [[nodiscard]] bool good() const { return status == "good"; }
@@ -63,11 +66,12 @@ struct CalibResult {
 };
 
 /// Calibrates each camera of the rig with Tsai's method for points at several heights (Tsai 1987,
-/// non-coplanar; paper section 5): radial alignment, then f, Tz and kappa1, then all parameters
-/// together on distorted pixels. World: the target in its reference pose, so a dot of the stage at
-/// height z is (x, y, z). Throws Error(bad_input) with camera and set when the data cannot
-/// calibrate: a stage or camera missing, too few points, no depth, mirrored points, not finite.
-/// A fit that does not converge or is ill-conditioned is a status in the Report.
+/// non-coplanar; paper section 5), or on one plane where the rig has one stage (coplanar): radial
+/// alignment, then f, Tz and kappa1, then all parameters together on distorted pixels. World: the
+/// target in its reference pose, so a dot of the stage at height z is (x, y, z). Throws
+/// Error(bad_input) with camera and set when the data cannot calibrate: a stage or camera missing,
+/// too few points, one plane parallel to the image, mirrored points, not finite. A fit that does
+/// not converge or is ill-conditioned is a status in the Report.
 [[nodiscard]] CalibResult calibrate_tsai(const Detections& detections, const Rig& rig,
                                          const Target& target, const CalibOptions& options);
 

@@ -28,13 +28,57 @@ TsaiStep step_of(const Camera& camera, const Points& points) {
           lens.kappa1_per_m2 * mm * mm, residuals_of(camera, points).rms_px};
 }
 
+/// Stage 1 and the linear part of stage 2.
+struct LinearStart {
+  std::optional<RadialAlignment> alignment;
+  std::optional<FocalAndDepth> depth;
+};
+
+LinearStart start_from_heights(const Points& points, const TsaiSensor& sensor) {
+  LinearStart start{align_non_coplanar(points, sensor), std::nullopt};
+  if (start.alignment) start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  return start;
+}
+
+/// One plane fixes the rotation up to a mirror image; the focal length's sign tells which.
+LinearStart start_from_plane(Points points, const TsaiSensor& sensor) {
+  const double height_m = points.front().point_in_world.z();
+  for (Correspondence& point : points) point.point_in_world.z() = 0;
+  LinearStart start{align_coplanar(points, sensor), std::nullopt};
+  if (!start.alignment) return start;
+  start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  if (start.depth && start.depth->focal_m < 0) {
+    start.alignment = mirrored(*start.alignment);
+    start.depth = solve_focal_and_depth(points, sensor, *start.alignment);
+  }
+  const Eigen::Vector3d back = height_m * start.alignment->rotation.col(2);
+  start.alignment->tx_m -= back.x();
+  start.alignment->ty_m -= back.y();
+  if (start.depth) start.depth->tz_m -= back.z();
+  return start;
+}
+
+void check_tilt(const Camera& camera) {
+  constexpr double kLeastTiltDeg = 10;
+  const double tilt_deg =
+      std::acos(std::min(1.0, std::abs(camera.cam_from_world.rotation(2, 2)))) / units::deg;
+  if (tilt_deg >= kLeastTiltDeg) return;
+  throw bad_input(fmt::format("too little tilt: the only plane is {:.1f} deg off parallel to the "
+                              "image, so focal length and distance cannot be told apart",
+                              tilt_deg),
+                  {.camera = camera.name},
+                  "tilt the camera by 30 degrees against the target, or record a second height");
+}
+
 /// Stages 1 and 2, with kappa1 = 0.
 Camera basic_camera(const Points& points, const RigCamera& rig_camera, bool estimate_scale_x,
                     CameraReport& report) {
   const Where where{.camera = rig_camera.name};
   const TsaiSensor sensor{rig_camera.pixel_pitch_x_m, rig_camera.pixel_pitch_y_m,
                           (rig_camera.width_px - 1) / 2.0, (rig_camera.height_px - 1) / 2.0};
-  std::optional<RadialAlignment> alignment = align_non_coplanar(points, sensor);
+  const bool one_plane = report.planes == 1;
+  auto [alignment, depth] =
+      one_plane ? start_from_plane(points, sensor) : start_from_heights(points, sensor);
   if (!alignment) {
     throw bad_input("the target points do not determine the camera's rotation (Tsai's stage 1)",
                     where, "spread the target over the image and over several heights");
@@ -42,8 +86,10 @@ Camera basic_camera(const Points& points, const RigCamera& rig_camera, bool esti
   report.origin_shifted = alignment->origin_shifted;
   report.stage1_ty_mm = alignment->ty_m / mm;
   report.stage1_scale_x = alignment->scale_x;
-  if (!estimate_scale_x) alignment->scale_x = 1;
-  const std::optional<FocalAndDepth> depth = solve_focal_and_depth(points, sensor, *alignment);
+  if (!estimate_scale_x && alignment->scale_x != 1) {
+    alignment->scale_x = 1;
+    depth = solve_focal_and_depth(points, sensor, *alignment);
+  }
   if (!depth) {
     throw bad_input("the focal length and the distance cannot be told apart", where,
                     "the target must not lie parallel to the image; tilt the camera");
@@ -57,6 +103,7 @@ Camera basic_camera(const Points& points, const RigCamera& rig_camera, bool esti
   camera.name = rig_camera.name;
   camera.model.width_px = rig_camera.width_px;
   camera.model.height_px = rig_camera.height_px;
+  if (one_plane) check_tilt(camera);
   return camera;
 }
 
@@ -160,6 +207,16 @@ Eigen::MatrixXd scaled_covariance(const Fit& fit, TsaiFree free, CameraReport& r
   return covariance;
 }
 
+void note_one_plane(bool estimate_scale_x, CameraReport& report) {
+  if (report.planes > 1) return;
+  report.notes.emplace_back(
+      "one view of one plane: a bent or wrongly printed target and a lens with more than one "
+      "radial term do not show in its residuals, and places off the plane rest on the lens alone; "
+      "record a second height, or free poses for --method joint");
+  if (estimate_scale_x)
+    report.notes.emplace_back("s_x kept at 1: one plane cannot tell it from the rotation");
+}
+
 }  // namespace
 
 CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camera,
@@ -169,8 +226,10 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   CameraReport& report = result.report;
   report.camera = rig_camera.name;
   report.planes = check_correspondences(measured, rig_camera.name);
-  const TsaiFree free = estimate_scale_x ? TsaiFree::all : TsaiFree::all_but_scale_x;
-  const Camera start = basic_camera(measured, rig_camera, estimate_scale_x, report);
+  const bool free_scale_x = estimate_scale_x && report.planes > 1;
+  const TsaiFree free = free_scale_x ? TsaiFree::all : TsaiFree::all_but_scale_x;
+  note_one_plane(estimate_scale_x, report);
+  const Camera start = basic_camera(measured, rig_camera, free_scale_x, report);
   if (!all_project(start, measured)) {
     report.status = "stage 2 puts target points behind the camera";
     return result;
@@ -189,6 +248,9 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   if (fit.points.size() == kept.size())
     report.max_eccentricity_px = largest_shift_px(fit.points, kept);
   const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);
+  if (covariance.size() > 0)
+    report.stages =
+        check_stages(fit.refinement.camera, fit.points, free, std::max(1.0, report.chi2_per_dof));
   report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
   CalibratedCamera calibrated;
   calibrated.camera = fit.refinement.camera;

@@ -114,10 +114,14 @@ int check_correspondences(const std::vector<Correspondence>& points, const std::
     spread += (p.point_in_world - mean) * (p.point_in_world - mean).transpose();
   const Eigen::Vector3d variances =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues();
-  // A depth under a thousandth of the width is print tolerance, not a second plane.
-  if (variances[0] <= 1e-6 * variances[2]) {
-    throw bad_input("the target points lie in one plane (or on one line): no depth", where,
-                    "record the target at two heights or more, apart by about its own size");
+  // A width under a thousandth of the length is print tolerance, not a second direction.
+  if (variances[1] <= 1e-6 * variances[2]) {
+    throw bad_input("the target points lie on one line", where,
+                    "show the camera more of the target");
+  }
+  if (variances[0] <= 1e-6 * variances[2] && heights.size() > 1) {
+    throw bad_input("the heights of the target are as good as equal: no depth", where,
+                    "record the target at heights that are apart by about its own size, or at one");
   }
   return static_cast<int>(heights.size());
 }

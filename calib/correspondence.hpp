@@ -40,7 +40,8 @@ void check_detection(const Detection& detection, const FrameDetections& frame);
                                                                 const std::string& camera);
 
 /// Throws Error(bad_input) naming the camera when the points cannot calibrate it: fewer than 11
-/// (Willson 1995), or all in one plane. Returns the number of different heights.
+/// (Willson 1995), on one line, or at heights that hardly differ. Returns the number of different
+/// heights; 1 is a single plane.
 int check_correspondences(const std::vector<Correspondence>& points, const std::string& camera);
 
 }  // namespace drape

@@ -39,6 +39,17 @@ std::string errors_of(const ClassicalErrors& errors) {
       errors.undistorted_px.max, errors.object_mm.mean, errors.object_mm.max, errors.normalised);
 }
 
+/// All that the calibration's warnings say of a camera but its status, which is the verdict.
+void add_reasons(Ending& ending, const CameraReport& camera) {
+  const auto add = [&](const std::vector<std::string>& reasons) {
+    for (const std::string& reason : reasons)
+      ending.rejected.push_back(fmt::format("{}: {}", camera.camera, reason));
+  };
+  add(camera.notes);
+  if (camera.stages) add(camera.stages->findings);
+  add(camera.rejected);
+}
+
 }  // namespace
 
 Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
@@ -48,8 +59,9 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
   for (const CameraReport& camera : result.report.cameras) {
     ending.numbers.emplace_back(camera.camera, figures_of(camera));
     ending.numbers.emplace_back(camera.camera + " errors", errors_of(camera.errors));
-    for (const std::string& rejected : camera.rejected)
-      ending.rejected.push_back(fmt::format("{}: {}", camera.camera, rejected));
+    if (camera.stages)
+      ending.numbers.emplace_back(camera.camera + " z stage", text_of(*camera.stages));
+    add_reasons(ending, camera);
     if (camera.origin_shifted) {
       ending.rejected.push_back(
           fmt::format("{}: the world origin lies on the image's x axis (Ty {:.3f} mm), stage 1 "

@@ -9,7 +9,7 @@ drape_library(calib_exchange
 
 drape_program(drape-calib-convert SOURCES exchange_main.cpp LINK drapebench::calib_exchange)
 
-drape_test(calib_exchange_test SOURCES exchange_test.cpp LINK drapebench::calib_exchange)
+drape_test(calib_exchange_test SOURCES exchange_colmap_test.cpp exchange_test.cpp LINK drapebench::calib_exchange fmt::fmt)
 
 # A second opinion, in the test alone and only where it is installed.
 find_library(DRAPE_OPENCV_CALIB3D opencv_calib3d)

@@ -13,64 +13,25 @@
 #include <opencv2/calib3d.hpp>
 #endif
 
+#include "calib/test_exchange.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+using test::bench1_calibration;
+using test::points_of_a_drape;
 using testing::AllOf;
 using testing::HasSubstr;
 using units::mm;
 
-CalibratedCamera calibrated(const Camera& camera) {
-  CalibratedCamera result;
-  result.camera = camera;
-  result.worked_point.point_in_world = {30 * mm, -45 * mm, 20 * mm};
-  result.worked_point.px =
-      project(camera.model, camera.cam_from_world * result.worked_point.point_in_world)->px;
-  return result;
-}
-
-/// bench1's three cameras; Brown's lens with every term, or Tsai's.
-Calibration bench(bool tsai) {
-  Calibration calibration;
-  calibration.method = "tsai";
-  calibration.rig = "bench1";
-  for (Camera camera : test::bench1_truth().cameras) {
-    // The file's nine digits are not quite a rotation.
-    Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
-    rotation = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
-    auto& lens = std::get<BrownLens>(camera.model.lens);
-    lens.p1 = 4e-4;
-    lens.p2 = -3e-4;
-    lens.k3 = 0.01;
-    if (tsai)
-      camera.model.lens =
-          TsaiLens{10.7 * mm, 900, lens.cx_px, lens.cy_px, 1.0008, 3.45e-6, 3.45e-6};
-    calibration.cameras.push_back(calibrated(camera));
-  }
-  return calibration;
-}
-
-/// Points through the volume in which a drape hangs, all in every image.
-std::vector<Eigen::Vector3d> points() {
-  std::vector<Eigen::Vector3d> all;
-  for (const double x : {-90.0, 0.0, 90.0}) {
-    for (const double y : {-80.0, 10.0, 80.0}) {
-      for (const double z : {0.0, 90.0}) all.emplace_back(x * mm, y * mm, z * mm);
-    }
-  }
-  return all;
-}
-
 double largest_difference_px(const Camera& a, const Camera& b) {
   double worst = 0;
-  for (const Eigen::Vector3d& point : points()) {
+  for (const Eigen::Vector3d& point : points_of_a_drape()) {
     worst = std::max(worst, (project(a.model, a.cam_from_world * point)->px -
                              project(b.model, b.cam_from_world * point)->px)
                                 .norm());
@@ -89,7 +50,7 @@ std::vector<fs::path> written(const ExportResult& result, const fs::path& folder
 
 TEST(Exchange, ABrownLensGoesOutAndComesBackUnchanged) {
   const test::TemporaryFolder folder;
-  const Calibration out = bench(false);
+  const Calibration out = bench1_calibration(false);
   for (const ExchangeFormat format : {ExchangeFormat::opencv, ExchangeFormat::mrcal}) {
     const ExportResult exported = export_calibration(out, format, {});
     const Calibration in = import_calibration(written(exported, folder.path()), format, "bench1");
@@ -111,7 +72,7 @@ TEST(Exchange, ABrownLensGoesOutAndComesBackUnchanged) {
 
 TEST(Exchange, TsaisLensIsRefittedOverTheImageAndSaysHowWell) {
   const test::TemporaryFolder folder;
-  const Calibration out = bench(true);
+  const Calibration out = bench1_calibration(true);
   const ExportResult exported = export_calibration(out, ExchangeFormat::opencv, {});
   const Calibration in =
       import_calibration(written(exported, folder.path()), ExchangeFormat::opencv, "bench1");
@@ -128,7 +89,7 @@ TEST(Exchange, TsaisLensIsRefittedOverTheImageAndSaysHowWell) {
 }
 
 TEST(Exchange, ALensThatAFormatCannotHoldIsRefused) {
-  Calibration strong = bench(false);
+  Calibration strong = bench1_calibration(false);
   std::get<BrownLens>(strong.cameras[1].camera.model.lens).k3 = 8;
   try {
     static_cast<void>(export_calibration(strong, ExchangeFormat::kalibr, {}));
@@ -152,7 +113,7 @@ Eigen::Vector2d by_the_document(const std::vector<double>& p, const Eigen::Vecto
 }
 
 TEST(Exchange, ColmapsFilesProjectTheWorkedPoint) {
-  const Calibration out = bench(false);
+  const Calibration out = bench1_calibration(false);
   const ExportResult exported = export_calibration(out, ExchangeFormat::colmap, {});
   ASSERT_EQ(exported.files.size(), 3U);
   std::istringstream lenses(exported.files[0].text), images(exported.files[1].text);
@@ -192,10 +153,10 @@ std::vector<double> after(const std::string& text, const std::string& key, std::
 }
 
 TEST(Exchange, KalibrsChainProjectsTheWorkedPointThroughEveryCamera) {
-  Calibration out = bench(false);
+  Calibration out = bench1_calibration(false);
   for (CalibratedCamera& camera : out.cameras) {
     std::get<BrownLens>(camera.camera.model.lens).k3 = 0;
-    camera = calibrated(camera.camera);
+    camera = test::calibrated_camera(camera.camera);
   }
   const std::string text = export_calibration(out, ExchangeFormat::kalibr, {}).files.at(0).text;
   const Eigen::Vector3d world = out.cameras[0].worked_point.point_in_world;
@@ -225,7 +186,7 @@ TEST(Exchange, KalibrsChainProjectsTheWorkedPointThroughEveryCamera) {
 TEST(Exchange, OpenCVProjectsTheWorkedPointsAlike) {
 #ifdef DRAPE_HAS_OPENCV_CALIB3D
   const test::TemporaryFolder folder;
-  const Calibration out = bench(false);
+  const Calibration out = bench1_calibration(false);
   const auto files = written(export_calibration(out, ExchangeFormat::opencv, {}), folder.path());
   for (int i = 0; i < 3; ++i) {
     const cv::FileStorage file(files[i].string(), cv::FileStorage::READ);
@@ -249,7 +210,7 @@ TEST(Exchange, MrcalProjectsTheWorkedPointsAlike) {
   if (std::system("/usr/bin/python3 -c 'import mrcal' >/dev/null 2>&1") != 0)
     GTEST_SKIP() << "mrcal is not installed (python3-mrcal)";
   const test::TemporaryFolder folder;
-  const Calibration out = bench(false);
+  const Calibration out = bench1_calibration(false);
   const auto files = written(export_calibration(out, ExchangeFormat::mrcal, {}), folder.path());
   for (int i = 0; i < 3; ++i) {
     const Eigen::Vector3d& p = out.cameras[i].worked_point.point_in_world;

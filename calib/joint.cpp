@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/common_error.hpp"
 #include "calib/joint_checks.hpp"
 #include "calib/joint_covariance.hpp"
 #include "calib/joint_start.hpp"
@@ -124,17 +125,35 @@ void reset_unused(JointModel& model, LensTerms lens) {
   }
 }
 
-void add_covariances(const JointSolution& solution, const JointFit& fit, double scale_uncertainty,
-                     JointResult& result) {
+/// Covariances and the view that would help most.
+void add_uncertainty(const JointSolution& solution, const JointFit& fit,
+                     const JointOptions& options, JointResult& result) {
   const JointModel& model = solution.model;
+  JointReport& report = result.report;
+  Calibration& calibration = result.calibration;
   const double dof = 2.0 * static_cast<double>(count_points(model)) - free_parameters(model, fit);
-  result.report.chi2_per_dof = solution.chi2 / dof;
-  const JointCovariance covariance =
-      joint_covariance(model, fit, std::max(1.0, result.report.chi2_per_dof));
-  result.calibration.joint_covariance = covariance.cameras;
-  add_scale_uncertainty(result.calibration.joint_covariance, model, scale_uncertainty);
-  result.calibration.joint_covariance_parameters = covariance.names;
-  result.report.bow_sd_mm = covariance.bow_sd_mm;
+  report.chi2_per_dof = solution.chi2 / dof;
+  const double factor = std::max(1.0, report.chi2_per_dof);
+  const MatrixXd information = information_of(model, fit);
+  const MatrixXd common = factor * common_error_pull(model, fit, options.common_share);
+  const JointCovariance covariance = joint_covariance(model, fit, information, common, factor);
+  report.bow_sd_mm = covariance.bow_sd_mm;
+  calibration.joint_covariance_parameters = covariance.names;
+  calibration.joint_covariance = covariance.cameras;
+  if (covariance.cameras.size() == 0) return;
+  add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
+  report.next_view = next_view(model, fit, common, report.chi2_per_dof);
+}
+
+/// The first stage keeps the world; the others lie where the views say.
+Rig with_free_stages(Rig rig) {
+  if (rig.stages.size() < 2) return rig;
+  std::vector<std::string> free;
+  for (auto stage = rig.stages.begin() + 1; stage != rig.stages.end(); ++stage)
+    free.push_back(stage->set);
+  rig.free_poses.insert(rig.free_poses.begin(), free.begin(), free.end());
+  rig.stages.resize(1);
+  return rig;
 }
 
 void add_warnings(JointReport& report) {
@@ -148,6 +167,14 @@ void add_warnings(JointReport& report) {
 }
 
 }  // namespace
+
+void JointOptions::check() const {
+  common.check();
+  if (!(common_share >= 0 && common_share < 1)) {
+    throw usage_error(fmt::format("--common-share is {}", common_share),
+                      "give a part of the points' own noise: 0 or more, below 1");
+  }
+}
 
 WorldBox drape_volume(const JointModel& model) {
   double top = 0;
@@ -172,17 +199,23 @@ JointResult calibrate_joint(JointModel model, double dot_diameter_m, const Joint
   cleaning.dot_diameter_m = options.common.correct_eccentricity ? dot_diameter_m : 0;
   cleaning.outlier_sigmas = options.common.outlier_sigmas;
   JointSolution solution = fit_joint(model, fit, cleaning);
+  const JointModel all_points = solution.model;
   report.rejected = reject_outliers(solution.model, cleaning);
   fit.lens = chosen_lens(solution.model, fit, options, report);
   report.lens = fit.lens;
   reset_unused(solution.model, fit.lens);
   solution = fit_joint(solution.model, fit, cleaning);
+  report.stages = check_stages(all_points, fit, cleaning);
+  if (report.stages) {
+    report.warnings.insert(report.warnings.end(), report.stages->findings.begin(),
+                           report.stages->findings.end());
+  }
   report.iterations = solution.iterations;
   report.points = static_cast<int>(count_points(solution.model));
   report.bow_mm = solution.model.bow.edge_rise_mm;
   report.max_eccentricity_px = largest_eccentricity(solution.model);
   report.views = view_reports(solution.model);
-  add_covariances(solution, fit, options.scale_uncertainty, result);
+  add_uncertainty(solution, fit, options, result);
   Calibration& calibration = result.calibration;
   calibration.method = "joint";
   for (const Placement& placement : solution.model.placements)
@@ -196,18 +229,16 @@ JointResult calibrate_joint(JointModel model, double dot_diameter_m, const Joint
   }
   report.rms_px = std::sqrt(sum / report.points);
   const bool has_covariance = calibration.joint_covariance.size() > 0;
-  if (has_covariance) {
+  if (has_covariance)
     report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
-    report.next_view = next_view(solution.model, fit, report.chi2_per_dof);
-  }
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);
   add_warnings(report);
   if (!report.good()) calibration.warnings.push_back(report.status);
-  for (const std::string& rejected : report.rejected)
-    calibration.warnings.push_back("rejected " + rejected);
   calibration.warnings.insert(calibration.warnings.end(), report.warnings.begin(),
                               report.warnings.end());
+  for (const std::string& rejected : report.rejected)
+    calibration.warnings.push_back("rejected " + rejected);
   return result;
 }
 
@@ -216,7 +247,8 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   options.check();
   check_known_length(target);
   std::vector<std::string> notes;
-  JointModel model = joint_frames(detections, rig, target, notes);
+  JointModel model =
+      joint_frames(detections, options.free_stages ? with_free_stages(rig) : rig, target, notes);
   check_places(model);
   start_joint(model);
   JointOptions with_scale = options;

@@ -8,6 +8,7 @@
 
 #include "calib/calib.hpp"
 #include "calib/joint_fit.hpp"
+#include "calib/stage_check.hpp"
 #include "calib/uncertainty.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
@@ -21,8 +22,10 @@ struct JointOptions {
   bool estimate_bow = true;       ///< of the target's plate
   bool estimate_skew = false;     ///< a library option: calibration.json has no skew
   int held_out_groups = 4;        ///< of placements, for the lens and the report
+  bool free_stages = false;       ///< z stages but the first are free poses
+  double common_share = 0.1;      ///< of a point's noise that a view's points share (smooth)
   double scale_uncertainty = 0;   ///< of the print (1), common to all cameras
-  void check() const { common.check(); }
+  void check() const;
 };
 
 struct JointCameraReport {
@@ -61,8 +64,9 @@ struct JointReport {
   std::optional<double> volume_sd_mm;  ///< what calibration leaves open in the drape volume
   std::vector<std::string> rejected;   ///< points and views, with reasons
   std::vector<std::string> warnings;
-  std::string print_scale;  ///< what is known of the target's size
-  std::string next_view;    ///< the target pose that would help most
+  std::optional<StageCheck> stages;  ///< how the target moved on its z stage
+  std::string print_scale;           ///< what is known of the target's size
+  std::string next_view;             ///< the target pose that would help most
 
   [[nodiscard]] bool good() const { return status == "good"; }
 };

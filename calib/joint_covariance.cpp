@@ -45,10 +45,12 @@ MatrixXd to_file(const JointModel& model, const std::vector<int>& moved, Index s
 }  // namespace
 
 JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
-                                 const MatrixXd& information, double variance_factor) {
+                                 const MatrixXd& information, const MatrixXd& common,
+                                 double variance_factor) {
   JointCovariance out;
-  const MatrixXd all = variance_factor * inverse_of_information(information);
+  MatrixXd all = variance_factor * inverse_of_information(information);
   if (all.size() == 0) return out;
+  if (common.size() > 0) all += all * common * all.transpose() / variance_factor;
   const std::vector<int> moved = moved_camera_parameters(fit);
   const auto cameras = static_cast<Index>(moved.size() * model.cameras.size());
   const MatrixXd map = to_file(model, moved, cameras);
@@ -59,11 +61,6 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
       out.names.push_back(camera.camera.name + "/" + name);
   }
   return out;
-}
-
-JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
-                                 double variance_factor) {
-  return joint_covariance(model, fit, information_of(model, fit), variance_factor);
 }
 
 void add_scale_uncertainty(MatrixXd& covariance, const JointModel& model,

@@ -16,14 +16,12 @@ struct JointCovariance {
   Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();
 };
 
-/// Covariance of all cameras' parameters, placements and bow taken out, times `variance_factor`.
-/// Parameters that the fit keeps have zero rows and columns.
-[[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
-                                               double variance_factor);
-
-/// The same from information_of(), for adding views.
+/// Covariance of all cameras' parameters, placements and bow taken out, times `variance_factor`,
+/// from information_of() and, unless it is empty, common_error_pull(). Parameters that the fit
+/// keeps have zero rows and columns.
 [[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
                                                const Eigen::MatrixXd& information,
+                                               const Eigen::MatrixXd& common,
                                                double variance_factor);
 
 /// Adds what an uncertain print scale (1) does: all translations grow together. `covariance` is of

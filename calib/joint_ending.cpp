@@ -68,6 +68,7 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
                                   "middle along x and y",
                                   report.bow_mm.x(), report.bow_mm.y(), report.bow_sd_mm.x(),
                                   report.bow_sd_mm.y()));
+  if (report.stages) ending.numbers.emplace_back("z stage", text_of(*report.stages));
   ending.numbers.emplace_back(
       "fit", fmt::format("chi2/dof {:.2f}, dot eccentricity up to {:.3f} px", report.chi2_per_dof,
                          report.max_eccentricity_px));

@@ -50,23 +50,42 @@ MatrixXd derivative(const JointModel& model, const Layout& layout, const JointFr
   return d;
 }
 
-/// Adds a frame's information; `placement_at` is -1 when the placement is known.
-void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
-               const MatrixXd& derivative, Index placement_at) {
-  const MatrixXd part = derivative.transpose() * derivative;
+/// Rows (columns) of a frame's derivative and where they stand among all parameters.
+struct Piece {
+  Index from, to, size;
+};
+
+/// `placement_at` is -1 when the placement is known.
+std::vector<Piece> pieces_of(const Layout& layout, std::size_t camera, Index placement_at) {
   const auto cameras = static_cast<Index>(layout.moved.size());
-  struct Piece {
-    Index from, to, size;
-  };
   std::vector<Piece> pieces;
-  if (cameras > 0) pieces.push_back({0, layout.camera(frame.camera), cameras});
+  if (cameras > 0) pieces.push_back({0, layout.camera(camera), cameras});
   if (layout.bow_size > 0) pieces.push_back({cameras, layout.bow, layout.bow_size});
   if (placement_at >= 0)
     pieces.push_back({cameras + layout.bow_size, placement_at, placement_parameters});
+  return pieces;
+}
+
+void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
+               const MatrixXd& derivative, Index placement_at) {
+  const MatrixXd part = derivative.transpose() * derivative;
+  const std::vector<Piece> pieces = pieces_of(layout, frame.camera, placement_at);
   for (const Piece& a : pieces) {
     for (const Piece& b : pieces)
       information.block(a.to, b.to, a.size, b.size) += part.block(a.from, b.from, a.size, b.size);
   }
+}
+
+/// W d: the disturbance in units of each point's standard deviation, robust weight included.
+MatrixXd whitened(const JointFrame& frame, const MatrixXd& disturbance_px) {
+  MatrixXd result(disturbance_px.rows(), disturbance_px.cols());
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const TargetPoint& point = frame.points[i];
+    const auto row = 2 * static_cast<Index>(i);
+    result.middleRows<2>(row) = std::sqrt(point.weight) * whitener(point.covariance_px2) *
+                                disturbance_px.middleRows<2>(row);
+  }
+  return result;
 }
 
 }  // namespace
@@ -84,6 +103,18 @@ MatrixXd information_of(const JointModel& model, const JointFit& fit) {
               layout.placements[frame.placement]);
   }
   return information;
+}
+
+MatrixXd pull_of(const JointModel& model, const JointFit& fit, const JointFrame& frame,
+                 const MatrixXd& disturbance_px) {
+  const Layout layout(model, fit);
+  const MatrixXd part =
+      derivative(model, layout, frame, model.placements[frame.placement]).transpose() *
+      whitened(frame, disturbance_px);
+  MatrixXd pull = MatrixXd::Zero(layout.size, disturbance_px.cols());
+  for (const Piece& piece : pieces_of(layout, frame.camera, layout.placements[frame.placement]))
+    pull.middleRows(piece.to, piece.size) += part.middleRows(piece.from, piece.size);
+  return pull;
 }
 
 MatrixXd information_of_view(const JointModel& model, const JointFit& fit,

@@ -39,6 +39,12 @@ struct JointSolution {
 /// unknown placements, in the order of joint_model.hpp.
 [[nodiscard]] Eigen::MatrixXd information_of(const JointModel& model, const JointFit& fit);
 
+/// J'W d of a frame for each column of `disturbance_px` (2 rows a point): how strongly that
+/// disturbance of the frame's pixels pulls at the parameters of information_of().
+[[nodiscard]] Eigen::MatrixXd pull_of(const JointModel& model, const JointFit& fit,
+                                      const JointFrame& frame,
+                                      const Eigen::MatrixXd& disturbance_px);
+
 /// Information that one more view of the target would add to cameras and bow, its own placement
 /// eliminated. `frames` are the new view's.
 [[nodiscard]] Eigen::MatrixXd information_of_view(const JointModel& model, const JointFit& fit,

@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
   app.add_option("--lens", lens, "joint: the lens's terms, or held-out to choose by unseen views")
       ->check(CLI::IsMember({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"}))
       ->capture_default_str();
-  app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
+  add_joint_options(app, options);
   return run_program(app, argc, argv, common, [&] {
     options.check();
     options.lens = lens_named(lens);
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
     record.output(out);
     note_options(record, options.common, method);
     record.option("lens", lens);
-    record.option("bow", options.estimate_bow ? "true" : "false");
+    note_joint_options(record, options);
     const int code = finish(ending, common);
     record.write(run_record_path(out), code);
     return code;

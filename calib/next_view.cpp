@@ -69,9 +69,9 @@ std::vector<JointFrame> views_of(const JointModel& model, const Placement& place
 
 /// Standard deviation over the drape volume (mm) by an information; for one camera, of its centre.
 double figure_mm(const JointModel& model, const JointFit& fit, const MatrixXd& information,
-                 double factor, const std::vector<Vector3d>& grid) {
+                 const MatrixXd& common, double factor, const std::vector<Vector3d>& grid) {
   Calibration calibration;
-  const JointCovariance covariance = joint_covariance(model, fit, information, factor);
+  const JointCovariance covariance = joint_covariance(model, fit, information, common, factor);
   calibration.joint_covariance = covariance.cameras;
   for (const JointCamera& camera : model.cameras) {
     calibration.cameras.emplace_back();
@@ -84,11 +84,12 @@ double figure_mm(const JointModel& model, const JointFit& fit, const MatrixXd& i
 
 }  // namespace
 
-std::string next_view(const JointModel& model, const JointFit& fit, double variance_factor) {
+std::string next_view(const JointModel& model, const JointFit& fit, const MatrixXd& common,
+                      double variance_factor) {
   const double factor = std::max(1.0, variance_factor);
   const std::vector<Vector3d> grid = grid_of(drape_volume(model), 2);
   const MatrixXd information = information_of(model, fit);
-  const double now_mm = figure_mm(model, fit, information, factor, grid);
+  const double now_mm = figure_mm(model, fit, information, common, factor, grid);
   double best_mm = now_mm;
   std::string best;
   for (const Candidate& candidate : candidates(model)) {
@@ -97,7 +98,7 @@ std::string next_view(const JointModel& model, const JointFit& fit, double varia
     const MatrixXd more = information_of_view(model, fit, candidate.placement, views);
     MatrixXd sum = information;
     sum.topLeftCorner(more.rows(), more.cols()) += more;
-    const double then_mm = figure_mm(model, fit, sum, factor, grid);
+    const double then_mm = figure_mm(model, fit, sum, common, factor, grid);
     if (then_mm >= best_mm) continue;
     best_mm = then_mm;
     best = fmt::format("target {} (seen whole by {} of {} cameras)", candidate.words, views.size(),

@@ -9,7 +9,8 @@ namespace drape {
 
 /// One sentence: which further pose of the target would lower the calibration's share of the
 /// measured points' standard deviation most, and by how much (from the information it would add).
+/// `common` is common_error_pull() of the views there are, or empty.
 [[nodiscard]] std::string next_view(const JointModel& model, const JointFit& fit,
-                                    double variance_factor);
+                                    const Eigen::MatrixXd& common, double variance_factor);
 
 }  // namespace drape

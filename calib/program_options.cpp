@@ -20,6 +20,22 @@ void add_options(CLI::App& app, CalibOptions& options) {
                "take the centroid of a dot's image for the image of its centre");
 }
 
+void add_joint_options(CLI::App& app, JointOptions& options) {
+  app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
+  app.add_flag("--free-stages", options.free_stages,
+               "joint: believe no stage's height but the first one's");
+  app.add_option("--common-share", options.common_share,
+                 "joint: part of the points' noise that all points of a view may share, for the "
+                 "uncertainty")
+      ->capture_default_str();
+}
+
+void note_joint_options(RunRecord& record, const JointOptions& options) {
+  record.option("bow", options.estimate_bow ? "true" : "false");
+  record.option("free_stages", options.free_stages ? "true" : "false");
+  record.option("common_share", fmt::format("{}", options.common_share));
+}
+
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method) {
   record.option("method", method);
   record.option("max_rms_px", fmt::format("{}", options.max_rms_px));

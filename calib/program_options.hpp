@@ -4,6 +4,7 @@
 #include <string>
 
 #include "calib/calib.hpp"
+#include "calib/joint.hpp"
 #include "core/program.hpp"
 #include "core/run_record.hpp"
 
@@ -12,7 +13,11 @@ namespace drape {
 /// Options of both methods on the command line.
 void add_options(CLI::App& app, CalibOptions& options);
 
+/// Those of the joint method alone.
+void add_joint_options(CLI::App& app, JointOptions& options);
+
 /// The same into the run record.
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method);
+void note_joint_options(RunRecord& record, const JointOptions& options);
 
 }  // namespace drape

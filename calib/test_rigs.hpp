@@ -5,13 +5,26 @@
 #include <cmath>
 #include <random>
 
+#include "calib/common_error.hpp"
 #include "calib/joint_model.hpp"
 #include "core/units.hpp"
 
 namespace drape::test {
 
+/// Adds an error that all points of a frame share: a quadratic function of the place, in u and v.
+inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
+  std::normal_distribution<double> normal(0, sd_px);
+  const Eigen::MatrixXd shapes = smooth_shapes(frame);
+  for (int axis = 0; axis < 2; ++axis) {
+    Eigen::VectorXd error = Eigen::VectorXd::Zero(shapes.rows());
+    for (Eigen::Index i = 0; i < shapes.cols(); ++i) error += normal(random) * shapes.col(i);
+    for (std::size_t i = 0; i < frame.points.size(); ++i)
+      frame.points[i].measured_px[axis] += error[static_cast<Eigen::Index>(i)];
+  }
+}
+
 /// Makes the frames that the model's cameras see of its placements, all 12 x 9 points.
-inline void see(JointModel& model, double noise_px, unsigned seed) {
+inline void see(JointModel& model, double noise_px, unsigned seed, double common_share = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
   model.frames.clear();
@@ -28,6 +41,7 @@ inline void see(JointModel& model, double noise_px, unsigned seed) {
                                 *px + Eigen::Vector2d(noise(random), noise(random)),
                                 noise_px * noise_px * Eigen::Matrix2d::Identity()});
       }
+      if (common_share > 0) disturb(frame, common_share * noise_px, random);
       model.frames.push_back(frame);
     }
   }
@@ -51,7 +65,8 @@ inline JointModel forgotten(const JointModel& model) {
 /// free poses. Everything follows from the seed.
 class SyntheticBench {
  public:
-  explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05)
+  explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05,
+                          double common_share = 0)
       : random_(seed) {
     model_.bow.half_m = {0.11, 0.08};
     model_.bow.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
@@ -63,7 +78,7 @@ class SyntheticBench {
       model_.placements.push_back(stage);
     }
     for (int i = 0; i < free_poses; ++i) model_.placements.push_back(free_pose(i));
-    see(model_, noise_px, seed + 1000);
+    see(model_, noise_px, seed + 1000, common_share);
   }
 
   [[nodiscard]] const JointModel& true_model() const { return model_; }

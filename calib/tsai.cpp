@@ -110,23 +110,27 @@ struct SecondRow {
   double ty_m = 0;
 };
 
+/// `dimensions` of the world: 3, or 2 for one plane, whose second row then lacks its third part.
 std::optional<SecondRow> homogeneous_second_row(const std::vector<Correspondence>& points,
-                                                const TsaiSensor& sensor) {
+                                                const TsaiSensor& sensor, Eigen::Index dimensions) {
   const auto n = static_cast<Eigen::Index>(points.size());
-  MatrixXd a(n, 8);
+  const Eigen::Index half = dimensions + 1;
+  MatrixXd a(n, 2 * half);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Vector2d s = on_sensor(points[i], sensor);
-    const auto world = points[i].point_in_world.transpose();
+    const auto world = points[i].point_in_world.head(dimensions).transpose();
     a.row(i) << s.y() * world, s.y(), -s.x() * world, -s.x();
   }
   const VectorXd scale = a.colwise().norm();
   if (!a.allFinite() || scale.minCoeff() <= 0) return std::nullopt;
   a = (a * scale.cwiseInverse().asDiagonal()).eval();
   const Eigen::JacobiSVD<MatrixXd> svd(a, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd solution = svd.matrixV().col(7).cwiseQuotient(scale);
-  const double length = solution.segment<3>(4).norm();
+  const VectorXd solution = svd.matrixV().col(2 * half - 1).cwiseQuotient(scale);
+  const double length = solution.segment(half, dimensions).norm();
   if (!(length > 0)) return std::nullopt;
-  return SecondRow{solution.segment<3>(4) / length, solution[7] / length};
+  SecondRow second{Vector3d::Zero(), solution[2 * half - 1] / length};
+  second.row.head(dimensions) = solution.segment(half, dimensions) / length;
+  return second;
 }
 
 /// Root mean square of the points' distances from their mean.
@@ -147,30 +151,8 @@ double ty_squared_coplanar(const Vector2d& row1, const Vector2d& row2) {
   return 2 / (sum + std::sqrt(std::max(0.0, sum * sum - 4 * det * det)));
 }
 
-}  // namespace
-
-std::optional<RadialAlignment> align_non_coplanar(const std::vector<Correspondence>& points,
-                                                  const TsaiSensor& sensor) {
-  if (points.size() < 7) return std::nullopt;
-  const std::optional<SecondRow> second = homogeneous_second_row(points, sensor);
-  if (!second) return std::nullopt;
-  const double size = extent(points);
-  if (std::abs(second->ty_m) > 0.1 * size) return align_about_origin(points, sensor);
-  // Ty is a divisor of every unknown: move the origin along the camera's y, solve, move back.
-  const Vector3d origin = size * second->row;
-  std::vector<Correspondence> shifted = points;
-  for (Correspondence& p : shifted) p.point_in_world -= origin;
-  std::optional<RadialAlignment> result = align_about_origin(shifted, sensor);
-  if (!result) return std::nullopt;
-  const Vector3d back = result->rotation * origin;
-  result->tx_m -= back.x();
-  result->ty_m -= back.y();
-  result->origin_shifted = true;
-  return result;
-}
-
-std::optional<RadialAlignment> align_coplanar(const std::vector<Correspondence>& points,
-                                              const TsaiSensor& sensor) {
+std::optional<RadialAlignment> align_plane_about_origin(const std::vector<Correspondence>& points,
+                                                        const TsaiSensor& sensor) {
   const std::optional<VectorXd> over_ty = solve_over_ty(points, sensor, 2);
   if (!over_ty) return std::nullopt;
   const Vector2d row1 = over_ty->head<2>(), row2 = over_ty->tail<2>();
@@ -191,6 +173,44 @@ std::optional<RadialAlignment> align_coplanar(const std::vector<Correspondence>&
   result.ty_m = ty;
   if (!result.rotation.allFinite()) return std::nullopt;
   return result;
+}
+
+using Alignment = std::optional<RadialAlignment>(const std::vector<Correspondence>&,
+                                                 const TsaiSensor&);
+
+/// Ty is a divisor of every unknown: where it is near 0 the origin is moved along the camera's y,
+/// the rest solved, and the origin moved back.
+std::optional<RadialAlignment> align_off_the_axis(const std::vector<Correspondence>& points,
+                                                  const TsaiSensor& sensor, Eigen::Index dimensions,
+                                                  Alignment& align) {
+  const std::optional<SecondRow> second = homogeneous_second_row(points, sensor, dimensions);
+  if (!second) return std::nullopt;
+  const double size = extent(points);
+  if (std::abs(second->ty_m) > 0.1 * size) return align(points, sensor);
+  const Vector3d origin = size * second->row;
+  std::vector<Correspondence> shifted = points;
+  for (Correspondence& p : shifted) p.point_in_world -= origin;
+  std::optional<RadialAlignment> result = align(shifted, sensor);
+  if (!result) return std::nullopt;
+  const Vector3d back = result->rotation * origin;
+  result->tx_m -= back.x();
+  result->ty_m -= back.y();
+  result->origin_shifted = true;
+  return result;
+}
+
+}  // namespace
+
+std::optional<RadialAlignment> align_non_coplanar(const std::vector<Correspondence>& points,
+                                                  const TsaiSensor& sensor) {
+  if (points.size() < 7) return std::nullopt;
+  return align_off_the_axis(points, sensor, 3, align_about_origin);
+}
+
+std::optional<RadialAlignment> align_coplanar(const std::vector<Correspondence>& points,
+                                              const TsaiSensor& sensor) {
+  if (points.size() < 5) return std::nullopt;
+  return align_off_the_axis(points, sensor, 2, align_plane_about_origin);
 }
 
 RadialAlignment mirrored(const RadialAlignment& alignment) {

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "core/calibration.hpp"
+#include "core/units.hpp"
+#include "tests/support/bench1_truth.hpp"
+
+namespace drape::test {
+
+inline CalibratedCamera calibrated_camera(const Camera& camera) {
+  CalibratedCamera result;
+  result.camera = camera;
+  result.worked_point.point_in_world = {30 * units::mm, -45 * units::mm, 20 * units::mm};
+  result.worked_point.px =
+      project(camera.model, camera.cam_from_world * result.worked_point.point_in_world)->px;
+  return result;
+}
+
+/// bench1's three cameras; Brown's lens with every term, or Tsai's.
+inline Calibration bench1_calibration(bool tsai) {
+  Calibration calibration;
+  calibration.method = "tsai";
+  calibration.rig = "bench1";
+  for (Camera camera : bench1_truth().cameras) {
+    // The file's nine digits are not quite a rotation.
+    Eigen::Matrix3d& rotation = camera.cam_from_world.rotation;
+    rotation = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
+    auto& lens = std::get<BrownLens>(camera.model.lens);
+    lens.p1 = 4e-4;
+    lens.p2 = -3e-4;
+    lens.k3 = 0.01;
+    if (tsai)
+      camera.model.lens =
+          TsaiLens{10.7 * units::mm, 900, lens.cx_px, lens.cy_px, 1.0008, 3.45e-6, 3.45e-6};
+    calibration.cameras.push_back(calibrated_camera(camera));
+  }
+  return calibration;
+}
+
+/// Points through the volume in which a drape hangs, all in every image.
+inline std::vector<Eigen::Vector3d> points_of_a_drape() {
+  std::vector<Eigen::Vector3d> all;
+  for (const double x : {-90.0, 0.0, 90.0}) {
+    for (const double y : {-80.0, 10.0, 80.0}) {
+      for (const double z : {0.0, 90.0})
+        all.emplace_back(x * units::mm, y * units::mm, z * units::mm);
+    }
+  }
+  return all;
+}
+
+}  // namespace drape::test
