@@ -60,7 +60,10 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
     StaticOptions now = options;
     if (level > 0) now.residual_tolerance = std::max(kCoarseResidual, options.residual_tolerance);
     const bool first = level + 1 == levels;
-    if (!first) now.first_step_s = kFinerStep_s;
+    if (!first) {
+      now.first_step_s = kFinerStep_s;
+      now.paced = false;
+    }
     const StartState state = make_start(scene, the_case.print, here, the_case.measured,
                                         the_case.surroundings.top_z_m(), 1e-6);
     StaticSolver solver(cloth, the_case.surroundings, now);

@@ -261,7 +261,7 @@ void StaticSolver::plan_next(double ratio, bool whole) {
     mu_ *= kShrink;
   }
   if (mu_ < kNewtonMu) mu_ = 0;
-  if (residual_ > kFalling) mu_ = std::max(mu_, kPacedMu);
+  if (options_.paced && residual_ > kFalling) mu_ = std::max(mu_, kPacedMu);
 }
 
 void StaticSolver::note(StaticReport& report) {

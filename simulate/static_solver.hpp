@@ -22,6 +22,7 @@ struct StaticOptions {
   double residual_tolerance = 1e-6;  ///< of the mean particle's weight
   int max_iterations = 2000;         ///< per level
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
+  bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
   int threads = 1;                   ///< of the factorisation; does not change the result
 };
 
