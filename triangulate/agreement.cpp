@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 
 namespace drape {
@@ -54,13 +55,23 @@ std::optional<LeftOut> leave_one_out(const std::vector<View>& views,
   return best;
 }
 
+/// Covariance as the views' own scatter shows it (Birge 1932); the surplus is the dot's shape.
+void widen(Point& point) {
+  const double surplus = std::max(0.0, point.chi2 / point.degrees_of_freedom - 1);
+  point.shape_covariance_m2 +=
+      surplus * (point.detection_covariance_m2 + point.shape_covariance_m2);
+}
+
 }  // namespace
 
 Agreed solve_with_agreement(const std::vector<View>& views, const AgreementLimits& limits) {
   Agreed result;
   Point all = solve_point(views, limits.min_angle_rad);
   result.disagreement_sigmas = all.disagreement_sigmas();
-  if (all.status == PointStatus::good && result.disagreement_sigmas <= limits.max_sigmas) {
+  const bool within = result.disagreement_sigmas <= limits.max_sigmas;
+  const bool bent = !within && views.size() >= 3 && all.rms_px() <= limits.shape_px;
+  if (all.status == PointStatus::good && (within || bent)) {
+    if (bent) widen(all);
     result.point = std::move(all);
     result.used.resize(views.size());
     std::iota(result.used.begin(), result.used.end(), std::size_t{0});

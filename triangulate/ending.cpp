@@ -40,16 +40,46 @@ std::string budget_text(const ErrorBudget& budget) {
       budget.dot_shape_m / mm);
 }
 
+/// A line for each reason, with all its marks.
+void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
+                const TriangulateOptions& options) {
+  std::string uncertain, apart;
+  int many_uncertain = 0, many_apart = 0;
+  for (const Doubt& doubt : doubts) {
+    const auto [row, col] = doubt.mark;
+    if (doubt.sigma_mm) {
+      uncertain += fmt::format(" ({}, {}) {:.3f} mm", row, col, *doubt.sigma_mm);
+      ++many_uncertain;
+    }
+    if (doubt.sigmas) {
+      apart += fmt::format(" ({}, {}) {:.1f}", row, col, *doubt.sigmas);
+      ++many_apart;
+    }
+  }
+  if (many_uncertain > 0) {
+    ending.rejected.push_back(
+        fmt::format("doubtful, but measured: {} marks less certain than {:g} mm in space:{}",
+                    many_uncertain, options.doubt_mm, uncertain));
+  }
+  if (many_apart > 0) {
+    ending.rejected.push_back(fmt::format(
+        "doubtful, but measured: {} marks whose views miss each other by more than {:g} "
+        "sigma:{}",
+        many_apart, options.doubt_sigmas, apart));
+  }
+}
+
 }  // namespace
 
-Ending ending_of(const TriangulateResult& result, int min_marks, const std::filesystem::path& out) {
+Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
+                 const std::filesystem::path& out) {
   const TriangulateReport& report = result.report;
   Ending ending;
-  ending.go = report.measured >= min_marks;
-  ending.verdict =
-      ending.go
-          ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
-          : fmt::format("{} marks measured, at least {} are needed", report.measured, min_marks);
+  ending.go = report.measured >= options.min_marks;
+  ending.verdict = ending.go
+                       ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
+                       : fmt::format("{} marks measured, at least {} are needed", report.measured,
+                                     options.min_marks);
   ending.numbers = {
       {"views", views_text(report.marks_by_views)},
       {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
@@ -72,6 +102,7 @@ Ending ending_of(const TriangulateResult& result, int min_marks, const std::file
   }
   for (const auto& [kind, count] : gaps_by_kind(result.sheet))
     ending.rejected.push_back(fmt::format("{} marks: {}", count, kind));
+  add_doubts(ending, report.doubts, options);
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
   for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);
   for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);

@@ -9,7 +9,7 @@
 namespace drape {
 
 /// What the operator reads after a triangulation: verdict, figures, gaps by reason.
-[[nodiscard]] Ending ending_of(const TriangulateResult& result, int min_marks,
+[[nodiscard]] Ending ending_of(const TriangulateResult& result, const TriangulateOptions& options,
                                const std::filesystem::path& out);
 
 }  // namespace drape

@@ -24,6 +24,10 @@ void add_options(CLI::App& app, TriangulateOptions& options) {
                  "smallest angle between the rays of a mark");
   app.add_option("--floor-px", options.floor_px,
                  "error of a dot's centre beyond its detection's own, px");
+  app.add_option("--doubt-mm", options.doubt_mm,
+                 "marks less certain than this in space are named as doubtful, mm");
+  app.add_option("--doubt-sigmas", options.doubt_sigmas,
+                 "so are marks whose views miss each other by more standard deviations");
   app.add_flag("!--no-dot-shape", options.correct_dot_shape,
                "take the centroid of a dot's image for the image of its centre");
   app.add_flag("!--no-islands", options.merge_islands,
@@ -37,6 +41,8 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
   record.option("max_stretch", fmt::format("{}", options.max_stretch));
   record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
   record.option("floor_px", fmt::format("{}", options.floor_px));
+  record.option("doubt_mm", fmt::format("{}", options.doubt_mm));
+  record.option("doubt_sigmas", fmt::format("{}", options.doubt_sigmas));
   record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
   record.option("merge_islands", options.merge_islands ? "true" : "false");
 }
@@ -71,7 +77,7 @@ int main(int argc, char** argv) {
     record.output(fs::path(out).replace_extension(".ply"));
     record.output(fs::path(out).replace_extension(".json"));
     note_options(record, options, set);
-    const int code = finish(ending_of(result, options.min_marks, out), common);
+    const int code = finish(ending_of(result, options, out), common);
     record.write(run_record_path(out), code);
     return code;
   });

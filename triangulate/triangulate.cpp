@@ -185,6 +185,24 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
   report.median_shape_shift_mm = median(shift);
 }
 
+/// Marks that are known to be worse than the rest without any truth: a crease or hem beside the dot
+/// leaves its bend open, or its views do not quite meet.
+std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                             const Sheet& sheet, const TriangulateOptions& options) {
+  std::vector<Doubt> doubts;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const SheetMark* mark = sheet.find(marks[i].mark);
+    if (mark == nullptr) continue;
+    Doubt doubt{mark->mark, std::nullopt, std::nullopt};
+    const double sigma_mm = std::sqrt(mark->covariance_m2->trace()) / mm;
+    const double sigmas = placed[i].agreed.point->disagreement_sigmas();
+    if (sigma_mm > options.doubt_mm) doubt.sigma_mm = sigma_mm;
+    if (sigmas > options.doubt_sigmas) doubt.sigmas = sigmas;
+    if (doubt.sigma_mm || doubt.sigmas) doubts.push_back(doubt);
+  }
+  return doubts;
+}
+
 std::vector<std::string> cameras_of(const Detections& detections, const std::string& set) {
   std::vector<std::string> names;
   for (const FrameDetections& frame : detections.frames) {
@@ -216,6 +234,16 @@ Detections with_islands(const Detections& detections, const Calibration& calibra
   return std::move(merged.detections);
 }
 
+/// One line, however much there is to say of the calibration: its own ending and file say all.
+void note_calibration(const Calibration& calibration, TriangulateReport& report) {
+  const std::vector<std::string>& warnings = calibration.warnings;
+  if (warnings.empty()) return;
+  std::string text = "calibration: " + warnings.front();
+  if (warnings.size() > 1)
+    text += fmt::format(" (the first of {} warnings in its file)", warnings.size());
+  report.warnings.push_back(text);
+}
+
 void check_positive(const char* option, double value) {
   if (!(value > 0))
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
@@ -225,6 +253,8 @@ void check_positive(const char* option, double value) {
 
 void TriangulateOptions::check() const {
   check_positive("--max-sigmas", max_sigmas);
+  check_positive("--doubt-mm", doubt_mm);
+  check_positive("--doubt-sigmas", doubt_sigmas);
   check_positive("--min-angle-deg", min_angle_deg);
   check_positive("--min-marks", min_marks);
   if (!(max_stretch >= 1))
@@ -265,9 +295,9 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
     result.sheet.error_budget =
         budget_of(marks, placed, result.sheet, report.has_calibration_covariance);
   }
+  report.doubts = doubts_of(marks, placed, result.sheet, options);
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
-  for (const std::string& warning : calibration.warnings)
-    report.warnings.push_back("calibration: " + warning);
+  note_calibration(calibration, report);
   return result;
 }
 

@@ -17,12 +17,21 @@ struct TriangulateOptions {
   double max_stretch = 1.05;      ///< of the distance between lattice neighbours along warp or weft
   double min_angle_deg = 2;       ///< between the two most different rays; below: not observable
   double floor_px = 0.02;         ///< error of a dot's centre that its detector cannot know of
+  double doubt_mm = 0.05;         ///< marks stated less certain than this in space are doubtful
+  double doubt_sigmas = 3;        ///< as are marks whose views miss each other by more than this
   bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
   bool merge_islands = true;      ///< pieces of lattice that detect could not label
   int threads = 1;                ///< never changes a result
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
+};
+
+/// A mark that is measured, with an honest covariance, but not as well as a mark should be.
+struct Doubt {
+  MarkId mark;
+  std::optional<double> sigma_mm;  ///< in space, when that is why
+  std::optional<double> sigmas;    ///< by which the views miss each other, when that is why
 };
 
 struct TriangulateReport {
@@ -42,6 +51,7 @@ struct TriangulateReport {
   int merged_islands = 0;
   int merged_dots = 0;                    ///< dots that got their label so
   std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
+  std::vector<Doubt> doubts;              ///< by mark
   std::vector<std::string> warnings;
 };
 

@@ -206,6 +206,53 @@ TEST(Triangulate, LeavesOutOneWrongViewOfThree) {
   EXPECT_THAT(result.report.dropped_views[0], AllOf(HasSubstr("(5, 5)"), HasSubstr("cam1")));
 }
 
+TEST(Triangulate, NamesTheMarksThatAreNotSureOfTheirPlace) {
+  const TriangulateOptions options;
+  const TriangulateResult result = triangulate(true_detections("A", Seen::centroid, 0.02),
+                                               true_calibration(), "drape_A", options);
+  const auto named = [&](MarkId mark) {
+    return std::find_if(result.report.doubts.begin(), result.report.doubts.end(),
+                        [&](const Doubt& doubt) { return doubt.mark == mark && doubt.sigma_mm; });
+  };
+  int uncertain = 0;
+  for (const SheetMark& mark : result.sheet.marks) {
+    const double sigma_mm = std::sqrt(mark.covariance_m2->trace()) / mm;
+    const auto doubt = named(mark.mark);
+    EXPECT_EQ(doubt != result.report.doubts.end(), sigma_mm > options.doubt_mm);
+    uncertain += sigma_mm > options.doubt_mm ? 1 : 0;
+  }
+  EXPECT_GT(uncertain, 0);
+  EXPECT_LT(uncertain, 0.5 * static_cast<double>(result.sheet.marks.size()));
+}
+
+TEST(Triangulate, NamesAMarkWhoseViewsHardlyMeet) {
+  Detections detections = true_detections("C", Seen::centre, 0.02);
+  for (Detection& d : detections.frames[1].detections) {
+    if (d.mark == MarkId{5, 5}) d.centre_px += Eigen::Vector2d(0.1, 0.1);  // five sigma
+  }
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_C", plain());
+  const auto& doubts = result.report.doubts;
+  const auto doubt = std::find_if(doubts.begin(), doubts.end(), [](const Doubt& d) {
+    return d.mark == MarkId{5, 5};
+  });
+  ASSERT_NE(doubt, doubts.end());
+  ASSERT_TRUE(doubt->sigmas);
+  EXPECT_GT(*doubt->sigmas, 3);
+  // Where nothing is wrong one mark in 740 is named by chance.
+  EXPECT_LE(doubts.size(), 3U);
+}
+
+TEST(Triangulate, SaysOnceThatTheCalibrationHasWarnings) {
+  Calibration calibration = true_calibration();
+  calibration.warnings = {"first", "second", "third"};
+  const TriangulateResult result =
+      triangulate(true_detections("C", Seen::centre, 0.02), calibration, "drape_C", plain());
+  EXPECT_THAT(
+      result.report.warnings,
+      testing::Contains("calibration: first (the first of 3 warnings in its file)").Times(1));
+  EXPECT_THAT(result.report.warnings, testing::Not(testing::Contains(HasSubstr("second"))));
+}
+
 TEST(Triangulate, TwoViewsThatMissEachOtherAreAGap) {
   Detections detections = true_detections("C", Seen::centre, 0.02);
   detections.frames.pop_back();
