@@ -100,74 +100,6 @@ void check_sectors(const PixelColumns& pixels, const NoiseModel& noise, const Mo
   }
 }
 
-/// Residuals and the centre's sensitivities near the outline on a grid of the patch's pixels, zero
-/// elsewhere, with room around so that a neighbour is an offset.
-struct EdgeGrid {
-  static constexpr int reach = 3;
-  int stride = 0, first = 0, count = 0;
-  std::vector<float> residual, u, v, used;
-
-  explicit EdgeGrid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
-    const int height = 2 * patch.reach_y + 1;
-    first = reach * stride + reach;
-    count = (height * stride + PixelColumns::lanes - 1) / PixelColumns::lanes * PixelColumns::lanes;
-    const std::size_t size = count + 2 * static_cast<std::size_t>(first);
-    for (std::vector<float>* plane : {&residual, &u, &v, &used}) plane->resize(size, 0.0F);
-  }
-
-  /// Sum over pairs of pixels `offset` apart.
-  [[nodiscard]] float pairs(const std::vector<float>& plane, int offset) const {
-    return lane_dot(plane.data() + first, plane.data() + first + offset, count);
-  }
-};
-
-EdgeGrid edge_grid(const Patch& patch, const PixelColumns& pixels, const NoiseModel& noise,
-                   const Model& model, const Matrix& covariance) {
-  EdgeGrid grid(patch);
-  const Eigen::Matrix<float, 2, Model::size> rows =
-      covariance.middleRows<2>(Model::cx).cast<float>();
-  PixelBlock block;
-  for (int from = 0; from < pixels.size(); from += PixelBlock::size) {
-    const int count = std::min(PixelBlock::size, pixels.size() - from);
-    pixels.evaluate(from, count, model, noise, block);
-    for (int i = 0; i < count; ++i) {
-      const float trust = pixels.trust(from + i);
-      if (block.edge[i] == 0 || trust < 0.5F) continue;
-      const float per_sigma = std::sqrt(block.weight[i] / trust);
-      Eigen::Vector2f sensitivity = Eigen::Vector2f::Zero();
-      for (int k = 0; k < Model::size; ++k) sensitivity += rows.col(k) * block.gradient[k][i];
-      const int at = grid.first + (pixels.y(from + i) + patch.reach_y) * grid.stride +
-                     pixels.x(from + i) + patch.reach_x;
-      grid.residual[at] = block.residual[i] * per_sigma;
-      grid.u[at] = sensitivity.x() * per_sigma;
-      grid.v[at] = sensitivity.y() * per_sigma;
-      grid.used[at] = 1;
-    }
-  }
-  return grid;
-}
-
-/// Sums residuals and sensitivities over pairs of pixels near the outline.
-void weigh_residuals(const EdgeGrid& grid, EdgeResiduals& edge) {
-  constexpr int reach = EdgeGrid::reach;
-  double weighted = 0;
-  for (std::size_t k = 0; k < grid.residual.size(); ++k) {
-    const double size = grid.u[k] * grid.u[k] + grid.v[k] * grid.v[k];
-    weighted += size * grid.residual[k] * grid.residual[k];
-  }
-  for (int dy = 0; dy <= reach; ++dy) {
-    for (int dx = dy == 0 ? 0 : -reach; dx <= reach; ++dx) {
-      const int offset = dy * grid.stride + dx;
-      const int distance = dx * dx + dy * dy;
-      const double twice = distance == 0 ? 1 : 2;  // each pair from either end
-      edge.product[distance] += twice * grid.pairs(grid.residual, offset);
-      edge.pairs[distance] += twice * grid.pairs(grid.used, offset);
-      edge.influence[distance] += twice * (grid.pairs(grid.u, offset) + grid.pairs(grid.v, offset));
-    }
-  }
-  if (edge.influence[0] > 0) edge.chi2 = weighted / edge.influence[0];
-}
-
 Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
   const Eigen::Matrix2d m =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(blob.shape_px2).operatorInverseSqrt();
@@ -244,7 +176,8 @@ double beyond_border(const GreyImage& image, const DotFit& fit) {
 }  // namespace
 
 DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-               const Blob& blob, const BlurGuess& guess, double light_centre_share) {
+               const Blob& blob, const BlurGuess& guess, double light_centre_share,
+               bool with_ring) {
   Vector p = start_parameters(blob, guess);
   Patch patch = cut_patch(image, map, blob, Model(p), light_centre_share);
   DotFit fit;
@@ -276,36 +209,20 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
   }
   const PixelColumns pixels(patch);
   check_sectors(pixels, noise, model, hessian, covariance, fit);
-  weigh_residuals(edge_grid(patch, pixels, noise, model, covariance), fit.edge);
+  fit.edge = edge_residuals({patch, pixels, noise, model, covariance}, with_ring);
   return fit;
 }
 
 Correlation frame_correlation(const std::vector<DotFit>& fits) {
-  Correlation product = {}, pairs = {};
+  std::vector<const EdgeResiduals*> dots;
   for (const DotFit& fit : fits) {
-    if (!fit.converged || fit.edge.product[0] <= 0) continue;
-    // Each dot in units of its own variance, so that one bad fit does not speak for the frame.
-    const double variance = fit.edge.product[0] / fit.edge.pairs[0];
-    for (int k = 0; k < EdgeResiduals::classes; ++k) {
-      product[k] += fit.edge.product[k] / variance;
-      pairs[k] += fit.edge.pairs[k];
-    }
+    if (fit.converged) dots.push_back(&fit.edge);
   }
-  Correlation correlation = {};
-  for (int k = 0; k < EdgeResiduals::classes; ++k) {
-    if (pairs[k] > 0) correlation[k] = product[k] / pairs[k];
-  }
-  return correlation;
+  return correlation_of(dots);
 }
 
 Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation) {
-  if (fit.edge.influence[0] <= 0) return fit.covariance_px2;
-  double factor = 1;
-  for (int k = 1; k < EdgeResiduals::classes; ++k) {
-    factor += correlation[k] * fit.edge.influence[k] / fit.edge.influence[0];
-  }
-  // Noise may only add to what the frame's own noise gives.
-  return fit.covariance_px2 * std::max(1.0, factor) * std::max(1.0, fit.edge.chi2);
+  return fit.covariance_px2 * excess_of(fit.edge, correlation);
 }
 
 }  // namespace drape

@@ -2,25 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <optional>
 #include <vector>
 
 #include "detect/blobs.hpp"
 #include "detect/image.hpp"
 #include "detect/noise.hpp"
+#include "detect/residuals.hpp"
 
 namespace drape {
-
-/// Residuals near the outline, where the centre is sensitive, summed over pixel pairs by squared
-/// distance in px^2 (0: each pixel with itself).
-struct EdgeResiduals {
-  static constexpr int classes = 19;  ///< pairs up to 3 pixels apart in both directions
-  double chi2 = 0;  ///< weighted by what a pixel does to the centre; 1: pure noise
-  std::array<double, classes> product = {};  ///< of residuals in units of noise
-  std::array<double, classes> pairs = {};
-  std::array<double, classes> influence = {};  ///< products of the centre's sensitivities
-};
 
 /// Width of the edge (px, Gaussian sigma of lens, motion and pixel together) before the fit.
 struct BlurGuess {
@@ -50,18 +40,16 @@ struct DotFit {
 
 /// Fits one blob by damped Gauss-Newton steps; pixels near other dark regions are left out.
 /// `light_centre_share`: radius of the light centre that some dots of the print have, in radii of
-/// the dot; 0 when none has.
+/// the dot; 0 when none has. `with_ring`: also what the ring around the dot says of the cloth's
+/// texture, which a few dots of a frame are enough to tell.
 [[nodiscard]] DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                              const Blob& start, const BlurGuess& blur,
-                             double light_centre_share = 0);
+                             double light_centre_share = 0, bool with_ring = false);
 
-/// Correlation of residuals near outlines by squared distance, pooled over a frame's fits: cloth
-/// texture and lens blur correlate neighbouring pixels.
-using Correlation = std::array<double, EdgeResiduals::classes>;
+/// See correlation_of().
 [[nodiscard]] Correlation frame_correlation(const std::vector<DotFit>& fits);
 
-/// Covariance of the centre with the noise and the correlation that the residuals show: the
-/// sandwich of generalised least squares with the frame's correlation.
+/// Covariance of the centre with the noise and the correlation that the residuals show.
 [[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation);
 
 }  // namespace drape

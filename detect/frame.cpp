@@ -25,6 +25,7 @@ namespace drape {
 namespace {
 
 constexpr std::size_t blur_samples = 9;
+constexpr std::size_t ring_samples = 16;
 constexpr double least_light_centre = 0.35;
 constexpr double most_full_centre = 0.15;
 
@@ -84,8 +85,10 @@ std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const No
   const BlurGuess blur = frame_blur(image, found, noise, light_centre_share);
   std::vector<DotFit> fits;
   fits.reserve(found.blobs.size());
+  const std::size_t every = std::max<std::size_t>(1, found.blobs.size() / ring_samples);
   for (const Blob& blob : found.blobs) {
-    fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_share));
+    const bool with_ring = fits.size() % every == every / 2;
+    fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_share, with_ring));
   }
   return fits;
 }

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/residuals.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace drape {
+namespace {
+
+using Model = BlurredEllipse;
+using Plane = std::vector<float>;
+
+constexpr int reach = 3;
+constexpr float least_trust = 0.5F;
+constexpr float whole_light = 0.999F;
+constexpr double least_ring_pixels = 24;
+
+/// Residuals and sensitivities of a part of the patch on a grid of its pixels, zero elsewhere, with
+/// room around so that a neighbour is an offset.
+struct Grid {
+  int stride = 0, first = 0, count = 0;
+  Plane residual, used;
+  Plane u, v, light;                     ///< of the outline
+  std::array<Plane, Model::size> basis;  ///< of the ring: what the fit follows, orthonormal
+
+  explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
+    const int height = 2 * patch.reach_y + 1;
+    first = reach * stride + reach;
+    count = (height * stride + PixelColumns::lanes - 1) / PixelColumns::lanes * PixelColumns::lanes;
+  }
+  void room(Plane& plane) const { plane.assign(count + 2 * static_cast<std::size_t>(first), 0.0F); }
+  /// Sum over pairs of pixels `offset` apart.
+  [[nodiscard]] double pairs(const Plane& a, const Plane& b, int offset) const {
+    return lane_dot(a.data() + first, b.data() + first + offset, count);
+  }
+  [[nodiscard]] double dot(const Plane& a, const Plane& b) const { return pairs(a, b, 0); }
+};
+
+/// Visits the pixels with a block of the model at each.
+template <class Visit>
+void each_pixel(const FittedPatch& fit, const Grid& grid, const Visit& visit) {
+  PixelBlock block;
+  const PixelColumns& pixels = fit.pixels;
+  for (int from = 0; from < pixels.size(); from += PixelBlock::size) {
+    const int count = std::min(PixelBlock::size, pixels.size() - from);
+    pixels.evaluate(from, count, fit.model, fit.noise, block);
+    for (int i = 0; i < count; ++i) {
+      const float trust = pixels.trust(from + i);
+      if (trust < least_trust) continue;
+      const int at = grid.first + (pixels.y(from + i) + fit.patch.reach_y) * grid.stride +
+                     pixels.x(from + i) + fit.patch.reach_x;
+      visit(block, i, std::sqrt(block.weight[i] / trust), at);
+    }
+  }
+}
+
+Grid edge_grid(const FittedPatch& fit) {
+  Grid grid(fit.patch);
+  for (Plane* plane : {&grid.residual, &grid.used, &grid.u, &grid.v, &grid.light})
+    grid.room(*plane);
+  const Eigen::Matrix<float, 2, Model::size> rows =
+      fit.covariance.middleRows<2>(Model::cx).cast<float>();
+  const auto bright_sigma = static_cast<float>(fit.noise.sigma(fit.model.light_at_centre()));
+  each_pixel(fit, grid, [&](const PixelBlock& block, int i, float per_sigma, int at) {
+    if (block.edge[i] == 0) return;
+    Eigen::Vector2f sensitivity = Eigen::Vector2f::Zero();
+    for (int k = 0; k < Model::size; ++k) sensitivity += rows.col(k) * block.gradient[k][i];
+    grid.residual[at] = block.residual[i] * per_sigma;
+    grid.u[at] = sensitivity.x() * per_sigma;
+    grid.v[at] = sensitivity.y() * per_sigma;
+    grid.light[at] = block.gradient[Model::light][i] * per_sigma * bright_sigma;
+    grid.used[at] = 1;
+  });
+  return grid;
+}
+
+Grid ring_grid(const FittedPatch& fit) {
+  Grid grid(fit.patch);
+  grid.room(grid.residual);
+  grid.room(grid.used);
+  for (Plane& plane : grid.basis) grid.room(plane);
+  const Model::Matrix root = Eigen::LLT<Model::Matrix>(fit.covariance).matrixL();
+  const Eigen::Matrix<float, Model::size, Model::size> turn = root.transpose().cast<float>();
+  each_pixel(fit, grid, [&](const PixelBlock& block, int i, float per_sigma, int at) {
+    if (block.edge[i] != 0 || block.gradient[Model::light][i] < whole_light) return;
+    grid.residual[at] = block.residual[i] * per_sigma;
+    grid.used[at] = 1;
+    Eigen::Matrix<float, Model::size, 1> gradient;
+    for (int k = 0; k < Model::size; ++k) gradient(k) = block.gradient[k][i] * per_sigma;
+    const Eigen::Matrix<float, Model::size, 1> along = turn * gradient;
+    for (int k = 0; k < Model::size; ++k) grid.basis[k][at] = along(k);
+  });
+  return grid;
+}
+
+using Spread = std::array<Plane, RingResiduals::count>;
+
+/// A plane summed over the pixels at each of the distances, where the grid is used.
+Spread spread_of(const Grid& grid, const Plane& plane) {
+  Spread spread;
+  for (int k = 0; k < RingResiduals::count; ++k) {
+    grid.room(spread[k]);
+    float* const to = spread[k].data() + grid.first;
+    for (int dy = -reach; dy <= reach; ++dy) {
+      for (int dx = -reach; dx <= reach; ++dx) {
+        if (dx * dx + dy * dy != RingResiduals::distances[k]) continue;
+        const float* from = plane.data() + grid.first + dy * grid.stride + dx;
+        for (int i = 0; i < grid.count; ++i) to[i] += from[i];
+      }
+    }
+    for (int i = 0; i < grid.count; ++i) to[i] *= grid.used[grid.first + i];
+  }
+  return spread;
+}
+
+/// With residuals r = (I - H) e, H = U U' and D_k the pairs at distance k, products r' D_k r are
+/// expected to be the trace of D_k (I - H) D_j (I - H) per unit of the correlation at distance j.
+RingResiduals ring_residuals(const Grid& grid) {
+  constexpr int n = RingResiduals::count;
+  using Square = Eigen::Matrix<double, Model::size, Model::size>;
+  RingResiduals ring;
+  const Spread pairs = spread_of(grid, grid.used), products = spread_of(grid, grid.residual);
+  std::array<Square, n> inner;
+  for (int p = 0; p < Model::size; ++p) {
+    const Spread spread = spread_of(grid, grid.basis[p]);
+    for (int k = 0; k < n; ++k) {
+      for (int q = 0; q < Model::size; ++q) inner[k](q, p) = grid.dot(grid.basis[q], spread[k]);
+      for (int j = 0; j <= k; ++j) ring.seen(k, j) -= 2 * grid.dot(spread[k], spread[j]);
+    }
+  }
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j <= k; ++j) {
+      ring.seen(k, j) += (inner[k] * inner[j]).trace();
+      ring.seen(j, k) = ring.seen(k, j);
+    }
+    ring.seen(k, k) += grid.dot(grid.used, pairs[k]);
+    ring.product(k) = grid.dot(grid.residual, products[k]);
+  }
+  ring.pixels = grid.dot(grid.used, grid.used);
+  return ring;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Solves for the texture whose ring residuals would be the frame's. Each dot in units of its own
+/// variance, so that one beside a shadow does not speak for all.
+RingResiduals::Sums texture_of(const std::vector<const EdgeResiduals*>& dots) {
+  RingResiduals all;
+  std::vector<double> variances;
+  for (const EdgeResiduals* dot : dots) {
+    if (!dot->ring || dot->ring->pixels < least_ring_pixels || dot->ring->product(0) <= 0) continue;
+    const double variance = dot->ring->product(0) / dot->ring->pixels;
+    variances.push_back(variance);
+    all.product += dot->ring->product / variance;
+    all.seen += dot->ring->seen;
+  }
+  if (variances.empty()) return RingResiduals::Sums::Zero();
+  RingResiduals::Sums noise = all.seen.partialPivLu().solve(all.product) * median(variances);
+  if (!noise.allFinite()) return RingResiduals::Sums::Zero();
+  noise(0) -= 1;  // the white noise of the frame
+  return noise;
+}
+
+}  // namespace
+
+EdgeResiduals edge_residuals(const FittedPatch& fit, bool with_ring) {
+  EdgeResiduals edge;
+  const Grid grid = edge_grid(fit);
+  double weighted = 0, lit = 0;
+  for (std::size_t k = 0; k < grid.residual.size(); ++k) {
+    const double size = grid.u[k] * grid.u[k] + grid.v[k] * grid.v[k];
+    weighted += size * grid.residual[k] * grid.residual[k];
+    lit += size * grid.light[k] * grid.light[k];
+  }
+  for (int dy = 0; dy <= reach; ++dy) {
+    for (int dx = dy == 0 ? 0 : -reach; dx <= reach; ++dx) {
+      const int offset = dy * grid.stride + dx;
+      const int distance = dx * dx + dy * dy;
+      const double twice = distance == 0 ? 1 : 2;  // each pair from either end
+      edge.product[distance] += twice * grid.pairs(grid.residual, grid.residual, offset);
+      edge.pairs[distance] += twice * grid.pairs(grid.used, grid.used, offset);
+      edge.influence[distance] +=
+          twice * (grid.pairs(grid.u, grid.u, offset) + grid.pairs(grid.v, grid.v, offset));
+    }
+  }
+  if (edge.influence[0] > 0) {
+    edge.chi2 = weighted / edge.influence[0];
+    edge.light = lit / edge.influence[0];
+  }
+  if (with_ring) edge.ring = ring_residuals(ring_grid(fit));
+  return edge;
+}
+
+Correlation correlation_of(const std::vector<const EdgeResiduals*>& dots) {
+  constexpr int classes = EdgeResiduals::classes;
+  std::array<double, classes> product = {}, pairs = {};
+  for (const EdgeResiduals* dot : dots) {
+    if (dot->product[0] <= 0) continue;
+    // Each dot in units of its own variance, so that one bad fit does not speak for the frame.
+    const double variance = dot->product[0] / dot->pairs[0];
+    for (int k = 0; k < classes; ++k) {
+      product[k] += dot->product[k] / variance;
+      pairs[k] += dot->pairs[k];
+    }
+  }
+  Correlation correlation;
+  for (int k = 0; k < classes; ++k) {
+    if (pairs[k] > 0) correlation.at[k] = product[k] / pairs[k];
+  }
+  correlation.texture = texture_of(dots);
+  return correlation;
+}
+
+double excess_of(const EdgeResiduals& dot, const Correlation& correlation) {
+  if (dot.influence[0] <= 0) return 1;
+  double outline = 1, ring = 1;
+  for (int k = 1; k < EdgeResiduals::classes; ++k) {
+    outline += correlation.at[k] * dot.influence[k] / dot.influence[0];
+  }
+  for (int k = 0; k < RingResiduals::count; ++k) {
+    ring += dot.light * correlation.texture(k) * dot.influence[RingResiduals::distances[k]] /
+            dot.influence[0];
+  }
+  // Noise may only add to what the frame's own noise gives.
+  return std::max(std::max(1.0, outline) * std::max(1.0, dot.chi2), ring);
+}
+
+}  // namespace drape
