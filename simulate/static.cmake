@@ -3,12 +3,13 @@
 find_package(Threads REQUIRED)
 target_sources(drape_simulate
   PUBLIC FILE_SET HEADERS FILES static_branches.hpp static_contacts.hpp static_dense.hpp static_factor.hpp
-         static_hessian.hpp static_run.hpp static_solver.hpp
+         static_hessian.hpp static_run.hpp static_sensitivity.hpp static_solver.hpp static_split.hpp
   PRIVATE static_branches.cpp static_contacts.cpp static_dense.cpp static_factor.cpp static_hessian.cpp
-          static_run.cpp static_solver.cpp)
+          static_run.cpp static_sensitivity.cpp static_solver.cpp static_split.cpp)
 target_link_libraries(drape_simulate PRIVATE Threads::Threads)
 drape_program(drape-branches SOURCES branches_main.cpp LINK drapebench::simulate)
+drape_program(drape-sensitivity SOURCES sensitivity_main.cpp LINK drapebench::simulate)
 drape_test(simulate_static_test
-  SOURCES static_branches_test.cpp static_hessian_test.cpp static_solver_test.cpp
+  SOURCES static_branches_test.cpp static_hessian_test.cpp static_sensitivity_test.cpp static_solver_test.cpp
   LINK drapebench::simulate)
 drape_benchmark(simulate_static_benchmark SOURCES static_benchmark.cpp LINK drapebench::simulate drapebench::test_support)
