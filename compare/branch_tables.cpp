@@ -34,10 +34,11 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
   table.numeric = {true, true, true, true, true, false, true, true, true};
   const bool turned = set.branches.front().turned.has_value();
   if (turned) {
-    for (const char* name : {"turned_mean_mm", "turn_deg"}) table.names.emplace_back(name);
-    for (const char* head : {"mean after best turn (mm)", "turn (°)"})
+    for (const char* name : {"turned_mean_mm", "turn_deg", "half_turn"})
+      table.names.emplace_back(name);
+    for (const char* head : {"mean after best turn (mm)", "turn (°)", "sheet half turned"})
       table.heads.emplace_back(head);
-    table.numeric.insert(table.numeric.end(), {true, true});
+    table.numeric.insert(table.numeric.end(), {true, true, false});
   }
   table.names.emplace_back("role");
   table.heads.emplace_back("");
@@ -60,6 +61,7 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
     if (turned) {
       cells.push_back(mm_text(one.turned->mean_m));
       cells.push_back(fmt::format("{:.1f}", one.turned->turn_rad / units::deg));
+      cells.emplace_back(one.turned->half_turn ? "yes" : "no");
     }
     cells.push_back(role_of(set, k));
     table.add(std::move(cells));

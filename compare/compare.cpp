@@ -117,6 +117,30 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
   return order;
 }
 
+/// Distances of the measured marks, but the excluded ones, to the nearest point of the mesh.
+DistanceStatistics to_surface_of(const Sheet& measured, const std::vector<Excluded>& excluded,
+                                 const TriangleMesh& mesh) {
+  const NearestSurface nearest(mesh);
+  std::vector<MarkError> marks;
+  for (const SheetMark& mark : measured.marks) {
+    if (std::any_of(excluded.begin(), excluded.end(),
+                    [&](const Excluded& gap) { return gap.mark == mark.mark; }))
+      continue;
+    MarkError error;
+    error.mark = mark.mark;
+    error.material_m = mark.material_m;
+    error.real_in_world = mark.point_in_world;
+    error.virtual_in_world = nearest.nearest(mark.point_in_world);
+    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and no weft
+    const Eigen::Vector3d difference = error.real_in_world - error.virtual_in_world;
+    error.distance_m = difference.norm();
+    if (mark.covariance_m2)
+      error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
+    marks.push_back(error);
+  }
+  return statistics_of(marks);
+}
+
 RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& surfaces,
                          std::size_t simulation) {
   RealVirtual row;
@@ -133,12 +157,8 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
   row.normal = normal_statistics_of(marks);
   row.aligned = align(marks);
   row.strain = strain_maps(input.measured.sheet, surfaces[simulation]);
-  const NearestSurface surface(mesh_of(input.simulations[simulation].sheet.sheet));
-  for (const MarkError& mark : marks) {
-    const double distance_m = surface.distance_m(mark.real_in_world);
-    row.to_surface_mean_m += distance_m / static_cast<double>(marks.size());
-    row.to_surface_max_m = std::max(row.to_surface_max_m, distance_m);
-  }
+  row.to_surface = to_surface_of(input.measured.sheet, row.marks.excluded,
+                                 mesh_of(input.simulations[simulation].sheet.sheet));
   return row;
 }
 
@@ -395,23 +415,8 @@ Eigen::Vector2d percent_of_patch(double length_m, const Eigen::Vector2d& patch_m
 }
 
 RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) {
-  const NearestSurface nearest(mesh);
-  std::vector<MarkError> marks;
-  for (const SheetMark& mark : measured.marks) {
-    MarkError error;
-    error.mark = mark.mark;
-    error.material_m = mark.material_m;
-    error.real_in_world = mark.point_in_world;
-    error.virtual_in_world = nearest.nearest(mark.point_in_world);
-    error.warp_weft_normal_m.setZero();  // a bare surface has no warp and no weft
-    const Eigen::Vector3d difference = error.real_in_world - error.virtual_in_world;
-    error.distance_m = difference.norm();
-    if (mark.covariance_m2)
-      error.sigma_distance_m = distance_sigma_m(difference, *mark.covariance_m2);
-    marks.push_back(error);
-  }
   RealSurface row;
-  row.to_surface = statistics_of(marks);
+  row.to_surface = to_surface_of(measured, {}, mesh);
   const TriangleMesh real = mesh_of(measured);
   if (!real.triangles.empty()) row.both_ways = surface_distance(real, mesh, kSurfaceSpacing_m);
   return row;

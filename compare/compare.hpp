@@ -95,8 +95,7 @@ struct RealVirtual {
   DistanceStatistics statistics;
   NormalStatistics normal;
   std::optional<RigidAlignment> aligned;  ///< beside the statistics, never in them
-  double to_surface_mean_m = 0;  ///< of each mark to the nearest point of the virtual sheet
-  double to_surface_max_m = 0;
+  DistanceStatistics to_surface;  ///< of each mark to the nearest point of the virtual sheet
   StrainMaps strain;
 };
 

@@ -187,7 +187,7 @@ TEST(CompareDrape, AlignmentIsReportedBesideAndNeverApplied) {
   EXPECT_NEAR(row.aligned->centroid_shift_m, 5 * mm, 1e-12);
   EXPECT_NEAR(row.aligned->after.mean_m, 0, 1e-12);
   EXPECT_NEAR(row.normal.mean_m, -5 * mm, 1e-12) << "the real cloth lies below the printed side";
-  EXPECT_NEAR(row.to_surface_mean_m, 5 * mm, 1e-12);
+  EXPECT_NEAR(row.to_surface.mean_m, 5 * mm, 1e-12);
 }
 
 TEST(Verdict, AnotherStartSheetIsAWarning) {

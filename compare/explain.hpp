@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,17 +9,24 @@
 
 namespace drape::compare {
 
+/// Which of the numbers that have the same name is meant.
+struct WhyOptions {
+  std::optional<MarkId> mark = {};  ///< of a comparison: a column of mark_error
+  std::string camera = {};          ///< of a calibration
+};
+
 /// Where one number comes from: its value and definition, the rows it was computed from, and every
 /// file behind it down to photographs and curves, through the run records beside each output. The
-/// store's seal tells where the sheets lie. `metric` is a column of comparison. Throws
-/// Error(usage) for a key or metric that does not exist.
+/// store's seal tells where the sheets lie. `key` is the start of the key of a comparison, of a
+/// pair of simulations, of a sheet (drapemeter and uncertainty) or of a calibration (residuals),
+/// `metric` one of its columns. Throws Error(usage) for a key or metric that does not exist.
 struct Explanation {
   Table number;
   Table chain;
   bool complete = true;  ///< every file of the chain is there and unchanged
 };
 [[nodiscard]] Explanation explain(const StoreReader& store, const std::string& key,
-                                  const std::string& metric);
+                                  const std::string& metric, const WhyOptions& options = {});
 
 /// Series of values in the order of their imports, with what the ones before them predict.
 struct TrendOptions {

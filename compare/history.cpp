@@ -106,20 +106,21 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, "
       "s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, round(d.covered_area_mm2) AS "
       "covered_area_mm2, round(d.drape_coefficient_percent, 1) AS drape_coefficient_percent, "
-      "d.folds, round(d.fold_depth_mm, 1) AS fold_depth_mm FROM drapemeter AS d JOIN sheet AS m ON "
+      "d.folds, round(d.fold_depth_mm, 1) AS fold_depth_mm, substr(m.sha256, 1, 12) AS sheet_key "
+      "FROM drapemeter AS d JOIN sheet AS m ON "
       "m.sha256 = d.sheet_sha256 LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256 "
       "ORDER "
       "BY drape, sheet, s.segments, s.grid_rows, d.sheet_sha256");
-  drapemeters.heads = {"drape",    "sheet",          "grid",
-                       "segments", "covered (mm²)",  "drape coefficient (%)",
-                       "folds",    "fold depth (mm)"};
+  drapemeters.heads = {"drape",    "sheet",           "grid",
+                       "segments", "covered (mm²)",   "drape coefficient (%)",
+                       "folds",    "fold depth (mm)", "key of the sheet"};
   Table pairs = store.query(
       "SELECT scene, pair, round(mean_dist_mm, 2) AS mean_dist_mm, round(max_mm, 2) AS max_mm, "
       "round(hausdorff_mm, 2) AS hausdorff_mm, points, fabric, model, solver, CASE both_at_rest "
       "WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS at_rest, coalesce(measured, 'no real cloth') AS "
-      "measured FROM v_virtual_vs_virtual");
+      "measured, comparison FROM v_virtual_vs_virtual");
   pairs.heads = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
-                 "fabric", "model", "solver",    "both at rest", "marks of"};
+                 "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
   const bool go = trend.alarms == 0;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
          "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "

@@ -21,8 +21,14 @@ struct DrapeFigures {
 };
 
 [[nodiscard]] std::string html_style();
+/// A last column of pictures: markup, one cell per row of its table.
+struct PictureColumn {
+  std::string head;
+  std::vector<std::string> cells;
+};
 /// `<table>` with the heads for people; numeric columns right-aligned.
-[[nodiscard]] std::string html_table(const Table& table, const std::string& css_class = {});
+[[nodiscard]] std::string html_table(const Table& table, const std::string& css_class = {},
+                                     const PictureColumn& pictures = {});
 [[nodiscard]] std::string html_figure(const Figure& figure, const std::string& css_class = {});
 
 /// Table and remark of the meshes without marks; empty when there are none.
@@ -34,9 +40,9 @@ struct DrapeFigures {
 /// The whole section of one drape.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
                                      const Session& session, const DrapeFigures& figures);
-/// Every measured mark as each camera saw it, cut out of the photographs of this page.
-[[nodiscard]] std::string html_crops(const std::string& drape, const DrapeFiles& files,
-                                     const RealVirtual& best);
+/// One mark as each camera saw it, cut out of the photographs of this page; empty without these.
+[[nodiscard]] std::string crops_of_mark(const std::string& drape, const DrapeFiles& files,
+                                        MarkId mark);
 /// What is in the stated uncertainty and what is not.
 [[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report,
                                       const Session& session);

@@ -4,12 +4,9 @@
 #include <algorithm>
 
 #include "compare/html.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
-
-using units::mm;
 
 constexpr double kAroundDot = 2.6;  ///< half side of a crop over the dot's long semi-axis
 
@@ -32,25 +29,16 @@ std::string crop_of(const std::string& photo, const std::string& camera,
 
 }  // namespace
 
-std::string html_crops(const std::string& drape, const DrapeFiles& files, const RealVirtual& best) {
+std::string crops_of_mark(const std::string& drape, const DrapeFiles& files, MarkId mark) {
   if (!files.detections) return {};
   const std::string& set = std::get<MeasuredSource>(files.input.measured.sheet.source).set;
-  std::string text;
-  for (const MarkError& mark : best.marks.marks) {
-    std::string crops;
-    for (const FrameDetections& frame : files.detections->frames) {
-      if (frame.set != set || !frame.preview_file) continue;
-      if (const Detection* detection = seen_in(frame, mark.mark))
-        crops += crop_of(photo_id(drape, frame.camera), frame.camera, *detection);
-    }
-    if (!crops.empty())
-      text += fmt::format("<div>{}<span>{}, {}: {:.2f} mm</span></div>\n", crops, mark.mark.row,
-                          mark.mark.col, mark.distance_m / mm);
+  std::string crops;
+  for (const FrameDetections& frame : files.detections->frames) {
+    if (frame.set != set || !frame.preview_file) continue;
+    if (const Detection* detection = seen_in(frame, mark))
+      crops += crop_of(photo_id(drape, frame.camera), frame.camera, *detection);
   }
-  if (text.empty()) return {};
-  return "<p class=\"soft\">Each mark as the cameras saw it (row, col: distance).</p>\n<div "
-         "class=\"crops\">\n" +
-         text + "</div>\n";
+  return crops;
 }
 
 }  // namespace drape::compare

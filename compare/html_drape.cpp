@@ -89,17 +89,23 @@ Table best_mark_table(const RealVirtual& best) {
   return table;
 }
 
-/// Per-mark table, one part per row of the patch so that the parts flow into columns.
-std::string mark_tables(const RealVirtual& best) {
+/// Per-mark table with the marks as the cameras saw them, one part per row of the patch so that
+/// the parts flow into columns.
+std::string mark_tables(const std::string& name, const DrapeFiles& drape, const RealVirtual& best) {
   const Table all = best_mark_table(best);
   std::string text = "<div class=\"marks\">\n";
   Table part = all;
   part.rows.clear();
+  PictureColumn crops{"as seen", {}};
+  bool any = false;
   for (std::size_t i = 0; i < all.rows.size(); ++i) {
     part.rows.push_back(all.rows[i]);
+    crops.cells.push_back(crops_of_mark(name, drape, best.marks.marks[i].mark));
+    any = any || !crops.cells.back().empty();
     if (i + 1 < all.rows.size() && all.rows[i + 1][0] == all.rows[i][0]) continue;
-    text += "<figure>" + html_table(part, "dense") + "</figure>";
+    text += "<figure>" + html_table(part, "dense", any ? crops : PictureColumn{}) + "</figure>";
     part.rows.clear();
+    crops.cells.clear();
   }
   return text + "</div>\n";
 }
@@ -272,11 +278,10 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
     text += "</div>\n";
   }
   text += "<h3>Marks</h3>\n<div class=\"columns\">" + html_figure(figures.map) +
-          html_figure(figures.histogram) + "</div>\n" + mark_tables(best) +
+          html_figure(figures.histogram) + "</div>\n" + mark_tables(report.name, drape, best) +
           "<p class=\"soft\">dist: distance real to virtual; ±: its standard deviation; sigma: "
           "standard deviation of the mark along its worst direction; views: cameras that saw "
-          "it.</p>\n" +
-          html_crops(report.name, drape, best);
+          "it.</p>\n";
   const Table gaps = gap_table(drape.input, report);
   text += "<h3>Gaps</h3>\n" + (gaps.rows.empty()
                                    ? std::string("<p>Every mark was measured.</p>\n")

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "compare/html.hpp"
 #include "compare/provenance.hpp"
@@ -68,11 +69,12 @@ std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
   return steps;
 }
 
-std::string tree_of(RecordBook& book, const SheetFile& sheet, const fs::path& folder) {
+std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetFile& sheet,
+                    const fs::path& folder) {
   fs::path json = sheet.file;
   json.replace_extension(".json");
   std::string text;
-  for (const ChainLink& link : chain_of(book, json, sheet.sha256)) {
+  for (const ChainLink& link : chain_of(book, json, sheet.sha256, followed)) {
     const std::string made = link.made_by.starts_with("drape-")
                                  ? link.made_by.substr(0, link.made_by.find(' '))
                                  : link.made_by;
@@ -92,10 +94,13 @@ std::string trees(const Session& session, const Outcome& outcome, const fs::path
     const Report& report = outcome.reports[i];
     if (!report.best) continue;
     const DrapeInput& input = session.drapes[i].input;
+    std::set<fs::path> followed;
     const Simulation& best = input.simulations[report.real_virtual[*report.best].simulation];
     text += "<details><summary>Drape " + xml(report.name) + ": " + xml(best.label()) +
-            " and the measured sheet</summary>\n<pre>" + tree_of(book, input.measured, folder) +
-            (best.other_simulator ? "" : tree_of(book, best.sheet, folder)) + "</pre></details>\n";
+            " and the measured sheet</summary>\n<pre>";
+    text += tree_of(book, followed, input.measured, folder);
+    if (!best.other_simulator) text += tree_of(book, followed, best.sheet, folder);
+    text += "</pre></details>\n";
   }
   return text;
 }

@@ -35,15 +35,14 @@ tr.best td { font-weight: 700; background: #f3f6fa; }
 table.dense { font-size: .8rem; } table.dense td, table.dense th { padding: .12rem .5rem .12rem 0; }
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(19rem, 1fr)); gap: .5rem 2.5rem; align-items: start; }
 .photos { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(24rem, 100%), 1fr)); gap: 1rem; }
-.marks { columns: 19rem auto; column-gap: 2rem; }
+.marks { columns: 20rem auto; column-gap: 2rem; } .marks td { vertical-align: middle; }
 figure { margin: 0 0 1rem; break-inside: avoid; }
 .turn canvas { display: block; width: 100%; max-width: 62rem; height: auto; touch-action: none; cursor: grab; background: #f5f7f9; border-radius: 4px; }
 .turn canvas:focus-visible, button:focus-visible, summary:focus-visible { outline: 3px solid #0072b2; outline-offset: 2px; }
 .keys { display: flex; flex-wrap: wrap; gap: .5rem; align-items: center; padding-top: .4rem; font-size: .88rem; }
 .keys button { font: inherit; padding: .15rem .7rem; border: 1.5px solid var(--ink); border-radius: 4px; background: #fff; color: var(--ink); }
 .keys button[aria-pressed="true"] { background: var(--ink); color: #fff; }
-.crops { display: flex; flex-wrap: wrap; gap: .35rem .6rem; margin: .6rem 0 1rem; font-size: .72rem; line-height: 1.3; font-variant-numeric: tabular-nums; }
-.crops span { display: block; color: var(--soft); } .crops svg { width: 2.6rem; height: 2.6rem; margin-right: 2px; background: #e3e6ea; border-radius: 3px; }
+figure td.crop { white-space: nowrap; padding: 1px 0 0 .4rem; } figure td.crop svg { display: inline-block; vertical-align: middle; width: 1.65rem; height: 1.65rem; margin-right: 1px; background: #e3e6ea; border-radius: 3px; }
 summary { cursor: pointer; font-weight: 600; padding: .3rem 0; }
 figure svg { display: block; width: 100%; height: auto; }
 .chart { max-width: 46rem; }
@@ -60,7 +59,7 @@ td code { overflow-wrap: anywhere; }
 @media print {
   html { font-size: 9.5pt; } .marks { columns: 3; } p, figcaption { max-width: none; }
   main > section:first-of-type > h2 { break-before: auto; margin-top: 1.5rem; }
-  .turn { display: none; } .crops svg { width: 1.9rem; height: 1.9rem; } .crops { font-size: 6.5pt; }
+  .turn { display: none; } figure td.crop svg { width: 1.25rem; height: 1.25rem; }
   body { font-size: 1rem; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
   h3 { break-after: avoid; } tr, figure { break-inside: avoid; } .scroll { overflow: visible; }
   .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
@@ -91,18 +90,24 @@ std::string row_of(const char* tag, const std::vector<std::string>& cells,
 
 }  // namespace
 
-std::string html_table(const Table& table, const std::string& css_class) {
+std::string html_table(const Table& table, const std::string& css_class,
+                       const PictureColumn& pictures) {
+  const auto picture = [&](std::size_t row) {
+    return row < pictures.cells.size() ? "<td class=\"crop\">" + pictures.cells[row] + "</td>"
+                                       : std::string();
+  };
   std::string text = "<div class=\"scroll\"><table";
   if (!css_class.empty()) text += " class=\"" + css_class + "\"";
   text += ">";
   if (!table.title.empty()) text += "<caption>" + xml(table.title) + "</caption>";
   text += "<thead><tr>" +
           row_of("th", table.heads.empty() ? table.names : table.heads, table.numeric) +
+          (pictures.cells.empty() ? "" : "<th>" + xml(pictures.head) + "</th>") +
           "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const bool marked = table.marked_row && *table.marked_row == i;
     text += (marked ? "<tr class=\"best\">" : "<tr>") + row_of("td", table.rows[i], table.numeric) +
-            "</tr>\n";
+            picture(i) + "</tr>\n";
   }
   return text + "</tbody></table></div>\n";
 }

@@ -129,10 +129,10 @@ std::optional<std::string> RecordBook::sha256(const fs::path& file) {
   return hashes_.emplace(file, hash).first->second;
 }
 
-std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256) {
+std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,
+                                std::set<fs::path>& followed) {
   std::vector<ChainLink> chain;
-  std::set<fs::path> seen;
-  follow(book, file.lexically_normal(), sha256, 0, seen, chain);
+  follow(book, file.lexically_normal(), sha256, 0, followed, chain);
   return chain;
 }
 

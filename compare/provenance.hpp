@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,9 +44,10 @@ struct ChainLink {
 };
 
 /// Everything that `file` was made from, depth first, down to files that no program made. Each file
-/// is followed once.
+/// is followed once; `followed` are those of chains before this one, and grows.
 [[nodiscard]] std::vector<ChainLink> chain_of(RecordBook& book, const std::filesystem::path& file,
-                                              const std::string& sha256);
+                                              const std::string& sha256,
+                                              std::set<std::filesystem::path>& followed);
 
 /// The files themselves, everything the records name and the records: sorted, each once.
 [[nodiscard]] std::vector<std::filesystem::path> files_behind(

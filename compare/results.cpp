@@ -63,16 +63,17 @@ Table turned(const Table& row) {
 
 }  // namespace
 
-StoredKey stored_key(const StoreReader& store, const std::string& key) {
-  const Table found = store.query(
-      "SELECT 'comparison', sha256 FROM comparison WHERE substr(sha256, 1, length(?1)) = ?1 UNION "
-      "ALL SELECT 'surface_comparison', sha256 FROM surface_comparison WHERE substr(sha256, 1, "
-      "length(?1)) = ?1",
-      {key});
+StoredKey stored_key(const StoreReader& store, const std::string& key,
+                     const std::vector<std::string>& tables) {
+  std::string query;
+  for (const std::string& table : tables) {
+    query += fmt::format("{}SELECT '{}', sha256 FROM {} WHERE substr(sha256, 1, length(?1)) = ?1",
+                         query.empty() ? "" : " UNION ALL ", table, table);
+  }
+  const Table found = store.query(query, {key});
   if (found.rows.size() == 1) return {found.rows[0][0], found.rows[0][1]};
-  throw usage_error(
-      fmt::format("{} comparisons have a key that starts with `{}`", found.rows.size(), key),
-      "take a key from the column `comparison` of drape-results list or tables");
+  throw usage_error(fmt::format("{} rows have a key that starts with `{}`", found.rows.size(), key),
+                    "take a key from the column `comparison` of drape-results list or tables");
 }
 
 std::string full_key(const StoreReader& store, const std::string& key) {

@@ -22,13 +22,17 @@ struct ResultFilter {
   std::string until = {};
 };
 
-/// A comparison of marks, or of a mesh without marks, in its table.
+/// A row of the store that has a key.
 struct StoredKey {
-  std::string table;  ///< "comparison" or "surface_comparison"
+  std::string table;
   std::string sha256;
 };
-/// What starts so. Throws Error(usage) when no or more than one comparison of either kind does.
-[[nodiscard]] StoredKey stored_key(const StoreReader& store, const std::string& key);
+/// The one row of these tables (each with a column sha256) whose key starts so; by default a
+/// comparison of marks or of a mesh without marks. Throws Error(usage) when no or more than one
+/// does.
+[[nodiscard]] StoredKey stored_key(const StoreReader& store, const std::string& key,
+                                   const std::vector<std::string>& tables = {"comparison",
+                                                                             "surface_comparison"});
 
 /// The same for a comparison of marks alone.
 [[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);

@@ -84,7 +84,9 @@ int verify(const ResultsArguments& arguments, const CommonOptions& common) {
 }
 
 int why(const StoreReader& reader, const ResultsArguments& arguments, const CommonOptions& common) {
-  const Explanation result = explain(reader, arguments.key, arguments.metric);
+  WhyOptions options = arguments.why;
+  if (arguments.mark.size() == 2) options.mark = MarkId{arguments.mark[0], arguments.mark[1]};
+  const Explanation result = explain(reader, arguments.key, arguments.metric, options);
   write(arguments, common, {result.number, result.chain});
   return result.complete ? 0 : 1;
 }
@@ -150,8 +152,17 @@ void add_judging(CLI::App& app, ResultsArguments& arguments) {
   CLI::App* why = app.add_subcommand(
       "why",
       "the way from a number back to photographs and curves; exit code 1 where it is broken");
-  why->add_option("RUN", arguments.key, "start of the comparison's key, from list")->required();
-  why->add_option("METRIC", arguments.metric, "e.g. mean_mm")->required();
+  why->add_option("RUN", arguments.key,
+                  "start of the key of a comparison (from list), of a pair of simulations, of a "
+                  "sheet (drapemeter, uncertainty) or of a calibration (residuals)")
+      ->required();
+  why->add_option("METRIC", arguments.metric, "e.g. mean_mm, distance_mm, folds, rms_px")
+      ->required();
+  why->add_option("--mark", arguments.mark, "ROW,COL: the number of one mark")
+      ->delimiter(',')
+      ->expected(2);
+  why->add_option("--camera", arguments.why.camera,
+                  "of a calibration: the residual of this camera");
   CLI::App* verify = app.add_subcommand(
       "verify", "finds every altered byte, row and option; exit code 1 when there is one");
   verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");

@@ -17,6 +17,8 @@ struct ResultsArguments {
   std::filesystem::path calibration = {};
   std::string table = "v_real_vs_virtual";
   std::string published;  ///< published.csv; empty: the store's own tables
+  std::vector<int> mark;  ///< row and column, or empty
+  WhyOptions why;
   bool csv = false;
   bool no_recompute = false;
   ResultFilter filter;

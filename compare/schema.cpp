@@ -313,6 +313,9 @@ constexpr const char* kMetrics =
 ('mesh_to_real_mean_mm', 'mm', 'the other way; it contains the hem and the gaps, where no mark was measured', 'smaller'),
 ('mesh_to_real_max_mm', 'mm', 'the Hausdorff distance the other way', 'smaller'),
 ('surface_mean_mm', 'mm', 'mean distance from either virtual surface to the nearest point of the other, over the area, both ways', 'smaller'),
+('rms_px', 'px', 'RMS distance of the target''s points from where the calibrated camera sees them', 'smaller'),
+('max_px', 'px', 'largest of these', 'smaller'),
+('object_rms_mm', 'mm', 'RMS distance of the target''s points from their rays', 'smaller'),
 ('energy_uJ', 'uJ', 'gravity, elastic and contact energy of an equilibrium as drape-branches states it; only differences within one list mean anything', 'neither'),
 ('residual_per_particle_weight', '1', 'largest net force on a particle of an equilibrium, in weights of a particle', 'smaller'),
 ('hem_nodes', '1', 'folds of the border as drape-branches counts them: crests that stand out by 3 mm', 'neither'),
@@ -394,7 +397,8 @@ SELECT s.scene AS scene, p.label AS pair, p.mean_mm AS mean_dist_mm, p.max_mm AS
   p.surface_mean_mm AS surface_mean_mm, p.hausdorff_mm AS hausdorff_mm,
   p.points AS points, f.name AS fabric, s.model AS model, s.solver AS solver,
   min(s.at_rest, t.at_rest) AS both_at_rest,
-  substr(p.measured_sha256, 1, 12) AS measured, p.paper_order AS paper_order
+  substr(p.measured_sha256, 1, 12) AS measured, p.paper_order AS paper_order,
+  substr(p.sha256, 1, 12) AS comparison
 FROM simulation_pair AS p JOIN simulation AS s ON s.sheet_sha256 = p.first_sha256
   JOIN simulation AS t ON t.sheet_sha256 = p.second_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256

@@ -212,7 +212,7 @@ void insert_comparison(Writer& writer, const std::string& key, const DrapeInput&
       low_mm(s.median), high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms),
       in_mm(s.p95.sigma_m), low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max),
       high_mm(s.max), n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean),
-      n.rms_m / mm, row.to_surface_mean_m / mm, row.to_surface_max_m / mm,
+      n.rms_m / mm, row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
       left(&DistanceStatistics::mean_m), left(&DistanceStatistics::rms_m),
       left(&DistanceStatistics::max_m), aligned(&RigidAlignment::centroid_shift_m, mm),
       aligned(&RigidAlignment::turn_rad, units::deg), in_percent(row.strain.difference.warp),

@@ -3,14 +3,13 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
+#include <sqlite3.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <csignal>
 #include <fstream>
-#include <thread>
 
 #include "compare/results.hpp"
 #include "compare/test_sheets.hpp"
@@ -238,6 +237,18 @@ TEST(Store, AWriteProtectedStoreIsAnErrorAndStaysReadable) {
   EXPECT_EQ(content(file), before);
 }
 
+int writes = 0;         ///< that SQLite made in this process
+int killing_write = 0;  ///< the one in whose middle this process ends; 0: none
+
+ssize_t counted_write(int file, const void* bytes, std::size_t size, off64_t at) {
+  if (++writes == killing_write) {
+    [[maybe_unused]] const ssize_t half = ::pwrite64(file, bytes, size / 2, at);
+    ::kill(::getpid(), SIGKILL);
+  }
+  return ::pwrite64(file, bytes, size, at);
+}
+
+/// Kill points are counted in writes to the store's files, not in time: every trial hits.
 TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) {
   const drape::test::TemporaryFolder folder;
   const fs::path undisturbed = folder.path() / "undisturbed.sqlite";
@@ -245,24 +256,25 @@ TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) 
   const auto run = [&](const fs::path& file) {
     for (const Example& made : history) import_into(file, made);
   };
-  const auto begin = std::chrono::steady_clock::now();
+  sqlite3_vfs* vfs = sqlite3_vfs_find(nullptr);
+  ASSERT_EQ(
+      vfs->xSetSystemCall(vfs, "pwrite64", reinterpret_cast<sqlite3_syscall_ptr>(&counted_write)),
+      SQLITE_OK);
+  writes = killing_write = 0;
   run(undisturbed);
-  const auto whole = std::chrono::steady_clock::now() - begin;
+  const int whole = writes;
+  ASSERT_GT(whole, 100);
   const std::string expected = content(undisturbed);
-  int killed = 0;
-  for (int trial = 0; trial < 25; ++trial) {
+  constexpr int trials = 25;
+  for (int trial = 0; trial < trials; ++trial) {
     const fs::path file = folder.path() / ("killed" + std::to_string(trial) + ".sqlite");
-    const pid_t child = fork();
-    if (child == 0) {
+    const int at = 1 + trial * (whole - 1) / trials;
+    const int ended = in_child([&] {
+      writes = 0;
+      killing_write = at;
       run(file);
-      _exit(0);
-    }
-    // From the first moment to well inside the time that a whole run took just now.
-    std::this_thread::sleep_for(whole * trial / 40);
-    kill(child, SIGKILL);
-    int status = 0;
-    waitpid(child, &status, 0);
-    killed += WIFSIGNALED(status);
+    });
+    EXPECT_EQ(ended, -SIGKILL) << "write " << at << " of " << whole;
     if (fs::exists(file) && fs::file_size(file) > 0) {
       SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
       EXPECT_EQ(database.execAndGet("PRAGMA integrity_check").getString(), "ok");
@@ -275,9 +287,9 @@ TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) 
       }
     }
     run(file);
-    EXPECT_EQ(content(file), expected) << "trial " << trial;
+    EXPECT_EQ(content(file), expected) << "killed at write " << at << " of " << whole;
   }
-  EXPECT_GT(killed, 0) << "the trials must hit the import";
+  vfs->xSetSystemCall(vfs, "pwrite64", nullptr);
 }
 
 }  // namespace

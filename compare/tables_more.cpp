@@ -50,7 +50,8 @@ Table trust_table(const DrapeInput& input, const RealVirtual& row) {
   add_trusted(table, "95th percentile", s.p95_m, s.p95);
   add_trusted(table, "largest", s.max_m, s.max);
   add_trusted(table, "mean along the normal, signed", row.normal.mean_m, row.normal.mean);
-  add_trusted(table, "mean to the nearest point of the surface", row.to_surface_mean_m, {});
+  add_trusted(table, "mean to the nearest point of the surface", row.to_surface.mean_m,
+              row.to_surface.mean);
   if (row.aligned) {
     add_trusted(table,
                 fmt::format("mean left after one rigid move ({:.2f} mm, {:.2f} deg; not applied "

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <set>
@@ -250,6 +251,29 @@ TEST_F(Sealed, WhyEndsAtPhotographsAndCurvesThatExist) {
   EXPECT_THAT(photographs, SizeIs(3));
   EXPECT_THAT(curves, SizeIs(1));
   EXPECT_THROW((void)explain(reader, first_key(), "beauty"), Error);
+}
+
+TEST_F(Sealed, WhyAnswersForPairsSheetsAndSingleMarksToo) {
+  const StoreReader reader(store());
+  const auto ends_at_photographs = [](const Explanation& why) {
+    return std::count_if(why.chain.rows.begin(), why.chain.rows.end(),
+                         [](const auto& row) { return row[2] == "photograph"; }) == 3;
+  };
+  const Table mark = reader.query(
+      "SELECT distance_mm FROM mark_error WHERE comparison_id = 1 AND \"row\" = 4 AND \"col\" = 7");
+  const Explanation of_mark =
+      explain(reader, first_key(), "distance_mm", {.mark = MarkId{4, 7}, .camera = {}});
+  EXPECT_EQ(of_mark.number.rows[0][1], mark.rows[0][0] + " mm");
+  EXPECT_TRUE(of_mark.complete && ends_at_photographs(of_mark));
+  EXPECT_THROW((void)explain(reader, first_key(), "distance_mm", {.mark = MarkId{0, 5}}), Error)
+      << "a gap";
+  const Table pair = reader.query("SELECT comparison, mean_dist_mm FROM v_virtual_vs_virtual");
+  const Explanation of_pair = explain(reader, pair.rows[0][0], "mean_mm");
+  EXPECT_EQ(of_pair.number.rows[0][1], pair.rows[0][1] + " mm");
+  EXPECT_TRUE(of_pair.complete && ends_at_photographs(of_pair));
+  const Table sheet = reader.query("SELECT sha256 FROM sheet WHERE kind = 'measured'");
+  const Explanation of_sheet = explain(reader, sheet.rows[0][0], "sigma_median_mm");
+  EXPECT_TRUE(of_sheet.complete && ends_at_photographs(of_sheet));
 }
 
 TEST_F(Sealed, WhySaysWhereTheWayIsBroken) {
