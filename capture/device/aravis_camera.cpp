@@ -17,9 +17,8 @@ namespace drape {
 namespace {
 
 constexpr std::uint16_t kControlPort = 3956;
-constexpr int kBuffers = 16;  // with 8, fast cameras find none free
-// Above Aravis' own beat of 1 s; a lost host frees the camera soon.
-constexpr int kHeartbeat_ms = 2000;
+constexpr int kBuffers = 16;         // with 8, fast cameras find none free
+constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
 constexpr std::int64_t kPtpWait_ns = 5'000'000'000;  // a slave finds its master in some seconds
 constexpr std::int64_t kMono8 = 0x01080001;
 
@@ -447,6 +446,7 @@ Owned<ArvDevice> open_at(const CameraAddress& address) {
   Owned<GInetAddress> host(g_inet_address_new_from_string(address.host_address.c_str()));
   Owned<GInetAddress> camera(g_inet_address_new_from_string(address.device.c_str()));
   if (!host || !camera) return nullptr;
+  require_own_address(address.host_address, address.device);
   Failure failure(address.device);
   Owned<ArvDevice> device(arv_gv_device_new(host.get(), camera.get(), failure.slot()));
   failure.require_none("opening the camera");

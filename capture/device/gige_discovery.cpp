@@ -13,6 +13,9 @@
 #include <chrono>
 #include <cstring>
 
+#include "capture/device/camera.hpp"
+#include "core/error.hpp"
+
 namespace drape {
 namespace {
 
@@ -101,6 +104,18 @@ std::vector<GigeAnswer> gige_cameras() {
   const auto same = [](const GigeAnswer& a, const GigeAnswer& b) { return a.address == b.address; };
   found.erase(std::unique(found.begin(), found.end(), same), found.end());
   return found;
+}
+
+void require_own_address(const std::string& address, const std::string& device) {
+  sockaddr_in own{};
+  own.sin_family = AF_INET;
+  const int descriptor = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const bool good = ::inet_pton(AF_INET, address.c_str(), &own.sin_addr) == 1 &&
+                    ::bind(descriptor, reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0;
+  ::close(descriptor);
+  if (good) return;
+  throw device_error("no network card of this machine has the address " + address, device,
+                     "plug the camera into the right network card, or correct host_address");
 }
 
 }  // namespace drape

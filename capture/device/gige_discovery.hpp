@@ -18,4 +18,7 @@ struct GigeAnswer {
 /// Throws Error(device) that names their addresses when several cameras answer with this serial.
 void refuse_duplicate_serial(const std::string& device);
 
+/// Throws Error(device) when no network card of this machine has the address.
+void require_own_address(const std::string& address, const std::string& device);
+
 }  // namespace drape

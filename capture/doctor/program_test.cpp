@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 
 #include <cstdio>
+#include <map>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -13,6 +14,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/json_file.hpp"
+#include "tests/support/bench1_calibration.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
@@ -90,11 +92,8 @@ std::string pixel_hash(const cv::Mat& image) {
   return sha256_of(std::span<const unsigned char>(image.data, image.total() * image.elemSize()));
 }
 
-TEST_F(Programs, LiveIsReplayBitForBit) {
-  DRAPE_REQUIRE_PRIVATE_NETWORK();
-  write_rig("live", true);
-  write_rig("replay", false);
-  write_one_set("drape_A", temporary_.path() / "replay/one");
+/// Three cameras that show bench1's drape_A and lose a packet of a hundred.
+std::vector<std::unique_ptr<test::GigeCamera>> cameras_of_bench1() {
   std::vector<std::unique_ptr<test::GigeCamera>> devices;
   for (int c = 0; c < 3; ++c) {
     test::GigeCameraOptions options;
@@ -109,6 +108,15 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
     devices.back()->show({image.data, image.data + image.total()});
     devices.back()->set_faults({.lose = 0.01});
   }
+  return devices;
+}
+
+TEST_F(Programs, LiveIsReplayBitForBit) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  write_rig("live", true);
+  write_rig("replay", false);
+  write_one_set("drape_A", temporary_.path() / "replay/one");
+  const auto devices = cameras_of_bench1();
   const Outcome live = run("drape-capture", path("live") + " --set drape_A --out " + path("a"));
   EXPECT_EQ(live.exit_code, 0) << live.output;
   const Outcome replay = run("drape-capture", path("replay") + " --set drape_A --out " + path("b"));
@@ -145,6 +153,47 @@ TEST_F(Programs, LiveIsReplayBitForBit) {
   EXPECT_THAT(doctor.output, HasSubstr("picture of cam2"));
   EXPECT_THAT(doctor.output, HasSubstr("calibration; to do: record the target"));
   std::printf("%s\n%s\n%s\n", live.output.c_str(), cameras.output.c_str(), doctor.output.c_str());
+}
+
+/// Every check by name; those of the machine itself (disk, receive buffer) are as it is.
+TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  write_rig("live", true);
+  const auto devices = cameras_of_bench1();
+  write_calibration(temporary_.path() / "calibration.json", test::bench1_true_calibration());
+  const std::string line = path("live") + " --json --out " + path("") + " --calibration ";
+  const Json good = Json::parse(run("drape-doctor", line + path("calibration.json")).output);
+  std::map<std::string, Json> checks;
+  for (const Json& check : good.at("checks")) checks[check.at("check")] = check;
+  for (const std::string name :
+       {"calibration", "packet size on lo", "link budget by 127.0.0.1", "camera cam0",
+        "camera cam1", "camera cam2", "a set of all cameras", "picture of cam0", "picture of cam1",
+        "picture of cam2", "cloth"}) {
+    ASSERT_TRUE(checks.count(name)) << name << " is not in " << good.dump(1);
+    EXPECT_EQ(checks[name].at("verdict"), "GO") << checks[name].dump();
+    EXPECT_TRUE(checks[name].at("to_do").is_null());
+  }
+  for (const std::string name :
+       {"socket buffer", "disk space", "disk speed", "clock of cam0", "clock of cam2"})
+    EXPECT_TRUE(checks.count(name)) << name;
+  EXPECT_THAT(checks["picture of cam1"].at("found"), HasSubstr("saturated"));
+  EXPECT_THAT(checks["picture of cam1"].at("found"), HasSubstr("sharpness"));
+  EXPECT_THAT(checks["link budget by 127.0.0.1"].at("found"), HasSubstr("packet_delay_ns"));
+
+  devices[1]->unplug();
+  devices[2]->show(std::vector<std::uint8_t>(1600 * 1200, 255));
+  const Outcome bad = run("drape-doctor", line + path("nowhere.json"));
+  EXPECT_EQ(bad.exit_code, 1);
+  int named = 0;
+  const Json report = Json::parse(bad.output);
+  for (const Json& check : report.at("checks")) {
+    const bool go = check.at("verdict") == "GO";
+    EXPECT_EQ(check.at("to_do").is_null(), go) << check.dump();
+    for (const char* name : {"calibration", "camera cam1", "a set of all cameras"})
+      named += !go && check.at("check") == name;
+  }
+  EXPECT_EQ(named, 3) << bad.output;
+  EXPECT_THAT(run("drape-cameras", "--json").output, HasSubstr("\"B1C2\""));
 }
 
 TEST_F(Programs, AFullDiskStoresNothingHalf) {

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <csignal>
 #include <fstream>
-#include <thread>
 #include <utility>
 
 #include "capture/live/live_bench.hpp"
@@ -19,7 +18,6 @@ namespace {
 using test::all_faults;
 using test::expect_right_sets;
 using testing::AllOf;
-using testing::AnyOf;
 using testing::HasSubstr;
 using Bench = test::LiveBench;
 
@@ -47,13 +45,10 @@ std::vector<pid_t> camera_hosts() {
 TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   const Bench bench(3, SyncMethod::free_run);
-  std::thread killer([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
-    const auto hosts = camera_hosts();
-    if (!hosts.empty()) ::kill(hosts[0], SIGKILL);
+  bool killed = false;
+  const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
+    if (sets >= 10 && !std::exchange(killed, true)) ::kill(camera_hosts().at(0), SIGKILL);
   });
-  const LiveResult live = bench.capture(60);
-  killer.join();
   expect_right_sets(bench, live);
   ASSERT_EQ(live.pairing.sets.size(), 60U);
   EXPECT_THAT(all_faults(live), AllOf(HasSubstr("ended by signal 9"), HasSubstr("opened again")));
@@ -83,9 +78,7 @@ TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   });
   expect_right_sets(bench, live);
   EXPECT_EQ(live.pairing.sets.size(), 60U) << all_faults(live);
-  // No frames for 2 periods + 0.5 s, or no sign of life for 1 s: whichever is seen first.
-  EXPECT_THAT(all_faults(live),
-              AnyOf(HasSubstr("it stopped sending frames"), HasSubstr("gives no sign of life")));
+  EXPECT_THAT(all_faults(live), HasSubstr("its camera host gives no sign of life"));
   const int launches[] = {live.report.cameras[0].host_launches,
                           live.report.cameras[1].host_launches};
   EXPECT_EQ(std::min(launches[0], launches[1]), 1);

@@ -62,7 +62,7 @@ struct LiveBench {
     }
   }
 
-  [[nodiscard]] LiveResult capture(int frames, double patience_s = 5, bool keep = true,
+  [[nodiscard]] LiveResult capture(int frames, double patience_s = 20, bool keep = true,
                                    const std::function<void(int)>& at_set = {}) const {
     LiveOptions options;
     if (at_set)

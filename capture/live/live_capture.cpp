@@ -22,12 +22,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kRetryEvery_s = 0.3;
+constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
 constexpr double kStopping_s = 2;
 constexpr double kScheduleAhead_s = 0.03;     ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;      ///< clock error allowed before a trigger
 constexpr double kAnswer_s = 0.5;             ///< of a trigger, above the exposure
 constexpr std::int64_t kPartnersWithin = 20;  ///< frames: a later partner would be off by seconds
 constexpr double kLargestDelay_s = 5;         ///< between exposure and arrival of a frame
+constexpr double kSignsPerSecond = 6;         ///< at least, of a host that runs: it tries ten
 constexpr double kStreamEnds_s = 0.3;         ///< once told to
 
 std::int64_t now_ns() {
@@ -47,6 +49,7 @@ class Session {
       host.program = options_.host_program;
       host.memory_limit_mb = options_.memory_limit_mb;
       host.opening_s = options_.opening_s;
+      host.slots = std::clamp<std::size_t>(std::lround(kRoom_s * file_.frame_rate_hz), 8, 64);
       host.slot_bytes = static_cast<std::size_t>(*camera.settings.width_px) *
                         static_cast<std::size_t>(*camera.settings.height_px);
       auto& running = running_.emplace_back();
@@ -121,6 +124,7 @@ class Session {
     r.clock_taken = 0;
     r.clocks.emplace_back();
     r.last_frame_ns = r.began_ns = now_ns();
+    r.signs_at_frame = r.host->signs_of_life();
     r.host->start();
   }
 
@@ -213,6 +217,7 @@ class Session {
     check_stamp(c, frame);
     if (frame.device_ns) r.newest_device_ns = frame.device_ns;
     r.last_frame_ns = now_ns();
+    r.signs_at_frame = r.host->signs_of_life();
     last_progress_ns_ = r.last_frame_ns;
     if (r.failed_ns != 0) {
       r.longest_gap_s = std::max(r.longest_gap_s, seconds(now_ns() - r.failed_ns));
@@ -237,7 +242,10 @@ class Session {
     const double quiet_s = 2 / file_.frame_rate_hz + 0.5;
     const bool streaming = r.started && r.host->ready() && !r.host->fault();
     const bool live = file_.cameras[c].address.backend != Backend::replay;
-    const bool quiet = report_.method == SyncMethod::free_run && streaming && live &&
+    // A host that a busy machine lets wait has sent no frame and no sign of life either.
+    const auto signs = static_cast<double>(r.host->signs_of_life() - r.signs_at_frame);
+    const bool awake = signs > kSignsPerSecond * quiet_s;
+    const bool quiet = report_.method == SyncMethod::free_run && streaming && live && awake &&
                        seconds(now - r.last_frame_ns) > quiet_s;
     if (r.host->fault() || quiet) {
       if (r.started) {

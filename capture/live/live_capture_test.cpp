@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "capture/live/live_bench.hpp"
 #include "capture/live/record.hpp"
@@ -166,18 +167,21 @@ TEST(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   const Bench bench(2, SyncMethod::free_run);
   const int datagrams = test::trial_count(30'000, 1'000'000);
-  std::thread junk([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1000));
-    for (int round = 0; round < 10; ++round) {
-      const auto seed = static_cast<unsigned>(round);
-      // To the grabber's stream and control ports, and to the camera's own control port.
-      send_junk(bench.devices[0]->stream_port(), datagrams / 20, "127.0.0.99", "127.0.0.1", seed);
-      send_junk(bench.devices[0]->controller_port(), datagrams / 20, "127.0.0.99", "127.0.0.1",
-                seed);
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+  std::thread junk;
+  // To the grabber's stream and control ports, while it captures.
+  const LiveResult live = bench.capture(test::trial_count(60, 600), 20, true, [&](int sets) {
+    if (sets < 5 || junk.joinable()) return;
+    const std::uint16_t ports[] = {bench.devices[0]->stream_port(),
+                                   bench.devices[0]->controller_port()};
+    junk = std::thread([datagrams, ports] {
+      for (unsigned round = 0; round < 100; ++round) {
+        for (const std::uint16_t port : ports)
+          send_junk(port, datagrams / 200, "127.0.0.99", "127.0.0.1", round);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
   });
-  const LiveResult live = bench.capture(test::trial_count(60, 600));
+  ASSERT_TRUE(junk.joinable());
   junk.join();
   expect_right_sets(bench, live);
   EXPECT_TRUE(live.report.faults.empty()) << all_faults(live);
@@ -187,16 +191,15 @@ TEST(LiveCapture, JunkToTheStreamAndControlPortsTouchesNoCamera) {
   }
 }
 
+/// The camera's own address, but another port than its stream's.
 TEST(LiveCapture, JunkFromTheCamerasAddressLeavesTheOthersAlone) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  // The camera's own address, but another port than its stream's.
   const Bench bench(2, SyncMethod::free_run);
-  std::thread junk([&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1000));
-    send_junk(bench.devices[0]->stream_port(), 5000, "127.0.0.2", "127.0.0.1", 1);
+  bool sent = false;
+  const LiveResult live = bench.capture(40, 20, true, [&](int sets) {
+    if (sets >= 5 && !std::exchange(sent, true))
+      send_junk(bench.devices[0]->stream_port(), 5000, "127.0.0.2", "127.0.0.1", 1);
   });
-  const LiveResult live = bench.capture(40);
-  junk.join();
   expect_right_sets(bench, live);
   EXPECT_EQ(live.pairing.sets.size(), 40U);
   EXPECT_EQ(live.report.cameras[1].host_launches, 1);

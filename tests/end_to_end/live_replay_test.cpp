@@ -179,7 +179,8 @@ TEST_F(LiveIsReplay, ThroughTheKernelsV4l2Driver) {
   const test::GuestRun guest = test::run_in_guest(
       at("share"),
       fmt::format("TMPDIR={0} DRAPE_GUEST_SHARE={0} '{1}' --gtest_output=json:{0}/tests.json",
-                  at("share").string(), tests));
+                  at("share").string(), tests),
+      test::program("drape-capture"));
   if (guest.cannot) GTEST_SKIP() << "no V4L2 guest: " << *guest.cannot;
   EXPECT_EQ(guest.exit_code, 0) << guest.output;
   expect_guest_tests_passed(at("share/tests.json"), guest.output);

@@ -17,7 +17,9 @@ mkdir -p "$folder"
 cd "$folder"
 exec 9>lock
 flock 9
-if [ -s vmlinuz ] && [ -s initrd.gz ] && [ initrd.gz -nt "$here/init" ]; then exit 0; fi
+if [ -s vmlinuz ] && [ -s initrd.gz ] && [ initrd.gz -nt "$here/init" ] && [ initrd.gz -nt "$here/prepare.sh" ]; then
+  exit 0
+fi
 
 [ "$(uname -m)" = x86_64 ] || cannot "the guest is an x86-64 machine, this is $(uname -m)"
 for tool in apt-get apt-cache dpkg-deb busybox qemu-system-x86_64; do
@@ -44,7 +46,15 @@ if [ ! -s vmlinuz ] || [ ! -d kernel ]; then
     '*/kernel/drivers/media/test-drivers/vivid/*'
   rm -rf kernel && mv unpacked/lib/modules/*/kernel kernel
   mv unpacked/boot/vmlinuz-* vmlinuz
-  rm -rf unpacked download
+  rm -rf unpacked download vmlinux
+fi
+# Unpacked here, the kernel boots sooner in an emulated machine. Without xz the packed one will do.
+if [ ! -s vmlinux ] && command -v xz >/dev/null; then
+  start=$(LC_ALL=C grep -abo -m 1 -P '\xfd7zXZ\x00' vmlinuz | head -n 1 | cut -d : -f 1 || true)
+  if [ -n "$start" ]; then
+    tail -c "+$((start + 1))" vmlinuz | xz --decompress --stdout --single-stream >unpacked 2>/dev/null || true
+    if [ "$(head -c 4 unpacked | tail -c 3)" = ELF ]; then mv unpacked vmlinux; else rm -f unpacked; fi
+  fi
 fi
 
 # Modules in the order they depend on each other, as each says itself.
