@@ -74,7 +74,7 @@ Vector2d image_of(const Eigen::Matrix3d& map, const Vector2d& point_m) {
 /// What one corner's surroundings look like in the picture.
 struct Surroundings {
   Vector2d px;
-  double free_px = 0;     ///< shortest image of the free width
+  double free_px = 0;     ///< to the nearest side of the free square's image
   Vector2d diagonals[4];  ///< middles of the four quarters around it
 };
 
@@ -83,10 +83,11 @@ Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m
   int k = 0;
   for (const Vector2d& way : {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
     const Vector2d along(way.x(), 0), across(0, way.y());
-    for (const Vector2d& arm : {along, across}) {
-      around.free_px =
-          std::min(around.free_px, (image_of(map, point_m + free_m * arm) - around.px).norm());
-    }
+    // Seen aslant the free square is a rhomboid, whose sides are nearer than the ends of its arms.
+    const Vector2d a = image_of(map, point_m + free_m * along) - around.px;
+    const Vector2d b = image_of(map, point_m + free_m * across) - around.px;
+    const double area = std::abs(a.x() * b.y() - a.y() * b.x());
+    around.free_px = std::min(around.free_px, area / std::max(a.norm(), b.norm()));
     around.diagonals[k++] = image_of(map, point_m + 0.6 * free_m * way);
   }
   return around;

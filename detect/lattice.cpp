@@ -278,6 +278,19 @@ double rightwards(const std::vector<UnlabelledDot>& dots, const LatticePiece& pi
   return along.x();
 }
 
+/// Half or more of each outer row and column is there: a speck a pitch beside the grid is no row of
+/// it, and taken for one it would shift all labels.
+bool edges_are_full(const LatticePiece& piece, const Extent& extent) {
+  int top = 0, bottom = 0, left = 0, right = 0;
+  for (const auto& [place, dot] : piece) {
+    top += place.row == extent.first.row ? 1 : 0;
+    bottom += place.row == extent.last.row ? 1 : 0;
+    left += place.col == extent.first.col ? 1 : 0;
+    right += place.col == extent.last.col ? 1 : 0;
+  }
+  return 2 * std::min(top, bottom) >= extent.cols() && 2 * std::min(left, right) >= extent.rows();
+}
+
 }  // namespace
 
 std::vector<LatticePiece> grow_pieces(const PrintPlane& plane,
@@ -331,6 +344,7 @@ std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
   for (int quarter = 0; quarter < 4; ++quarter, turned = quarter_turn(turned)) {
     const Extent extent = extent_of(turned);
     if (extent.rows() != plane.rows || extent.cols() != plane.cols) continue;
+    if (!edges_are_full(turned, extent)) continue;
     const double right = rightwards(dots, turned);
     if (best && right <= most_rightwards) continue;
     best = turned;

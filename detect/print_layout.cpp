@@ -20,8 +20,8 @@ using Eigen::Vector2d;
 using units::mm;
 
 constexpr double kBorder = 5 * mm;  // printers leave about so much of the paper white
-constexpr double kFoot = 16 * mm;   // scale bar and two lines of text
-constexpr double kBarStep = 10 * mm;
+constexpr double kFoot = 16 * mm;   // ruler and two lines of text
+constexpr double kRulerStep = 10 * mm;
 constexpr double kLine = 0.2 * mm;  // width of the corner marks
 constexpr double kCornerLength = 4 * mm;
 constexpr double kText = 2.6 * mm;
@@ -70,7 +70,7 @@ Place place_on(const Vector2d& print_m, const PrintOptions& options) {
     }
   }
   throw bad_input(
-      fmt::format("the print needs {:.1f} x {:.1f} mm of paper with its border and scale bar; {} "
+      fmt::format("the print needs {:.1f} x {:.1f} mm of paper with its border and ruler; {} "
                   "does not hold it",
                   needed.x() / mm, needed.y() / mm,
                   options.paper == "auto" ? "neither a4 nor a3" : options.paper),
@@ -92,27 +92,27 @@ PageArea corner_marks(const Vector2d& corner, const Vector2d& size) {
   return area;
 }
 
-/// A bar of whole centimetres, black and white in turn, as long as the print allows up to 100 mm.
-double add_scale_bar(Page& page, const Vector2d& at, double room_m) {
-  const int steps = std::clamp(static_cast<int>(room_m / kBarStep), 1, 10);
-  const double length = steps * kBarStep;
-  PageArea bar;
-  bar.boxes.push_back({at, {length, kLine}});
-  bar.boxes.push_back({at + Vector2d(0, 3 * mm - kLine), {length, kLine}});
-  bar.boxes.push_back({at + Vector2d(length - kLine, 0), {kLine, 3 * mm}});
-  for (int i = 0; i < steps; i += 2)
-    bar.boxes.push_back({at + Vector2d(i * kBarStep, 0), {kBarStep, 3 * mm}});
-  page.items.emplace_back(bar);
+/// A ruler of whole centimetres, as long as the print allows up to 100 mm, in thin lines: a picture
+/// of the print shows it too, and nothing on it may look like a dot. Ticks are centred on their
+/// places.
+double add_ruler(Page& page, const Vector2d& at, double room_m) {
+  const int steps = std::clamp(static_cast<int>(room_m / kRulerStep), 1, 10);
+  const double length = steps * kRulerStep;
+  PageArea ruler;
+  ruler.boxes.push_back({at + Vector2d(0, 3 * mm - kLine), {length, kLine}});
+  for (int i = 0; i <= steps; ++i)
+    ruler.boxes.push_back({at + Vector2d(i * kRulerStep - kLine / 2, 0), {kLine, 3 * mm}});
+  page.items.emplace_back(ruler);
   return length;
 }
 
 void add_foot(PrintedPage& result, const Vector2d& corner, const Vector2d& size,
               const std::string& what) {
   const Vector2d at = corner + Vector2d(0, size.y() + 3 * mm);
-  const double bar = add_scale_bar(result.page, at, size.x());
+  const double ruler = add_ruler(result.page, at, size.x());
   result.page.items.emplace_back(
       PageText{at + Vector2d(0, 3 * mm + 1.4 * kText), kText,
-               fmt::format("{}. Print at 100 %. The bar is {:.0f} mm long.", what, bar / mm)});
+               fmt::format("{}. Print at 100 %. The ruler is {:.0f} mm long.", what, ruler / mm)});
   result.page.items.emplace_back(PageText{
       at + Vector2d(0, 3 * mm + 2.8 * kText), kText,
       fmt::format("Check length: {} = {:.2f} mm.", result.check_text, result.check_m / mm)});

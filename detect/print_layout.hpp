@@ -30,7 +30,7 @@ struct PrintedPage {
 void check_windows(const DotClasses& classes);
 
 /// The cloth's print as seen from its printed side, row 0 on top: dots, tags, corners of the patch,
-/// scale bar and check length. Throws Error(bad_input) when the paper is too small (naming the
+/// ruler and check length. Throws Error(bad_input) when the paper is too small (naming the
 /// size that is needed), a tag reaches into a dot, or the family has no such tag.
 [[nodiscard]] PrintedPage page_of(const Print& print, const PrintOptions& options);
 

@@ -15,33 +15,14 @@
 #include "triangulate/islands.hpp"
 #include "triangulate/lattice_views.hpp"
 #include "triangulate/neighbours.hpp"
+#include "triangulate/sheet_report.hpp"
 
 namespace drape {
 namespace {
 
 using units::deg;
-using units::mm;
 
 constexpr int kShapeRounds = 3;
-// Before the dots' shape is known, views of a bent dot miss each other by up to half a pixel.
-constexpr double kLooser = 5;
-
-/// A mark on its way to the sheet.
-struct Placed {
-  Agreed agreed;
-  double shape_shift_m = 0;
-};
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double sigma_m(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(covariance.trace() / 3);
-}
 
 MarksOnSurface surface_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
                           double dot_diameter_m, int threads) {
@@ -135,74 +116,6 @@ void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& 
   }
 }
 
-ErrorBudget budget_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
-                      const Sheet& sheet, bool has_calibration_covariance) {
-  double detection = 0, calibration = 0, shape = 0;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    if (sheet.find(marks[i].mark) == nullptr) continue;
-    const Point& point = *placed[i].agreed.point;
-    detection += point.detection_covariance_m2.trace();
-    calibration += point.calibration_covariance_m2.trace();
-    shape += point.shape_covariance_m2.trace();
-  }
-  const auto rms = [&](double sum_m2) {
-    return std::sqrt(sum_m2 / static_cast<double>(sheet.marks.size()));
-  };
-  ErrorBudget budget{rms(detection), std::nullopt, rms(shape),
-                     rms(detection + calibration + shape)};
-  if (has_calibration_covariance) budget.calibration_m = rms(calibration);
-  return budget;
-}
-
-void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
-                     const Sheet& sheet, TriangulateReport& report) {
-  std::vector<double> reprojection, sigma, calibration, agreement, shift;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    const SheetMark* mark = sheet.find(marks[i].mark);
-    if (mark == nullptr) continue;
-    const Point& point = *placed[i].agreed.point;
-    reprojection.push_back(point.rms_px());
-    sigma.push_back(sigma_m(*mark->covariance_m2) / mm);
-    calibration.push_back(sigma_m(point.calibration_covariance_m2) / mm);
-    agreement.push_back(std::sqrt(point.chi2 / point.degrees_of_freedom));
-    shift.push_back(placed[i].shape_shift_m / mm);
-    const auto views = placed[i].agreed.used.size();
-    if (report.marks_by_views.size() <= views) report.marks_by_views.resize(views + 1);
-    ++report.marks_by_views[views];
-    if (placed[i].agreed.dropped) {
-      report.dropped_views.push_back(fmt::format(
-          "mark ({}, {}): {} left out, with it the views miss each other by {:.1f} sigma",
-          marks[i].mark.row, marks[i].mark.col,
-          marks[i].views[*placed[i].agreed.dropped].camera->camera.name,
-          placed[i].agreed.disagreement_sigmas));
-    }
-  }
-  report.largest_shape_shift_mm = shift.empty() ? 0 : *std::max_element(shift.begin(), shift.end());
-  report.median_reprojection_px = median(reprojection);
-  report.median_sigma_mm = median(sigma);
-  report.median_calibration_sigma_mm = median(calibration);
-  report.median_chi_per_dof = median(agreement);
-  report.median_shape_shift_mm = median(shift);
-}
-
-/// Marks that are known to be worse than the rest without any truth: a crease or hem beside the dot
-/// leaves its bend open, or its views do not quite meet.
-std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
-                             const Sheet& sheet, const TriangulateOptions& options) {
-  std::vector<Doubt> doubts;
-  for (std::size_t i = 0; i < marks.size(); ++i) {
-    const SheetMark* mark = sheet.find(marks[i].mark);
-    if (mark == nullptr) continue;
-    Doubt doubt{mark->mark, std::nullopt, std::nullopt};
-    const double sigma_mm = std::sqrt(mark->covariance_m2->trace()) / mm;
-    const double sigmas = placed[i].agreed.point->disagreement_sigmas();
-    if (sigma_mm > options.doubt_mm) doubt.sigma_mm = sigma_mm;
-    if (sigmas > options.doubt_sigmas) doubt.sigmas = sigmas;
-    if (doubt.sigma_mm || doubt.sigmas) doubts.push_back(doubt);
-  }
-  return doubts;
-}
-
 std::vector<std::string> cameras_of(const Detections& detections, const std::string& set) {
   std::vector<std::string> names;
   for (const FrameDetections& frame : detections.frames) {
@@ -232,16 +145,6 @@ Detections with_islands(const Detections& detections, const Calibration& calibra
                                               fate.island, fate.dots, fate.reason));
   }
   return std::move(merged.detections);
-}
-
-/// One line, however much there is to say of the calibration: its own ending and file say all.
-void note_calibration(const Calibration& calibration, TriangulateReport& report) {
-  const std::vector<std::string>& warnings = calibration.warnings;
-  if (warnings.empty()) return;
-  std::string text = "calibration: " + warnings.front();
-  if (warnings.size() > 1)
-    text += fmt::format(" (the first of {} warnings in its file)", warnings.size());
-  report.warnings.push_back(text);
 }
 
 void check_positive(const char* option, double value) {

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "triangulate/agreement.hpp"
+#include "triangulate/lattice_views.hpp"
+#include "triangulate/triangulate.hpp"
+
+namespace drape {
+
+/// A mark on its way to the sheet.
+struct Placed {
+  Agreed agreed;
+  double shape_shift_m = 0;
+};
+
+/// Root mean squares over the sheet's marks of what their covariances are made of.
+[[nodiscard]] ErrorBudget budget_of(const std::vector<MarkViews>& marks,
+                                    const std::vector<Placed>& placed, const Sheet& sheet,
+                                    bool has_calibration_covariance);
+
+/// Medians and counts over the sheet's marks, and the views that were left out.
+void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
+                     const Sheet& sheet, TriangulateReport& report);
+
+/// Marks that are known to be worse than the rest without any truth: a crease or hem beside the dot
+/// leaves its bend open, or its views do not quite meet.
+[[nodiscard]] std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks,
+                                           const std::vector<Placed>& placed, const Sheet& sheet,
+                                           const TriangulateOptions& options);
+
+/// One line, however much there is to say of the calibration: its own ending and file say all.
+void note_calibration(const Calibration& calibration, TriangulateReport& report);
+
+}  // namespace drape
