@@ -199,7 +199,7 @@ TEST_F(V4l2Camera, AFatalErrorAndADisconnectEndTheStreamAndOpeningAgainWorks) {
 }
 
 TEST_F(V4l2Camera, TheFrameIdWraps) {
-  static_cast<void>(camera_->configure(settings(60)));
+  static_cast<void>(camera_->configure(settings(40)));
   VividNode(kNode).set("Wrap Sequence Number");
   camera_->start();
   FrameIdUnwrapper ids(camera_->frame_ids());

@@ -182,6 +182,9 @@ TEST_F(LiveIsReplay, ThroughTheKernelsV4l2Driver) {
                   at("share").string(), tests),
       test::program("drape-capture"));
   if (guest.cannot) GTEST_SKIP() << "no V4L2 guest: " << *guest.cannot;
+  std::printf("the guest ran %s\n", guest.without_kvm.empty()
+                                        ? "in KVM"
+                                        : ("in software emulation: " + guest.without_kvm).c_str());
   EXPECT_EQ(guest.exit_code, 0) << guest.output;
   expect_guest_tests_passed(at("share/tests.json"), guest.output);
   for (std::size_t from = 0, to = 0; from < guest.output.size(); from = to + 1) {

@@ -44,9 +44,11 @@ std::string last_line(std::string text) {
 }
 
 /// A device node alone does not tell: without the processor's own module the guest hangs in it.
-bool has_kvm() {
-  return ::access("/dev/kvm", R_OK | W_OK) == 0 &&
-         (fs::exists("/sys/module/kvm_intel") || fs::exists("/sys/module/kvm_amd"));
+std::string why_no_kvm() {
+  if (::access("/dev/kvm", R_OK | W_OK) != 0) return "/dev/kvm is not there or not allowed";
+  if (!fs::exists("/sys/module/kvm_intel") && !fs::exists("/sys/module/kvm_amd"))
+    return "neither kvm_intel nor kvm_amd is loaded";
+  return "";
 }
 
 std::string shared_folder(const std::string& tag, const fs::path& folder, const char* more) {
@@ -104,7 +106,11 @@ GuestRun run_in_guest(const fs::path& share, const std::string& job, const fs::p
   write_durable(share / "job.sh",
                 fmt::format("cd '{}'\n{}{}", share.string(), read_ahead(later), job));
   Shell machine;
-  if (has_kvm()) machine = boot(guest, share, "-accel kvm -cpu host");
+  run.without_kvm = why_no_kvm();
+  if (run.without_kvm.empty()) {
+    machine = boot(guest, share, "-accel kvm -cpu host");
+    if (!fs::exists(share / "booted")) run.without_kvm = "the guest does not boot with KVM";
+  }
   if (!fs::exists(share / "booted"))
     machine = boot(guest, share, "-accel tcg,thread=multi -cpu max,la57=off");
   if (!fs::exists(share / "booted")) {

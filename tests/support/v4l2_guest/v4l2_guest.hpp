@@ -15,6 +15,7 @@ struct GuestRun {
   std::optional<std::string> cannot;  ///< why this host runs no guest; the rest is empty then
   int exit_code = -1;                 ///< of the job; -1 when it did not end
   std::string output;                 ///< what the job printed
+  std::string without_kvm;            ///< why it ran in software emulation; empty: it ran in KVM
 };
 
 /// Boots Debian's stock kernel with four vivid cameras in QEMU, as an ordinary user, and runs the
