@@ -4,18 +4,14 @@
 #include "core/error.hpp"
 #include "core/program.hpp"
 #include "core/run_record.hpp"
-#include "simulate/simulate.hpp"
+#include "simulate/run_inputs.hpp"
 #include "simulate/static_branches.hpp"
 
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
-  fs::path scene, out;
-  std::optional<fs::path> fabric, start;
-  int grid = 21;
-  drape::SimulateOptions options;
+struct Arguments : drape::RunArguments {
   drape::sim::BranchOptions branches;
 };
 
@@ -25,19 +21,10 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw drape::usage_error("--starts is not in 1 .. 10000", "give --starts 20");
   drape::RunRecord record("drape-branches", std::move(words));
-  const drape::Scene scene = drape::read_scene(args.scene);
-  const drape::Fabric fabric = drape::read_fabric(args.fabric.value_or(scene.fabric_file));
-  const drape::Print print = drape::read_print(scene.print_file);
-  std::optional<drape::Sheet> measured;
-  if (args.start) measured = drape::read_sheet(*args.start);
-  record.input(args.scene);
-  for (const fs::path& file : fabric.files()) record.input(file);
-  record.input(scene.print_file);
-  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
-  args.options.rows = args.options.cols = args.grid;
+  const drape::RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "static";
-  const drape::BranchResult result =
-      drape::simulate_branches(scene, fabric, print, measured, args.options, args.branches);
+  const drape::BranchResult result = drape::simulate_branches(
+      inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options, args.branches);
   drape::write_json(args.out / "branches.json", drape::sim::branches_json(result.branches));
   record.output(args.out / "branches.json");
   drape::Ending ending;
@@ -71,15 +58,9 @@ int main(int argc, char** argv) {
   drape::CommonOptions common;
   add_common_options(app, common);
   Arguments args;
-  app.add_option("SCENE", args.scene, "scene.toml");
-  app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
-  app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
-  app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
-      ->capture_default_str();
-  app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
+  add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
       ->capture_default_str();
-  app.add_option("--out", args.out, "folder for branches.json and branch-NN/sheet.ply");
   return drape::run_program(app, argc, argv, common,
                             [&] { return run(args, drape::arguments_of(argc, argv), common); });
 }

@@ -72,6 +72,7 @@ Json distance_json(const SimulateReport& report) {
   json["triangles_through_itself"] = report.self_crossings;
   json["particles_touching"] = report.contacts;
   json["contacts_between_particles"] = report.contacts_between;
+  json["pressing_pairs_of_features"] = report.contacts_pairs;
   json["largest_pin_error_mm"] = report.hold_error_m / mm;
   return json;
 }
@@ -85,10 +86,11 @@ Json start_json(const SimulateReport& report) {
   return json;
 }
 
-Json options_json(const SimulateOptions& options) {
+Json options_json(const SimulateOptions& options, const SimulateReport& report) {
   Json json;
   json["rows"] = options.rows;
   json["cols"] = options.cols;
+  json["round_specimen"] = options.round;
   json["segments"] = options.segments;
   json["model"] = options.model;
   json["solver"] = options.solver;
@@ -102,6 +104,8 @@ Json options_json(const SimulateOptions& options) {
   json["step_share"] = options.step_share;
   json["max_steps"] = options.max_steps;
   json["contact_between_particles"] = options.contact_between_particles;
+  json["penetration_tolerance_mm"] = options.penetration_tolerance_m / mm;
+  json["cloth_thickness_mm"] = report.cloth_thickness_m / mm;
   return json;
 }
 
@@ -161,8 +165,10 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   json["start"] = start_json(report);
   json["twist_stiffness_uNm"] = report.twist_n_m / kMicro;
   if (options.model == "paper") json["springs_with_k_st_clamped_at_0"] = report.clamped_springs;
+  if (report.drape_coefficient)
+    json["drape_coefficient_percent"] = *report.drape_coefficient / percent;
   json["curves"] = curves_json(report);
-  json["options"] = options_json(options);
+  json["options"] = options_json(options, report);
   json["warnings"] = report.warnings;
   write_json(file, json);
 }

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/json_file.hpp"
 #include "core/units.hpp"
+#include "simulate/certify_layers.hpp"
 #include "simulate/certify_scene.hpp"
 #include "simulate/certify_sheet.hpp"
 
@@ -29,7 +30,7 @@ constexpr Real kResidualMargin =
     1.05L;                      // of the tolerance: rounding of the file, places of contact
 constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may press on it
 constexpr int kSingleSweeps = 50;
-constexpr int kSweeps = 20000;
+constexpr int kRounds = 20000;
 constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kGapAllowed_m = 1e-6;
@@ -100,6 +101,10 @@ void judge_distances(CertifyReport& report, const CertificateClaim& claim, const
   if (claim.at_rest) {
     limit(report, "depth of a particle in an object or the table (m)", 0, found.deepest_particle,
           kSunk);
+    limit(report, "depth between particles (m)", claim.deepest_between_m, found.deepest_between,
+          Real(claim.penetration_tolerance_m) + Real(kGapAllowed_m));
+    limit(report, "places where the sheet passes through itself", 0,
+          certify_detail::crossings_of(points, rows, cols), 0);
   }
 }
 
@@ -165,10 +170,10 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const S
                                                           most * mean_weight, kSingleSweeps);
   if (found.largest > most * mean_weight) {
     found = certify_detail::balance(mechanics.force, supports, scene.friction, most * mean_weight,
-                                    kSweeps);
+                                    kRounds);
   }
   report.contacts = static_cast<int>(supports.size());
-  report.sweeps = found.sweeps;
+  report.rounds = found.rounds;
   limit(report, "residual force (of a particle's weight)", claim.residual,
         found.largest / mean_weight, most);
 }
@@ -215,6 +220,11 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   const std::vector<Support> touching =
       supports_of(objects, points, sheet.rows, sheet.cols, kTouch);
   supports.insert(supports.end(), touching.begin(), touching.end());
+  if (claim.cloth_thickness_m > 0) {
+    const std::vector<Support> layers = certify_detail::layer_supports_of(
+        points, sheet.rows, sheet.cols, Real(claim.cloth_thickness_m) + kTouch);
+    supports.insert(supports.end(), layers.begin(), layers.end());
+  }
   judge_balance(report, claim, scene, mechanics, supports);
   return report;
 }
@@ -236,6 +246,8 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.weft_most = report.strains.weft_most;
   claim.least_gap_object_m = report.least_gap_object_m;
   claim.deepest_between_m = report.deepest_between_m;
+  claim.penetration_tolerance_m = options.penetration_tolerance_m;
+  claim.cloth_thickness_m = report.cloth_thickness_m;
   if (!result.history.empty()) {
     const HistoryRow& last = result.history.back();
     claim.gravity_j = last.gravity_j;
@@ -272,6 +284,10 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
   if (const auto gap = distance.optional_number("least_particle_to_object_mm"))
     claim.least_gap_object_m = *gap * mm;
   claim.deepest_between_m = distance.number("deepest_between_particles_mm") * mm;
+  // Certificates of before these were options.
+  claim.penetration_tolerance_m =
+      options.optional_number("penetration_tolerance_mm").value_or(0.5) * mm;
+  claim.cloth_thickness_m = options.optional_number("cloth_thickness_mm").value_or(0) * mm;
   const Csv history = read_csv(folder / "history.csv", history_columns());
   if (!history.lines.empty()) {
     constexpr double kMicro = 1e-6;

@@ -24,6 +24,8 @@ struct CertificateClaim {
   double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;  ///< strains
   std::optional<double> least_gap_object_m;
   double deepest_between_m = 0;
+  double penetration_tolerance_m = 0;  ///< of the sheet between its particles
+  double cloth_thickness_m = 0;        ///< layers press this far apart; 0: they do not press
   /// Of the last row of history.csv; absent: not compared.
   std::optional<double> gravity_j, stretch_j, shear_j, bending_j, twist_j;
 };
@@ -48,7 +50,7 @@ struct CertifyReport {
   std::vector<CertifyLine> lines;
   std::vector<std::string> refusals;  ///< what cannot be compared at all, e.g. missing points
   int contacts = 0;                   ///< places where the sheet may push on an object
-  int sweeps = 0;                     ///< of the search for contact forces
+  int rounds = 0;                     ///< of the search for contact forces
   [[nodiscard]] bool accepted() const;
 };
 
@@ -57,8 +59,10 @@ struct CertifyReport {
 /// forces within the friction cones exist that balance every particle to `residual_tolerance` (the
 /// law of contact is not asked, so any sheet that can rest there is accepted). What it shares with
 /// the simulator: the readers of files and the approximation of the Kawabata curves, and the
-/// distance of triangle meshes. Velocities are in no file and are not judged. A sheet that does
-/// not claim to be at rest is only compared in its numbers.
+/// distance of triangle meshes. A sheet at rest may neither pass through itself nor reach deeper
+/// into an object between its particles than the certificate's own tolerance. Velocities are in no
+/// file and are not judged. A sheet that does not claim to be at rest is only compared in its
+/// numbers.
 [[nodiscard]] CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabric,
                                     const Print& print, const CertificateClaim& claim);
 

@@ -2,7 +2,9 @@
 #include "simulate/certify_scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 namespace drape::certify_detail {
 namespace {
@@ -85,6 +87,8 @@ Support line_place(int a, int b, Real t) {
   return place;
 }
 
+constexpr std::array<std::pair<int, int>, 4> kBesides{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+
 /// Collects the places where the sheet may touch.
 class Finder {
  public:
@@ -95,8 +99,66 @@ class Finder {
     return gap_of(objects_, k, mix(points_, place));
   }
   void add(std::size_t k, Support place) {
-    place.normal = normal_of(objects_, k, mix(points_, place));
+    const Point p = mix(points_, place);
+    place.normal = normal_of(objects_, k, p);
+    last_ = found_.size();
     found_.push_back(place);
+    last_end_ = found_.size();
+    if (!is_sharp(k)) return;
+    // At a sharp edge every direction between its faces' normals may press.
+    constexpr Real kAround = 20e-6L;
+    const std::size_t first = last_;
+    for (int way = 0; way < 27; ++way) {
+      const Point off{Real(way % 3 - 1), Real(way / 3 % 3 - 1), Real(way / 9 - 1)};
+      place.normal = normal_of(
+          objects_, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]});
+      bool known = false;
+      for (std::size_t s = first; s < found_.size(); ++s) {
+        const Point& n = found_[s].normal;
+        known = known ||
+                n[0] * place.normal[0] + n[1] * place.normal[1] + n[2] * place.normal[2] > 0.999L;
+      }
+      if (!known) found_.push_back(place);
+    }
+    last_end_ = found_.size();
+  }
+  /// A place beside the last one added, which presses in that one's directions and in its own: on a
+  /// narrow rounding they differ.
+  void beside(std::size_t shape, const Support& place) {
+    Support other = place;
+    for (std::size_t s = last_; s < last_end_; ++s) {
+      other.normal = found_[s].normal;
+      found_.push_back(other);
+    }
+    other.normal = normal_of(objects_, shape, mix(points_, place));
+    found_.push_back(other);
+  }
+  /// Where the cell is deepest, and its neighbours, as for a line.
+  void try_deepest(std::size_t k, int corner, int cols) {
+    const auto at = [corner, cols](Real u, Real v) { return cell_place(corner, cols, u, v); };
+    Real u = 0.5L, v = 0.5L, least = gap(k, at(u, v));
+    if (least > 0.02L) return;
+    for (Real way = 0.25L; way > 1e-4L;) {
+      bool moved = false;
+      for (const auto& [du, dv] : kBesides) {
+        const Real s = std::clamp<Real>(u + du * way, 0, 1),
+                   t = std::clamp<Real>(v + dv * way, 0, 1);
+        const Real here = gap(k, at(s, t));
+        if (here >= least) continue;
+        least = here;
+        u = s;
+        v = t;
+        moved = true;
+      }
+      if (!moved) way /= 2;
+    }
+    if (least > touch_m_) return;
+    add(k, at(u, v));
+    constexpr Real kBeside = 0.02L;
+    for (const auto& [du, dv] : kBesides) {
+      beside(k, at(std::clamp<Real>(u + du * kBeside, 0, 1),
+                   std::clamp<Real>(v + dv * kBeside, 0, 1)));
+    }
   }
   void try_place(std::size_t k, const Support& place) {
     if (gap(k, place) <= touch_m_) add(k, place);
@@ -116,6 +178,8 @@ class Finder {
       }
     }
     if (least > 1e-3L) return;
+    // Where the line lies along a face, any place of it may press.
+    for (int s = 1; s < kSamples; ++s) try_place(k, at(Real(s) / kSamples));
     Real low = Real(best - 1) / kSamples;
     Real high = Real(best + 1) / kSamples;
     constexpr Real kGolden = 0.618033988749894848L;
@@ -130,7 +194,16 @@ class Finder {
     }
     const Real t = (low + high) / 2;
     if (gap(k, at(t)) > touch_m_) return;
-    for (const Real shift : {-0.01L, 0.0L, 0.01L}) add(k, at(std::clamp<Real>(t + shift, 0, 1)));
+    add(k, at(t));
+    for (const Real shift : {-0.01L, 0.01L}) beside(k, at(std::clamp<Real>(t + shift, 0, 1)));
+  }
+  /// Whether the object has edges without a radius.
+  [[nodiscard]] bool is_sharp(std::size_t k) const {
+    if (k == objects_.scene->obstacles.size()) return false;
+    const Obstacle& object = objects_.scene->obstacles[k];
+    const auto* box = std::get_if<Box>(&object);
+    return std::holds_alternative<MeshObject>(object) ||
+           (box != nullptr && box->edge_radius_m == 0);
   }
   [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
 
@@ -139,6 +212,7 @@ class Finder {
   const std::vector<Point>& points_;
   Real touch_m_;
   std::vector<Support> found_;
+  std::size_t last_ = 0, last_end_ = 0;  ///< the supports of the last place added
 };
 
 }  // namespace
@@ -170,6 +244,7 @@ Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
     normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
   }
   const Real size = length_of(normal[0], normal[1], normal[2]);
+  if (!(size > 0)) return {0, 0, 1};  // in the middle of an object, where no direction leads out
   for (Real& n : normal) n /= size;
   return normal;
 }
@@ -220,6 +295,8 @@ std::vector<Support> supports_of(const Objects& objects, const std::vector<Point
           for (int v = 1; v <= 3; ++v)
             finder.try_place(k, cell_place(i, cols, Real(u) / 4, Real(v) / 4));
         }
+        finder.try_deepest(k, i, cols);
+        if (finder.is_sharp(k)) finder.try_line(k, i + 1, i + cols);
       }
     }
   }

@@ -279,71 +279,10 @@ class Builder {
   Mechanics result_;
 };
 
-constexpr Real kRelaxation = 1.6L;  // projected sweeps converge for any value in 0 .. 2
-
-Point project(const Support& support, const Point& value, Real friction) {
-  if (support.pin) return value;
-  Real out = 0;
-  for (int axis = 0; axis < 3; ++axis) out += value[axis] * support.normal[axis];
-  Point along{};
-  Real size = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    along[axis] = value[axis] - out * support.normal[axis];
-    size += along[axis] * along[axis];
-  }
-  size = std::sqrt(size);
-  if (size <= friction * out) return value;
-  // The nearest point of the cone |along| <= friction * out, or its tip.
-  const Real pressed = std::max<Real>(0, (out + friction * size) / (1 + friction * friction));
-  Point result{};
-  for (int axis = 0; axis < 3; ++axis) {
-    result[axis] =
-        pressed * support.normal[axis] + (size > 0 ? friction * pressed * along[axis] / size : 0);
-  }
-  return result;
-}
-
-Real largest_of(const std::vector<Point>& force) {
-  Real most = 0;
-  for (const Point& f : force) most = std::max(most, f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
-  return std::sqrt(most);
-}
-
 }  // namespace
 
 Mechanics mechanics_of(const SheetSpec& spec, const std::vector<Point>& points) {
   return Builder(spec, points).build();
-}
-
-Balance balance(std::vector<Point> force, const std::vector<Support>& supports, Real friction,
-                Real tolerance, int most_sweeps) {
-  std::vector<Point> reaction(supports.size(), Point{});
-  Balance result;
-  result.largest = largest_of(force);
-  while (result.largest > tolerance && result.sweeps < most_sweeps && !supports.empty()) {
-    for (std::size_t s = 0; s < supports.size(); ++s) {
-      const Support& support = supports[s];
-      Real own = 0;
-      Point net{};
-      for (int k = 0; k < 4; ++k) {
-        own += support.weight[k] * support.weight[k];
-        for (int axis = 0; axis < 3; ++axis)
-          net[axis] += support.weight[k] * force[support.particle[k]][axis];
-      }
-      Point wanted = reaction[s];
-      for (int axis = 0; axis < 3; ++axis) wanted[axis] -= kRelaxation * net[axis] / own;
-      wanted = project(support, wanted, friction);
-      for (int k = 0; k < 4; ++k) {
-        for (int axis = 0; axis < 3; ++axis)
-          force[support.particle[k]][axis] +=
-              support.weight[k] * (wanted[axis] - reaction[s][axis]);
-      }
-      reaction[s] = wanted;
-    }
-    ++result.sweeps;
-    result.largest = largest_of(force);
-  }
-  return result;
 }
 
 }  // namespace drape::certify_detail

@@ -40,11 +40,13 @@ struct Support {
 
 struct Balance {
   Real largest = 0;  ///< of what is left on a particle, N
-  int sweeps = 0;
+  int rounds = 0;    ///< of the search
 };
 /// Looks for forces at the supports, in the friction cones, that leave at most `tolerance` N on any
-/// particle: projected Gauss-Seidel sweeps, given up after `most_sweeps`.
-[[nodiscard]] Balance balance(std::vector<Point> force, const std::vector<Support>& supports,
-                              Real friction, Real tolerance, int most_sweeps);
+/// particle. First by projected Gauss-Seidel sweeps, then by Douglas and Rachford's splitting
+/// between the cones and the forces that balance every particle (Lions and Mercier 1979), each of
+/// whose rounds is one solution with a matrix factorised once; given up after `most_rounds`.
+[[nodiscard]] Balance balance(const std::vector<Point>& force, const std::vector<Support>& supports,
+                              Real friction, Real tolerance, int most_rounds);
 
 }  // namespace drape::certify_detail

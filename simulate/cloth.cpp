@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/cloth.hpp"
 
+#include <algorithm>
 #include <numeric>
 
 namespace drape::sim {
@@ -52,10 +53,12 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
       if (!last_row && !last_col) cell_[i] = 1.0;
     }
   }
+  if (grid.round) cut_round();
   const double total = laws_.density_kg_per_m2 * grid.patch_m.prod();
   for (const double area : area_) {
     mass_.push_back(mass_rule == MassRule::area ? laws_.density_kg_per_m2 * area : total / n);
-    heaviest_ratio_ = std::max(heaviest_ratio_, laws_.density_kg_per_m2 * area / mass_.back());
+    if (mass_.back() > 0)
+      heaviest_ratio_ = std::max(heaviest_ratio_, laws_.density_kg_per_m2 * area / mass_.back());
   }
   for (int d = 0; d < 2; ++d) {
     const int side = lines_[1 - d].stride;
@@ -72,6 +75,25 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
   for (int d = 0; d < 2; ++d) {  // of a straight law; others change with the curvature
     const double scale = laws_.bending[d].slope / std::pow(lines_[d].spacing, 3);
     for (int i = 0; i < n; ++i) work_.of(Work::secant + d)[i] = scale * lines_[d].triple_width[i];
+  }
+}
+
+/// Takes away what is no cloth: each cell holds a quarter of itself to each corner and half of
+/// itself to each of its springs.
+void Cloth::cut_round() {
+  const double hu = lines_[0].spacing, hv = lines_[1].spacing;
+  for (int r = 0; r < grid_.rows; ++r) {
+    for (int c = 0; c < grid_.cols; ++c) {
+      const int i = grid_.index(r, c);
+      cell_[i] = grid_.has_cell(r, c) ? 1.0 : 0.0;
+      area_[i] = 0.25 * grid_.cells_at(r, c) * hu * hv;
+      lines_[0].width[i] = 0.5 * hv * (grid_.has_cell(r, c - 1) + grid_.has_cell(r, c));
+      lines_[1].width[i] = 0.5 * hu * (grid_.has_cell(r - 1, c) + grid_.has_cell(r, c));
+    }
+  }
+  for (Line& line : lines_) {
+    for (int i = line.stride; i < grid_.count(); ++i)
+      line.triple_width[i] = std::min(line.width[i - line.stride], line.width[i]);
   }
 }
 

@@ -12,7 +12,19 @@ namespace drape::sim {
 struct GridSpec {
   int rows = 0, cols = 0;
   Eigen::Vector2d patch_m = Eigen::Vector2d::Zero();  ///< (warp, weft)
+  /// The specimen is the ellipse inscribed in the patch (a disc in a square): only the cells whose
+  /// centre lies in it are cloth, and the other particles stand for nothing.
+  bool round = false;
 
+  [[nodiscard]] bool has_cell(int row, int col) const {
+    if (row < 0 || col < 0 || row + 1 >= rows || col + 1 >= cols) return false;
+    const double u = (2.0 * row + 1) / (rows - 1) - 1, v = (2.0 * col + 1) / (cols - 1) - 1;
+    return !round || u * u + v * v < 1;
+  }
+  [[nodiscard]] int cells_at(int row, int col) const {
+    return has_cell(row - 1, col - 1) + has_cell(row - 1, col) + has_cell(row, col - 1) +
+           has_cell(row, col);
+  }
   [[nodiscard]] int count() const { return rows * cols; }
   [[nodiscard]] int index(int row, int col) const { return row * cols + col; }
   [[nodiscard]] double warp_spacing_m() const { return patch_m.x() / (rows - 1); }
@@ -135,6 +147,7 @@ class Cloth {
     [[nodiscard]] double* of(int block) { return data.data() + block * size + pad; }
   };
 
+  void cut_round();
   void load_positions(const Field& position);
   void find_tensions(int direction, const Field* velocity);
   void find_secants(int direction);

@@ -25,6 +25,10 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
                    1e2 * report.strains.weft_most)},
       {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
       {"particles touching", fmt::format("{}", report.contacts)}};
+  if (report.drape_coefficient) {
+    ending.numbers.emplace_back("drape coefficient",
+                                fmt::format("{:.1f} %", 1e2 * *report.drape_coefficient));
+  }
   ending.rejected = report.warnings;
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "

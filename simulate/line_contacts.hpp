@@ -11,8 +11,9 @@
 namespace drape::sim {
 
 /// Contact of the cloth between its particles: each grid line piece touches an
-/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot
-/// cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
+/// object at its deepest point and each cell at nine inner points and where the corner, rim or top
+/// of a convex object lies furthest beyond the cell, so that neither an edge nor a corner of a box
+/// can cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
 /// particle sinks in by `sink_m`, far below the springs' stiffness; friction is an elastic-plastic
 /// tangential spring.
 class LineContacts {
@@ -27,8 +28,11 @@ class LineContacts {
     std::array<double, 4> weight{};
   };
 
+  /// `smooth` leaves meshes and boxes of sharp edges to PairContacts.
+  enum class Shapes { all, smooth };
+
   LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
-               double gravity_m_per_s2);
+               double gravity_m_per_s2, Shapes shapes = Shapes::all);
 
   /// Finds the deepest points anew.
   void refresh(const Field& position);
@@ -67,11 +71,13 @@ class LineContacts {
   /// before there can be others.
   double try_line(const Field& position, int element, int a, int b);
   double try_cell(const Field& position, int corner);
+  double try_furthest(const Field& position, Point& point);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_, gravity_, stiffness_, damping_, reach_m_;
+  std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;
   std::vector<Eigen::Vector3d> friction_spring_;  ///< elastic tangential displacement (m)
   std::vector<Point> before_;                     ///< points of the last refresh

@@ -23,6 +23,7 @@ constexpr double kChooseMargin = 2e-6;   // m; beyond twice the way of the last 
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's way between searches
 // A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
 constexpr double kLineContactShare = 12;
+constexpr double kPairShare = 2;  // pairs that come to press before the limit is looked at again
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -42,13 +43,20 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
     : cloth_(cloth),
       surroundings_(surroundings),
       options_(options),
-      line_contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm()) {
+      line_contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm(),
+                     LineContacts::Shapes::smooth),
+      pair_contacts_(cloth, options.contact_between_particles ? surroundings : Surroundings(),
+                     options.friction, options.gravity_m_per_s2.norm(), options.cloth_thickness_m) {
   const std::size_t size = 3 * static_cast<std::size_t>(cloth.count());
   for (Field* field : {&position, &velocity, &start_x_, &start_v_, &stage_x_, &stage_v_, &sum_x_,
                        &sum_v_, &a_, &a1_}) {
     field->assign(size, 0.0);
   }
-  for (const double mass : cloth.mass_kg()) inverse_mass_.push_back(1 / mass);
+  for (int i = 0; i < cloth.count(); ++i) {
+    const double mass = cloth.mass_kg()[i];
+    inverse_mass_.push_back(mass > 0 ? 1 / mass : 0.0);
+    if (!(mass > 0)) no_cloth_.push_back(i);
+  }
   touch_of_.assign(cloth.count(), -1);
   clear_until_.assign(cloth.count(), 0.0);
   inside_.reserve(cloth.count());
@@ -132,9 +140,11 @@ void Motion::accelerate(const Field& x, const Field& v, Field& a) {
   std::fill(a.begin(), a.end(), 0.0);
   cloth_.add_forces(x, &v, a);
   if (options_.contact_between_particles) line_contacts_.add_forces(x, &v, a);
+  pair_contacts_.add_forces(x, &v, a);
   forces_to_accelerations(
       {options_.gravity_m_per_s2, options_.damping_per_s, options_.air_drag_kg_per_m3},
       cloth_.area_m2(), inverse_mass_, v, a);
+  for (const int i : no_cloth_) put(a, i, Vector3d::Zero());
 }
 
 void Motion::settle_touches(const Field& a) {
@@ -200,6 +210,7 @@ double Motion::first_impact(double& share) {
   inside_.clear();
   for (int i = 0; i < cloth_.count(); ++i) {
     if (touch_of_[i] >= 0 || clear_until_[i] > way_m_ + kClearMargin) continue;
+    if (inverse_mass_[i] == 0) continue;
     const Vector3d p = at(position, i);
     double least = 1e9;
     for (int shape = 0; shape < surroundings_.count(); ++shape) {
@@ -297,15 +308,31 @@ void Motion::book_losses(double step_s) {
   way_m_ += last_way_m_;
 }
 
-double Motion::step(double step_s) {
+void Motion::watch_contacts() {
+  const double margin = 2 * last_way_m_ + kChooseMargin;
   if (options_.contact_between_particles) {
     if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) {
       line_contacts_.refresh(position, ways_);
       travel_m_ = 0;
     }
-    line_contacts_.choose(position, way_m_, 2 * last_way_m_ + kChooseMargin);
+    line_contacts_.choose(position, way_m_, margin);
   }
+  pair_contacts_.watch(position, way_m_, margin);
+}
+
+/// Particles on an object pass what they take over on to it.
+void Motion::land_pairs() {
+  if (pair_contacts_.near() == 0) return;
+  mobility_ = inverse_mass_;
+  for (const Touch& touch : touching_) mobility_[touch.particle] = 0;
+  pair_contacts_.land(position, mobility_, velocity);
+}
+
+double Motion::step(double step_s) {
+  watch_contacts();
   ++steps_;
+  if (last_way_m_ > pair_contacts_.longest_way_m())
+    step_s = std::min(step_s, last_step_s_ * pair_contacts_.longest_way_m() / last_way_m_);
   start_x_ = position;
   start_v_ = velocity;
   accelerate(start_x_, start_v_, a1_);
@@ -315,17 +342,22 @@ double Motion::step(double step_s) {
   runge_kutta(step_s);
   double share = 1;
   const double deepest = first_impact(share);
-  if (deepest > kImpactDepth && share < 1) {
+  if (deepest <= kImpactDepth) share = 1;
+  share = std::min(share, pair_contacts_.first_impact(start_x_, position, kImpactDepth));
+  if (share < 1) {
     ++backtracked_;
-    step_s *= share;
+    step_s *= std::max(share, kShortestShare);
     runge_kutta(step_s);
     (void)first_impact(share);
   }
   follow_surfaces(step_s);
   land();
+  land_pairs();
   project_holds(velocity, true);
   if (options_.contact_between_particles) line_contacts_.advance(position, velocity, step_s);
+  pair_contacts_.advance(position, velocity, step_s);
   book_losses(step_s);
+  last_step_s_ = step_s;
   return step_s;
 }
 
@@ -343,6 +375,7 @@ double Motion::stable_step_s(double share) const {
   if (options_.contact_between_particles) {
     bound += kLineContactShare * line_contacts_.frequency_squared_per_s2();
   }
+  bound += kPairShare * pair_contacts_.frequency_squared_per_s2();
   return share * kRk4ImaginaryLimit / std::sqrt(bound);
 }
 
@@ -372,6 +405,8 @@ double Motion::residual() {
     line_contacts_.choose_all();
     line_contacts_.add_forces(position, nullptr, a_);
   }
+  pair_contacts_.watch(position, way_m_, kChooseMargin);
+  pair_contacts_.add_forces(position, nullptr, a_);
   const int n = cloth_.count();
   for (int i = 0; i < n; ++i) {
     Vector3d pull = at(a_, i) * inverse_mass_[i] + options_.gravity_m_per_s2;
@@ -387,6 +422,7 @@ double Motion::residual() {
     }
     put(a_, i, pull);
   }
+  for (const int i : no_cloth_) put(a_, i, Vector3d::Zero());
   project_holds(a_);
   double largest = 0;
   double sum = 0;
@@ -395,8 +431,9 @@ double Motion::residual() {
     largest = std::max(largest, force);
     sum += force * force;
   }
-  const double weight = cloth_.total_mass_kg() * options_.gravity_m_per_s2.norm() / n;
-  residual_rms_ = std::sqrt(sum / n) / weight;
+  const auto whole = static_cast<double>(n - static_cast<int>(no_cloth_.size()));
+  const double weight = cloth_.total_mass_kg() * options_.gravity_m_per_s2.norm() / whole;
+  residual_rms_ = std::sqrt(sum / whole) / weight;
   return largest / weight;
 }
 

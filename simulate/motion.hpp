@@ -7,6 +7,7 @@
 
 #include "simulate/cloth.hpp"
 #include "simulate/line_contacts.hpp"
+#include "simulate/pair_contacts.hpp"
 #include "simulate/surroundings.hpp"
 
 namespace drape::sim {
@@ -24,6 +25,7 @@ struct MotionOptions {
       0;                ///< c of F = -c area |v| v, half the air density times drag factor
   double friction = 0;  ///< Coulomb coefficient with the objects and the table
   bool contact_between_particles = true;
+  double cloth_thickness_m = 0;  ///< layers keep this apart; 0: the sheet does not meet itself
 };
 
 /// The particle system in motion: classical Runge-Kutta of order four (paper Fig. 5) with holds
@@ -67,6 +69,7 @@ class Motion {
   [[nodiscard]] double viscous_loss_j() const { return viscous_loss_j_; }
   [[nodiscard]] double stopped_j() const { return stopped_j_; }  ///< taken out by stop()
   [[nodiscard]] const LineContacts& line_contacts() const { return line_contacts_; }
+  [[nodiscard]] const PairContacts& pair_contacts() const { return pair_contacts_; }
 
  private:
   struct Touch {
@@ -84,7 +87,9 @@ class Motion {
   void project_holds(Field& field, bool to_rate = false);
   void runge_kutta(double step_s);
   [[nodiscard]] double first_impact(double& share);
+  void watch_contacts();
   void land();
+  void land_pairs();
   void follow_surfaces(double step_s);
   void book_losses(double step_s);
 
@@ -92,13 +97,17 @@ class Motion {
   const Surroundings& surroundings_;
   MotionOptions options_;
   LineContacts line_contacts_;
+  PairContacts pair_contacts_;
   std::vector<double> inverse_mass_;
+  std::vector<int> no_cloth_;  ///< particles outside a round specimen; they stay where they are
   std::vector<Touch> touching_;
-  std::vector<int> touch_of_;          ///< index into touching_, -1 for a free particle
-  std::vector<double> clear_until_;    ///< value of way_m_ up to which a particle cannot touch
-  std::vector<int> inside_;            ///< free particles found inside an object
-  double way_m_ = 0;                   ///< sum of the fastest particle's ways
-  double last_way_m_ = 0;              ///< its way in the last step
+  std::vector<int> touch_of_;        ///< index into touching_, -1 for a free particle
+  std::vector<double> clear_until_;  ///< value of way_m_ up to which a particle cannot touch
+  std::vector<int> inside_;          ///< free particles found inside an object
+  double way_m_ = 0;                 ///< sum of the fastest particle's ways
+  double last_way_m_ = 0;            ///< its way in the last step
+  double last_step_s_ = 0;
+  std::vector<double> mobility_;       ///< inverse masses, 0 on an object
   std::vector<double> ways_, speed2_;  ///< each particle's way (m) and squared speed
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;

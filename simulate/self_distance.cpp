@@ -29,6 +29,7 @@ std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
   std::vector<Triangle> all;
   for (int r = 0; r + 1 < grid.rows; ++r) {
     for (int c = 0; c + 1 < grid.cols; ++c) {
+      if (!grid.has_cell(r, c)) continue;
       const int i = grid.index(r, c);
       const Vector3d a = at(x, i), b = at(x, i + 1), d = at(x, i + grid.cols),
                      e = at(x, i + grid.cols + 1);

@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
+#include "simulate/drape_coefficient.hpp"
 #include "simulate/motion.hpp"
 #include "simulate/self_distance.hpp"
 #include "simulate/start.hpp"
@@ -30,8 +31,9 @@ constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to th
 constexpr double kTimeResolution = 1e-12;   // s
 constexpr double kPinPlaced = 1e-9;         // m
 constexpr int kProgressSteps = 512;
-constexpr double kCuts = 0.1e-3;  // m; deeper between particles, a warning says so
-constexpr double kSunk = 0.1e-3;  // m; a particle deeper than this in an object is no result
+constexpr double kCuts = 0.1e-3;         // m; deeper between particles, a warning says so
+constexpr double kThicknessShare = 0.5;  // of the spacing: thicker layers would meet themselves
+constexpr double kSunk = 0.1e-3;         // m; a particle deeper than this in an object is no result
 
 Vector3d at(const sim::Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -51,7 +53,7 @@ class Run {
         options_(options),
         motion_(cloth, surroundings,
                 {scene.gravity_m_per_s2, options.damping_per_s, options.air_drag_kg_per_m3,
-                 scene.friction, options.contact_between_particles}),
+                 scene.friction, options.contact_between_particles, options.cloth_thickness_m}),
         weight_n_(cloth.total_mass_kg() * scene.gravity_m_per_s2.norm()) {}
 
   void start(const sim::StartState& state, bool relaxed, SimulateReport& report);
@@ -116,7 +118,8 @@ void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& repo
 double Run::total_energy_j() const {
   return motion_.kinetic_energy_j() + motion_.gravity_energy_j() +
          cloth_.energies(motion_.position).sum_j() +
-         motion_.line_contacts().energy_j(motion_.position);
+         motion_.line_contacts().energy_j(motion_.position) +
+         motion_.pair_contacts().energy_j(motion_.position);
 }
 
 void Run::place_pins() {
@@ -158,8 +161,9 @@ void Run::note(SimulateResult& result) {
   const sim::InternalEnergies inner = cloth_.energies(motion_.position);
   result.history.push_back({time_s_, motion_.kinetic_energy_j(), motion_.gravity_energy_j(),
                             inner.stretch_j, inner.shear_j, inner.bending_j, inner.twist_j,
-                            motion_.line_contacts().energy_j(motion_.position), motion_.residual(),
-                            motion_.contacts()});
+                            motion_.line_contacts().energy_j(motion_.position) +
+                                motion_.pair_contacts().energy_j(motion_.position),
+                            motion_.residual(), motion_.contacts()});
 }
 
 void Run::go(SimulateResult& result) {
@@ -209,6 +213,7 @@ void Run::certify(SimulateReport& report) {
   report.strains = cloth_.strains(motion_.position);
   report.contacts = motion_.contacts();
   report.contacts_between = motion_.line_contacts().count();
+  report.contacts_pairs = motion_.pair_contacts().pressing(motion_.position);
   report.energy_end_j = total_energy_j();
   report.lost_viscous_j = motion_.viscous_loss_j();
   report.lost_kinetic_stops_j = motion_.stopped_j();
@@ -222,15 +227,6 @@ void Run::certify(SimulateReport& report) {
     return;
   }
   measure_gaps(cloth_.grid(), surroundings_, motion_.position, report);
-  const double depth_m =
-      -std::min(report.least_gap_table_m, report.least_gap_object_m.value_or(0.0));
-  if (report.status == RestStatus::at_rest && depth_m > kSunk) {
-    report.status = RestStatus::step_limit;
-    report.sentence =
-        fmt::format("still, but {:.2g} mm inside an object or the table, after {} steps",
-                    depth_m / mm, report.steps);
-    return;
-  }
   report.sentence =
       report.status == RestStatus::at_rest
           ? "at rest"
@@ -245,6 +241,7 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     double least = 1e9;
     for (int i = 0; i < grid.count(); ++i) {
+      if (grid.cells_at(i / grid.cols, i % grid.cols) == 0) continue;
       least = std::min(least, surroundings.gap_m(shape, at(position, i)));
     }
     if (surroundings.is_table(shape)) {
@@ -253,7 +250,7 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
       report.least_gap_object_m = std::min(report.least_gap_object_m.value_or(1e9), least);
     }
     for (int cell = 0; cell < grid.count(); ++cell) {
-      if (cell / grid.cols + 1 == grid.rows || cell % grid.cols + 1 == grid.cols) continue;
+      if (!grid.has_cell(cell / grid.cols, cell % grid.cols)) continue;
       const Vector3d a = at(position, cell), b = at(position, cell + 1);
       const Vector3d c = at(position, cell + grid.cols);
       const Vector3d d = at(position, cell + grid.cols + 1);
@@ -270,23 +267,33 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
   }
 }
 
-/// What the sheet does that cloth cannot: it is said, whatever the status.
-void warn_of_overlaps(const sim::GridSpec& grid, const sim::Field& position,
-                      SimulateReport& report) {
+/// What the sheet does that cloth cannot: it is said, and such a sheet is not called at rest.
+void judge_overlaps(const sim::GridSpec& grid, const sim::Field& position,
+                    const SimulateOptions& options, SimulateReport& report) {
   if (report.status == RestStatus::diverged) return;
   const sim::SelfDistance self = sim::self_distance(grid, position);
   report.least_self_distance_m = self.least_m;
   report.self_crossings = self.crossings;
-  if (self.crossings > 0) {
-    report.warnings.push_back(
-        fmt::format("the sheet passes through itself in {} pairs of triangles: cloth does not hold "
-                    "cloth here",
-                    self.crossings));
-  }
-  if (report.deepest_between_m > kCuts) {
+  std::string fault;
+  const double depth_m =
+      -std::min(report.least_gap_table_m, report.least_gap_object_m.value_or(0.0));
+  if (depth_m > kSunk) fault = fmt::format("{:.2g} mm inside an object or the table", depth_m / mm);
+  if (report.deepest_between_m > options.penetration_tolerance_m) {
+    fault = fmt::format("between its particles {:.2g} mm inside an object",
+                        report.deepest_between_m / mm);
+  } else if (report.deepest_between_m > kCuts) {
     report.warnings.push_back(
         fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
                     report.deepest_between_m / mm));
+  }
+  if (self.crossings > 0)
+    fault = fmt::format("passing through itself in {} pairs of triangles", self.crossings);
+  if (fault.empty()) return;
+  if (report.status == RestStatus::at_rest) {
+    report.status = RestStatus::penetrates;
+    report.sentence = fmt::format("still, but {}, after {} steps", fault, report.steps);
+  } else {
+    report.warnings.push_back("the sheet is " + fault);
   }
 }
 
@@ -310,7 +317,9 @@ Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
       mark.mark = {r, c};
       mark.material_m = sim::material_of(grid, r, c);
       mark.point_in_world = at(position, grid.index(r, c));
-      if (mark.point_in_world.allFinite()) {
+      if (grid.cells_at(r, c) == 0) {
+        sheet.gaps.push_back({mark.mark, "outside the round specimen"});
+      } else if (mark.point_in_world.allFinite()) {
         sheet.marks.push_back(mark);
       } else {
         sheet.gaps.push_back({mark.mark, "the simulation diverged"});
@@ -351,6 +360,9 @@ void SimulateOptions::check() const {
     throw usage_error("the model `paper` has no energy for the static solver to minimise",
                       "use --solver rk4, or --model consistent");
   }
+  require(!round || (model == "consistent" && solver == "rk4"),
+          "a round specimen is draped by the model `consistent` and the solver `rk4` only",
+          "leave out --round, --model and --solver");
   require(rows >= 3 && cols >= 3 && rows <= 401 && cols <= 401,
           "the grid is smaller than 3 or larger than 401 particles per side", "give --grid 21");
   require(segments >= 1 && segments <= 20, "a curve has 1 to 20 segments", "give --segments 5");
@@ -360,6 +372,10 @@ void SimulateOptions::check() const {
           "larger ratios need shorter steps; give at most 0.5");
   require(residual_tolerance > 0 && static_tolerance > 0, "the residual tolerance is not positive",
           "give e.g. 0.001");
+  require(cloth_thickness_m >= 0 && cloth_thickness_m <= 0.01,
+          "the cloth's thickness is not in 0 .. 10 mm", "give 0.5, or 0 to let it pass itself");
+  require(penetration_tolerance_m > 0, "the penetration tolerance is not positive",
+          "give e.g. 0.5");
   require(max_steps > 0, "the step limit is not positive", "give e.g. 400000");
   require(step_share > 0 && step_share <= 0.95, "the step share is not in 0 .. 0.95",
           "0.9 leaves a margin to the stability limit");
@@ -372,7 +388,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   options.check();
   SimulateResult result;
   SimulateReport& report = result.report;
-  const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
+  const sim::GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
   sim::ClothLaws laws = make_laws(fabric, options.segments, report);
   const bool paper = options.model == "paper";
   if (paper) {
@@ -385,7 +401,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
     const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
     const sim::Field position = sim::run_static(the_case, grid, options, result);
     measure_gaps(grid, surroundings, position, report);
-    warn_of_overlaps(grid, position, report);
+    judge_overlaps(grid, position, options, report);
     result.sheet = sheet_of(grid, position);
     result.sheet.source = source_of(scene, fabric, options, report);
     return result;
@@ -398,7 +414,17 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   report.placed_centre_in_world = start.report.flat.centre_in_world;
   report.placed_by_marks = start.report.marks_used;
   report.placement_rms_mm = start.report.placement_rms_mm;
-  Run run(cloth, surroundings, scene, options);
+  SimulateOptions how = options;
+  const double most = kThicknessShare * std::min(grid.warp_spacing_m(), grid.weft_spacing_m());
+  if (how.cloth_thickness_m > most) {
+    how.cloth_thickness_m = most;
+    report.warnings.push_back(
+        fmt::format("the particles are too near each other for the cloth's thickness: layers keep "
+                    "{:.3g} mm apart",
+                    most / mm));
+  }
+  report.cloth_thickness_m = how.cloth_thickness_m;
+  Run run(cloth, surroundings, scene, how);
   run.start(start, scene.start.mode == StartMode::measured, report);
   run.go(result);
   report.clamped_springs = cloth.clamped_springs(run.position());
@@ -408,7 +434,8 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
         "stiffer than its tensile curve",
         report.clamped_springs));
   }
-  warn_of_overlaps(grid, run.position(), report);
+  judge_overlaps(grid, run.position(), options, report);
+  report.drape_coefficient = sim::drape_coefficient(grid, run.position(), scene);
   result.sheet = sheet_of(grid, run.position());
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;

@@ -17,24 +17,29 @@ namespace drape {
 
 /// How to simulate; SI. The defaults are those of the program.
 struct SimulateOptions {
-  int rows = 21;                     ///< particles along the warp
-  int cols = 21;                     ///< particles along the weft
-  int segments = 5;                  ///< line segments per Kawabata curve; 1: G, B, first slope
+  int rows = 21;       ///< particles along the warp
+  int cols = 21;       ///< particles along the weft
+  bool round = false;  ///< cut the specimen to the ellipse in the patch (Cusick's disc)
+  int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
   std::string model = "consistent";  ///< or "paper", which ignores `mass`
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   sim::MassRule mass = sim::MassRule::area;
-  double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
-  double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
-  double spring_damping_ratio = 0.1;  ///< of the fastest stretch vibration
-  double natural_time_s = 0.4;        ///< undisturbed motion before kinetic damping sets in
-  bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
-  double residual_tolerance = 1e-3;   ///< of a particle's weight, see SimulateReport
-  double static_tolerance = 1e-6;     ///< the same for the static solver
-  double imperfection_m = 1e-6;       ///< height of the waves on a flat start
-  double step_share = 0.9;            ///< of the stability limit of the step
+  double damping_per_s = 4;                 ///< beta / m of the paper's F = -beta v
+  double air_drag_kg_per_m3 = 0.6;          ///< F = -c area |v| v; half of air's density, factor 1
+  double spring_damping_ratio = 0.1;        ///< of the fastest stretch vibration
+  double natural_time_s = 0.4;              ///< undisturbed motion before kinetic damping sets in
+  bool kinetic_damping = true;              ///< zero all velocities at each peak of kinetic energy
+  double residual_tolerance = 1e-3;         ///< of a particle's weight, see SimulateReport
+  double static_tolerance = 1e-6;           ///< the same for the static solver
+  double penetration_tolerance_m = 0.5e-3;  ///< between particles; deeper is not "at rest"
+  double imperfection_m = 1e-6;             ///< height of the waves on a flat start
+  double step_share = 0.9;                  ///< of the stability limit of the step
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;
+  /// Layers of cloth keep this apart (m); 0: the sheet passes through itself. Not asked by the
+  /// static solver, whose drapes are only judged for it.
+  double cloth_thickness_m = 0.5e-3;
   /// Called now and then with the fraction of the step limit used and the residual so far.
   std::function<void(double fraction, double residual)> progress;
 
@@ -61,7 +66,8 @@ struct CurveReport {
   double half_hysteresis = 0;  ///< SI; what merging the two branches hides
 };
 
-enum class RestStatus { at_rest, step_limit, diverged };
+/// `penetrates`: still, but deeper in an object or through itself than the tolerances allow.
+enum class RestStatus { at_rest, step_limit, diverged, penetrates };
 
 struct SimulateReport {
   RestStatus status = RestStatus::step_limit;
@@ -80,10 +86,12 @@ struct SimulateReport {
   sim::Cloth::Strains strains;
   int contacts = 0;                          ///< particles touching
   int contacts_between = 0;                  ///< line pieces and cells watched between particles
+  int contacts_pairs = 0;                    ///< pressing pairs, see sim::PairContacts
   std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
   double least_gap_table_m = 0;
   double deepest_between_m = 0;  ///< of the sheet between particles inside an object, 0 for none
   std::optional<double> least_self_distance_m;  ///< absent: no nearer than a grid spacing
+  double cloth_thickness_m = 0;                 ///< that layers were kept apart
   int self_crossings = 0;                       ///< pairs of triangles, see sim::self_distance
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
@@ -91,6 +99,8 @@ struct SimulateReport {
   double hold_error_m = 0;  ///< of the pins at the end
   std::vector<CurveReport> curves;
   double twist_n_m = 0;
+  /// Of a round specimen on one upright cylinder: (shadow - disc) / (specimen - disc), Cusick 1968.
+  std::optional<double> drape_coefficient;
   int clamped_springs = 0;  ///< model "paper": springs whose K'st is held at 0 in the end
   double placed_yaw_rad = 0;
   Eigen::Vector3d placed_centre_in_world = Eigen::Vector3d::Zero();

@@ -7,7 +7,7 @@ target_sources(drape_simulate
   PRIVATE static_branches.cpp static_contacts.cpp static_dense.cpp static_factor.cpp static_hessian.cpp
           static_run.cpp static_sensitivity.cpp static_solver.cpp static_split.cpp)
 target_link_libraries(drape_simulate PRIVATE Threads::Threads)
-drape_program(drape-branches SOURCES branches_main.cpp LINK drapebench::simulate)
+drape_program(drape-branches SOURCES branches_main.cpp run_inputs.cpp LINK drapebench::simulate)
 drape_program(drape-sensitivity SOURCES sensitivity_main.cpp LINK drapebench::simulate)
 drape_test(simulate_static_test
   SOURCES static_branches_test.cpp static_hessian_test.cpp static_sensitivity_test.cpp static_solver_test.cpp

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -46,6 +47,11 @@ class Surroundings {
   [[nodiscard]] bool is_flat(int shape) const {
     return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
   }
+  /// The shape where it is of that kind, else null.
+  [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
+  [[nodiscard]] const PlacedMesh* mesh(int shape) const {
+    return std::get_if<PlacedMesh>(&shapes_[shape]);
+  }
   [[nodiscard]] bool is_convex(int shape) const {
     return !std::holds_alternative<PlacedMesh>(shapes_[shape]);
   }
@@ -53,6 +59,10 @@ class Surroundings {
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Outward unit normal at the nearest surface point, world frame.
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
+  /// Point of a convex solid that lies furthest in a direction (unit, world); absent for planes,
+  /// meshes, and where a flat face lies furthest as a whole.
+  [[nodiscard]] std::optional<Eigen::Vector3d> furthest(int shape,
+                                                        const Eigen::Vector3d& direction) const;
   /// Highest point of all objects but planes and the table (m), or the table when there is none.
   [[nodiscard]] double top_z_m() const;
 
