@@ -50,7 +50,7 @@ struct Gap {
     const Point q = in_frame(body.world_from_cylinder, p);
     const Real across = length_of(q[0], q[1]) - Real(body.radius_m) + Real(body.edge_radius_m);
     const Real along = std::abs(q[2]) - Real(body.height_m) / 2 + Real(body.edge_radius_m);
-    return rounded(across, along, std::min(across, along), body.edge_radius_m);
+    return rounded(across, along, std::min({across, along, Real(0)}), body.edge_radius_m);
   }
   Real operator()(const Plane& plane) const {
     Real sum = 0;
@@ -154,10 +154,10 @@ class Finder {
     }
     if (least > touch_m_) return;
     add(k, at(u, v));
-    constexpr Real kBeside = 0.02L;
-    for (const auto& [du, dv] : kBesides) {
-      beside(k, at(std::clamp<Real>(u + du * kBeside, 0, 1),
-                   std::clamp<Real>(v + dv * kBeside, 0, 1)));
+    // The simulator's place is as deep to within its contacts' sinking.
+    for (const Real by : {0.02L, 0.06L}) {
+      for (const auto& [du, dv] : kBesides)
+        beside(k, at(std::clamp<Real>(u + du * by, 0, 1), std::clamp<Real>(v + dv * by, 0, 1)));
     }
   }
   void try_place(std::size_t k, const Support& place) {

