@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "synth/caster.hpp"
 
@@ -86,8 +87,21 @@ void add(std::vector<Triangle>& all, const Cylinder& cylinder) {
   }
 }
 
-void add(std::vector<Triangle>&, const Plane&) {}       // without end: the table stands for it
-void add(std::vector<Triangle>&, const MeshObject&) {}  // see triangles_of
+/// A plane has no end; a metre around its point is rendered.
+void add(std::vector<Triangle>& all, const Plane& plane) {
+  const Vector3d u = plane.normal_in_world.unitOrthogonal(), v = plane.normal_in_world.cross(u);
+  add_patch(all, 50, 50, object_reflectance, [&](double a, double b) {
+    return Corner{plane.point_in_world + 1000 * mm * ((a - 0.5) * u + (b - 0.5) * v),
+                  plane.normal_in_world};
+  });
+}
+
+[[noreturn]] void add(std::vector<Triangle>&, const MeshObject& object) {
+  throw bad_input("a mesh among the scene's objects cannot be rendered",
+                  {.file = object.file.string()},
+                  "put spheres, boxes or cylinders in its place, or render the set's folds, which "
+                  "lie on the table alone, without --sheet");
+}
 
 }  // namespace
 
