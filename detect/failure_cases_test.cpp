@@ -430,6 +430,24 @@ TEST(FailureCases, WithoutTagsOrClassesThePieceIsAnIsland) {
   EXPECT_EQ(frame.islands.size(), static_cast<std::size_t>(all));
 }
 
+TEST(FailureCases, PiecesOfAFlatPlateAreOneIsland) {
+  // A plain grid without its outer column cannot be placed; a missing column cuts it in two.
+  const Print print = small_print(false, false);
+  ClothPicture picture(print, {});
+  for (int row = 0; row < side; ++row) {
+    picture.wipe(picture.place_mm({row, 0}), 3);
+    picture.wipe(picture.place_mm({row, 3}), 3);
+  }
+  PrintPlane plane = plane_of(print);
+  plane.stiff = true;
+  TagFinder finder(print.tag_family);
+  const FrameDetections frame =
+      detect_frame(picture.draw(), plane, finder, limits_of(DetectOptions{}));
+  EXPECT_TRUE(frame.detections.empty());
+  EXPECT_EQ(frame.islands.size(), 4U * side);
+  for (const IslandDot& dot : frame.islands) EXPECT_EQ(dot.island, 0);
+}
+
 TEST(FailureCases, AllTagsOnOneSideOfARidge) {
   const Print print = small_print();
   ClothView view;

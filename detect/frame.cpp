@@ -262,6 +262,19 @@ void label_by_classes(const PrintPlane& plane, const std::vector<UnlabelledDot>&
   });
 }
 
+/// The plane of a stiff print leads from the largest piece to dots that others hold: these belong
+/// to the largest then.
+void join_flat_pieces(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                      std::vector<LatticePiece>& pieces) {
+  fill_flat_piece(plane, dots, pieces.front());
+  std::set<std::size_t> joined;
+  for (const auto& [place, dot] : pieces.front()) joined.insert(dot);
+  for (std::size_t k = 1; k < pieces.size(); ++k) {
+    std::erase_if(pieces[k], [&](const auto& entry) { return joined.count(entry.second) != 0; });
+  }
+  std::erase_if(pieces, [](const LatticePiece& piece) { return piece.empty(); });
+}
+
 Labels label_all(const PrintPlane& plane, const Found& found,
                  const std::vector<UnlabelledDot>& dots) {
   Labels result;
@@ -272,7 +285,7 @@ Labels label_all(const PrintPlane& plane, const Found& found,
   if (plane.classes) label_by_classes(plane, dots, result);
   if (!plane.tags.empty() || plane.classes) return result;
   if (plane.stiff && !result.islands.empty()) {
-    fill_flat_piece(plane, dots, result.islands.front());
+    join_flat_pieces(plane, dots, result.islands);
   }
   result.labels = label_by_outline(plane, dots, result.islands);
   return result;

@@ -22,9 +22,8 @@ constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
 constexpr double most_cosine = 0.5;          // between the two sides of a cell
 constexpr double most_fourth_corner = 0.45;  // miss of the parallelogram, in sides
-constexpr int most_wrong_bits = 2;
-constexpr int least_quick_pairs = 6;       // of eight places on the frame
-constexpr double least_frame_share = 0.8;  // of the frame's modules that must have their colour
+constexpr int least_quick_pairs = 6;         // of eight places on the frame
+constexpr double least_frame_share = 0.8;    // of the frame's modules that must have their colour
 
 /// Four corners, clockwise as seen; the third one may have no dot of its own.
 struct Corners {
@@ -240,11 +239,18 @@ std::uint64_t word_of(const std::vector<char>& bits, const TagCode& code, int tu
   return word;
 }
 
+/// Wrong bits that a reading may have: one fewer than the usual families' words can bear (36h11
+/// bears five, 25h9 four), since only the print's ids are looked for.
+int most_wrong_bits(const TagCode& code) {
+  if (code.bits.size() >= 36) return 4;
+  return code.bits.size() >= 25 ? 3 : 2;
+}
+
 /// The id of the print whose word is near enough in one of four orientations.
 std::optional<Reading> decode(const std::vector<char>& bits, const TagCode& code,
                               const PrintPlane& plane) {
   std::optional<Reading> best;
-  int least = most_wrong_bits + 1;
+  int least = most_wrong_bits(code) + 1;
   for (int turns = 0; turns < 4; ++turns) {
     const std::uint64_t word = word_of(bits, code, turns);
     for (const auto& [id, centre] : plane.tags) {
