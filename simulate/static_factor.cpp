@@ -38,23 +38,6 @@ bool GridMatrix::has(int j, int slot) const {
   return row < grid_.rows && col >= 0 && col < grid_.cols;
 }
 
-void GridMatrix::project(const std::vector<Eigen::Matrix3d>& projector,
-                         const std::vector<char>& restricted, double stand_in) {
-  for (int j = 0; j < grid_.count(); ++j) {
-    for (int s = 0; s < slots; ++s) {
-      if (!has(j, s)) continue;
-      const int i = j + steps_[s];
-      Eigen::Matrix3d& block = blocks_[static_cast<std::size_t>(j) * slots + s];
-      if (restricted[j] != 0) block = (block * projector[j]).eval();
-      if (restricted[i] != 0) block = (projector[i] * block).eval();
-    }
-    if (restricted[j] != 0) {
-      blocks_[static_cast<std::size_t>(j) * slots] +=
-          stand_in * (Eigen::Matrix3d::Identity() - projector[j]);
-    }
-  }
-}
-
 void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const {
   product.setZero(x.size());
   for (int j = 0; j < grid_.count(); ++j) {

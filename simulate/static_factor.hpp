@@ -30,10 +30,7 @@ class GridMatrix {
     }
   }
   [[nodiscard]] const Eigen::Matrix3d& diagonal(int i) const { return blocks_[i * slots]; }
-  /// Restricts both sides to the range of symmetric projectors, one per particle; `stand_in` fills
-  /// the diagonal of what is projected out.
-  void project(const std::vector<Eigen::Matrix3d>& projector, const std::vector<char>& restricted,
-               double stand_in);
+  /// product = matrix times x.
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
 
   [[nodiscard]] const GridSpec& grid() const { return grid_; }

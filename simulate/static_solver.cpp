@@ -13,7 +13,12 @@ using Eigen::VectorXd;
 constexpr double kDeep = 1e-6;    // m; deeper entries are caught before the step is taken
 constexpr int kReviews = 3;       // solves with a changed model of the contacts, per iteration
 constexpr int kHalvings = 4;      // of a step that does not lower the potential
-constexpr double kPoor = 0.5;     // ratio of energy change below which a step is corrected
+constexpr double kPoor = 0.5;     // ratio of energy change below which a paced step is corrected
+constexpr int kCorrections = 4;   // of a step, with its factor
+constexpr int kSolves = 8;        // with an old factor before a new one is made
+constexpr double kSolved = 1e-3;  // of the right side, in the old factor's norm
+constexpr double kFaster = 0.1;   // residual over that before, else the old factor is too old
+constexpr double kWorth = 0.02;   // gain of a correction that is worth another, of the prediction
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
 constexpr double kWatch = 3;      // of that cap; nearer particles are watched during a step
 constexpr double kGrow = 0.25, kShrink = 4;  // of mu
@@ -116,8 +121,43 @@ void StaticSolver::newton_matrix(bool convex) {
 bool StaticSolver::factorise_here() {
   begin_step();
   mu_ = 0;
+  factor_serves_ = false;
   newton_matrix(false);
   return factor_.factorise(hessian_, shift_);
+}
+
+/// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
+/// some contacts have changed since, a few solves do what a new factor would. step_ comes in as
+/// the right side; false when that did not work, with step_ as it came in.
+bool StaticSolver::solve_by_old_factor(StaticReport& report) {
+  VectorXd rest = step_;
+  VectorXd answer = VectorXd::Zero(rest.size());
+  VectorXd preconditioned = rest;
+  factor_.solve(preconditioned);
+  VectorXd way = preconditioned;
+  double size = rest.dot(preconditioned);
+  const double enough = kSolved * kSolved * size;
+  for (int k = 0; k < kSolves && size > 0; ++k) {
+    hessian_.multiply(way, product_);
+    for (int i = 0; i < cloth_.count(); ++i) {
+      product_.segment<3>(3 * i) += shift_[i] * way.segment<3>(3 * i);
+    }
+    const double curve = way.dot(product_);
+    if (!(curve > 0)) return false;
+    answer += size / curve * way;
+    rest -= size / curve * product_;
+    preconditioned = rest;
+    factor_.solve(preconditioned);
+    ++report.reused;
+    const double next = rest.dot(preconditioned);
+    if (next < enough) {
+      step_ = answer;
+      return step_.allFinite();
+    }
+    way = preconditioned + next / size * way;
+    size = next;
+  }
+  return false;
 }
 
 /// Solves for step_ and what the quadratic model says of it.
@@ -131,7 +171,14 @@ bool StaticSolver::find_step(StaticReport& report) {
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;
     contacts_.add_landing(model_gradient_);
+    step_ = -model_gradient_;
+    if (attempt == 0 && !convex && factor_serves_ && !options_.paced &&
+        solve_by_old_factor(report)) {
+      model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
+      return true;
+    }
     ++report.factorisations;
+    factor_serves_ = false;
     if (!factor_.factorise(hessian_, shift_)) {
       ++report.indefinite;
       if (!convex) {
@@ -143,7 +190,8 @@ bool StaticSolver::find_step(StaticReport& report) {
       if (mu_ == 0) mu_ = kRestartMu;
       continue;
     }
-    step_ = -model_gradient_;
+    factor_serves_ = !convex;
+    factor_mu_ = mu_;
     factor_.solve(step_);
     model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
     return step_.allFinite();
@@ -207,6 +255,27 @@ void StaticSolver::correct() {
   contacts_.retract(position, trial_);
 }
 
+/// Corrects the trial as long as that lowers the potential worth its cost; a solve is far cheaper
+/// than the factor of another iteration. A paced run takes one at most, and only of a poor step:
+/// more would lead it to other folds.
+void StaticSolver::improve(double predicted, double& ratio, VectorXd& way) {
+  const int most = options_.paced ? 1 : kCorrections;
+  for (int k = 0; k < most; ++k) {
+    const Field before = trial_;
+    correct();
+    VectorXd corrected_way = way_to_trial();
+    const double corrected = -potential_change(corrected_way) / predicted;
+    if (!(corrected > ratio)) {
+      trial_ = before;
+      return;
+    }
+    const double gain = corrected - ratio;
+    ratio = corrected;
+    way = std::move(corrected_way);
+    if (gain < kWorth) return;
+  }
+}
+
 /// Tries the step; corrects or halves it while it does not lower the potential.
 bool StaticSolver::take_step(StaticReport& report) {
   double share = 1;
@@ -229,18 +298,8 @@ bool StaticSolver::take_step(StaticReport& report) {
     const double predicted = -share * slope - 0.5 * share * share * model_curve_;
     const bool tiny = std::abs(predicted) < 1e-13 * weight_n_ * cap_m_;
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
-    if (std::isfinite(ratio) && ratio < kPoor && !tiny && predicted > 0) {
-      const Field plain = trial_;
-      correct();
-      const VectorXd corrected_way = way_to_trial();
-      const double corrected = -potential_change(corrected_way) / predicted;
-      if (corrected > ratio) {
-        ratio = corrected;
-        way = corrected_way;
-      } else {
-        trial_ = plain;
-      }
-    }
+    if (std::isfinite(ratio) && !tiny && predicted > 0 && (ratio < kPoor || !options_.paced))
+      improve(predicted, ratio, way);
     if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
       position.swap(trial_);
       moved_m_ += largest_of(way);
@@ -254,6 +313,11 @@ bool StaticSolver::take_step(StaticReport& report) {
   return false;
 }
 
+/// On the way down from a start of its own, where long steps would choose another fold.
+bool StaticSolver::falling() const {
+  return options_.paced && residual_ > kFalling;
+}
+
 void StaticSolver::plan_next(double ratio, bool whole) {
   if (whole && ratio > 0.7) {
     mu_ *= kGrow;
@@ -261,7 +325,7 @@ void StaticSolver::plan_next(double ratio, bool whole) {
     mu_ *= kShrink;
   }
   if (mu_ < kNewtonMu) mu_ = 0;
-  if (options_.paced && residual_ > kFalling) mu_ = std::max(mu_, kPacedMu);
+  if (falling()) mu_ = std::max(mu_, kPacedMu);
 }
 
 void StaticSolver::note(StaticReport& report) {
@@ -319,6 +383,9 @@ StaticReport StaticSolver::solve() {
       if (mu_ < kLateMu) far_for_points_m *= kSeldom;
       begin_step();
     }
+    factor_serves_ = factor_serves_ && mu_ == factor_mu_ && residual_ < kNearRest &&
+                     residual_ < kFaster * last_residual_;
+    last_residual_ = residual_;
     if (!find_step(report)) {
       mu_ = std::max(mu_, 1e2) * kShrink;
       continue;

@@ -39,6 +39,7 @@ enum class StaticStatus { at_rest, iteration_limit, diverged };
 struct StaticReport {
   StaticStatus status = StaticStatus::iteration_limit;
   int iterations = 0, factorisations = 0, indefinite = 0;
+  int reused = 0;       ///< solves with a factor of a matrix before
   double residual = 0;  ///< largest net force over the mean particle's weight
   double residual_rms = 0;
   bool stable = false;  ///< the exact Hessian on the free directions is positive definite
@@ -78,10 +79,13 @@ class StaticSolver {
   void begin_step();
   void newton_matrix(bool convex);
   bool find_step(StaticReport& report);
+  bool solve_by_old_factor(StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
   double potential_change(const Eigen::VectorXd& way);
   void correct();
+  [[nodiscard]] bool falling() const;
+  void improve(double predicted, double& ratio, Eigen::VectorXd& way);
   [[nodiscard]] Eigen::VectorXd way_to_trial() const;
   void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
@@ -97,7 +101,8 @@ class StaticSolver {
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
-  double potential_j_ = 0, model_curve_ = 0;
+  double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
+  bool factor_serves_ = false;  ///< factor_ is of a matrix like the present one
   int convex_left_ = 0;
 };
 
