@@ -13,3 +13,15 @@ drape_test(simulate_static_test
   SOURCES static_branches_test.cpp static_hessian_test.cpp static_sensitivity_test.cpp static_solver_test.cpp
   LINK drapebench::simulate)
 drape_benchmark(simulate_static_benchmark SOURCES static_benchmark.cpp LINK drapebench::simulate drapebench::test_support)
+
+# Other programs on the same scene, where they are installed.
+if(TARGET simulate_static_benchmark)
+  target_sources(simulate_static_benchmark PRIVATE static_benchmark_peers.cpp)
+  target_link_libraries(simulate_static_benchmark PRIVATE fmt::fmt)
+  find_package(Bullet QUIET)
+  if(BULLET_FOUND)
+    target_compile_definitions(simulate_static_benchmark PRIVATE DRAPE_HAVE_BULLET)
+    target_include_directories(simulate_static_benchmark SYSTEM PRIVATE ${BULLET_INCLUDE_DIRS})
+    target_link_libraries(simulate_static_benchmark PRIVATE BulletSoftBody BulletDynamics BulletCollision LinearMath)
+  endif()
+endif()
