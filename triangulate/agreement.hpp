@@ -11,11 +11,11 @@ namespace drape {
 
 struct AgreementLimits {
   double max_sigmas = 6;
+  double min_angle_rad = 0.035;
   /// Three or more views that miss each other by less than this (rms) see the same dot, whatever
   /// the sigmas say: a sharp bend under a dot moves its image so far. The point's covariance is
   /// then widened to what the views show.
   double shape_px = 0.3;
-  double min_angle_rad = 0.035;
 };
 
 /// A point from the views that agree, or why there is none.
