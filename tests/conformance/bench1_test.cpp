@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
@@ -64,20 +66,30 @@ void expect_tsai_cameras(const Calibration& calibration) {
 struct Sum {
   int marks = 0;
   double squared = 0, predicted = 0, mahalanobis2 = 0;
+  std::vector<double> distances_mm = {};
 
   void add(const SheetMark& mark, const Eigen::Vector3d& truth) {
     const Eigen::Vector3d error = (mark.point_in_world - truth) / mm;
     const Eigen::Matrix3d covariance = *mark.covariance_m2 / (mm * mm);
     squared += error.squaredNorm();
+    distances_mm.push_back(error.norm());
     predicted += covariance.trace();
     mahalanobis2 += error.dot(covariance.llt().solve(error));
     ++marks;
   }
   [[nodiscard]] double rms_mm() const { return std::sqrt(squared / marks); }
   [[nodiscard]] double predicted_mm() const { return std::sqrt(predicted / marks); }
-  void print(const char* what) const {
-    std::printf("%s: %d marks, RMS %.4f mm, predicted %.4f mm, Mahalanobis^2 %.2f\n", what, marks,
-                rms_mm(), predicted_mm(), mahalanobis2 / marks);
+  void print(const std::string& what) {
+    std::sort(distances_mm.begin(), distances_mm.end());
+    const auto below = [&](double share) {
+      return distances_mm.at(static_cast<std::size_t>(share * (marks - 1)));
+    };
+    std::printf(
+        "%s: %d marks, RMS %.4f mm, predicted %.4f mm, median %.4f, 95 %% below %.4f, largest "
+        "%.4f, "
+        "Mahalanobis^2 %.2f\n",
+        what.c_str(), marks, rms_mm(), predicted_mm(), below(0.5), below(0.95), below(1),
+        mahalanobis2 / marks);
   }
 };
 
@@ -85,6 +97,7 @@ void expect_dots(const Detections& detections, const Calibration& calibration) {
   Sum all, facing, sure, facing_sure;
   for (const std::string drape : {"A", "C", "E"}) {
     const TriangulateResult result = triangulate(detections, calibration, "drape_" + drape, {});
+    Sum one;
     for (const SheetMark& mark : result.sheet.marks) {
       const TrueDot& dot = bench1_truth().drapes.at(drape)[mark.mark.row * 11 + mark.mark.col];
       const auto& doubts = result.report.doubts;
@@ -92,11 +105,13 @@ void expect_dots(const Detections& detections, const Calibration& calibration) {
         return doubt.mark == mark.mark;
       });
       all.add(mark, dot.point_in_world);
+      one.add(mark, dot.point_in_world);
       if (!doubtful) sure.add(mark, dot.point_in_world);
       if (dot.facing_views(45) < 2) continue;
       facing.add(mark, dot.point_in_world);
       if (!doubtful) facing_sure.add(mark, dot.point_in_world);
     }
+    one.print("drape " + drape);
   }
   all.print("all");
   sure.print("not doubtful");

@@ -68,7 +68,7 @@ class Paper {
 class Rays {
  public:
   Rays(const Target& target, const PrintedPage& printed, const Camera& camera,
-       const WorldFromTarget& world_from_target)
+       const std::vector<Vector3d>& rays, const WorldFromTarget& world_from_target)
       : width_(camera.model.width_px + 1) {
     const Eigen::Matrix3d target_from_world = world_from_target.rotation.transpose();
     const Vector3d eye =
@@ -76,13 +76,11 @@ class Rays {
     const Eigen::Matrix3d target_from_camera =
         target_from_world * camera.cam_from_world.rotation.transpose();
     const Vector3d first = target.point_in_target({0, 0});
-    for (int v = 0; v <= camera.model.height_px; ++v) {
-      for (int u = 0; u < width_; ++u) {
-        const Vector3d ray = target_from_camera * *unproject(camera.model, {u - 0.5, v - 0.5});
-        const Vector3d on_target = eye - eye.z() / ray.z() * ray;
-        on_page_.emplace_back(printed.first_m +
-                              Vector2d(on_target.x() - first.x(), first.y() - on_target.y()));
-      }
+    for (const Vector3d& in_camera : rays) {
+      const Vector3d ray = target_from_camera * in_camera;
+      const Vector3d on_target = eye - eye.z() / ray.z() * ray;
+      on_page_.emplace_back(printed.first_m +
+                            Vector2d(on_target.x() - first.x(), first.y() - on_target.y()));
     }
   }
 
@@ -118,13 +116,23 @@ float light_of(const Paper& paper, const Rays& rays, int u, int v) {
 
 }  // namespace
 
+std::vector<Vector3d> corner_rays(const Camera& camera) {
+  std::vector<Vector3d> rays;
+  for (int v = 0; v <= camera.model.height_px; ++v) {
+    for (int u = 0; u <= camera.model.width_px; ++u)
+      rays.push_back(*unproject(camera.model, {u - 0.5, v - 0.5}));
+  }
+  return rays;
+}
+
 cv::Mat picture_of(const Target& target, const PrintedPage& printed, const Camera& camera,
-                   const WorldFromTarget& world_from_target, unsigned seed) {
+                   const std::vector<Vector3d>& rays, const WorldFromTarget& world_from_target,
+                   unsigned seed) {
   const Paper paper(printed.page);
-  const Rays rays(target, printed, camera, world_from_target);
+  const Rays on_page(target, printed, camera, rays, world_from_target);
   cv::Mat light(camera.model.height_px, camera.model.width_px, CV_32F), blurred;
   for (int v = 0; v < light.rows; ++v)
-    for (int u = 0; u < light.cols; ++u) light.at<float>(v, u) = light_of(paper, rays, u, v);
+    for (int u = 0; u < light.cols; ++u) light.at<float>(v, u) = light_of(paper, on_page, u, v);
   cv::GaussianBlur(light, blurred, {}, 0.6);
   cv::RNG random(seed);
   cv::Mat noise(light.size(), CV_32F), picture;

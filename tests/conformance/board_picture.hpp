@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <opencv2/core.hpp>
+#include <vector>
 
 #include "core/camera_model.hpp"
 #include "core/pose.hpp"
@@ -10,10 +12,15 @@
 
 namespace drape::test {
 
+/// Directions in the camera frame of the rays through the upper left corners of a camera's pixels,
+/// row by row, one more than pixels each way. The same for all its pictures.
+std::vector<Eigen::Vector3d> corner_rays(const Camera& camera);
+
 /// What a camera sees of a target as `drape print` draws it: light paper without end, dark marks,
 /// blurred by 0.6 px, with noise of 1.5 grey levels. The light of a pixel is the mean of 64 points
 /// where an edge crosses it, along rays of the camera's own lens.
 cv::Mat picture_of(const Target& target, const PrintedPage& printed, const Camera& camera,
+                   const std::vector<Eigen::Vector3d>& rays,
                    const WorldFromTarget& world_from_target, unsigned seed);
 
 }  // namespace drape::test

@@ -117,11 +117,12 @@ class Boards : public testing::Test {
     paper.paper = "fit";
     const PrintedPage printed = page_of(target_, "board", paper);
     unsigned seed = 11;
-    for (const View& view : views()) {
-      fs::create_directories(at("pictures") / view.set);
-      for (const Camera& camera : true_cameras()) {
+    for (const Camera& camera : true_cameras()) {
+      const std::vector<Vector3d> rays = corner_rays(camera);
+      for (const View& view : views()) {
+        fs::create_directories(at("pictures") / view.set);
         const cv::Mat picture =
-            picture_of(target_, printed, camera, view.world_from_target, ++seed);
+            picture_of(target_, printed, camera, rays, view.world_from_target, ++seed);
         cv::imwrite((at("pictures") / view.set / (camera.name + ".png")).string(), picture);
       }
     }
