@@ -181,11 +181,10 @@ TEST(SyntheticFolds, EveryMarkThatTwoViewsSeeIsMeasuredAndNoneWrongly) {
   }
   all.print("all");
   EXPECT_EQ(all.wrong_marks, 0);
-  // The aims are 1e-3 and 0.95; recall misses its aim on folds of 60 degrees, for a reason that is
-  // not known yet. These two limits only guard what the slice of four scenes reached when they were
-  // set (8.6e-4 and 0.931): they do not show the aims.
-  EXPECT_LE(all.wrong_share(), 3e-3);
-  EXPECT_GE(all.recall(), 0.90);
+  EXPECT_GE(all.recall(), 0.95);
+  // The aim is 1e-3. Folds of 45 degrees keep to it; of 60 degrees, where a corner of the cloth looks
+  // out behind a fold and fits the lattice one place off, single views have about 2e-3.
+  EXPECT_LE(all.wrong_share(), 2e-3);
 }
 
 }  // namespace
