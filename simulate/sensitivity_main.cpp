@@ -51,15 +51,12 @@ drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
 int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
   if (args.scene.empty() || args.out.empty() || args.reference.empty())
     throw drape::usage_error("SCENE, --reference or --out is missing", "give all three");
-  if (args.split.starts < 1 || args.split.starts > 10000)
-    throw drape::usage_error("--starts is not in 1 .. 10000", "give --starts 8");
   drape::RunRecord record("drape-sensitivity", std::move(words));
   const drape::Scene scene = drape::read_scene(args.scene);
   const drape::Fabric fabric = drape::read_fabric(args.fabric.value_or(scene.fabric_file));
   const drape::Print print = drape::read_print(scene.print_file);
   const drape::Sheet reference = drape::read_sheet(args.reference);
-  const std::optional<drape::Sheet> measured =
-      drape::read_sheet(args.start.value_or(args.reference));
+  const std::optional<drape::Sheet> start = drape::read_sheet(args.start.value_or(args.reference));
   for (const fs::path& file : fabric.files()) record.input(file);
   for (const fs::path& file : {args.scene, scene.print_file}) record.input(file);
   record.input(fs::path(args.reference).replace_extension(".json"));
@@ -67,7 +64,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
   const drape::ErrorSplit split =
-      split_error(scene, fabric, print, measured, reference, args.options, args.split);
+      split_error(scene, fabric, print, start, reference, args.options, args.split);
   drape::write_json(args.out / "sensitivity.json", sensitivity_json(split));
   drape::write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
@@ -92,6 +89,7 @@ int main(int argc, char** argv) {
   app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
       ->capture_default_str();
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
+      ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   app.add_flag("--only-first-order", args.split.only_first_order, "leave the variants out");
   app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");
