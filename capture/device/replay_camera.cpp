@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recording behind the same interface as a live camera: one frame per set, in order.
+#include <chrono>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <thread>
 
 #include "capture/device/camera.hpp"
 #include "core/error.hpp"
@@ -41,8 +43,11 @@ class ReplayCamera final : public CameraDevice {
   void stop() override { running_ = false; }
   void trigger() override {}
 
-  [[nodiscard]] std::optional<CameraFrame> next(double) override {
-    if (!running_ || next_ == recording_.sets.size()) return std::nullopt;
+  [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
+    if (!running_ || next_ == recording_.sets.size()) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(timeout_s));
+      return std::nullopt;
+    }
     const FrameSet& set = recording_.sets[next_];
     const std::vector<unsigned char> bytes = read_frame(recording_, set, frame_in(set));
     image_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);

@@ -142,7 +142,6 @@ void CameraHost::take(const Json& message) {
   if (is == "stopped") started_ = false;
   if (is == "frame") take_frame(message);
   if (is == "error") fail(message.at("what"), message.at("do"));
-  if (is == "alive") ++signs_of_life_;
   if (is != "alive" || !message.contains("counters")) return;
   take_clock(message.at("clock"));
   const Json& c = message.at("counters");

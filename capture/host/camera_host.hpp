@@ -59,8 +59,6 @@ class CameraHost {
   [[nodiscard]] int descriptor() const { return control_.get(); }
   [[nodiscard]] pid_t process() const { return process_; }
   [[nodiscard]] int launches() const { return launches_; }
-  /// One every 0.1 s while its process gets the processor.
-  [[nodiscard]] std::int64_t signs_of_life() const { return signs_of_life_; }
 
   [[nodiscard]] const CameraIdentity& identity() const { return identity_; }
   [[nodiscard]] const std::vector<SettingReadBack>& settings() const { return read_back_; }
@@ -87,7 +85,6 @@ class CameraHost {
   std::optional<SharedFrames> memory_;
   pid_t process_ = -1;
   int launches_ = 0;
-  std::int64_t signs_of_life_ = 0;
   bool ready_ = false, started_ = false, on_host_clock_ = false;
   std::optional<std::string> fault_;
   std::string what_to_do_;

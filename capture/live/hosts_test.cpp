@@ -103,10 +103,10 @@ TEST(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
   Bench bench(2, SyncMethod::free_run);
   LiveOptions options;
   options.host_program = test::program("drape-camera-host");
-  options.memory_limit_mb = 64;  // its libraries alone take more
+  options.memory_limit_mb = 16;  // its libraries alone take more
   try {
     static_cast<void>(capture_live(bench.file, options));
-    FAIL() << "captured within 64 MB";
+    FAIL() << "captured within 16 MB";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::device);
     EXPECT_EQ(error.where().camera.substr(0, 3), "cam");

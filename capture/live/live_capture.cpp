@@ -29,7 +29,6 @@ constexpr double kTriggerEarly_s = 2e-3;      ///< clock error allowed before a 
 constexpr double kAnswer_s = 0.5;             ///< of a trigger, above the exposure
 constexpr std::int64_t kPartnersWithin = 20;  ///< frames: a later partner would be off by seconds
 constexpr double kLargestDelay_s = 5;         ///< between exposure and arrival of a frame
-constexpr double kSignsPerSecond = 6;         ///< at least, of a host that runs: it tries ten
 constexpr double kStreamEnds_s = 0.3;         ///< once told to
 
 std::int64_t now_ns() {
@@ -124,7 +123,6 @@ class Session {
     r.clock_taken = 0;
     r.clocks.emplace_back();
     r.last_frame_ns = r.began_ns = now_ns();
-    r.signs_at_frame = r.host->signs_of_life();
     r.host->start();
   }
 
@@ -217,7 +215,6 @@ class Session {
     check_stamp(c, frame);
     if (frame.device_ns) r.newest_device_ns = frame.device_ns;
     r.last_frame_ns = now_ns();
-    r.signs_at_frame = r.host->signs_of_life();
     last_progress_ns_ = r.last_frame_ns;
     if (r.failed_ns != 0) {
       r.longest_gap_s = std::max(r.longest_gap_s, seconds(now_ns() - r.failed_ns));
@@ -242,10 +239,7 @@ class Session {
     const double quiet_s = 2 / file_.frame_rate_hz + 0.5;
     const bool streaming = r.started && r.host->ready() && !r.host->fault();
     const bool live = file_.cameras[c].address.backend != Backend::replay;
-    // A host that a busy machine lets wait has sent no frame and no sign of life either.
-    const auto signs = static_cast<double>(r.host->signs_of_life() - r.signs_at_frame);
-    const bool awake = signs > kSignsPerSecond * quiet_s;
-    const bool quiet = report_.method == SyncMethod::free_run && streaming && live && awake &&
+    const bool quiet = report_.method == SyncMethod::free_run && streaming && live &&
                        seconds(now - r.last_frame_ns) > quiet_s;
     if (r.host->fault() || quiet) {
       if (r.started) {

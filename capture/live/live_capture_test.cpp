@@ -253,7 +253,7 @@ class RefusedFrames : public testing::Test {
  protected:
   /// Captures one set with camera 1 showing `pixels`, and stores it.
   RecordResult record(const std::vector<std::uint8_t>& pixels) {
-    Bench bench(2, SyncMethod::software_trigger);
+    Bench bench(2, SyncMethod::software_trigger, 320, 240, 2);  // spread up to 0.2 s
     bench.devices[1]->show(pixels);
     const LiveResult live = bench.capture(1);
     RecordOptions options;

@@ -28,8 +28,7 @@ struct Running {
   std::int64_t newest = -1;
   std::optional<std::int64_t> newest_device_ns;
   std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
-  std::int64_t signs_at_frame = 0;
-  std::int64_t failed_ns = 0;  ///< 0: it runs
+  std::int64_t failed_ns = 0;      ///< 0: it runs
   std::int64_t retry_ns = 0;
   std::int64_t began_ns = 0;  ///< host time at which it was told to stream
   std::int64_t begin_ns = 0;  ///< not told to stream again before
