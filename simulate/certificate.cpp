@@ -45,9 +45,10 @@ Json energy_json(const SimulateReport& report) {
   json["end_uJ"] = report.energy_end_j / kMicro;
   json["lost_to_damping_and_air_uJ"] = report.lost_viscous_j / kMicro;
   json["lost_to_kinetic_stops_uJ"] = report.lost_kinetic_stops_j / kMicro;
+  json["brought_in_by_contact_search_uJ"] = report.found_contacts_j / kMicro;
   json["lost_to_impact_friction_and_springs_uJ"] =
-      (report.energy_start_j - report.energy_end_j - report.lost_viscous_j -
-       report.lost_kinetic_stops_j) /
+      (report.energy_start_j + report.found_contacts_j - report.energy_end_j -
+       report.lost_viscous_j - report.lost_kinetic_stops_j) /
       kMicro;
   return json;
 }

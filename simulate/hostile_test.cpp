@@ -11,6 +11,7 @@
 #include "core/files.hpp"
 #include "simulate/certify.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/surroundings.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
@@ -201,6 +202,13 @@ void expect_honest(const Trial& trial, int index, Tally& tally) {
       EXPECT_TRUE(mark.point_in_world.allFinite()) << "trial " << index;
     }
     if (result.report.status != RestStatus::at_rest) return;
+    EXPECT_LT(result.report.residual, trial.options.residual_tolerance) << "trial " << index;
+    const sim::Surroundings objects(trial.scene);
+    for (const SheetMark& mark : result.sheet.marks) {
+      for (int shape = 0; shape < objects.count(); ++shape) {
+        EXPECT_GT(objects.gap_m(shape, mark.point_in_world), -1e-4) << "trial " << index;
+      }
+    }
     const CertifyReport judged = certify(result.sheet, trial.scene, trial.fabric, trial.print,
                                          claim_of(result, trial.options));
     tally.judge(judged.accepted());

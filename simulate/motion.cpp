@@ -312,7 +312,10 @@ void Motion::watch_contacts() {
   const double margin = 2 * last_way_m_ + kChooseMargin;
   if (options_.contact_between_particles) {
     if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) {
+      // A place that is found anew while the sheet already presses there brings elastic energy in.
+      const double before_j = line_contacts_.energy_j(position);
       line_contacts_.refresh(position, ways_);
+      found_contacts_j_ += line_contacts_.energy_j(position) - before_j;
       travel_m_ = 0;
     }
     line_contacts_.choose(position, way_m_, margin);

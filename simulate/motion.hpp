@@ -67,6 +67,8 @@ class Motion {
   [[nodiscard]] int contacts() const { return static_cast<int>(touching_.size()); }
   [[nodiscard]] int backtracked_steps() const { return backtracked_; }
   [[nodiscard]] double viscous_loss_j() const { return viscous_loss_j_; }
+  /// Elastic energy that the search for contacts between particles has brought in by moving them.
+  [[nodiscard]] double found_contacts_j() const { return found_contacts_j_; }
   [[nodiscard]] double stopped_j() const { return stopped_j_; }  ///< taken out by stop()
   [[nodiscard]] const LineContacts& line_contacts() const { return line_contacts_; }
   [[nodiscard]] const PairContacts& pair_contacts() const { return pair_contacts_; }
@@ -117,7 +119,7 @@ class Motion {
   int backtracked_ = 0;
   long steps_ = 0;
   double travel_m_ = 0;  ///< largest way of any particle since the last contact search
-  double viscous_loss_j_ = 0, stopped_j_ = 0, residual_rms_ = 0;
+  double viscous_loss_j_ = 0, stopped_j_ = 0, found_contacts_j_ = 0, residual_rms_ = 0;
 };
 
 }  // namespace drape::sim

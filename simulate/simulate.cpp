@@ -216,6 +216,7 @@ void Run::certify(SimulateReport& report) {
   report.contacts_pairs = motion_.pair_contacts().pressing(motion_.position);
   report.energy_end_j = total_energy_j();
   report.lost_viscous_j = motion_.viscous_loss_j();
+  report.found_contacts_j = motion_.found_contacts_j();
   report.lost_kinetic_stops_j = motion_.stopped_j();
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     report.hold_error_m =

@@ -96,7 +96,8 @@ struct SimulateReport {
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
-  double hold_error_m = 0;  ///< of the pins at the end
+  double found_contacts_j = 0;  ///< brought in where a contact was found already pressed
+  double hold_error_m = 0;      ///< of the pins at the end
   std::vector<CurveReport> curves;
   double twist_n_m = 0;
   /// Of a round specimen on one upright cylinder: (shadow - disc) / (specimen - disc), Cusick 1968.

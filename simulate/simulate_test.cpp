@@ -137,10 +137,10 @@ TEST(Simulate, RestIsCertified) {
   EXPECT_LT(report.residual, 1e-3);
   EXPECT_GT(*report.least_gap_object_m, -1e-8);
   EXPECT_LT(std::abs(report.strains.warp_most), 0.01);
-  // Energy falls as a whole. What damping took may be more than the fall: a place of a cell that
-  // is found while it is already pressed brings elastic energy in.
+  // What was lost went somewhere: energy only falls, but for what the search of contacts brings.
   EXPECT_LT(report.energy_end_j, report.energy_start_j);
-  EXPECT_GT(report.lost_viscous_j + report.lost_kinetic_stops_j, 0);
+  EXPECT_LE(report.lost_viscous_j + report.lost_kinetic_stops_j,
+            report.energy_start_j + report.found_contacts_j - report.energy_end_j);
   // The same again gives the same bytes.
   const SimulateResult again = drape_bench1("C", options);
   for (std::size_t i = 0; i < result.sheet.marks.size(); ++i) {
