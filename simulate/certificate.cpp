@@ -105,7 +105,7 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
   json["step_share"] = options.step_share;
   json["max_steps"] = options.max_steps;
   json["contact_between_particles"] = options.contact_between_particles;
-  json["penetration_tolerance_mm"] = options.penetration_tolerance_m / mm;
+  json["penetration_tolerance_mm"] = report.penetration_tolerance_m / mm;
   json["cloth_thickness_mm"] = report.cloth_thickness_m / mm;
   return json;
 }

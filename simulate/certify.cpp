@@ -251,7 +251,7 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.weft_most = report.strains.weft_most;
   claim.least_gap_object_m = report.least_gap_object_m;
   claim.deepest_between_m = report.deepest_between_m;
-  claim.penetration_tolerance_m = options.penetration_tolerance_m;
+  claim.penetration_tolerance_m = report.penetration_tolerance_m;
   claim.cloth_thickness_m = report.cloth_thickness_m;
   if (!result.history.empty()) {
     const HistoryRow& last = result.history.back();

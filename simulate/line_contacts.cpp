@@ -18,8 +18,6 @@ constexpr double kEndShare = 0.02;    // contacts nearer to a particle than this
 constexpr int kSearchSteps = 14;      // of the ternary search: 0.4 % of the line piece
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
-constexpr int kCellPlaces = kCellPoints * kCellPoints + 1;  // and where the object reaches furthest
-constexpr int kFurthestSteps = 3;  // of finding that place: the cell is nearly flat
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -57,7 +55,8 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
-  const std::size_t elements = (2 + kCellPlaces) * static_cast<std::size_t>(cloth.count());
+  const std::size_t elements =
+      (2 + kCellPoints * kCellPoints) * static_cast<std::size_t>(cloth.count());
   points_.reserve(elements * std::max(1, surroundings.count()));
   friction_spring_.assign(elements, Vector3d::Zero());
   until_.assign(3 * static_cast<std::size_t>(cloth.count()), -1.0);
@@ -97,7 +96,7 @@ double LineContacts::try_line(const Field& position, int element, int a, int b) 
 
 double LineContacts::try_cell(const Field& position, int corner) {
   const int cols = cloth_->grid().cols;
-  const int first = 2 * cloth_->count() + kCellPlaces * corner;
+  const int first = 2 * cloth_->count() + kCellPoints * kCellPoints * corner;
   Point point{first, 0, {corner, corner + 1, corner + cols, corner + cols + 1}, {}};
   point.weight.fill(0.25);
   const Vector3d centre = mix(position, point);
@@ -121,45 +120,8 @@ double LineContacts::try_cell(const Field& position, int corner) {
         if (gap < kWatch) points_.push_back(point);
       }
     }
-    point.element = first + kCellPoints * kCellPoints;
-    least = std::min(least, try_furthest(position, point));
   }
   return least - kWatch;
-}
-
-/// The point of a convex object that lies furthest beyond the plane of the cell, where its foot is
-/// inside the cell: a box's corner, a cylinder's rim, the top of a sphere. Returns its distance.
-double LineContacts::try_furthest(const Field& position, Point& point) {
-  std::array<Vector3d, 4> p;
-  for (int k = 0; k < 4; ++k) p[k] = at(position, point.particle[k]);
-  double u = 0.5, v = 0.5, gap = reach_m_;
-  point.weight.fill(0.25);
-  for (int step = 0; step < kFurthestSteps; ++step) {
-    const Vector3d along_v = (1 - u) * (p[1] - p[0]) + u * (p[3] - p[2]);
-    const Vector3d along_u = (1 - v) * (p[2] - p[0]) + v * (p[3] - p[1]);
-    const Vector3d here = mix(position, point);
-    Vector3d normal = along_u.cross(along_v);
-    const double size = normal.norm();
-    if (!(size > 0)) return reach_m_;
-    normal /= size;
-    if (normal.dot(surroundings_->normal(point.shape, here)) < 0) normal = -normal;
-    const std::optional<Vector3d> far = surroundings_->furthest(point.shape, normal);
-    if (!far) return reach_m_;
-    const Vector3d way = *far - here;
-    gap = -way.dot(normal);
-    // The foot in the cell's plane, in the oblique coordinates of its mid-lines.
-    const double uu = along_u.squaredNorm(), vv = along_v.squaredNorm(), uv = along_u.dot(along_v);
-    const double det = uu * vv - uv * uv;
-    if (!(det > 0)) return reach_m_;
-    u += (vv * way.dot(along_u) - uv * way.dot(along_v)) / det;
-    v += (uu * way.dot(along_v) - uv * way.dot(along_u)) / det;
-    if (!(u > -1 && u < 2 && v > -1 && v < 2)) return reach_m_;
-    point.weight = {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v};
-  }
-  const bool inside = u > 0 && u < 1 && v > 0 && v < 1;
-  if (inside && surroundings_->gap_m(point.shape, mix(position, point)) < kWatch)
-    points_.push_back(point);
-  return gap;
 }
 
 void LineContacts::refresh(const Field& position) {
@@ -200,8 +162,8 @@ void LineContacts::refresh(const Field& position, const std::vector<double>& way
               [&] { return try_line(position, n + i, i, i + 1); });
       }
       if (cloth_->has_cell(i)) {
-        const int first = 2 * n + kCellPlaces * i;
-        visit(2 * n + i, first, first + kCellPlaces,
+        const int first = 2 * n + kCellPoints * kCellPoints * i;
+        visit(2 * n + i, first, first + kCellPoints * kCellPoints,
               std::max({way_m[i], way_m[i + 1], way_m[i + s], way_m[i + s + 1]}),
               [&] { return try_cell(position, i); });
       }

@@ -11,9 +11,8 @@
 namespace drape::sim {
 
 /// Contact of the cloth between its particles: each grid line piece touches an
-/// object at its deepest point and each cell at nine inner points and where the corner, rim or top
-/// of a convex object lies furthest beyond the cell, so that neither an edge nor a corner of a box
-/// can cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
+/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot
+/// cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
 /// particle sinks in by `sink_m`, far below the springs' stiffness; friction is an elastic-plastic
 /// tangential spring.
 class LineContacts {
@@ -71,7 +70,6 @@ class LineContacts {
   /// before there can be others.
   double try_line(const Field& position, int element, int a, int b);
   double try_cell(const Field& position, int corner);
-  double try_furthest(const Field& position, Point& point);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
   const Cloth* cloth_;

@@ -271,6 +271,11 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
 /// What the sheet does that cloth cannot: it is said, and such a sheet is not called at rest.
 void judge_overlaps(const sim::GridSpec& grid, const sim::Field& position,
                     const SimulateOptions& options, SimulateReport& report) {
+  // A cell of straight lines lies inside a round body by its width squared over four radii, so what
+  // a coarse grid cannot follow is measured by the grid.
+  const double spacing_m = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
+  report.penetration_tolerance_m =
+      std::max(options.penetration_tolerance_m, options.penetration_share * spacing_m);
   if (report.status == RestStatus::diverged) return;
   const sim::SelfDistance self = sim::self_distance(grid, position);
   report.least_self_distance_m = self.least_m;
@@ -279,7 +284,7 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Field& position,
   const double depth_m =
       -std::min(report.least_gap_table_m, report.least_gap_object_m.value_or(0.0));
   if (depth_m > kSunk) fault = fmt::format("{:.2g} mm inside an object or the table", depth_m / mm);
-  if (report.deepest_between_m > options.penetration_tolerance_m) {
+  if (report.deepest_between_m > report.penetration_tolerance_m) {
     fault = fmt::format("between its particles {:.2g} mm inside an object",
                         report.deepest_between_m / mm);
   } else if (report.deepest_between_m > kCuts) {

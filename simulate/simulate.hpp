@@ -24,16 +24,18 @@ struct SimulateOptions {
   std::string model = "consistent";  ///< or "paper", which ignores `mass`
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   sim::MassRule mass = sim::MassRule::area;
-  double damping_per_s = 4;                 ///< beta / m of the paper's F = -beta v
-  double air_drag_kg_per_m3 = 0.6;          ///< F = -c area |v| v; half of air's density, factor 1
-  double spring_damping_ratio = 0.1;        ///< of the fastest stretch vibration
-  double natural_time_s = 0.4;              ///< undisturbed motion before kinetic damping sets in
-  bool kinetic_damping = true;              ///< zero all velocities at each peak of kinetic energy
-  double residual_tolerance = 1e-3;         ///< of a particle's weight, see SimulateReport
-  double static_tolerance = 1e-6;           ///< the same for the static solver
-  double penetration_tolerance_m = 0.5e-3;  ///< between particles; deeper is not "at rest"
-  double imperfection_m = 1e-6;             ///< height of the waves on a flat start
-  double step_share = 0.9;                  ///< of the stability limit of the step
+  double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
+  double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
+  double spring_damping_ratio = 0.1;  ///< of the fastest stretch vibration
+  double natural_time_s = 0.4;        ///< undisturbed motion before kinetic damping sets in
+  bool kinetic_damping = true;        ///< zero all velocities at each peak of kinetic energy
+  double residual_tolerance = 1e-3;   ///< of a particle's weight, see SimulateReport
+  double static_tolerance = 1e-6;     ///< the same for the static solver
+  /// Between particles; deeper than the greater of the two is not "at rest".
+  double penetration_tolerance_m = 0.5e-3;
+  double penetration_share = 0.1;  ///< of the grid spacing
+  double imperfection_m = 1e-6;    ///< height of the waves on a flat start
+  double step_share = 0.9;         ///< of the stability limit of the step
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;
@@ -89,6 +91,7 @@ struct SimulateReport {
   int contacts_pairs = 0;                    ///< pressing pairs, see sim::PairContacts
   std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
   double least_gap_table_m = 0;
+  double penetration_tolerance_m = 0;  ///< that was applied between particles
   double deepest_between_m = 0;  ///< of the sheet between particles inside an object, 0 for none
   std::optional<double> least_self_distance_m;  ///< absent: no nearer than a grid spacing
   double cloth_thickness_m = 0;                 ///< that layers were kept apart

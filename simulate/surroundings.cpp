@@ -105,35 +105,6 @@ Vector3d normal_of(const Box& box, const Vector3d& p) {
   return box.world_from_box.rotation * out.normalized();
 }
 
-constexpr double kSquare = 1e-9;  // of a direction across a face: the whole face lies furthest
-
-std::optional<Vector3d> furthest_of(const Sphere& sphere, const Vector3d& direction) {
-  return Vector3d(sphere.centre_in_world + sphere.radius_m * direction);
-}
-
-std::optional<Vector3d> furthest_of(const Box& box, const Vector3d& direction) {
-  const Vector3d d = box.world_from_box.rotation.transpose() * direction;
-  if (d.cwiseAbs().minCoeff() < kSquare) return std::nullopt;
-  Vector3d corner = 0.5 * box.size_m - Vector3d::Constant(box.edge_radius_m);
-  for (int i = 0; i < 3; ++i) corner[i] = std::copysign(corner[i], d[i]);
-  return Vector3d(box.world_from_box * corner + box.edge_radius_m * direction);
-}
-
-std::optional<Vector3d> furthest_of(const Cylinder& body, const Vector3d& direction) {
-  const Vector3d d = body.world_from_cylinder.rotation.transpose() * direction;
-  const double across = d.head<2>().norm();
-  if (std::min(across, std::abs(d.z())) < kSquare) return std::nullopt;
-  const Eigen::Vector2d rim = (body.radius_m - body.edge_radius_m) / across * d.head<2>();
-  const double up = std::copysign(0.5 * body.height_m - body.edge_radius_m, d.z());
-  return Vector3d(body.world_from_cylinder * Vector3d(rim.x(), rim.y(), up) +
-                  body.edge_radius_m * direction);
-}
-
-template <class Shape>
-std::optional<Vector3d> furthest_of(const Shape&, const Vector3d&) {
-  return std::nullopt;
-}
-
 double top_of(const Sphere& sphere) {
   return sphere.centre_in_world.z() + sphere.radius_m;
 }
@@ -187,10 +158,6 @@ double Surroundings::gap_m(int shape, const Vector3d& p) const {
 
 Vector3d Surroundings::normal(int shape, const Vector3d& p) const {
   return std::visit([&p](const auto& s) { return normal_of(s, p); }, shapes_[shape]);
-}
-
-std::optional<Vector3d> Surroundings::furthest(int shape, const Vector3d& direction) const {
-  return std::visit([&](const auto& s) { return furthest_of(s, direction); }, shapes_[shape]);
 }
 
 double Surroundings::top_z_m() const {

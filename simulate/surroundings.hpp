@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 #include <variant>
 #include <vector>
 
@@ -59,10 +58,6 @@ class Surroundings {
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Outward unit normal at the nearest surface point, world frame.
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// Point of a convex solid that lies furthest in a direction (unit, world); absent for planes,
-  /// meshes, and where a flat face lies furthest as a whole.
-  [[nodiscard]] std::optional<Eigen::Vector3d> furthest(int shape,
-                                                        const Eigen::Vector3d& direction) const;
   /// Highest point of all objects but planes and the table (m), or the table when there is none.
   [[nodiscard]] double top_z_m() const;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bench of emulated cameras, for the tests of whole captures.
 #pragma once
+
+// A bench of emulated cameras, for the tests of whole captures.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
