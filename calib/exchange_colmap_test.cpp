@@ -74,7 +74,7 @@ std::string filtered(double shift_px) {
 
 TEST(Exchange, ColmapProjectsAlikeToAMillionthOfAPixel) {
   if (std::system("colmap help >/dev/null 2>&1") != 0)
-    GTEST_SKIP() << "COLMAP is not installed (colmap)";
+    GTEST_SKIP() << "COLMAP is missing: install the Debian package colmap";
   EXPECT_NE(filtered(0).find("Filtered observations: 0"), std::string::npos) << filtered(0);
   EXPECT_NE(filtered(1e-5).find("Filtered observations: 1"), std::string::npos) << filtered(1e-5);
 }

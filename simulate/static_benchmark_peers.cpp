@@ -93,7 +93,7 @@ void bullet_soft_body(benchmark::State& state) {
 }
 #else
 void bullet_soft_body(benchmark::State& state) {
-  state.SkipWithError("skipped: Bullet is not installed (Debian package libbullet-dev)");
+  state.SkipWithError("Bullet is missing: install the Debian package libbullet-dev and build anew");
 }
 #endif
 
@@ -109,7 +109,7 @@ double children_cpu_s() {
 /// The time is the CPU time of its process, its start included.
 void blender_cloth(benchmark::State& state) {
   if (std::system("command -v blender > /dev/null 2>&1") != 0) {
-    state.SkipWithError("skipped: Blender is not installed (Debian package blender)");
+    state.SkipWithError("Blender is missing: install the Debian package blender");
     return;
   }
   const std::string script =
@@ -133,7 +133,7 @@ void blender_cloth(benchmark::State& state) {
       state.counters["lowest_mm"] = lowest;
     }
     if (pipe == nullptr || pclose(pipe) != 0 || !said) {
-      state.SkipWithError("Blender did not run the scene");
+      state.SkipWithError("Blender's result is missing: it did not run the scene to its end");
       return;
     }
     state.SetIterationTime(children_cpu_s() - before_s);

@@ -98,7 +98,8 @@ class Boards : public testing::Test {
  protected:
   void SetUp() override {
     for (const char* name : {"drape", "drape-capture", "drape-detect", "drape-calib"})
-      if (!fs::exists(program(name))) GTEST_SKIP() << "the program `" << name << "` is not built";
+      if (!fs::exists(program(name)))
+        GTEST_SKIP() << name << " is missing: build with stages capture, detect and calib too";
   }
 
   [[nodiscard]] fs::path at(const std::string& name) const { return folder_.path() / name; }
