@@ -37,6 +37,9 @@ struct PictureColumn {
 /// Tables of equilibria, and the one that the real shape took; empty when there are none.
 [[nodiscard]] std::string html_branches(const DrapeInput& input, const Report& report);
 
+/// Where the millimetres come from, as drape sensitivity found; empty when it was not run.
+[[nodiscard]] std::string html_error_split(const DrapeFiles& drape);
+
 /// The whole section of one drape.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
                                      const Session& session, const DrapeFigures& figures);

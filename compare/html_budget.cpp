@@ -42,6 +42,22 @@ std::string grid_text(const Report& report) {
 
 }  // namespace
 
+std::string html_error_split(const DrapeFiles& drape) {
+  if (!drape.error_split) return {};
+  const ErrorSplitFile& split = *drape.error_split;
+  std::string text = "<h3>Where the millimetres come from</h3>\n";
+  if (const std::string sentence = error_split_sentence(split); !sentence.empty())
+    text += "<p>Over " + std::to_string(split.marks) + " marks: " + xml(sentence) + ".</p>\n";
+  if (!split.values.empty()) text += html_table(value_effect_table(split));
+  if (!split.variants.empty()) text += html_table(variant_effect_table(split));
+  return text +
+         "<p class=\"soft\">drape sensitivity drapes the scene once more (the grid and segments "
+         "are in its run record) and repeats it with one thing changed: from the drape itself, "
+         "which "
+         "keeps the branch, and from the start, which may end on another. The changes do not add "
+         "up.</p>\n";
+}
+
 std::string html_budget(const DrapeFiles& drape, const Report& report, const Session& session) {
   const RealVirtual& best = report.real_virtual[*report.best];
   const std::string unknown = "not stated by the measured sheet";

@@ -288,6 +288,7 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
                                    : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
   text += shape_part(drape, report, figures);
   text += simulations_part(drape, report, figures);
+  text += html_error_split(drape);
   text += html_budget(drape, report, session);
   return text + "</section>\n";
 }

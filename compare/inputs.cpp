@@ -143,10 +143,32 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   if (drape.detected_by) find_recording(drape);
 }
 
+/// `drape sensitivity` writes what it found beside the sheet that it measured distances from; a
+/// file that was made for another sheet says nothing of this one.
+void read_error_split_beside(DrapeFiles& drape, Session& session) {
+  const SheetFile& measured = drape.input.measured;
+  const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
+  if (!fs::is_regular_file(file)) return;
+  const auto made_by = read_made_by(file);
+  const bool of_this_sheet =
+      made_by && std::any_of(made_by->inputs.begin(), made_by->inputs.end(),
+                             [&](const auto& input) { return input.second == measured.sha256; });
+  if (!of_this_sheet) {
+    session.warnings.push_back(fmt::format(
+        "{} was not made from the measured sheet of set {} as it is now, so it is left out; run "
+        "drape sensitivity again",
+        file.string(), std::get<MeasuredSource>(measured.sheet.source).set));
+    return;
+  }
+  drape.error_split = read_error_split(file);
+  session.read.emplace_back(file, drape.error_split->sha256);
+}
+
 DrapeFiles read_measured(SheetFile sheet, Session& session) {
   DrapeFiles drape;
   drape.input.measured = std::move(sheet);
   read_detections_beside(drape, session);
+  read_error_split_beside(drape, session);
   drape.measured_by = read_made_by(drape.input.measured.file);
   return drape;
 }

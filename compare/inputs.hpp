@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
+#include "compare/error_split.hpp"
 #include "compare/store.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
@@ -31,6 +32,7 @@ struct DrapeFiles {
   std::optional<MadeBy> measured_by;
   std::optional<RecordingId> recording;             ///< through the record of the detections
   std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
+  std::optional<ErrorSplitFile> error_split;  ///< sensitivity/sensitivity.json beside the sheet
 };
 
 /// All that one call of drape-compare reads.
@@ -47,10 +49,10 @@ struct Session {
 };
 
 /// Reads the sheets (each measured one opens a group; simulated ones before any of these are only
-/// compared with each other), and beside them detections.json, certificate.json, history.csv, the
-/// run records and through these the scene, where they exist. A .toml is another simulator's mesh
-/// (other_mesh.hpp). `calibration_file` may be empty. Throws Error(bad_input) when a sheet was
-/// measured with another calibration than the one given.
+/// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
+/// certificate.json, history.csv, the run records and through these the scene, where they exist. A
+/// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
+/// Error(bad_input) when a sheet was measured with another calibration than the one given.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file);
 

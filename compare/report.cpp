@@ -143,8 +143,9 @@ void write_beside(const fs::path& folder, const std::string& name, const std::st
   write_durable(written.back(), text);
 }
 
-void write_exports(const fs::path& folder, const DrapeInput& input, const Report& report,
+void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report& report,
                    const DrapeFigures& figures, std::vector<fs::path>& written) {
+  const DrapeInput& input = drape.input;
   std::vector<const Figure*> all;
   for (const Figure& figure : figures.overlays) all.push_back(&figure);
   for (const Figure& figure : figures.renders) all.push_back(&figure);
@@ -170,6 +171,9 @@ void write_exports(const fs::path& folder, const DrapeInput& input, const Report
   csv("-trust.csv", trust_table(input, best));
   csv("-strain.csv", strain_table(best));
   csv("-drapemeter.csv", drapemeter_table(input, report));
+  if (!drape.error_split) return;
+  csv("-fabric-values.csv", value_effect_table(*drape.error_split));
+  csv("-model-changes.csv", variant_effect_table(*drape.error_split));
 }
 
 /// Drape names become file names: anything but letters, digits, `-` and `_` is replaced.
@@ -197,7 +201,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
     const Report safe = with_safe_name(report);
     const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
     drapes += html_drape(session.drapes[i], report, session, figures);
-    write_exports(folder / file.stem(), session.drapes[i].input, safe, figures, written);
+    write_exports(folder / file.stem(), session.drapes[i], safe, figures, written);
   }
   for (const VirtualGroup& group : outcome.groups)
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +

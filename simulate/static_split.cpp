@@ -245,6 +245,17 @@ Json sensitivity_json(const ErrorSplit& split) {
     }
     json["sensitivities"] = list;
   }
+  json["variants"] = Json::array();
+  for (std::size_t k = 1; k < split.rows.size(); ++k) {
+    const SplitRow& row = split.rows[k];
+    json["variants"].push_back({{"what", row.what},
+                                {"from", row.continued ? "base" : "start"},
+                                {"at_rest", row.at_rest},
+                                {"mean_distance_mm", row.distance_m / mm},
+                                {"change_mm", row.change_m / mm},
+                                {"mean_way_of_marks_mm", row.way_m / mm},
+                                {"hem_folds", row.folds}});
+  }
   return json;
 }
 
