@@ -71,10 +71,21 @@ Json distance_json(const SimulateReport& report) {
   json["least_to_itself_mm"] =
       report.least_self_distance_m ? Json(*report.least_self_distance_m / mm) : Json();
   json["triangles_through_itself"] = report.self_crossings;
+  json["edge_of_an_object_through_the_sheet_mm"] = report.pierced_m / mm;
   json["particles_touching"] = report.contacts;
   json["contacts_between_particles"] = report.contacts_between;
   json["pressing_pairs_of_features"] = report.contacts_pairs;
   json["largest_pin_error_mm"] = report.hold_error_m / mm;
+  return json;
+}
+
+Json check_json(const SimulateReport& report) {
+  if (!report.check) return {};
+  Json json;
+  json["accepted"] = report.check->accepted;
+  json["largest_residual_per_particle_weight"] = report.check->residual;
+  json["places_that_may_press"] = report.check->places;
+  json["refused"] = report.check->refused;
   return json;
 }
 
@@ -154,6 +165,7 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   json["largest_residual_per_particle_weight"] = report.residual;
   json["rms_residual_per_particle_weight"] = report.residual_rms;
   json["residual_tolerance"] = report.residual_tolerance;
+  json["independent_check"] = check_json(report);
   json["kinetic_energy_uJ"] = report.kinetic_j / kMicro;
   json["simulated_time_s"] = report.time_s;
   json["steps"] = report.steps;

@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/json_file.hpp"
 #include "core/units.hpp"
+#include "simulate/certify_edges.hpp"
 #include "simulate/certify_layers.hpp"
 #include "simulate/certify_scene.hpp"
 #include "simulate/certify_sheet.hpp"
@@ -29,8 +29,9 @@ constexpr Real kSunk = 0.1e-3L;  // m; a particle deeper than this in an object 
 constexpr Real kResidualMargin =
     1.05L;                      // of the tolerance: rounding of the file, places of contact
 constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may press on it
-constexpr int kSingleSweeps = 50;
-constexpr int kRounds = 20000;
+// What presses a sharp edge or corner sinks in elastically, so it may lie this deep.
+constexpr Real kPressedEdge = 0.1e-3L;  // m
+constexpr int kRounds = 400;
 constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kGapAllowed_m = 1e-6;
@@ -167,18 +168,11 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const S
   const Real mean_weight =
       mass * Real(scene.gravity_m_per_s2.norm()) / static_cast<Real>(mechanics.mass.size());
   const Real most = kResidualMargin * Real(claim.residual_tolerance);
-  // Particles and pins alone are quick to decide and often bear all.
-  std::vector<Support> single;
-  std::copy_if(supports.begin(), supports.end(), std::back_inserter(single),
-               [](const Support& s) { return s.pin || s.weight[0] == 1; });
-  certify_detail::Balance found = certify_detail::balance(mechanics.force, single, scene.friction,
-                                                          most * mean_weight, kSingleSweeps);
-  if (found.largest > most * mean_weight) {
-    found = certify_detail::balance(mechanics.force, supports, scene.friction, most * mean_weight,
-                                    kRounds);
-  }
+  const certify_detail::Balance found = certify_detail::balance(
+      mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
   report.contacts = static_cast<int>(supports.size());
   report.rounds = found.rounds;
+  report.residual = static_cast<double>(found.largest / mean_weight);
   limit(report, "residual force (of a particle's weight)", claim.residual,
         found.largest / mean_weight, most);
 }
@@ -225,6 +219,9 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   const std::vector<Support> touching =
       supports_of(objects, points, sheet.rows, sheet.cols, kTouch);
   supports.insert(supports.end(), touching.begin(), touching.end());
+  const std::vector<Support> edges =
+      certify_detail::edge_supports_of(objects, points, sheet.rows, sheet.cols, kPressedEdge);
+  supports.insert(supports.end(), edges.begin(), edges.end());
   if (claim.cloth_thickness_m > 0) {
     const std::vector<Support> layers = certify_detail::layer_supports_of(
         points, sheet.rows, sheet.cols, Real(claim.cloth_thickness_m) + kTouch);

@@ -51,6 +51,7 @@ struct CertifyReport {
   std::vector<std::string> refusals;  ///< what cannot be compared at all, e.g. missing points
   int contacts = 0;                   ///< places where the sheet may push on an object
   int rounds = 0;                     ///< of the search for contact forces
+  double residual = 0;                ///< that they leave, of a particle's weight
   [[nodiscard]] bool accepted() const;
 };
 
@@ -65,5 +66,17 @@ struct CertifyReport {
 /// numbers.
 [[nodiscard]] CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabric,
                                     const Print& print, const CertificateClaim& claim);
+
+/// Puts what a result calls at rest before certify() and notes the judgement in its report; a sheet
+/// that is refused gets the status RestStatus::refused, so that nothing stores it as at rest. Round
+/// specimens, whose sheets have gaps, are not judged.
+void judge_rest(SimulateResult& result, const Scene& scene, const Fabric& fabric,
+                const Print& print, const SimulateOptions& options);
+
+/// simulate(), then judge_rest().
+[[nodiscard]] SimulateResult simulate_checked(const Scene& scene, const Fabric& fabric,
+                                              const Print& print,
+                                              const std::optional<Sheet>& measured,
+                                              const SimulateOptions& options);
 
 }  // namespace drape

@@ -40,12 +40,11 @@ struct Support {
 
 struct Balance {
   Real largest = 0;  ///< of what is left on a particle, N
-  int rounds = 0;    ///< of the search
+  int rounds = 0;    ///< steps of Newton's method
 };
 /// Looks for forces at the supports, in the friction cones, that leave at most `tolerance` N on any
-/// particle. First by projected Gauss-Seidel sweeps, then by Douglas and Rachford's splitting
-/// between the cones and the forces that balance every particle (Lions and Mercier 1979), each of
-/// whose rounds is one solution with a matrix factorised once; given up after `most_rounds`.
+/// particle, by an interior point method that ends at such forces wherever there are any (up to
+/// rounding); given up after `most_rounds`.
 [[nodiscard]] Balance balance(const std::vector<Point>& force, const std::vector<Support>& supports,
                               Real friction, Real tolerance, int most_rounds);
 

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "core/units.hpp"
 #include "simulate/certify_sheet.hpp"
 #include "tests/support/paths.hpp"
@@ -55,6 +58,79 @@ TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
       EXPECT_TRUE(report.accepted()) << name << " " << model << "\n" << told(report);
       EXPECT_GT(report.contacts, 0);
     }
+  }
+}
+
+TEST(Certify, AResultIsAtRestOnlyIfItIsAccepted) {
+  Case drape("C", "consistent");
+  judge_rest(drape.result, drape.scene, drape.fabric, drape.print, drape.options);
+  EXPECT_EQ(drape.result.report.status, RestStatus::at_rest);
+  ASSERT_TRUE(drape.result.report.check.has_value());
+  EXPECT_TRUE(drape.result.report.check->accepted);
+  EXPECT_TRUE(drape.result.report.check->refused.empty());
+  drape.result.sheet.marks[37].point_in_world.z() += 0.02 * mm;
+  judge_rest(drape.result, drape.scene, drape.fabric, drape.print, drape.options);
+  EXPECT_EQ(drape.result.report.status, RestStatus::refused);
+  EXPECT_FALSE(drape.result.report.check->accepted);
+  EXPECT_FALSE(drape.result.report.check->refused.empty());
+  EXPECT_NE(std::get<SimulatedSource>(drape.result.sheet.source).status, "at rest");
+}
+
+/// Random places of a sheet of 30 particles, some of them cells, and forces in their cones.
+struct Pressed {
+  std::vector<certify_detail::Point> force;
+  std::vector<certify_detail::Support> supports;
+
+  Pressed(unsigned seed, long double friction) : force(30) {
+    std::mt19937 engine(seed);
+    const auto random = [&] { return 2.0L * engine() / 4294967295.0L - 1; };
+    for (int s = 0; s < 60; ++s) {
+      certify_detail::Support support;
+      long double sum = 0;
+      for (int k = 0; k < 4; ++k) {
+        support.particle[k] = s % 3 == 0 ? s / 2 : (s / 2 + k) % 30;
+        support.weight[k] = s % 3 == 0 ? (k == 0 ? 1 : 0) : 0.1L + std::abs(random());
+        sum += support.weight[k];
+      }
+      for (long double& w : support.weight) w /= sum;
+      support.normal = {0.3L * random(), 0.3L * random(), 1};
+      const long double size = std::sqrt(support.normal[0] * support.normal[0] +
+                                         support.normal[1] * support.normal[1] + 1);
+      for (long double& n : support.normal) n /= size;
+      // Every second one slides: its force lies on the cone. One third presses nothing.
+      const long double pressing = s % 3 == 1 ? 0 : 1 + random();
+      const certify_detail::Point& n = support.normal;
+      const certify_detail::Point along = {n[2] / std::hypot(n[0], n[2]), 0,
+                                           -n[0] / std::hypot(n[0], n[2])};
+      const long double share = s % 2 == 0 ? 1 : random();
+      for (int k = 0; k < 4; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+          force[support.particle[k]][axis] -=
+              support.weight[k] * pressing * (n[axis] + friction * share * along[axis]);
+      }
+      supports.push_back(support);
+    }
+  }
+};
+
+TEST(Certify, ForcesInTheConesAreFoundWhereThereAreAny) {
+  for (const long double friction : {0.0L, 1e-3L, 0.4L, 3.0L}) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Pressed pressed(seed, friction);
+      const certify_detail::Balance found =
+          certify_detail::balance(pressed.force, pressed.supports, friction, 1e-7L, 400);
+      EXPECT_LE(found.largest, 1e-7L) << friction << " " << seed;
+    }
+  }
+}
+
+TEST(Certify, NoForcesAreFoundWhereThereAreNone) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Pressed pressed(seed, 0.4L);
+    // Surfaces that do not pull: the sum of all forces up would have to be a pull.
+    pressed.force[0][2] += 200;
+    EXPECT_GT(certify_detail::balance(pressed.force, pressed.supports, 0.4L, 1e-3L, 400).largest,
+              1.0L);
   }
 }
 

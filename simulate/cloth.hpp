@@ -133,30 +133,35 @@ class Cloth {
       z = 2,
       tension = 3,   ///< per line: N/m, force of a spring over its length
       secant = 5,    ///< per line: N/m, of the triples
-      corner = 7,    ///< forces of a cell on its corners 00, 01, 10, 11
-      bend = 11,     ///< per line: force of a triple
-      strain = 13,   ///< per line; the next ones have no zeros around them
-      inverse = 15,  ///< per line: 1/m, of the springs' lengths
-      gain = 17,     ///< per cell: N/m
-      ratio = 18,    ///< two per cell
-      k_diag = 20,   ///< per cell, model "paper": N/m; with zeros around
-      blocks = 21
+      corner = 7,    ///< per axis: forces of a cell on its corners 00, 01, 10, 11
+      bend = 19,     ///< per axis and line: force of a triple
+      strain = 25,   ///< per line; the next ones have no zeros around them
+      inverse = 27,  ///< per line: 1/m, of the springs' lengths
+      gain = 29,     ///< per cell: N/m
+      ratio = 30,    ///< two per cell
+      k_diag = 32,   ///< per cell, model "paper": N/m; with zeros around
+      blocks = 33
     };
     std::ptrdiff_t pad = 0, size = 0;
     Field data;
     [[nodiscard]] double* of(int block) { return data.data() + block * size + pad; }
   };
+  /// Particles, and the springs, triples and cells that begin at them.
+  struct Band {
+    std::ptrdiff_t begin = 0, end = 0;
+  };
 
   void cut_round();
   void load_positions(const Field& position);
-  void find_tensions(int direction, const Field* velocity);
-  void find_secants(int direction);
-  void find_shear();
+  void find_tensions(int direction, const Field* velocity, Band band);
+  void find_secants(int direction, Band band);
+  void find_shear(Band band);
   void find_paper_springs();
   void take_off_lines(int direction);
-  void pull_cells(int axis);
+  void pull_cells(int axis, Band band);
   void pull_diagonals(int axis);
-  void sum_at_particles(int axis, double* result);
+  void pull_triples(int axis, Band band);
+  void sum_at_particles(int axis, Band band, double* result);
 
   /// A spring between particles a and b: a diagonal, or the part -Kdiag of a grid line spring.
   struct PaperSpring {

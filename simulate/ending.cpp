@@ -25,11 +25,21 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
                    1e2 * report.strains.weft_most)},
       {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
       {"particles touching", fmt::format("{}", report.contacts)}};
+  if (report.check) {
+    ending.numbers.emplace_back(
+        "independent check",
+        report.check->accepted
+            ? fmt::format("accepted, {:.2g} of a particle's weight left", report.check->residual)
+            : "refused");
+  }
   if (report.drape_coefficient) {
     ending.numbers.emplace_back("drape coefficient",
                                 fmt::format("{:.1f} %", 1e2 * *report.drape_coefficient));
   }
   ending.rejected = report.warnings;
+  if (report.check)
+    ending.rejected.insert(ending.rejected.end(), report.check->refused.begin(),
+                           report.check->refused.end());
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
       "report.html",

@@ -5,6 +5,7 @@
 #include "core/program.hpp"
 #include "core/progress.hpp"
 #include "core/run_record.hpp"
+#include "simulate/certify.hpp"
 #include "simulate/ending.hpp"
 #include "simulate/run_inputs.hpp"
 #include "simulate/study.hpp"
@@ -32,7 +33,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
     progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));
   };
   drape::SimulateResult result =
-      drape::simulate(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
+      simulate_checked(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
   if (args.start) {
     std::get<drape::SimulatedSource>(result.sheet.source).start_sha256 =
         drape::sha256_of_file(fs::path(*args.start).replace_extension(".json"));

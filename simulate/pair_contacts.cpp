@@ -263,7 +263,8 @@ std::optional<PairContacts::Meeting> PairContacts::meet_solid(
     }
   }
   const double gap = nearest.way.dot(normal);
-  if (gap < -kDeepest) return std::nullopt;
+  // A pair that pressed before this step is still the same place, however deep an impact drove it.
+  if (gap < -(pair.pressed ? std::max(kDeepest, reach_) : kDeepest)) return std::nullopt;
   return Meeting{nearest.weight, normal, gap};
 }
 

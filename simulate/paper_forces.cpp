@@ -143,10 +143,10 @@ DRAPE_WIDE void Cloth::pull_diagonals(int axis) {
   const double* __restrict p = work_.of(Work::x + axis);
   const double* __restrict pull = work_.of(Work::gain);
   const double* __restrict cross = work_.of(Work::ratio);
-  double* __restrict at00 = work_.of(Work::corner);
-  double* __restrict at01 = work_.of(Work::corner + 1);
-  double* __restrict at10 = work_.of(Work::corner + 2);
-  double* __restrict at11 = work_.of(Work::corner + 3);
+  double* __restrict at00 = work_.of(Work::corner + 4 * axis);
+  double* __restrict at01 = work_.of(Work::corner + 4 * axis + 1);
+  double* __restrict at10 = work_.of(Work::corner + 4 * axis + 2);
+  double* __restrict at11 = work_.of(Work::corner + 4 * axis + 3);
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) {
     at00[i] = at11[i] = pull[i] * (p[i + s + 1] - p[i]);

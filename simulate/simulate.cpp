@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/drape_coefficient.hpp"
 #include "simulate/motion.hpp"
+#include "simulate/piercing.hpp"
 #include "simulate/self_distance.hpp"
 #include "simulate/start.hpp"
 #include "simulate/static_run.hpp"
@@ -269,8 +270,9 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
 }
 
 /// What the sheet does that cloth cannot: it is said, and such a sheet is not called at rest.
-void judge_overlaps(const sim::GridSpec& grid, const sim::Field& position,
-                    const SimulateOptions& options, SimulateReport& report) {
+void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
+                    const sim::Field& position, const SimulateOptions& options,
+                    SimulateReport& report) {
   // A cell of straight lines lies inside a round body by its width squared over four radii, so what
   // a coarse grid cannot follow is measured by the grid.
   const double spacing_m = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
@@ -292,6 +294,10 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Field& position,
         fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
                     report.deepest_between_m / mm));
   }
+  report.pierced_m = sim::pierced_m(grid, position, surroundings);
+  if (report.pierced_m > report.penetration_tolerance_m)
+    fault = fmt::format("pierced: an edge of an object stands {:.2g} mm through it",
+                        report.pierced_m / mm);
   if (self.crossings > 0)
     fault = fmt::format("passing through itself in {} pairs of triangles", self.crossings);
   if (fault.empty()) return;
@@ -407,7 +413,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
     const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
     const sim::Field position = sim::run_static(the_case, grid, options, result);
     measure_gaps(grid, surroundings, position, report);
-    judge_overlaps(grid, position, options, report);
+    judge_overlaps(grid, surroundings, position, options, report);
     result.sheet = sheet_of(grid, position);
     result.sheet.source = source_of(scene, fabric, options, report);
     return result;
@@ -440,7 +446,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
         "stiffer than its tensile curve",
         report.clamped_springs));
   }
-  judge_overlaps(grid, run.position(), options, report);
+  judge_overlaps(grid, surroundings, run.position(), options, report);
   report.drape_coefficient = sim::drape_coefficient(grid, run.position(), scene);
   result.sheet = sheet_of(grid, run.position());
   result.sheet.source = source_of(scene, fabric, options, report);

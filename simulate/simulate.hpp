@@ -69,7 +69,16 @@ struct CurveReport {
 };
 
 /// `penetrates`: still, but deeper in an object or through itself than the tolerances allow.
-enum class RestStatus { at_rest, step_limit, diverged, penetrates };
+/// `refused`: still, but the independent checker does not accept it, see judge_rest().
+enum class RestStatus { at_rest, step_limit, diverged, penetrates, refused };
+
+/// What the independent checker (certify()) says of a sheet that is called at rest.
+struct CheckReport {
+  bool accepted = false;
+  double residual = 0;  ///< of a particle's weight, with the contact forces it found
+  int places = 0;       ///< where the sheet may press on something
+  std::vector<std::string> refused;
+};
 
 struct SimulateReport {
   RestStatus status = RestStatus::step_limit;
@@ -99,6 +108,7 @@ struct SimulateReport {
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
+  double pierced_m = 0;  ///< height of an object's edge through the sheet, see sim::pierced_m
   double found_contacts_j = 0;  ///< brought in where a contact was found already pressed
   double hold_error_m = 0;      ///< of the pins at the end
   std::vector<CurveReport> curves;
@@ -110,6 +120,7 @@ struct SimulateReport {
   Eigen::Vector3d placed_centre_in_world = Eigen::Vector3d::Zero();
   int placed_by_marks = 0;
   double placement_rms_mm = 0;
+  std::optional<CheckReport> check;  ///< absent: not checked
   std::vector<std::string> warnings;
 };
 

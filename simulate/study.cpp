@@ -11,6 +11,7 @@
 #include "core/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "simulate/certify.hpp"
 
 namespace drape {
 namespace {
@@ -19,16 +20,19 @@ namespace fs = std::filesystem;
 
 /// What makes a run a different one, for the record.
 std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions& options) {
-  std::vector<std::string> words = {the_case.scene_file.string(),
-                                    "--model",
-                                    the_case.model,
-                                    "--grid",
-                                    std::to_string(the_case.grid),
-                                    "--segments",
-                                    std::to_string(the_case.segments),
-                                    "--max-steps",
-                                    std::to_string(options.simulate.max_steps),
-                                    "--solvers"};
+  std::vector<std::string> words = {
+      the_case.scene_file.string(),
+      "--model",
+      the_case.model,
+      "--grid",
+      std::to_string(the_case.grid),
+      "--segments",
+      std::to_string(the_case.segments),
+      "--max-steps",
+      std::to_string(options.simulate.max_steps),
+      "--thickness-mm",
+      fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
+      "--solvers"};
   words.insert(words.end(), options.solvers.begin(), options.solvers.end());
   return words;
 }
@@ -66,7 +70,7 @@ void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
   for (const std::string& solver : options.solvers) {
     if (solver == "static" && the_case.model == "paper" && options.solvers.size() > 1) continue;
     how.solver = solver;
-    SimulateResult result = simulate(scene, fabric, print, std::nullopt, how);
+    SimulateResult result = simulate_checked(scene, fabric, print, std::nullopt, how);
     const bool rests = result.report.status == RestStatus::at_rest;
     if (first || rests) {
       best = std::move(result);

@@ -77,7 +77,12 @@ int main(int argc, char** argv) {
   list("--solvers", options.solvers, "tried in this order until one comes to rest");
   app.add_option("--max-steps", options.simulate.max_steps, "step limit of a run")
       ->capture_default_str();
+  double thickness_mm = 0.5;
+  app.add_option("--thickness-mm", thickness_mm,
+                 "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
+      ->capture_default_str();
   return drape::run_program(app, argc, argv, common, [&] {
+    options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
     return run(rig, out, options, drape::arguments_of(argc, argv), common);
   });
 }
