@@ -26,22 +26,27 @@ constexpr double ring_core = 0.7;  // the same with a light centre
 /// 2x2 pixels, for speed.
 cv::Mat surface_light(const cv::Mat& picture, int side_px) {
   cv::Mat half((picture.rows + 1) / 2, (picture.cols + 1) / 2, CV_8U);
-  std::vector<std::uint8_t> pair(2 * static_cast<std::size_t>(half.cols));
+  std::vector<std::uint8_t> pairs(2 * static_cast<std::size_t>(half.cols));
   for (int y = 0; y < half.rows; ++y) {
-    const auto* upper = picture.ptr<std::uint8_t>(2 * y);
-    const auto* lower = picture.ptr<std::uint8_t>(std::min(2 * y + 1, picture.rows - 1));
-    for (int x = 0; x < picture.cols; ++x) pair[x] = std::max(upper[x], lower[x]);
-    pair.back() = pair[picture.cols - 1];
-    auto* out = half.ptr<std::uint8_t>(y);
-    for (int x = 0; x < half.cols; ++x) out[x] = std::max(pair[2 * x], pair[2 * x + 1]);
+    const auto* const __restrict upper = picture.ptr<std::uint8_t>(2 * y);
+    const auto* const __restrict lower =
+        picture.ptr<std::uint8_t>(std::min(2 * y + 1, picture.rows - 1));
+    std::uint8_t* const __restrict pair = pairs.data();
+    const int width = picture.cols;
+    for (int x = 0; x < width; ++x) pair[x] = std::max(upper[x], lower[x]);
+    pairs.back() = pair[width - 1];
+    auto* const __restrict out = half.ptr<std::uint8_t>(y);
+    const int half_width = half.cols;
+    for (int x = 0; x < half_width; ++x) out[x] = std::max(pair[2 * x], pair[2 * x + 1]);
   }
   const int side = std::max(3, (side_px / 2) | 1);
   cv::morphologyEx(half, half, cv::MORPH_CLOSE, cv::Mat::ones(side, side, CV_8U));
   return half;
 }
 
-/// Pixels darker than half the surface's light, by more than noise can be.
-std::vector<std::uint8_t> dark_mask(const cv::Mat& picture, const NoiseModel& noise, int side_px) {
+/// Regions of pixels darker than half the surface's light, by more than noise can be.
+std::vector<Region> dark_regions(const cv::Mat& picture, const NoiseModel& noise, int side_px,
+                                 DarkMap& map) {
   std::array<std::uint8_t, 256> limit = {};
   for (int light = 0; light < 256; ++light) {
     const double least_contrast = std::max(6.0, 5.0 * noise.sigma(light));
@@ -49,18 +54,23 @@ std::vector<std::uint8_t> dark_mask(const cv::Mat& picture, const NoiseModel& no
     limit[light] = static_cast<std::uint8_t>(std::max(0.0, darkest));
   }
   const cv::Mat light = surface_light(picture, side_px);
-  std::vector<std::uint8_t> mask(static_cast<std::size_t>(picture.rows) * picture.cols);
+  std::vector<std::uint8_t> mask(picture.cols);
   std::vector<std::uint8_t> limits(2 * static_cast<std::size_t>(light.cols));
+  RegionFinder finder(picture.cols, picture.rows);
   for (int y = 0; y < picture.rows; ++y) {
+    std::uint8_t* const __restrict darkest = limits.data();
     if (y % 2 == 0) {
-      const auto* above = light.ptr<std::uint8_t>(y / 2);
-      for (int x = 0; x < light.cols; ++x) limits[2 * x] = limits[2 * x + 1] = limit[above[x]];
+      const auto* const __restrict above = light.ptr<std::uint8_t>(y / 2);
+      const int half_width = light.cols;
+      for (int x = 0; x < half_width; ++x) darkest[2 * x] = darkest[2 * x + 1] = limit[above[x]];
     }
-    const auto* line = picture.ptr<std::uint8_t>(y);
-    std::uint8_t* out = mask.data() + static_cast<std::size_t>(y) * picture.cols;
-    for (int x = 0; x < picture.cols; ++x) out[x] = line[x] < limits[x] ? 1 : 0;
+    const auto* const __restrict line = picture.ptr<std::uint8_t>(y);
+    std::uint8_t* const __restrict out = mask.data();
+    const int width = picture.cols;
+    for (int x = 0; x < width; ++x) out[x] = line[x] < darkest[x] ? 1 : 0;
+    finder.add_row(mask.data());
   }
-  return mask;
+  return finder.finish(map);
 }
 
 bool plausible_size(const Region& region, const DotSizes& sizes) {
@@ -69,12 +79,16 @@ bool plausible_size(const Region& region, const DotSizes& sizes) {
          std::max(region.width, region.height) >= sizes.smallest_px;
 }
 
-/// First and last pixel of a row that belong to a region; first > last for none.
+/// First pixel of a region in a row, and the one after its last; the same for none.
 std::pair<int, int> row_ends(const DarkMap& map, const Region& region, std::int32_t label, int y) {
-  int first = region.left, last = region.left + region.width - 1;
-  while (first <= last && map.at(first, y) != label) ++first;
-  while (last > first && map.at(last, y) != label) --last;
-  return {first, last};
+  int first = region.left + region.width, end = first;
+  for (const DarkRun& run : map.row_from(region.left, y)) {
+    if (run.from >= region.left + region.width) break;
+    if (run.label != label) continue;
+    first = std::min(first, run.from);
+    end = run.to;
+  }
+  return {first, end};
 }
 
 /// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
@@ -83,14 +97,23 @@ double moments(const DarkMap& map, const Region& region, bool fill, Blob& blob) 
   double count = 0;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
-  for (int y = region.top; y < region.top + region.height; ++y) {
-    const auto [first, last] = row_ends(map, region, blob.label, y);
-    for (int x = first; x <= last; ++x) {
-      if (!fill && map.at(x, y) != blob.label) continue;
+  const auto add = [&](int from, int to, int y) {
+    for (int x = from; x < to; ++x) {
       const Eigen::Vector2d p(x - region.left, y - region.top);
       count += 1;
       sum += p;
       square += p * p.transpose();
+    }
+  };
+  for (int y = region.top; y < region.top + region.height; ++y) {
+    if (fill) {
+      const auto [first, end] = row_ends(map, region, blob.label, y);
+      add(first, end, y);
+      continue;
+    }
+    for (const DarkRun& run : map.row_from(region.left, y)) {
+      if (run.from >= region.left + region.width) break;
+      if (run.label == blob.label) add(run.from, run.to, y);
     }
   }
   const Eigen::Vector2d mean = sum / count;
@@ -152,9 +175,7 @@ Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes
   // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
   const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
   Blobs result;
-  result.map = {image.width_px, image.height_px, {}};
-  const std::vector<Region> regions =
-      connected_regions(dark_mask(picture, noise, side_px), result.map);
+  const std::vector<Region> regions = dark_regions(picture, noise, side_px, result.map);
   for (std::size_t k = 0; k < regions.size(); ++k) {
     if (!plausible_size(regions[k], sizes)) continue;
     Blob blob;

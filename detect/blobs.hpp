@@ -5,23 +5,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "detect/dark_map.hpp"
 #include "detect/image.hpp"
 #include "detect/noise.hpp"
 
 namespace drape {
-
-/// Printed (dark) connected regions of a frame: below half the light on the surface around them.
-struct DarkMap {
-  int width_px = 0;
-  int height_px = 0;
-  std::vector<std::int32_t> labels;  ///< 0: not printed; else the region's number
-
-  /// Region at a pixel; 0 outside the image.
-  [[nodiscard]] std::int32_t at(int x, int y) const {
-    if (x < 0 || y < 0 || x >= width_px || y >= height_px) return 0;
-    return labels[static_cast<std::size_t>(y) * width_px + x];
-  }
-};
 
 /// A dark region with the size and outline of a dot.
 struct Blob {

@@ -62,7 +62,17 @@ class BlurredEllipse {
   /// Which eighth of the dot a position lies in, 0..7, in the coordinates where it is a circle.
   [[nodiscard]] int sector(double x, double y) const {
     const Distance at = distance(x, y);
-    return (at.vx < 0 ? 1 : 0) + (at.vy < 0 ? 2 : 0) + (std::abs(at.vx) > std::abs(at.vy) ? 4 : 0);
+    return sector_of(at.vx, at.vy);
+  }
+  [[nodiscard]] static int sector_of(double vx, double vy) {
+    return (vx < 0 ? 1 : 0) + (vy < 0 ? 2 : 0) + (std::abs(vx) > std::abs(vy) ? 4 : 0);
+  }
+
+  /// At the centre the first-order distance is undefined; this far out, in radii, it is taken.
+  static constexpr double shallowest = 0.3;
+  /// The distance there.
+  [[nodiscard]] double deepest() const {
+    return -(1 - shallowest) * shallowest / std::max(shallowest * outline_norm(), 1e-9);
   }
 
   [[nodiscard]] double light_at_centre() const {
@@ -93,9 +103,7 @@ class BlurredEllipse {
     r.wy = p_(m12) * r.vx + p_(m22) * r.vy;
     r.norm_w = std::max(std::sqrt(r.wx * r.wx + r.wy * r.wy), 1e-9);
     const double rho = std::sqrt(r.vx * r.vx + r.vy * r.vy);
-    // At the centre the first-order distance is undefined; 0.3 of the way out is deep enough.
-    r.d =
-        rho < 0.3 ? -0.7 * 0.3 / std::max(0.3 * outline_norm(), 1e-9) : (rho - 1) * rho / r.norm_w;
+    r.d = rho < shallowest ? deepest() : (rho - 1) * rho / r.norm_w;
     return r;
   }
   [[nodiscard]] double outline_norm() const {

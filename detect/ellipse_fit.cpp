@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "detect/blurred_ellipse.hpp"
+#include "detect/centre_solution.hpp"
 #include "detect/patch.hpp"
 #include "detect/pixel_columns.hpp"
 
@@ -22,10 +23,13 @@ using Vector = Model::Vector;
 using Matrix = Model::Matrix;
 
 constexpr int most_iterations = 15;
-constexpr double converged_px = 1e-3;  // Newton's next step is then far below a thousandth
-constexpr double chi2_scatter = 1e-6;  // of sums in single precision
-constexpr double clean_chi2 = 2.5;     // fits up to here need no second look at strangers
+constexpr double converged_px = 1e-3;    // Newton's next step is then far below a thousandth
+constexpr double quick_ratio = 0.2;      // of a step's length to the one before
+constexpr double converged_gain = 2e-4;  // of chi-square, a tenth of one pixel's share
+constexpr double chi2_scatter = 1e-6;    // of sums in single precision
+constexpr double clean_chi2 = 2.5;       // fits up to here need no second look at strangers
 constexpr int stranger_rounds = 4;
+constexpr double most_covered_for_blur = 0.1;
 
 void add_prior(Normal& normal, double blur_px, const BlurGuess& guess) {
   const double weight = 1 / (guess.sigma_px * guess.sigma_px);
@@ -50,18 +54,27 @@ bool acceptable(const Vector& p, const Patch& patch) {
          std::abs(p(Model::cy)) < patch.reach_y;
 }
 
-/// Gauss-Newton with Levenberg's damping on the scaled diagonal.
-bool iterate(const Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vector& p,
-             Normal& normal) {
-  const PixelColumns pixels(patch);
-  double damping = 1e-6;
+/// Gauss-Newton with Levenberg's damping on the scaled diagonal. Where steps shrink quickly the
+/// sums before the last one, which is tiny, hold after it.
+bool iterate(const Patch& patch, const PixelColumns& pixels, const NoiseModel& noise,
+             const BlurGuess& guess, Vector& p, Normal& normal) {
+  double damping = 1e-6, before = 1e9;
   normal = linearise(pixels, noise, Model(p), guess);
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     Matrix damped = normal.hessian;
     damped.diagonal() *= 1 + damping;
     const Vector step = damped.llt().solve(normal.gradient);
     const Vector next = p + step;
-    const bool small = step.segment<2>(Model::cx).norm() < converged_px;
+    const double gain = step.dot(normal.gradient);
+    const double length = step.segment<2>(Model::cx).norm();
+    const bool small = length < converged_px, quick = length < quick_ratio * before;
+    before = length;
+    if (small && quick && gain < converged_gain * normal.chi2 && damping < 1e-3 &&
+        acceptable(next, patch)) {
+      p = next;
+      normal.chi2 -= gain;
+      return true;
+    }
     if (acceptable(next, patch)) {
       Normal there = linearise(pixels, noise, Model(next), guess);
       if (there.chi2 <= normal.chi2 * (1 + chi2_scatter)) {
@@ -82,20 +95,16 @@ bool iterate(const Patch& patch, const NoiseModel& noise, const BlurGuess& guess
 /// Shift of the centre when the pixels of one eighth of the dot are left out. White noise makes
 /// its covariance C_rest - C_all, so a hidden part or a shadow's edge stands out.
 void check_sectors(const PixelColumns& pixels, const NoiseModel& noise, const Model& model,
-                   const Matrix& hessian, const Matrix& covariance, DotFit& fit) {
+                   const Matrix& hessian, DotFit& fit) {
   for (const Normal& sector : pixels.sum_sectors(model, noise)) {
-    const Eigen::LLT<Matrix> solver(hessian - sector.hessian);
-    if (solver.info() != Eigen::Success) continue;
-    const Eigen::Vector2d shift = solver.solve(sector.gradient).segment<2>(Model::cx);
-    Eigen::Matrix<double, Model::size, 2> unit = Eigen::Matrix<double, Model::size, 2>::Zero();
-    unit(Model::cx, 0) = unit(Model::cy, 1) = 1;
-    const Eigen::Matrix2d rest = solver.solve(unit).block<2, 2>(Model::cx, 0);
+    const auto rest = solve_for_centre(hessian - sector.hessian, sector.gradient);
+    if (!rest) continue;
     const Eigen::Matrix2d expected =
-        rest - covariance.block<2, 2>(Model::cx, Model::cx) + 1e-8 * Eigen::Matrix2d::Identity();
-    const double chi2 = shift.dot(expected.inverse() * shift);
+        rest->covariance - fit.covariance_px2 + 1e-8 * Eigen::Matrix2d::Identity();
+    const double chi2 = rest->step.dot(expected.inverse() * rest->step);
     if (chi2 > fit.one_sided) {
       fit.one_sided = chi2;
-      fit.one_sided_px = shift.norm();
+      fit.one_sided_px = rest->step.norm();
     }
   }
 }
@@ -142,17 +151,16 @@ std::optional<double> centre_share(const GreyImage& image, const Patch& patch, c
 }
 
 /// Fits, and fits again while pixels turn out to belong to something else.
-bool settle(Patch& patch, const NoiseModel& noise, const BlurGuess& guess, Vector& p,
-            Normal& normal, DotFit& fit) {
-  const bool strangers = set_dark_ring_aside(patch, Model(p));
-  if (!iterate(patch, noise, guess, p, normal)) return false;
+bool settle(const Patch& patch, PixelColumns& pixels, bool dark_ring, const NoiseModel& noise,
+            const BlurGuess& guess, Vector& p, Normal& normal, DotFit& fit) {
+  if (!iterate(patch, pixels, noise, guess, p, normal)) return false;
   for (int round = 0; round < stranger_rounds; ++round) {
-    const bool clean = normal.chi2 <= clean_chi2 * patch.total_trust();
-    if (clean && !(strangers && round == 0)) break;
-    const Strangers found = distrust_strangers(patch, noise, Model(p));
+    const bool clean = normal.chi2 <= clean_chi2 * pixels.total_trust();
+    if (clean && !(dark_ring && round == 0)) break;
+    const Strangers found = pixels.distrust_strangers(Model(p), noise);
     fit.masked_edge = patch.masked_edge + (1 - patch.masked_edge) * found.lost_edge;
     if (!found.changed) break;
-    if (!iterate(patch, noise, guess, p, normal)) return false;
+    if (!iterate(patch, pixels, noise, guess, p, normal)) return false;
   }
   return true;
 }
@@ -173,44 +181,74 @@ double beyond_border(const GreyImage& image, const DotFit& fit) {
   return static_cast<double>(beyond) / places;
 }
 
-}  // namespace
-
-DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-               const Blob& blob, const BlurGuess& guess, double light_centre_share,
-               bool with_ring) {
-  Vector p = start_parameters(blob, guess);
-  Patch patch = cut_patch(image, map, blob, Model(p), light_centre_share);
+/// A fit and what it was made with.
+struct Outline {
   DotFit fit;
+  Patch patch;
+  PixelColumns pixels;
+  Vector p;
+  Normal normal;
+  Matrix covariance;
+};
+
+/// The fit itself: centre, shape and blur, or `converged` false.
+Outline fit_outline(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
+                    const Blob& blob, const BlurGuess& guess, double light_centre_share) {
+  Outline result;
+  DotFit& fit = result.fit;
+  Vector& p = result.p;
+  p = start_parameters(blob, guess);
+  result.patch = cut_patch(image, map, blob, Model(p), light_centre_share);
+  Patch& patch = result.patch;
   fit.masked_edge = patch.masked_edge;
   fit.saturated = patch.saturated;
   fit.centre_px = blob.centre_px;
   fit.shape_px2 = blob.shape_px2;
   fit.contrast = blob.bright - blob.dark;
-  if (patch.pixels.size() < 2 * Model::size || !acceptable(p, patch)) return fit;
-  Normal normal;
-  if (!settle(patch, noise, guess, p, normal, fit)) return fit;
-  const Matrix& hessian = normal.hessian;
-  const Matrix covariance = hessian.ldlt().solve(Matrix::Identity());
-  const double freedom = patch.total_trust() - Model::size;
-  if (!covariance.allFinite() || freedom < 1) return fit;
+  if (patch.pixels.size() < 2 * Model::size || !acceptable(p, patch)) return result;
+  const bool dark_ring = set_dark_ring_aside(patch);
+  result.pixels = PixelColumns(patch);
+  if (!settle(patch, result.pixels, dark_ring, noise, guess, p, result.normal, fit)) return result;
+  result.covariance = result.normal.hessian.ldlt().solve(Matrix::Identity());
+  const double freedom = result.pixels.total_trust() - Model::size;
+  if (!result.covariance.allFinite() || freedom < 1) return result;
   const Model model(p);
   fit.converged = true;
   fit.centre_px = patch.origin.cast<double>() + p.segment<2>(Model::cx);
   fit.shape_px2 = (model.outline() * model.outline()).inverse();
-  fit.covariance_px2 = covariance.block<2, 2>(Model::cx, Model::cx);
+  fit.covariance_px2 = result.covariance.block<2, 2>(Model::cx, Model::cx);
   fit.masked_edge = std::max(fit.masked_edge, beyond_border(image, fit));
   fit.contrast = model.light_at_centre() * p(Model::print);
   fit.blur_px = p(Model::blur);
-  fit.chi2_per_dof = normal.chi2 / freedom;
+  fit.chi2_per_dof = result.normal.chi2 / freedom;
   fit.misfit = std::sqrt(fit.chi2_per_dof * noise.variance(model.light_at_centre())) /
                std::max(std::abs(fit.contrast), 1.0);
+  return result;
+}
+
+}  // namespace
+
+DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
+               const Blob& blob, const BlurGuess& guess, double light_centre_share,
+               bool with_ring) {
+  Outline found = fit_outline(image, map, noise, blob, guess, light_centre_share);
+  DotFit& fit = found.fit;
+  if (!fit.converged) return fit;
+  const Model model(found.p);
   if (light_centre_share > 0) {
-    fit.centre_share = centre_share(image, patch, model, 0.5 * light_centre_share);
+    fit.centre_share = centre_share(image, found.patch, model, 0.5 * light_centre_share);
   }
-  const PixelColumns pixels(patch);
-  check_sectors(pixels, noise, model, hessian, covariance, fit);
-  fit.edge = edge_residuals({patch, pixels, noise, model, covariance}, with_ring);
+  check_sectors(found.pixels, noise, model, found.normal.hessian, fit);
+  fit.edge = edge_residuals({found.patch, found.pixels, noise, model, found.covariance}, with_ring);
   return fit;
+}
+
+std::optional<double> blur_of_dot(const GreyImage& image, const DarkMap& map,
+                                  const NoiseModel& noise, const Blob& blob,
+                                  double light_centre_share) {
+  const DotFit fit = fit_outline(image, map, noise, blob, {}, light_centre_share).fit;
+  if (!fit.converged || fit.masked_edge >= most_covered_for_blur) return std::nullopt;
+  return fit.blur_px;
 }
 
 Correlation frame_correlation(const std::vector<DotFit>& fits) {

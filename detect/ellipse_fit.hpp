@@ -46,6 +46,12 @@ struct DotFit {
                              const Blob& start, const BlurGuess& blur,
                              double light_centre_share = 0, bool with_ring = false);
 
+/// Edge width that a blob's fit alone finds; nothing when no ellipse fits or its outline is partly
+/// covered.
+[[nodiscard]] std::optional<double> blur_of_dot(const GreyImage& image, const DarkMap& map,
+                                                const NoiseModel& noise, const Blob& start,
+                                                double light_centre_share);
+
 /// See correlation_of().
 [[nodiscard]] Correlation frame_correlation(const std::vector<DotFit>& fits);
 

@@ -20,7 +20,7 @@
 namespace drape::test {
 namespace {
 
-const DarkMap nothing_else{64, 64, std::vector<std::int32_t>(64 * 64, 0)};
+const DarkMap nothing_else{64, 64, {}, std::vector<std::size_t>(65, 0)};
 
 struct Outcome {
   double rms_px = 0;  // per axis
@@ -233,10 +233,8 @@ TEST(EllipseFit, SaturationAndCoverAreSeen) {
   std::mt19937 random(5);
   const GreyImage image = draw(dot, random);
   EXPECT_TRUE(fit_dot(image, nothing_else, {4, 0}, blob_of(dot), {}).saturated);
-  DarkMap beside = nothing_else;
-  for (int y = 0; y < 64; ++y) {
-    for (int x = 36; x < 64; ++x) beside.labels[y * 64 + x] = 2;
-  }
+  DarkMap beside{64, 64, std::vector<DarkRun>(64, {36, 64, 2}), {}};
+  for (std::size_t y = 0; y <= 64; ++y) beside.row_begins.push_back(y);
   EXPECT_GT(fit_dot(image, beside, {4, 0}, blob_of(dot), {}).masked_edge, 0.3);
 }
 

@@ -61,8 +61,8 @@ BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseMode
   });
   std::vector<double> widths;
   for (const Blob* blob : largest) {
-    const DotFit fit = fit_dot(image, found.map, noise, *blob, BlurGuess{}, light_centre_share);
-    if (fit.converged && fit.masked_edge < 0.1) widths.push_back(fit.blur_px);
+    const auto width = blur_of_dot(image, found.map, noise, *blob, light_centre_share);
+    if (width) widths.push_back(*width);
     if (widths.size() == blur_samples) break;
   }
   if (widths.size() < blur_samples / 3) return {};
@@ -209,7 +209,7 @@ Found find_marks(const GreyImage& image, const NoiseModel& noise, const PrintPla
     return std::any_of(found->tags.begin(), found->tags.end(),
                        [&](const TagDetection& tag) { return inside_tag(blob.centre_px, tag); });
   });
-  return *found;
+  return std::move(*found);
 }
 
 /// A print without tags is told by its outline: the whole lattice must be there.

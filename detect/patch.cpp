@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "detect/row_distances.hpp"
+
 namespace drape {
 namespace {
 
@@ -13,26 +15,22 @@ constexpr double edge_px = 1.5;         // what counts as outline when lost shar
 constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness this far
 constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
 constexpr double dark_ring_share = 0.7;
-constexpr double stranger_px = 0.3;     // strangers are sought from here outwards
-constexpr double biweight_limit = 6.0;  // in residual scales
-constexpr double gross_misfit = 0.15;   // of the contrast
-constexpr double noticeable_trust = 0.05;
 constexpr double saturated_level = 254.5;
 
 /// Marks the pixels of the patch that other dark regions touch.
 std::vector<char> foreign_pixels(const DarkMap& map, const Blob& blob, const Patch& patch) {
   const int width = 2 * patch.reach_x + 1, height = 2 * patch.reach_y + 1;
+  const int left = patch.origin.x() - patch.reach_x, top = patch.origin.y() - patch.reach_y;
   const int m = foreign_margin_px;
   std::vector<char> foreign(static_cast<std::size_t>(width) * height, 0);
   for (int y = -m; y < height + m; ++y) {
-    for (int x = -m; x < width + m; ++x) {
-      const int label =
-          map.at(patch.origin.x() - patch.reach_x + x, patch.origin.y() - patch.reach_y + y);
-      if (label == 0 || label == blob.label) continue;
+    for (const DarkRun& run : map.row_from(left - m, top + y)) {
+      const int from = std::max(0, run.from - left - m), to = std::min(width, run.to - left + m);
+      if (from >= width) break;
+      if (run.label == blob.label) continue;
       for (int v = std::max(0, y - m); v <= std::min(height - 1, y + m); ++v) {
-        for (int u = std::max(0, x - m); u <= std::min(width - 1, x + m); ++u) {
-          foreign[static_cast<std::size_t>(v) * width + u] = 1;
-        }
+        char* const line = foreign.data() + static_cast<std::ptrdiff_t>(v) * width;
+        std::fill(line + from, line + std::max(from, to), 1);
       }
     }
   }
@@ -47,12 +45,6 @@ double& nth(std::vector<double>& values, std::size_t n) {
 
 }  // namespace
 
-double Patch::total_trust() const {
-  double sum = 0;
-  for (const PatchPixel& pixel : pixels) sum += pixel.trust;
-  return sum;
-}
-
 Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
                 const BlurredEllipse& start, double light_centre_share) {
   Patch patch;
@@ -63,9 +55,13 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
   patch.pixels.reserve(foreign.size());
   int edge = 0, hidden = 0;
   std::size_t index = 0;
+  const int width = 2 * patch.reach_x + 1;
+  RowDistances row(width);
   for (int y = -patch.reach_y; y <= patch.reach_y; ++y) {
-    for (int x = -patch.reach_x; x <= patch.reach_x; ++x, ++index) {
-      const double d = start.signed_distance(x, y);
+    row.fill(start, -patch.reach_x, y);
+    for (int k = 0; k < width; ++k, ++index) {
+      const int x = k - patch.reach_x;
+      const double d = row.distance(k);
       if (d > ring_px) continue;
       if (light_centre_share > 0 && d < -edge_px &&
           start.radius(x, y) < light_centre_share + centre_margin) {
@@ -80,18 +76,18 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
       if (!usable) continue;
       const double level = image.level(u, v);
       patch.saturated = patch.saturated || level >= saturated_level;
-      patch.pixels.push_back({x, y, level, start.sector(x, y), 1.0});
+      patch.pixels.push_back({x, y, level, d, row.sector(k), 1.0});
     }
   }
   patch.masked_edge = edge == 0 ? 1.0 : static_cast<double>(hidden) / edge;
   return patch;
 }
 
-bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start) {
+bool set_dark_ring_aside(Patch& patch) {
   std::vector<double> levels;
   std::vector<PatchPixel*> ring;
   for (PatchPixel& pixel : patch.pixels) {
-    if (start.signed_distance(pixel.x, pixel.y) < edge_px) continue;
+    if (pixel.distance < edge_px) continue;
     ring.push_back(&pixel);
     levels.push_back(pixel.level);
   }
@@ -104,41 +100,6 @@ bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start) {
     any = true;
   }
   return any;
-}
-
-Strangers distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted) {
-  struct Outside {
-    double residual, distance;
-    PatchPixel* pixel;
-  };
-  std::vector<Outside> outside;
-  std::vector<double> sizes;
-  BlurredEllipse::Vector gradient;
-  double edge = 0;
-  for (PatchPixel& pixel : patch.pixels) {
-    const double d = fitted.signed_distance(pixel.x, pixel.y);
-    edge += std::abs(d) < edge_px;
-    if (d < stranger_px) continue;
-    const double residual = pixel.level - fitted.evaluate(pixel.x, pixel.y, gradient).level;
-    outside.push_back({residual, d, &pixel});
-    sizes.push_back(std::abs(residual));
-  }
-  Strangers result;
-  if (sizes.empty() || edge == 0) return result;
-  const double bright = fitted.light_at_centre();
-  const double scale = std::max(noise.sigma(bright), nth(sizes, sizes.size() / 2) / 0.6745);
-  const double limit = std::max(biweight_limit * scale,
-                                gross_misfit * bright * fitted.parameters()(BlurredEllipse::print));
-  for (const auto& [residual, d, pixel] : outside) {
-    // Flat up to half the limit: ordinary pixels keep their full say and the rounds end early.
-    const double beyond = std::max(0.0, 2 * std::abs(residual) / limit - 1);
-    const double keep = std::max(0.0, 1 - beyond * beyond);
-    const double trust = keep * keep;
-    result.changed = result.changed || std::abs(trust - pixel->trust) > noticeable_trust;
-    pixel->trust = trust;
-    if (d < edge_px) result.lost_edge += (1 - trust) / edge;
-  }
-  return result;
 }
 
 }  // namespace drape

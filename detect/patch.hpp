@@ -7,7 +7,6 @@
 #include "detect/blobs.hpp"
 #include "detect/blurred_ellipse.hpp"
 #include "detect/image.hpp"
-#include "detect/noise.hpp"
 
 namespace drape {
 
@@ -15,8 +14,9 @@ namespace drape {
 struct PatchPixel {
   int x = 0, y = 0;
   double level = 0;
-  int sector = 0;    ///< eighth of the dot
-  double trust = 1;  ///< weight, less for what does not belong to the dot's surface
+  double distance = 0;  ///< from the outline that the fit begins with, positive outside
+  int sector = 0;       ///< eighth of the dot
+  double trust = 1;     ///< weight that the fit begins with
 };
 
 /// The pixels that a dot is fitted to: its ellipse and a ring around it.
@@ -26,8 +26,6 @@ struct Patch {
   std::vector<PatchPixel> pixels;
   double masked_edge = 0;  ///< share of the outline that is not usable
   bool saturated = false;
-
-  [[nodiscard]] double total_trust() const;
 };
 
 /// Cuts the patch of a blob, without pixels near other dark regions or outside the image.
@@ -38,17 +36,6 @@ struct Patch {
 
 /// Before the first fit: ring pixels much darker than the brighter part of the ring are taken for
 /// the table, or for cloth in shadow behind a silhouette. True when there were any.
-bool set_dark_ring_aside(Patch& patch, const BlurredEllipse& start);
-
-/// What a look for strangers changed.
-struct Strangers {
-  double lost_edge = 0;  ///< share of the outline's weight that is lost
-  bool changed = false;  ///< some pixel's trust is another than before
-};
-
-/// After a fit: pixels outside the outline that belong to something else lose their say. Tukey's
-/// biweight, but only for gross misfits, since weights that follow the outline's small misfits
-/// would move the centre.
-Strangers distrust_strangers(Patch& patch, const NoiseModel& noise, const BlurredEllipse& fitted);
+bool set_dark_ring_aside(Patch& patch);
 
 }  // namespace drape

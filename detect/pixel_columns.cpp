@@ -3,28 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 namespace drape {
 namespace {
 
 using Model = BlurredEllipse;
-using Lane = float __attribute__((vector_size(PixelColumns::lanes * sizeof(float))));
-
-/// Sum of products, lane by lane.
-inline __attribute__((always_inline)) float dot(const float* a, const float* b, int count) {
-  Lane sum = {};
-  for (int i = 0; i < count; i += PixelColumns::lanes) {
-    Lane u, v;
-    std::memcpy(&u, a + i, sizeof u);
-    std::memcpy(&v, b + i, sizeof v);
-    sum += u * v;
-  }
-  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
-}
-
 constexpr float far_in_blurs = 3.5F;
-constexpr float shallowest = 0.3F;  // closer to the centre the first-order distance is undefined
+constexpr auto shallowest = static_cast<float>(Model::shallowest);
+constexpr float edge_px = 1.5F;         // what counts as outline when lost shares are counted
+constexpr float stranger_px = 0.3F;     // strangers are sought from here outwards
+constexpr double biweight_limit = 6.0;  // in residual scales
+constexpr double gross_misfit = 0.15;   // of the contrast
+constexpr double noticeable_trust = 0.05;
 
 /// exp(-z^2 / 2) / sqrt(2 pi) for |z| <= 3.5 to 2e-6: Taylor's series of an eighth of it.
 inline float density(float z) {
@@ -120,29 +110,77 @@ DRAPE_WIDE_VECTORS void evaluate_block(const Pixels& p, int count, const Shape& 
     g[Model::m22][i] = share * vy * uy;
     g[Model::blur][i] = -by_distance * z;
     block.residual[i] = level[i] - expected;
-    block.weight[i] =
-        trust[i] / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
+    const float precision =
+        1 / (floor_variance + slope * std::min(std::max(expected, 0.0F), 255.0F));
+    block.precision[i] = precision;
+    block.weight[i] = trust[i] * precision;
     block.edge[i] = near;
+    block.distance[i] = d;
   }
+}
+
+/// Sums of products of one column with `width` others, each as lane_sum has it.
+template <int width>
+inline __attribute__((always_inline)) void lane_sums(const float* a,
+                                                     const float (*b)[PixelBlock::size], int count,
+                                                     double* to, int step) {
+  Lane sum[width] = {};
+  for (int i = 0; i < count; i += lanes) {
+    Lane u;
+    std::memcpy(&u, a + i, sizeof u);
+    for (int k = 0; k < width; ++k) {
+      Lane v;
+      std::memcpy(&v, b[k] + i, sizeof v);
+      sum[k] += u * v;
+    }
+  }
+  for (int k = 0; k < width; ++k) to[k * step] += total(sum[k]);
 }
 
 DRAPE_WIDE_VECTORS void add_block(const PixelBlock& block, int count, Normal& normal) {
   alignas(32) float weighted[PixelBlock::size];
+  constexpr int step = Model::size;  // from column to column of the matrix
   for (int row = 0; row < Model::size; ++row) {
     for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.gradient[row][i];
-    normal.gradient(row) += dot(weighted, block.residual, count);
-    for (int col = 0; col <= row; ++col) {
-      normal.hessian(row, col) += dot(weighted, block.gradient[col], count);
+    normal.gradient(row) += lane_sum(weighted, block.residual, count);
+    double* const to = &normal.hessian(row, 0);
+    int col = 0;
+    for (; col + 5 <= row + 1; col += 5) {
+      lane_sums<5>(weighted, block.gradient + col, count, to + col * step, step);
     }
+    for (; col + 2 <= row + 1; col += 2) {
+      lane_sums<2>(weighted, block.gradient + col, count, to + col * step, step);
+    }
+    if (col <= row) lane_sums<1>(weighted, block.gradient + col, count, to + col * step, step);
   }
   for (int i = 0; i < count; ++i) weighted[i] = block.weight[i] * block.residual[i];
-  normal.chi2 += dot(weighted, block.residual, count);
+  normal.chi2 += lane_sum(weighted, block.residual, count);
 }
 
 }  // namespace
 
-DRAPE_WIDE_VECTORS float lane_dot(const float* a, const float* b, int count) {
-  return dot(a, b, count);
+DRAPE_WIDE_VECTORS void influence_of(const PixelBlock& block, int count,
+                                     const Eigen::Matrix<float, 2, Model::size>& rows,
+                                     Influence& influence) {
+  float* const __restrict per_sigma = influence.per_sigma;
+  float* const __restrict u = influence.u;
+  float* const __restrict v = influence.v;
+  for (int i = 0; i < count; ++i) {
+    per_sigma[i] = std::sqrt(block.precision[i]);
+    u[i] = v[i] = 0;
+  }
+  for (int k = 0; k < Model::size; ++k) {
+    const float to_u = rows(0, k), to_v = rows(1, k);
+    const float* const __restrict gradient = block.gradient[k];
+    for (int i = 0; i < count; ++i) {
+      u[i] += to_u * gradient[i];
+      v[i] += to_v * gradient[i];
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    u[i] *= per_sigma[i];
+    v[i] *= per_sigma[i];
+  }
 }
 
 Normal& Normal::operator+=(const Normal& other) {
@@ -153,10 +191,9 @@ Normal& Normal::operator+=(const Normal& other) {
 }
 
 PixelColumns::PixelColumns(const Patch& patch) {
-  std::array<int, 8> counts = {};
-  for (const PatchPixel& pixel : patch.pixels) ++counts[pixel.sector];
+  for (const PatchPixel& pixel : patch.pixels) ++count_[pixel.sector];
   for (int k = 0; k < 8; ++k) {
-    begin_[k + 1] = begin_[k] + (counts[k] + lanes - 1) / lanes * lanes;
+    begin_[k + 1] = begin_[k] + (count_[k] + lanes - 1) / lanes * lanes;
   }
   for (std::vector<float>* column : {&x_, &y_, &level_, &trust_}) column->resize(begin_[8], 0.0F);
   std::array<int, 9> next = begin_;
@@ -198,6 +235,59 @@ std::array<Normal, 8> PixelColumns::sum_sectors(const Model& model, const NoiseM
   std::array<Normal, 8> sectors;
   for (int k = 0; k < 8; ++k) sectors[k] = sum(begin_[k], begin_[k + 1], model, noise);
   return sectors;
+}
+
+double PixelColumns::total_trust() const {
+  double sum = 0;
+  for (const float trust : trust_) sum += trust;
+  return sum;
+}
+
+template <class Visit>
+void PixelColumns::each(const Model& model, const NoiseModel& noise, const Visit& visit) const {
+  PixelBlock block;
+  for (int k = 0; k < 8; ++k) {
+    const int end = begin_[k] + count_[k];
+    for (int from = begin_[k]; from < end; from += PixelBlock::size) {
+      evaluate(from, std::min(PixelBlock::size, begin_[k + 1] - from), model, noise, block);
+      for (int i = 0; i < std::min(PixelBlock::size, end - from); ++i) visit(from + i, block, i);
+    }
+  }
+}
+
+Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel& noise) {
+  struct Outside {
+    float residual, distance;
+    int index;
+  };
+  std::vector<Outside> outside;
+  std::vector<float> sizes;
+  double edge = 0;
+  each(fitted, noise, [&](int index, const PixelBlock& block, int i) {
+    const float d = block.distance[i];
+    edge += std::abs(d) < edge_px;
+    if (d < stranger_px) return;
+    outside.push_back({block.residual[i], d, index});
+    sizes.push_back(std::abs(block.residual[i]));
+  });
+  Strangers result;
+  if (sizes.empty() || edge == 0) return result;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  const double bright = fitted.light_at_centre();
+  const double scale = std::max(noise.sigma(bright), *middle / 0.6745);
+  const double limit =
+      std::max(biweight_limit * scale, gross_misfit * bright * fitted.parameters()(Model::print));
+  for (const auto& [residual, d, index] : outside) {
+    // Flat up to half the limit: ordinary pixels keep their full say and the rounds end early.
+    const double beyond = std::max(0.0, 2 * std::abs(residual) / limit - 1);
+    const double keep = std::max(0.0, 1 - beyond * beyond);
+    const double trust = keep * keep;
+    result.changed = result.changed || std::abs(trust - trust_[index]) > noticeable_trust;
+    trust_[index] = static_cast<float>(trust);
+    if (d < edge_px) result.lost_edge += (1 - trust) / edge;
+  }
+  return result;
 }
 
 }  // namespace drape

@@ -13,6 +13,8 @@ using Model = BlurredEllipse;
 using Plane = std::vector<float>;
 
 constexpr int reach = 3;
+constexpr int light_planes = 3;  // level and slopes of the light
+static_assert(Model::light == 0 && Model::light_x == 1 && Model::light_y == 2);
 constexpr float least_trust = 0.5F;
 constexpr float whole_light = 0.999F;
 constexpr double least_ring_pixels = 24;
@@ -22,8 +24,8 @@ constexpr double least_ring_pixels = 24;
 struct Grid {
   int stride = 0, first = 0, count = 0;
   Plane residual, used;
-  Plane u, v, light;                     ///< of the outline
-  std::array<Plane, Model::size> basis;  ///< of the ring: what the fit follows, orthonormal
+  Plane u, v, light;                      ///< of the outline
+  std::array<Plane, light_planes> basis;  ///< of the ring: what the fit follows, orthonormal
 
   explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
     const int height = 2 * patch.reach_y + 1;
@@ -38,20 +40,23 @@ struct Grid {
   [[nodiscard]] double dot(const Plane& a, const Plane& b) const { return pairs(a, b, 0); }
 };
 
-/// Visits the pixels with a block of the model at each.
+/// Visits the pixels with a block of the model at each and what they do to the centre.
 template <class Visit>
 void each_pixel(const FittedPatch& fit, const Grid& grid, const Visit& visit) {
+  const Eigen::Matrix<float, 2, Model::size> rows =
+      fit.covariance.middleRows<2>(Model::cx).cast<float>();
   PixelBlock block;
+  Influence influence;
   const PixelColumns& pixels = fit.pixels;
   for (int from = 0; from < pixels.size(); from += PixelBlock::size) {
     const int count = std::min(PixelBlock::size, pixels.size() - from);
     pixels.evaluate(from, count, fit.model, fit.noise, block);
+    influence_of(block, count, rows, influence);
     for (int i = 0; i < count; ++i) {
-      const float trust = pixels.trust(from + i);
-      if (trust < least_trust) continue;
+      if (pixels.trust(from + i) < least_trust) continue;
       const int at = grid.first + (pixels.y(from + i) + fit.patch.reach_y) * grid.stride +
                      pixels.x(from + i) + fit.patch.reach_x;
-      visit(block, i, std::sqrt(block.weight[i] / trust), at);
+      visit(block, influence, i, at);
     }
   }
 }
@@ -60,37 +65,39 @@ Grid edge_grid(const FittedPatch& fit) {
   Grid grid(fit.patch);
   for (Plane* plane : {&grid.residual, &grid.used, &grid.u, &grid.v, &grid.light})
     grid.room(*plane);
-  const Eigen::Matrix<float, 2, Model::size> rows =
-      fit.covariance.middleRows<2>(Model::cx).cast<float>();
   const auto bright_sigma = static_cast<float>(fit.noise.sigma(fit.model.light_at_centre()));
-  each_pixel(fit, grid, [&](const PixelBlock& block, int i, float per_sigma, int at) {
+  each_pixel(fit, grid, [&](const PixelBlock& block, const Influence& influence, int i, int at) {
     if (block.edge[i] == 0) return;
-    Eigen::Vector2f sensitivity = Eigen::Vector2f::Zero();
-    for (int k = 0; k < Model::size; ++k) sensitivity += rows.col(k) * block.gradient[k][i];
+    const float per_sigma = influence.per_sigma[i];
     grid.residual[at] = block.residual[i] * per_sigma;
-    grid.u[at] = sensitivity.x() * per_sigma;
-    grid.v[at] = sensitivity.y() * per_sigma;
+    grid.u[at] = influence.u[i];
+    grid.v[at] = influence.v[i];
     grid.light[at] = block.gradient[Model::light][i] * per_sigma * bright_sigma;
     grid.used[at] = 1;
   });
   return grid;
 }
 
+/// Far from the outline only the light's level and slopes change a pixel, so that what the fit
+/// follows there has three dimensions.
 Grid ring_grid(const FittedPatch& fit) {
   Grid grid(fit.patch);
   grid.room(grid.residual);
   grid.room(grid.used);
   for (Plane& plane : grid.basis) grid.room(plane);
-  const Model::Matrix root = Eigen::LLT<Model::Matrix>(fit.covariance).matrixL();
-  const Eigen::Matrix<float, Model::size, Model::size> turn = root.transpose().cast<float>();
-  each_pixel(fit, grid, [&](const PixelBlock& block, int i, float per_sigma, int at) {
+  const Eigen::Matrix3d light = fit.covariance.topLeftCorner<light_planes, light_planes>();
+  const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(light).matrixL();
+  const Eigen::Matrix3f turn = root.transpose().cast<float>();
+  each_pixel(fit, grid, [&](const PixelBlock& block, const Influence& influence, int i, int at) {
     if (block.edge[i] != 0 || block.gradient[Model::light][i] < whole_light) return;
+    const float per_sigma = influence.per_sigma[i];
     grid.residual[at] = block.residual[i] * per_sigma;
     grid.used[at] = 1;
-    Eigen::Matrix<float, Model::size, 1> gradient;
-    for (int k = 0; k < Model::size; ++k) gradient(k) = block.gradient[k][i] * per_sigma;
-    const Eigen::Matrix<float, Model::size, 1> along = turn * gradient;
-    for (int k = 0; k < Model::size; ++k) grid.basis[k][at] = along(k);
+    const Eigen::Vector3f gradient(block.gradient[Model::light][i],
+                                   block.gradient[Model::light_x][i],
+                                   block.gradient[Model::light_y][i]);
+    const Eigen::Vector3f along = turn * (gradient * per_sigma);
+    for (int k = 0; k < light_planes; ++k) grid.basis[k][at] = along(k);
   });
   return grid;
 }
@@ -98,36 +105,33 @@ Grid ring_grid(const FittedPatch& fit) {
 using Spread = std::array<Plane, RingResiduals::count>;
 
 /// A plane summed over the pixels at each of the distances, where the grid is used.
-Spread spread_of(const Grid& grid, const Plane& plane) {
-  Spread spread;
+void spread(const Grid& grid, const Plane& plane, Spread& sums) {
+  static_assert(RingResiduals::distances == std::array<int, 10>{0, 1, 2, 4, 5, 8, 9, 10, 13,
+                                                                18});  // as neighbour_sums has them
+  std::array<float*, RingResiduals::count> to;
   for (int k = 0; k < RingResiduals::count; ++k) {
-    grid.room(spread[k]);
-    float* const to = spread[k].data() + grid.first;
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        if (dx * dx + dy * dy != RingResiduals::distances[k]) continue;
-        const float* from = plane.data() + grid.first + dy * grid.stride + dx;
-        for (int i = 0; i < grid.count; ++i) to[i] += from[i];
-      }
-    }
-    for (int i = 0; i < grid.count; ++i) to[i] *= grid.used[grid.first + i];
+    sums[k].resize(plane.size());
+    to[k] = sums[k].data() + grid.first;
   }
-  return spread;
+  neighbour_sums(plane.data() + grid.first, grid.used.data() + grid.first,
+                 {grid.stride, grid.count}, to);
 }
 
 /// With residuals r = (I - H) e, H = U U' and D_k the pairs at distance k, products r' D_k r are
 /// expected to be the trace of D_k (I - H) D_j (I - H) per unit of the correlation at distance j.
 RingResiduals ring_residuals(const Grid& grid) {
   constexpr int n = RingResiduals::count;
-  using Square = Eigen::Matrix<double, Model::size, Model::size>;
+  using Square = Eigen::Matrix<double, light_planes, light_planes>;
   RingResiduals ring;
-  const Spread pairs = spread_of(grid, grid.used), products = spread_of(grid, grid.residual);
+  Spread pairs, products, followed;
+  spread(grid, grid.used, pairs);
+  spread(grid, grid.residual, products);
   std::array<Square, n> inner;
-  for (int p = 0; p < Model::size; ++p) {
-    const Spread spread = spread_of(grid, grid.basis[p]);
+  for (int p = 0; p < light_planes; ++p) {
+    spread(grid, grid.basis[p], followed);
     for (int k = 0; k < n; ++k) {
-      for (int q = 0; q < Model::size; ++q) inner[k](q, p) = grid.dot(grid.basis[q], spread[k]);
-      for (int j = 0; j <= k; ++j) ring.seen(k, j) -= 2 * grid.dot(spread[k], spread[j]);
+      for (int q = 0; q < light_planes; ++q) inner[k](q, p) = grid.dot(grid.basis[q], followed[k]);
+      for (int j = 0; j <= k; ++j) ring.seen(k, j) -= 2 * grid.dot(followed[k], followed[j]);
     }
   }
   for (int k = 0; k < n; ++k) {

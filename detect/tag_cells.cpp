@@ -22,7 +22,7 @@ constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
 constexpr double most_cosine = 0.5;          // between the two sides of a cell
 constexpr double most_fourth_corner = 0.45;  // miss of the parallelogram, in sides
-constexpr int least_quick_pairs = 6;         // of eight places on the frame
+constexpr int most_wrong_pairs = 2;          // of eight places on the frame
 constexpr double least_frame_share = 0.8;    // of the frame's modules that must have their colour
 
 /// Four corners, clockwise as seen; the third one may have no dot of its own.
@@ -135,7 +135,7 @@ Eigen::Vector2d in_cell(double x, double y, double tag_share, int modules) {
 bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, int modules,
                 double least_contrast) {
   const double last = modules, middle = 0.5 * modules;
-  int right = 0;
+  int wrong = 0;
   for (const Eigen::Vector2d& at :
        {Eigen::Vector2d(0, 0), Eigen::Vector2d(middle, 0), Eigen::Vector2d(last, 0),
         Eigen::Vector2d(last, middle), Eigen::Vector2d(last, last), Eigen::Vector2d(middle, last),
@@ -144,9 +144,10 @@ bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, i
     const Eigen::Vector2d w = at + out, b = at - out;
     const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_share, modules)));
     const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_share, modules)));
-    right += white && black && *white - *black > least_contrast;
+    wrong += !(white && black && *white - *black > least_contrast);
+    if (wrong > most_wrong_pairs) return false;
   }
-  return right >= least_quick_pairs;
+  return true;
 }
 
 std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_share,

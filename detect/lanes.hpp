@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstring>
+
+// Compiled twice, for processors with 256-bit vectors and for all others; which is taken turns out
+// when the program starts. Sums are of whole lanes in one order, so that both give the same bytes.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define DRAPE_WIDE_VECTORS __attribute__((target_clones("avx2", "default")))
+#else
+#define DRAPE_WIDE_VECTORS
+#endif
+
+namespace drape {
+
+constexpr int lanes = 8;
+using Lane = float __attribute__((vector_size(lanes * sizeof(float))));
+
+/// Sum of a lane's values, always in the same order.
+inline __attribute__((always_inline)) float total(const Lane& sum) {
+  return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
+}
+
+/// Sum of a[i] * b[i], always in the same order; `count` is a multiple of `lanes`.
+inline __attribute__((always_inline)) float lane_sum(const float* a, const float* b, int count) {
+  Lane sum = {};
+  for (int i = 0; i < count; i += lanes) {
+    Lane u, v;
+    std::memcpy(&u, a + i, sizeof u);
+    std::memcpy(&v, b + i, sizeof v);
+    sum += u * v;
+  }
+  return total(sum);
+}
+
+/// The same as a function of its own, compiled for both kinds of processors.
+[[nodiscard]] float lane_dot(const float* a, const float* b, int count);
+
+/// Planes of a grid of pixels with its pixels next to each other in a row; each has `room` values
+/// before and after that may be read.
+struct GridRows {
+  int stride = 0;  ///< from one row to the next
+  int count = 0;   ///< values that are written; a multiple of `lanes`
+};
+
+/// Sums over each pixel's neighbours whose squared distance is 0, 1, 2, 4, 5, 8, 9, 10, 13 and 18,
+/// times `used` there. The planes must reach three rows and three pixels beyond `count`.
+void neighbour_sums(const float* plane, const float* used, const GridRows& grid,
+                    const std::array<float*, 10>& sums);
+
+}  // namespace drape
