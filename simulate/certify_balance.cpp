@@ -22,7 +22,9 @@ constexpr Real kPinShare = 1e-4;       // weight of a pin's force squared: keeps
 constexpr Real kPressingShare = 1e-2;  // the same of pressing forces, for those that oppose
 constexpr Real kMostPressing = 1e6;    // sum of all pressing forces over the largest force
 constexpr Real kFirst = 100;           // of the penalty's inverse, forces over their largest
-constexpr Real kLast = 1e-22;
+constexpr Real kLast = 1e-13;
+constexpr Real kShort = 1e-3;     // share of a step that leads nowhere
+constexpr int kShortSteps = 10;   // of them
 constexpr Real kShrink = 0.1;     // from one penalty to the next
 constexpr Real kCentred = 0.1;    // gain of a step below which the penalty may grow
 constexpr int kNewtonSteps = 25;  // per penalty
@@ -93,7 +95,15 @@ class Search {
         if (steps++ == most_steps) return steps;
         if (!newton_step()) break;
       }
-      if (found() || is_proven_hopeless()) break;
+      if (found() || is_proven_hopeless()) return steps;
+    }
+    // From near the centre on the balance itself is asked for in place of a penalty: a whole step
+    // meets it exactly, one that the cones cut short meets a share of what is missing.
+    penalty_inverse_ = 0;
+    for (int short_ones = 0; short_ones < kShortSteps && !found() && steps < most_steps; ++steps) {
+      if (!find_step()) break;
+      const Real share = share_to_boundary();
+      if (take(share < 1 ? kToBoundary * share : share) < kShort) ++short_ones;
     }
     return steps;
   }
@@ -232,8 +242,8 @@ class Search {
     }
   }
 
-  /// Moves all reactions by one Newton step; false at the centre of this penalty.
-  bool newton_step() {
+  /// The changes of one Newton step; false where they cannot be told.
+  bool find_step() {
     assemble();
     const auto size = static_cast<Eigen::Index>(right_.size());
     Sparse matrix(size, size);
@@ -245,7 +255,7 @@ class Search {
     const VectorX multiplier = factor_.solve(right_);
     if (!multiplier.allFinite()) return false;
     find_changes(multiplier);
-    return go_along();
+    return true;
   }
 
   void find_changes(const VectorX& multiplier) {
@@ -290,7 +300,25 @@ class Search {
     return total;
   }
 
-  bool go_along() {
+  /// Moves everything by a Newton step as far as that lowers the value; false at the centre of this
+  /// penalty.
+  bool newton_step() {
+    if (!find_step()) return false;
+    find_sum_change();
+    const Real here = value_at(0);
+    Real share = share_to_boundary();
+    if (share < 1) share *= kToBoundary;
+    Real there = value_at(share);
+    while (!(there < here) && share > kShortest) {
+      share /= 2;
+      there = value_at(share);
+    }
+    if (!(there < here)) return false;
+    take(share);
+    return here - there > kCentred;
+  }
+
+  void find_sum_change() {
     sum_change_ = left_change_;
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       const Vector3 force = reactions_[s].axes * reactions_[s].change;
@@ -299,20 +327,32 @@ class Search {
           sum_change_[row_[supports_[s].particle[k]]] += supports_[s].weight[k] * force;
       }
     }
-    const Real here = value_at(0);
+  }
+
+  /// The share of the step, up to 1, at which all are in their cones and balls.
+  [[nodiscard]] Real share_to_boundary() const {
     Real share = 1;
-    while (value_at(share) == HUGE_VALL && share > kShortest) share *= kShorter;
-    if (share < 1) share *= kToBoundary;
-    Real there = value_at(share);
-    while (!(there < here) && share > kShortest) {
-      share /= 2;
-      there = value_at(share);
+    while (!is_inside(share) && share > kShortest) share *= kShorter;
+    return share;
+  }
+
+  [[nodiscard]] bool is_inside(Real share) const {
+    for (std::size_t i = 0; i < touched_.size(); ++i) {
+      if (!((left_[i] + share * left_change_[i]).squaredNorm() < ball_ * ball_)) return false;
     }
-    if (!(there < here)) return false;
+    for (std::size_t s = 0; s < supports_.size(); ++s) {
+      if (supports_[s].pin) continue;
+      const Vector3 v = reactions_[s].value + share * reactions_[s].change;
+      if (!((friction_ < kFrictionless ? v[0] : Reaction::room(v)) > 0)) return false;
+    }
+    return true;
+  }
+
+  Real take(Real share) {
     for (Reaction& r : reactions_) r.value += share * r.change;
     for (std::size_t i = 0; i < touched_.size(); ++i) left_[i] += share * left_change_[i];
     find_sum();
-    return here - there > kCentred;
+    return share;
   }
 
   const std::vector<Point>& force_;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/files.hpp"
 #include "core/units.hpp"
 #include "simulate/start.hpp"
 #include "tests/support/bench1_truth.hpp"
@@ -146,6 +147,27 @@ TEST(Simulate, RestIsCertified) {
   for (std::size_t i = 0; i < result.sheet.marks.size(); ++i) {
     EXPECT_EQ(result.sheet.marks[i].point_in_world, again.sheet.marks[i].point_in_world);
   }
+}
+
+TEST(Simulate, ASheetWithANeedleThroughItIsNotCalledAtRest) {
+  // Thinner than the places where depths are sampled, and between the particles.
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "needle.obj";
+  write_durable(file,
+                "v -0.2 -0.2 0\nv 0.2 -0.2 0\nv 0.2 0.2 0\nv -0.2 0.2 0\nv 0 0 60\n"
+                "f 4 3 2 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n");
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  scene.obstacles = {MeshObject{file, {}}};
+  scene.table_z_m = 0;
+  scene.start = {StartMode::flat, 0, Vector3d(0.003, 0.002, 0.02), 0};
+  SimulateOptions options;
+  options.rows = options.cols = 6;
+  options.max_steps = 40000;
+  const SimulateResult result = simulate(scene, read_fabric(scene.fabric_file),
+                                         read_print(scene.print_file), std::nullopt, options);
+  EXPECT_EQ(result.report.status, RestStatus::penetrates) << result.report.sentence;
+  EXPECT_THAT(result.report.sentence, ::testing::HasSubstr("pierced"));
+  EXPECT_GT(result.report.pierced_m, 10 * mm);
 }
 
 TEST(Simulate, TwoPinsHoldTheSheet) {
