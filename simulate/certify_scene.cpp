@@ -137,7 +137,8 @@ class Finder {
   void try_deepest(std::size_t k, int corner, int cols) {
     const auto at = [corner, cols](Real u, Real v) { return cell_place(corner, cols, u, v); };
     Real u = 0.5L, v = 0.5L, least = gap(k, at(u, v));
-    if (least > 0.02L) return;
+    if (least > touch_m_ + length_between(at(0, 0), at(1, 1)) + length_between(at(0, 1), at(1, 0)))
+      return;
     for (Real way = 0.25L; way > 1e-4L;) {
       bool moved = false;
       for (const auto& [du, dv] : kBesides) {
@@ -160,6 +161,10 @@ class Finder {
         beside(k, at(std::clamp<Real>(u + du * by, 0, 1), std::clamp<Real>(v + dv * by, 0, 1)));
     }
   }
+  [[nodiscard]] Real length_between(const Support& one, const Support& two) const {
+    const Point p = mix(points_, one), q = mix(points_, two);
+    return length_of(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+  }
   void try_place(std::size_t k, const Support& place) {
     if (gap(k, place) <= touch_m_) add(k, place);
   }
@@ -177,7 +182,8 @@ class Finder {
         best = s;
       }
     }
-    if (least > 1e-3L) return;
+    // Distances change by no more than the way along the line.
+    if (least > touch_m_ + length_between(at(0), at(1)) / kSamples) return;
     // Where the line lies along a face, any place of it may press.
     for (int s = 1; s < kSamples; ++s) try_place(k, at(Real(s) / kSamples));
     Real low = Real(best - 1) / kSamples;
