@@ -55,14 +55,16 @@ std::vector<Region> dark_regions(const cv::Mat& picture, const NoiseModel& noise
   }
   const cv::Mat light = surface_light(picture, side_px);
   std::vector<std::uint8_t> mask(picture.cols);
-  std::vector<std::uint8_t> limits(2 * static_cast<std::size_t>(light.cols));
+  std::vector<std::uint8_t> half_limits(light.cols), limits(2 * half_limits.size());
   RegionFinder finder(picture.cols, picture.rows);
   for (int y = 0; y < picture.rows; ++y) {
     std::uint8_t* const __restrict darkest = limits.data();
     if (y % 2 == 0) {
       const auto* const __restrict above = light.ptr<std::uint8_t>(y / 2);
+      std::uint8_t* const __restrict once = half_limits.data();
       const int half_width = light.cols;
-      for (int x = 0; x < half_width; ++x) darkest[2 * x] = darkest[2 * x + 1] = limit[above[x]];
+      for (int x = 0; x < half_width; ++x) once[x] = limit[above[x]];
+      for (int x = 0; x < half_width; ++x) darkest[2 * x] = darkest[2 * x + 1] = once[x];
     }
     const auto* const __restrict line = picture.ptr<std::uint8_t>(y);
     std::uint8_t* const __restrict out = mask.data();

@@ -269,8 +269,8 @@ class Labeller {
         const Eigen::Vector2d at_m =
             centre_m + 0.4 * plane_.tag_edge_m / half * Eigen::Vector2d(x, y);
         const Eigen::Vector2d px = from.centre_px + from.px_per_m * at_m;
-        printed += map_.at(static_cast<int>(std::lround(px.x())),
-                           static_cast<int>(std::lround(px.y()))) != 0;
+        printed += map_.at(static_cast<int>(std::floor(px.x() + 0.5)),
+                           static_cast<int>(std::floor(px.y() + 0.5))) != 0;
       }
     }
     return printed / static_cast<double>((2 * half + 1) * (2 * half + 1));

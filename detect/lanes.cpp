@@ -41,4 +41,20 @@ DRAPE_WIDE_VECTORS void neighbour_sums(const float* plane, const float* used, co
   }
 }
 
+DRAPE_WIDE_VECTORS void offset_products(const FourPlanes& of, int offset,
+                                        std::array<float, 4>& sums) {
+  const FourPlanes all = of;
+  Lane sum[4] = {};
+  for (int n = 0; n < all.count; ++n) {
+    const int place = all.places[n];
+    for (int k = 0; k < 4; ++k) {
+      Lane u, v;
+      std::memcpy(&u, all.planes[k] + place, sizeof u);
+      std::memcpy(&v, all.planes[k] + place + offset, sizeof v);
+      sum[k] += u * v;
+    }
+  }
+  for (int k = 0; k < 4; ++k) sums[k] = total(sum[k]);
+}
+
 }  // namespace drape

@@ -49,4 +49,15 @@ struct GridRows {
 void neighbour_sums(const float* plane, const float* used, const GridRows& grid,
                     const std::array<float*, 10>& sums);
 
+/// Four planes of one grid, and the lanes (their first values' places) where one of them is not 0.
+struct FourPlanes {
+  std::array<const float*, 4> planes;
+  const int* places = nullptr;
+  int count = 0;
+};
+
+/// For each plane the sum of products of its values with those `offset` further on, in the order of
+/// the places.
+void offset_products(const FourPlanes& of, int offset, std::array<float, 4>& sums);
+
 }  // namespace drape

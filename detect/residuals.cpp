@@ -177,20 +177,30 @@ EdgeResiduals edge_residuals(const FittedPatch& fit, bool with_ring) {
   EdgeResiduals edge;
   const Grid grid = edge_grid(fit);
   double weighted = 0, lit = 0;
-  for (std::size_t k = 0; k < grid.residual.size(); ++k) {
-    const double size = grid.u[k] * grid.u[k] + grid.v[k] * grid.v[k];
-    weighted += size * grid.residual[k] * grid.residual[k];
-    lit += size * grid.light[k] * grid.light[k];
+  std::vector<int> places;
+  for (int k = grid.first; k < grid.first + grid.count; k += lanes) {
+    bool any = false;
+    for (int i = k; i < k + lanes; ++i) {
+      if (grid.used[i] == 0) continue;
+      any = true;
+      const double size = grid.u[i] * grid.u[i] + grid.v[i] * grid.v[i];
+      weighted += size * grid.residual[i] * grid.residual[i];
+      lit += size * grid.light[i] * grid.light[i];
+    }
+    if (any) places.push_back(k);
   }
+  const FourPlanes planes{{grid.residual.data(), grid.used.data(), grid.u.data(), grid.v.data()},
+                          places.data(),
+                          static_cast<int>(places.size())};
   for (int dy = 0; dy <= reach; ++dy) {
     for (int dx = dy == 0 ? 0 : -reach; dx <= reach; ++dx) {
-      const int offset = dy * grid.stride + dx;
       const int distance = dx * dx + dy * dy;
       const double twice = distance == 0 ? 1 : 2;  // each pair from either end
-      edge.product[distance] += twice * grid.pairs(grid.residual, grid.residual, offset);
-      edge.pairs[distance] += twice * grid.pairs(grid.used, grid.used, offset);
-      edge.influence[distance] +=
-          twice * (grid.pairs(grid.u, grid.u, offset) + grid.pairs(grid.v, grid.v, offset));
+      std::array<float, 4> sums;
+      offset_products(planes, dy * grid.stride + dx, sums);
+      edge.product[distance] += twice * sums[0];
+      edge.pairs[distance] += twice * sums[1];
+      edge.influence[distance] += twice * (static_cast<double>(sums[2]) + sums[3]);
     }
   }
   if (edge.influence[0] > 0) {
