@@ -71,6 +71,7 @@ Json distance_json(const SimulateReport& report) {
   json["least_to_itself_mm"] =
       report.least_self_distance_m ? Json(*report.least_self_distance_m / mm) : Json();
   json["triangles_through_itself"] = report.self_crossings;
+  json["deepest_edge_of_an_object_pressing_mm"] = report.deepest_edge_m / mm;
   json["edge_of_an_object_through_the_sheet_mm"] = report.pierced_m / mm;
   json["particles_touching"] = report.contacts;
   json["contacts_between_particles"] = report.contacts_between;

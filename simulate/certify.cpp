@@ -73,8 +73,9 @@ void limit(CertifyReport& report, const std::string& what, double claimed, Real 
 void compare_energies(CertifyReport& report, const CertificateClaim& claim, const Mechanics& found,
                       Real gravity_j) {
   if (!claim.gravity_j) return;
-  const double sum = std::abs(*claim.gravity_j) + *claim.stretch_j + *claim.shear_j +
-                     *claim.bending_j + *claim.twist_j;
+  const double sum = std::abs(*claim.gravity_j) + std::abs(*claim.stretch_j) +
+                     std::abs(*claim.shear_j) + std::abs(*claim.bending_j) +
+                     std::abs(*claim.twist_j);
   const double allowed = kEnergyShare * sum;
   compare(report, "gravity energy (J)", *claim.gravity_j, gravity_j, allowed);
   compare(report, "stretch energy (J)", *claim.stretch_j, found.stretch_j, allowed);

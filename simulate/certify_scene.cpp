@@ -227,8 +227,10 @@ class Finder {
     if (k == objects_.scene->obstacles.size()) return false;
     const Obstacle& object = objects_.scene->obstacles[k];
     const auto* box = std::get_if<Box>(&object);
+    const auto* cylinder = std::get_if<Cylinder>(&object);
     return std::holds_alternative<MeshObject>(object) ||
-           (box != nullptr && box->edge_radius_m == 0);
+           (box != nullptr && box->edge_radius_m == 0) ||
+           (cylinder != nullptr && cylinder->edge_radius_m == 0);
   }
   [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
 

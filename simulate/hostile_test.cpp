@@ -196,6 +196,9 @@ void expect_honest(const Trial& trial, int index, Tally& tally) {
     const SimulateResult result =
         simulate(trial.scene, trial.fabric, trial.print, trial.measured, trial.options);
     tally.book(result.report.status);
+    if (result.report.status == RestStatus::diverged)
+      std::printf("trial %d diverged: %s %s\n", index, trial.options.solver.c_str(),
+                  trial.options.model.c_str());
     for (const SheetMark& mark : result.sheet.marks) {
       EXPECT_TRUE(mark.point_in_world.allFinite()) << "trial " << index;
     }

@@ -263,8 +263,7 @@ std::optional<PairContacts::Meeting> PairContacts::meet_solid(
     }
   }
   const double gap = nearest.way.dot(normal);
-  // A pair that pressed before this step is still the same place, however deep an impact drove it.
-  if (gap < -(pair.pressed ? std::max(kDeepest, reach_) : kDeepest)) return std::nullopt;
+  if (gap < -kDeepest) return std::nullopt;
   return Meeting{nearest.weight, normal, gap};
 }
 
@@ -428,6 +427,17 @@ int PairContacts::pressing(const Field& position) const {
     count += meeting && meeting->gap < 0;
   }
   return count;
+}
+
+double PairContacts::deepest_solid_m(const Field& position) const {
+  double deepest = 0;
+  for (const int k : chosen_) {
+    const Pair& pair = pairs_[k];
+    if (pair.kind != Kind::solid_corner && pair.kind != Kind::solid_edge) continue;
+    const std::optional<Meeting> meeting = meet(pair, position);
+    if (meeting) deepest = std::max(deepest, -meeting->gap);
+  }
+  return deepest;
 }
 
 double PairContacts::energy_j(const Field& position) const {

@@ -50,6 +50,8 @@ class PairContacts {
   [[nodiscard]] double longest_way_m() const;
   [[nodiscard]] int near() const { return static_cast<int>(pairs_.size()); }
   [[nodiscard]] int pressing(const Field& position) const;
+  /// How deep a corner or edge of a solid presses into the sheet (m), 0 for none.
+  [[nodiscard]] double deepest_solid_m(const Field& position) const;
   [[nodiscard]] double thickness_m() const { return thickness_; }
   [[nodiscard]] double energy_j(const Field& position) const;
   /// Bound of what the present contacts add to the highest frequency squared.

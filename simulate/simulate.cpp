@@ -215,6 +215,7 @@ void Run::certify(SimulateReport& report) {
   report.contacts = motion_.contacts();
   report.contacts_between = motion_.line_contacts().count();
   report.contacts_pairs = motion_.pair_contacts().pressing(motion_.position);
+  report.deepest_edge_m = motion_.pair_contacts().deepest_solid_m(motion_.position);
   report.energy_end_j = total_energy_j();
   report.lost_viscous_j = motion_.viscous_loss_j();
   report.found_contacts_j = motion_.found_contacts_j();
@@ -294,6 +295,10 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surround
         fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
                     report.deepest_between_m / mm));
   }
+  // Such a contact sinks in by 2 um per particle's weight: one that is jammed so deep is no rest.
+  if (report.deepest_edge_m > kSunk)
+    fault = fmt::format("with an edge or corner of an object {:.2g} mm deep in it",
+                        report.deepest_edge_m / mm);
   report.pierced_m = sim::pierced_m(grid, position, surroundings);
   if (report.pierced_m > report.penetration_tolerance_m)
     fault = fmt::format("pierced: an edge of an object stands {:.2g} mm through it",
