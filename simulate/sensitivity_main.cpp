@@ -44,7 +44,8 @@ drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
                      row.way_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
   }
-  ending.next_command = fmt::format("less {}", (out / "error_split.csv").string());
+  const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
+  ending.next_command = fmt::format("less {}", (out / table).string());
   return ending;
 }
 
@@ -91,7 +92,8 @@ int main(int argc, char** argv) {
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  app.add_flag("--only-first-order", args.split.only_first_order, "leave the variants out");
+  app.add_flag("--only-first-order", args.split.only_first_order,
+               "leave the variants out: error_split.csv then has the base only");
   app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");
   return drape::run_program(app, argc, argv, common,
                             [&] { return run(args, drape::arguments_of(argc, argv), common); });

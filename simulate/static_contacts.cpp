@@ -89,7 +89,7 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      between_particles_(between_particles),
+      seeks_points_(between_particles),
       lines_(cloth, surroundings, friction, gravity_m_per_s2),
       index_(static_cast<std::size_t>(cloth.count()) * surroundings.count() + lines_.elements(),
              -1) {
@@ -129,7 +129,7 @@ Vector3d StaticContacts::spring(const Contact& contact, const Vector3d& p) const
 }
 
 void StaticContacts::refresh(const Field& position) {
-  if (between_particles_) lines_.refresh(position);
+  if (seeks_points_) lines_.refresh(position);
 }
 
 /// Lists the particles and points near a surface; those listed before keep what they remember.
@@ -358,6 +358,7 @@ void StaticContacts::retract(const Field& from, Field& to) const {
 
 void StaticContacts::take_springs(const LineContacts& moved, const Field& position) {
   lines_ = moved;
+  seeks_points_ = false;
   watch(position, 0);
   for (Contact& contact : contacts_) {
     if (contact.rigid) continue;

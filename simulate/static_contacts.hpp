@@ -27,7 +27,8 @@ class StaticContacts {
 
   /// Pins: the held material points and their places.
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
-  /// Takes over the friction springs between particles of a sheet that Motion brought to rest.
+  /// Takes over the points between particles of a sheet that Motion brought to rest, with their
+  /// friction springs; from then on refresh() leaves them, for they are a part of that rest.
   void take_springs(const LineContacts& moved, const Field& position);
   /// After begin(): takes particles within `reach_m` of a surface as pressed and held by what
   /// balances `force`.
@@ -97,7 +98,7 @@ class StaticContacts {
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_;
-  bool between_particles_;
+  bool seeks_points_;  ///< between particles
   LineContacts lines_;
   double particle_stiffness_ = 0, shear_stiffness_ = 0;
   std::vector<Contact> contacts_, before_;

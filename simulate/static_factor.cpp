@@ -225,6 +225,10 @@ void GridFactor::factor_subtree(int index, int depth) {
       other.join();
     } else {
       factor_subtree(children[0], 0);
+      if (!nodes_[children[0]].definite) {
+        nodes_[index].definite = false;  // nothing more to be found out
+        return;
+      }
       factor_subtree(children[1], 0);
     }
   }

@@ -139,13 +139,15 @@ double mean_way_m(const Reference& from, const Field& from_position, const Refer
 std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticSolver& solver,
                                                            const Vector3d& gravity_m_per_s2,
                                                            const Reference& reference) {
-  if (!solver.factorise_here()) return std::nullopt;
   std::vector<Sensitivity> list;
   for (const FabricValue value : kFabricValues) {
     Sensitivity one;
     one.value = value;
-    one.way = force_change(cloth, solver.position, value, gravity_m_per_s2);
-    solver.factor().solve(one.way);
+    const VectorXd change = force_change(cloth, solver.position, value, gravity_m_per_s2);
+    const std::optional<VectorXd> up = solver.first_order_way(change);
+    const std::optional<VectorXd> down = solver.first_order_way(-change);
+    if (!up || !down) return std::nullopt;
+    one.way = 0.5 * (*up - *down);
     const auto count = static_cast<double>(reference.points.size());
     for (std::size_t k = 0; k < reference.points.size(); ++k) {
       const Vector3d apart = place(reference.points[k], solver.position) - reference.in_world[k];

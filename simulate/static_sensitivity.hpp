@@ -53,10 +53,11 @@ struct Sensitivity {
   double largest_way_m = 0;  ///< of a mark
 };
 
-/// One solve with the factored Hessian per value: H dx = (derivative of the forces). Contacts keep
-/// their state: what presses goes on pressing, what sticks sticks. `solver` must stand at an
-/// equilibrium of `cloth`; nothing when its Hessian is not positive definite there (a saddle, or
-/// the end of a branch).
+/// H dx = (derivative of the forces), for a growing and for a shrinking value, and the mean of the
+/// two. What presses goes on pressing and what sticks sticks; what slides goes on where the change
+/// draws it on and sticks where it draws it back, with a limit that stays that of the equilibrium.
+/// `solver` must stand at an equilibrium of `cloth`; nothing when its Hessian is not positive
+/// definite there (a saddle, or the end of a branch).
 [[nodiscard]] std::optional<std::vector<Sensitivity>> find_sensitivities(
     Cloth& cloth, StaticSolver& solver, const Eigen::Vector3d& gravity_m_per_s2,
     const Reference& reference);

@@ -135,15 +135,15 @@ TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
             1e-3);
 }
 
-// With friction that lets nothing slide; what is left are points between particles that move, and
-// those that touch just so.
+// With friction that lets little slide; what is left are points between particles that move, and
+// those that touch just so. Differences of 0.1 % would already bend by 1.7 %.
 TEST(Sensitivity, OfASheetThatSticksToACubeIsThatOfCentralDifferences) {
   Scene scene = bench_scene("C");
   scene.friction = 5;
   EXPECT_LT(departure_from_differences(
-                scene, 9, 1e-3,
+                scene, 9, 1e-4,
                 {FabricValue::shear, FabricValue::bending_warp, FabricValue::areal_density}),
-            0.02);
+            0.01);
 }
 
 TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {

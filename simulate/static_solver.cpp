@@ -15,8 +15,8 @@ constexpr int kReviews = 3;       // solves with a changed model of the contacts
 constexpr int kHalvings = 4;      // of a step that does not lower the potential
 constexpr double kPoor = 0.5;     // ratio of energy change below which a paced step is corrected
 constexpr int kCorrections = 4;   // of a step, with its factor
-constexpr int kSolves = 8;        // with an old factor before a new one is made
-constexpr double kSolved = 1e-3;  // of the right side, in the old factor's norm
+constexpr int kSolves = 20;       // with an old factor before a new one is made
+constexpr double kSolved = 1e-4;  // of the right side, in the old factor's norm
 constexpr double kFaster = 0.1;   // residual over that before, else the old factor is too old
 constexpr double kWorth = 0.02;   // gain of a correction that is worth another, of the prediction
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
@@ -35,10 +35,12 @@ constexpr double kFarForPoints = 50e-6;  // m; way after which points are found 
 // to and fro. So late in the run they are found anew ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kSearches = 5;       // for points between particles near rest; then they stay
-constexpr int kConvexRuns = 2;     // iterations with the convex matrix after an indefinite one
-constexpr double kPinned = 1e-9;   // m
-constexpr double kGapDone = 2e-9;  // m
+constexpr int kSearches = 3;         // for points between particles near rest; then they stay
+constexpr int kConvexRuns = 2;       // iterations with the convex matrix after an indefinite one
+constexpr int kStates = 20;          // of friction, tried for a first-order way
+constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
+constexpr double kPinned = 1e-9;     // m
+constexpr double kGapDone = 2e-9;    // m
 // Below this share of the sheet's energies a change of energy is lost in their rounding, and the
 // forces at both ends of the step say it better.
 constexpr double kBelowRounding = 1e-9;
@@ -118,12 +120,30 @@ void StaticSolver::newton_matrix(bool convex) {
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
 }
 
+/// Whether the exact Hessian is positive definite.
 bool StaticSolver::factorise_here() {
   begin_step();
   mu_ = 0;
   factor_serves_ = false;
   newton_matrix(false);
   return factor_.factorise(hessian_, shift_);
+}
+
+std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
+  begin_step();
+  mu_ = 0;
+  factor_serves_ = false;
+  trial_ = position;
+  VectorXd way;
+  for (int k = 0; k < kStates; ++k) {
+    newton_matrix(false);
+    if (!factor_.factorise(hessian_, shift_)) return std::nullopt;
+    way = force;
+    factor_.solve(way);
+    move(position, kSmallWay / std::max(largest_of(way), kSmallWay) * way);
+    if (contacts_.review(position, trial_, kDeep) == 0) break;
+  }
+  return way;
 }
 
 /// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
@@ -160,11 +180,13 @@ bool StaticSolver::solve_by_old_factor(StaticReport& report) {
   return false;
 }
 
-/// Solves for step_ and what the quadratic model says of it.
-bool StaticSolver::find_step(StaticReport& report) {
+/// Solves for step_ and what the quadratic model says of it. A paced run factors each step's matrix
+/// and changes only what review() changed with that factor: the fold it finds is motion's.
+bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   const int n = cloth_.count();
-  bool convex = convex_left_ > 0;
-  if (convex) --convex_left_;
+  const bool changed = solve == Solve::changed;
+  bool convex = changed ? convex_ : convex_left_ > 0;
+  if (convex && !changed) --convex_left_;
   for (int attempt = 0; attempt < 12; ++attempt) {
     newton_matrix(convex);
     gradient_.resize(3 * n);
@@ -172,27 +194,25 @@ bool StaticSolver::find_step(StaticReport& report) {
     model_gradient_ = gradient_;
     contacts_.add_landing(model_gradient_);
     step_ = -model_gradient_;
-    if (attempt == 0 && !convex && factor_serves_ && !options_.paced &&
-        solve_by_old_factor(report)) {
-      model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
-      return true;
-    }
-    ++report.factorisations;
-    factor_serves_ = false;
-    if (!factor_.factorise(hessian_, shift_)) {
-      ++report.indefinite;
-      if (!convex) {
-        convex = true;
-        convex_left_ = kConvexRuns;
-      } else {
-        mu_ = std::max(kNewtonMu, mu_) * kShrink;
+    const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
+    if (attempt > 0 || !serves || !solve_by_old_factor(report)) {
+      ++report.factorisations;
+      factor_serves_ = factor_.factorise(hessian_, shift_);
+      if (!factor_serves_) {
+        ++report.indefinite;
+        if (!convex) {
+          convex = true;
+          convex_left_ = kConvexRuns;
+        } else {
+          mu_ = std::max(kNewtonMu, mu_) * kShrink;
+        }
+        if (mu_ == 0) mu_ = kRestartMu;
+        continue;
       }
-      if (mu_ == 0) mu_ = kRestartMu;
-      continue;
+      convex_ = convex;
+      factor_mu_ = mu_;
+      factor_.solve(step_);
     }
-    factor_serves_ = !convex;
-    factor_mu_ = mu_;
-    factor_.solve(step_);
     model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
     return step_.allFinite();
   }
@@ -286,7 +306,7 @@ bool StaticSolver::take_step(StaticReport& report) {
   shorten();
   for (int k = 0; k < kReviews; ++k) {
     if (contacts_.review(position, trial_, kDeep) == 0) break;
-    if (!find_step(report)) return false;
+    if (!find_step(report, Solve::changed)) return false;
     shorten();
   }
   const bool capped = share < 1;
@@ -386,7 +406,7 @@ StaticReport StaticSolver::solve() {
     factor_serves_ = factor_serves_ && mu_ == factor_mu_ && residual_ < kNearRest &&
                      residual_ < kFaster * last_residual_;
     last_residual_ = residual_;
-    if (!find_step(report)) {
+    if (!find_step(report, Solve::anew)) {
       mu_ = std::max(mu_, 1e2) * kShrink;
       continue;
     }

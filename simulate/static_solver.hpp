@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,15 +71,19 @@ class StaticSolver {
 
   [[nodiscard]] double gravity_energy_j() const;
   [[nodiscard]] double mean_weight_n() const { return weight_n_; }
-  /// The factor of the exact Hessian at the equilibrium; false when it is not positive definite.
-  bool factorise_here();
-  [[nodiscard]] const GridFactor& factor() const { return factor_; }
+  /// First-order way of the sheet, x, y, z of each particle in turn, when `force` (N, in the same
+  /// order) begins to act at the equilibrium. What slides and would be drawn back sticks, found
+  /// by solving anew until nothing changes; so the way for minus the force is another one.
+  /// Nothing where the stiffness is not positive definite.
+  [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
 
  private:
   void find_forces(const Field& x, Field& force) const;
   void begin_step();
+  bool factorise_here();
   void newton_matrix(bool convex);
-  bool find_step(StaticReport& report);
+  enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
+  bool find_step(StaticReport& report, Solve solve);
   bool solve_by_old_factor(StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
@@ -103,6 +108,7 @@ class StaticSolver {
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
   bool factor_serves_ = false;  ///< factor_ is of a matrix like the present one
+  bool convex_ = false;         ///< and that matrix was the convex one
   int convex_left_ = 0;
 };
 
