@@ -23,10 +23,15 @@ struct Triangle {
 
 [[nodiscard]] std::vector<Triangle> triangles_of(const GridSurface& surface);
 
-/// A scene's objects and its table, half a metre around the origin, as triangles. A mesh file is
-/// left out: nothing here reads one.
+/// A scene's objects and its table, half a metre around the origin, as triangles. Throws
+/// Error(bad_input) for a mesh among the objects: nothing here reads one. Edges are drawn sharp.
 [[nodiscard]] std::vector<Triangle> triangles_of(const Scene& scene);
 [[nodiscard]] std::vector<Triangle> table_triangles(double z_m);
+
+/// The scene with the surface of each object, and its table, moved in by `by_m`, and by as much
+/// more that a sharp edge lies within the rounded one: a sheet that rests on them, drawn as
+/// triangles from mark to mark, then lies before them everywhere.
+[[nodiscard]] Scene drawn_in(Scene scene, double by_m);
 
 /// Where a ray meets the scene first.
 struct Hit {

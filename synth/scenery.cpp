@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -17,9 +18,34 @@ using units::mm;
 constexpr double object_reflectance = 0.5;
 constexpr double table_reflectance = 0.3;
 
+// A cube's sharp corner is this many edge radii farther in than its faces when it touches the
+// rounded one: 1 - 1 / sqrt(3).
+constexpr double corner_share = 0.423;
+
 struct Corner {
   Vector3d point, normal;
 };
+
+void draw_in(Sphere& sphere, double by_m) {
+  sphere.radius_m = std::max(0.0, sphere.radius_m - by_m);
+}
+
+void draw_in(Box& box, double by_m) {
+  const double in_m = by_m + corner_share * box.edge_radius_m;
+  box.size_m = (box.size_m.array() - 2 * in_m).max(0.0);
+}
+
+void draw_in(Cylinder& cylinder, double by_m) {
+  const double in_m = by_m + corner_share * cylinder.edge_radius_m;
+  cylinder.radius_m = std::max(0.0, cylinder.radius_m - in_m);
+  cylinder.height_m = std::max(0.0, cylinder.height_m - 2 * in_m);
+}
+
+void draw_in(Plane& plane, double by_m) {
+  plane.point_in_world -= by_m * plane.normal_in_world;
+}
+
+void draw_in(MeshObject&, double) {}
 
 void add_quad(std::vector<Triangle>& all, const std::array<Corner, 4>& c, double reflectance) {
   for (const auto& [i, j, k] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
@@ -111,6 +137,13 @@ std::vector<Triangle> table_triangles(double z_m) {
     return Corner{Vector3d((u - 0.5) * 1000 * mm, (v - 0.5) * 1000 * mm, z_m), Vector3d::UnitZ()};
   });
   return all;
+}
+
+Scene drawn_in(Scene scene, double by_m) {
+  scene.table_z_m -= by_m;
+  for (Obstacle& obstacle : scene.obstacles)
+    std::visit([&](auto& object) { draw_in(object, by_m); }, obstacle);
+  return scene;
 }
 
 std::vector<Triangle> triangles_of(const Scene& scene) {

@@ -60,6 +60,20 @@ TEST(Scenery, APlaneIsRenderedAroundItsPoint) {
   }
 }
 
+TEST(Scenery, WhatIsDrawnInLiesWithinTheRoundedSolid) {
+  Box box;
+  box.size_m = Vector3d(80, 80, 80) * mm;
+  box.edge_radius_m = 5 * mm;
+  const Scene inner = drawn_in(with(box), 1 * mm);
+  EXPECT_NEAR(inner.table_z_m, -51 * mm, 1e-12);
+  const Vector3d corner = std::get<Box>(inner.obstacles.front()).size_m / 2;
+  // The rounded corner is an eighth of a ball; the drawn corner is 1 mm and more within it.
+  const Vector3d ball = Vector3d::Constant(35 * mm);
+  EXPECT_LE((corner - ball).norm(), box.edge_radius_m - 1 * mm);
+  const Scene ball_scene = drawn_in(with(Sphere{Vector3d(0, 0, 40) * mm, 40 * mm}), 1 * mm);
+  EXPECT_NEAR(std::get<Sphere>(ball_scene.obstacles.front()).radius_m, 39 * mm, 1e-12);
+}
+
 TEST(Scenery, AMeshIsRefusedByName) {
   try {
     (void)triangles_of(with(MeshObject{"head.obj", {}}));

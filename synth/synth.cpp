@@ -43,6 +43,9 @@ WorldFromTarget free_pose(std::uint64_t seed, std::uint64_t index) {
   return pose;
 }
 
+// A sheet's triangles cut through what it rests on by less than this between its marks.
+constexpr double under_sheet_m = 1.5 * mm;
+
 Job target_job(const std::string& set, const Target& target, const WorldFromTarget& pose) {
   return {set,
           "target",
@@ -56,7 +59,7 @@ Job cloth_job(const Scene& scene, const Print& print, const SynthOptions& option
   const auto sheet = options.sheets.find(scene.set);
   if (sheet != options.sheets.end()) {
     job.scene.surface = surface_of(read_sheet(sheet->second));
-    job.scene.scenery = triangles_of(scene);
+    job.scene.scenery = triangles_of(drawn_in(scene, under_sheet_m));
     return job;
   }
   Folds folds;
