@@ -3,11 +3,13 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "core/units.hpp"
 
@@ -23,11 +25,60 @@ cv::Point at(const Eigen::Vector2d& px) {
   return {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))};
 }
 
-void label(cv::Mat& picture, const Eigen::Vector2d& px, const std::string& text,
-           const cv::Scalar& colour) {
-  cv::putText(picture, text, at(px + Eigen::Vector2d(9, -6)), cv::FONT_HERSHEY_SIMPLEX, 0.4, colour,
-              1, cv::LINE_AA);
-}
+/// Texts that do not lie upon each other: each goes to the first free place around its point, with
+/// a line back to it when that is far away. Where nothing is free it stays beside the point.
+class Captions {
+ public:
+  explicit Captions(cv::Mat& picture) : picture_(picture) {}
+
+  /// Nothing is written upon what is measured.
+  void keep_free(const Eigen::Vector2d& px, double radius_px) {
+    const int r = static_cast<int>(std::ceil(radius_px));
+    taken_.emplace_back(at(px) - cv::Point(r, r), cv::Size(2 * r + 1, 2 * r + 1));
+  }
+
+  void write(const Eigen::Vector2d& px, const std::string& text, const cv::Scalar& colour) {
+    int below = 0;
+    const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale, 1, &below);
+    const cv::Point point = at(px);
+    const cv::Rect place = place_for(point, cv::Size(size.width, size.height + below));
+    taken_.push_back(place);
+    const cv::Point start(place.x, place.y + size.height);
+    const cv::Point middle(place.x + place.width / 2, place.y + place.height / 2);
+    const int far = std::abs(middle.y - point.y);
+    if (far > 2 * place.height) cv::line(picture_, point, middle, colour, 1, cv::LINE_AA);
+    // A dark rim keeps the letters readable on cloth and table alike.
+    cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, cv::Scalar(0, 0, 0), 3,
+                cv::LINE_AA);
+    cv::putText(picture_, text, start, cv::FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv::LINE_AA);
+  }
+
+ private:
+  static constexpr double scale = 0.4;
+
+  [[nodiscard]] cv::Rect place_for(const cv::Point& point, const cv::Size& size) const {
+    const cv::Rect whole(0, 0, picture_.cols, picture_.rows);
+    const cv::Rect first(point.x + 9, point.y - size.height - 3, size.width, size.height);
+    for (int away = 0; away < 8; ++away) {
+      const int up = away * (size.height + 2);
+      for (const cv::Point& corner :
+           {cv::Point(first.x, first.y - up), cv::Point(first.x, point.y + 3 + up),
+            cv::Point(point.x - 9 - size.width, first.y - up),
+            cv::Point(point.x - 9 - size.width, point.y + 3 + up)}) {
+        const cv::Rect place(corner, size);
+        if ((place & whole) != place) continue;
+        if (std::none_of(taken_.begin(), taken_.end(),
+                         [&](const cv::Rect& other) { return (place & other).area() > 0; })) {
+          return place;
+        }
+      }
+    }
+    return first;
+  }
+
+  cv::Mat& picture_;
+  std::vector<cv::Rect> taken_;
+};
 
 std::string name_of(MarkId mark) {
   return fmt::format("{},{}", mark.row, mark.col);
@@ -56,22 +107,32 @@ std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetect
                2, cv::LINE_AA);
     }
   }
+  Captions captions(picture);
   for (const Detection& dot : frame.detections) {
     outline(picture, dot, mark_colour);
-    label(picture, dot.centre_px, name_of(dot.mark), mark_colour);
+    captions.keep_free(dot.centre_px, 0.7 * dot.semi_axes_px.x());
   }
   for (const IslandDot& dot : frame.islands) {
     outline(picture, dot.dot, island_colour);
-    label(picture, dot.dot.centre_px, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)),
-          island_colour);
+    captions.keep_free(dot.dot.centre_px, 0.7 * dot.dot.semi_axes_px.x());
   }
   for (const Rejection& rejection : frame.rejections) {
     if (!rejection.centre_px) continue;
     cv::drawMarker(picture, at(*rejection.centre_px), reject_colour, cv::MARKER_TILTED_CROSS, 12,
                    1);
+    captions.keep_free(*rejection.centre_px, 5);
+  }
+  for (const Detection& dot : frame.detections)
+    captions.write(dot.centre_px, name_of(dot.mark), mark_colour);
+  for (const IslandDot& dot : frame.islands) {
+    captions.write(dot.dot.centre_px, fmt::format("#{} {}", dot.island, name_of(dot.dot.mark)),
+                   island_colour);
+  }
+  for (const Rejection& rejection : frame.rejections) {
+    if (!rejection.centre_px) continue;
     const std::string kind = rejection.reason.substr(0, rejection.reason.find(':'));
-    label(picture, *rejection.centre_px,
-          rejection.mark ? name_of(*rejection.mark) + " " + kind : kind, reject_colour);
+    captions.write(*rejection.centre_px,
+                   rejection.mark ? name_of(*rejection.mark) + " " + kind : kind, reject_colour);
   }
   std::vector<unsigned char> bytes;
   cv::imencode(".png", picture, bytes);
