@@ -23,8 +23,10 @@ using Eigen::Vector3d;
 using units::mm;
 
 constexpr double kLength_m = 0.06;
-constexpr double kHeight_m = 0.3;  // above the table, which it does not touch
+constexpr double kTable_m = -1;  // far below; near zero the coordinates are finest
 constexpr int kCommon = 11;
+// A particle of 201 x 201 weighs 0.1 uN, and the pins' stiffness rounds to a millionth of that.
+constexpr double kResidual = 1e-5;
 
 struct Clamped {
   int cells = 0;
@@ -46,9 +48,11 @@ Clamped rest(int cells, const Clamped* coarser) {
   laws.twist_n_m = 1.1e-5;
   Cloth cloth(sheet.grid, laws, MassRule::area);
   Scene scene;
+  scene.table_z_m = kTable_m;
   const Surroundings nothing(scene);
   StaticOptions how;
   how.gravity_m_per_s2 = {0, 0.5 * 9.80665, -0.8 * 9.80665};
+  how.residual_tolerance = kResidual;
   how.paced = coarser == nullptr;
   if (!how.paced) how.first_step_s = 0.03;
   StaticSolver solver(cloth, nothing, how);
@@ -57,14 +61,14 @@ Clamped rest(int cells, const Clamped* coarser) {
   for (int r = 0; r < 2; ++r) {
     for (int c = 0; c <= cells; ++c) {
       holds.push_back(hold_at(sheet.grid, {r * h, c * kLength_m / cells}));
-      in_world.emplace_back((r - 0.5) * h, c * kLength_m / cells, kHeight_m);
+      in_world.emplace_back((r - 0.5) * h, c * kLength_m / cells, 0);
     }
   }
   solver.contacts().hold(holds, in_world);
-  solver.position = coarser != nullptr ? prolong(coarser->position, coarser->grid, sheet.grid)
-                                       : shaped(sheet.grid, [h](double u, double v) {
-                                           return Vector3d(u - 0.5 * h, v, kHeight_m);
-                                         });
+  solver.position =
+      coarser != nullptr
+          ? prolong(coarser->position, coarser->grid, sheet.grid)
+          : shaped(sheet.grid, [h](double u, double v) { return Vector3d(u - 0.5 * h, v, 0); });
   sheet.report = solver.solve();
   sheet.position = solver.position;
   EXPECT_EQ(sheet.report.status, StaticStatus::at_rest) << cells;
@@ -119,7 +123,7 @@ TEST(Refinement, OfAClampedSheetIsOfSecondOrderOnOneBranch) {
       std::cout << ", order " << order;
       EXPECT_GE(order, 1.8) << cells[k];
     }
-    std::cout << "\n";
+    std::cout << std::endl;
   }
 }
 
