@@ -37,8 +37,7 @@ inline __attribute__((always_inline)) float lane_sum(const float* a, const float
 /// The same as a function of its own, compiled for both kinds of processors.
 [[nodiscard]] float lane_dot(const float* a, const float* b, int count);
 
-/// Planes of a grid of pixels with its pixels next to each other in a row; each has `room` values
-/// before and after that may be read.
+/// A grid of pixels, row after row in one plane.
 struct GridRows {
   int stride = 0;  ///< from one row to the next
   int count = 0;   ///< values that are written; a multiple of `lanes`
