@@ -42,7 +42,7 @@ void expect_coverage(double share) {
     options.lens = LensTerms::k1_k2;
     JointModel model = bench.noisy_views();
     start_joint(model);
-    const JointResult result = calibrate_joint(std::move(model), 0, options);
+    const JointResult result = calibrate_joint(model, 0, options);
     ASSERT_TRUE(result.report.good()) << seed << ": " << result.report.status;
     stage_alarms += result.report.stages && !result.report.stages->findings.empty() ? 1 : 0;
     for (std::size_t c = 0; c < result.calibration.cameras.size(); ++c) {

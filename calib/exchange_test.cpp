@@ -27,7 +27,6 @@ using test::bench1_calibration;
 using test::points_of_a_drape;
 using testing::AllOf;
 using testing::HasSubstr;
-using units::mm;
 
 double largest_difference_px(const Camera& a, const Camera& b) {
   double worst = 0;

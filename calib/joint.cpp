@@ -22,7 +22,6 @@ namespace drape {
 namespace {
 
 using Eigen::MatrixXd;
-using units::mm;
 
 std::size_t count_points(const JointModel& model) {
   std::size_t points = 0;
@@ -185,7 +184,8 @@ WorldBox drape_volume(const JointModel& model) {
   return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
 }
 
-JointResult calibrate_joint(JointModel model, double dot_diameter_m, const JointOptions& options) {
+JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
+                            const JointOptions& options) {
   JointResult result;
   JointReport& report = result.report;
   check_views(model, report.warnings);
@@ -253,7 +253,7 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   start_joint(model);
   JointOptions with_scale = options;
   with_scale.scale_uncertainty = scale_uncertainty(target);
-  JointResult result = calibrate_joint(std::move(model), target.dot_diameter_m, with_scale);
+  JointResult result = calibrate_joint(model, target.dot_diameter_m, with_scale);
   result.report.print_scale = print_scale_line(target);
   result.calibration.rig = rig.name;
   result.report.rejected.insert(result.report.rejected.end(), notes.begin(), notes.end());

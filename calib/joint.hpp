@@ -86,7 +86,7 @@ struct JointResult {
 
 /// The same from views made elsewhere (corners of a chessboard). `model` must have passed
 /// start_joint().
-[[nodiscard]] JointResult calibrate_joint(JointModel model, double dot_diameter_m,
+[[nodiscard]] JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
                                           const JointOptions& options);
 
 /// Where cloth may hang: over the target, up to its highest stage.

@@ -25,7 +25,7 @@ void all_of_it(benchmark::State& state) {
   for (auto _ : state) {
     JointModel model = seen;
     start_joint(model);
-    benchmark::DoNotOptimize(calibrate_joint(std::move(model), 0.008, {}));
+    benchmark::DoNotOptimize(calibrate_joint(model, 0.008, {}));
   }
 }
 BENCHMARK(all_of_it)->Unit(benchmark::kMillisecond);

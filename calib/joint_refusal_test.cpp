@@ -29,7 +29,7 @@ std::string refusal(const JointModel& seen) {
     JointModel model = forgotten(seen);
     check_places(model);
     start_joint(model);
-    const JointResult result = calibrate_joint(std::move(model), 0, {});
+    const JointResult result = calibrate_joint(model, 0, {});
     return result.report.good() ? "" : result.report.status;
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
@@ -127,7 +127,7 @@ TEST(JointRefusals, DuplicateViewsAreNamed) {
   see(model, 0.05, 7);
   model = forgotten(model);
   start_joint(model);
-  const JointResult result = calibrate_joint(std::move(model), 0, {});
+  const JointResult result = calibrate_joint(model, 0, {});
   EXPECT_THAT(result.calibration.warnings,
               testing::Contains(
                   AllOf(HasSubstr("duplicate views"), HasSubstr("pose2"), HasSubstr("pose3"))));

@@ -21,9 +21,7 @@ namespace {
 using test::bench1_target;
 using test::bench1_target_detections;
 using test::SyntheticBench;
-using testing::Each;
 using testing::HasSubstr;
-using testing::Not;
 using units::mm;
 
 Rig bench1_with_free_poses() {
@@ -125,7 +123,7 @@ TEST(Joint, TheEccentricityOfTheDotsWouldBeABias) {
 
 TEST(Joint, DerivativesEqualDifferences) {
   const SyntheticBench bench(3);
-  const JointModel model = bench.true_model();
+  const JointModel& model = bench.true_model();
   const JointCamera camera = [&] {
     JointCamera c = model.cameras[1];
     c.skew_px = 0.7;

@@ -38,10 +38,10 @@ JointModel views_of_a_bad_stage(const WorldFromTarget& truth, bool believed) {
   return views;
 }
 
-JointResult calibrated(JointModel views) {
+JointResult calibrated(const JointModel& views) {
   JointOptions options;
   options.lens = LensTerms::k1_k2;
-  return calibrate_joint(std::move(views), 0, options);
+  return calibrate_joint(views, 0, options);
 }
 
 WorldFromTarget raised(double x_m, double y_m, double z_m) {

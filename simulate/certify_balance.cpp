@@ -27,7 +27,7 @@ constexpr Real kShort = 1e-3;     // share of a step that leads nowhere
 constexpr int kShortSteps = 10;   // of them
 constexpr Real kShrink = 0.1;     // from one penalty to the next
 constexpr Real kCentred = 0.1;    // gain of a step below which the penalty may grow
-constexpr int kNewtonSteps = 25;  // per penalty
+constexpr int kNewtonSteps = 40;  // per penalty
 constexpr Real kToBoundary = 0.95, kShorter = 0.8, kShortest = 1e-9;
 
 Vector3 vector_of(const Point& p) {
@@ -141,15 +141,32 @@ class Search {
     return r;
   }
 
-  /// At the centre of a penalty what is left, as a direction y, draws on no cone beyond the cost of
-  /// pressing, so that no reactions whose pressing forces add up to less than y tells can help.
+  /// Whether what is left, as a direction y, proves that no reactions help whose pressing forces
+  /// add up to less than kMostPressing: y draws on no cone beyond the cost of pressing, and the
+  /// forces draw more on y than that cost could pay.
   [[nodiscard]] bool is_proven_hopeless() const {
     Real surplus = 0;
     for (std::size_t i = 0; i < touched_.size(); ++i) {
       const Vector3 y = sum_[i] / penalty_inverse_;
       surplus += y.dot(vector_of(force_[touched_[i]])) / unit_ - ball_ * y.norm();
     }
-    return surplus > kPressingShare * kMostPressing;
+    if (!(surplus > kPressingShare * kMostPressing)) return false;
+    for (std::size_t s = 0; s < supports_.size(); ++s) {
+      Vector3 pull = Vector3::Zero();
+      for (int k = 0; k < 4; ++k) {
+        if (supports_[s].weight[k] != 0)
+          pull += supports_[s].weight[k] * sum_[row_[supports_[s].particle[k]]] / penalty_inverse_;
+      }
+      Vector3 along = reactions_[s].axes.transpose() * pull;
+      if (supports_[s].pin) {
+        if (along.norm() > kPinShare * kMostPressing) return false;
+        continue;
+      }
+      const bool slippery = friction_ < kFrictionless;
+      along[0] += kPressingShare / (slippery ? Real(1) : friction_);
+      if (!((slippery ? along[0] : Reaction::room(along)) >= 0)) return false;
+    }
+    return true;
   }
 
   /// What force, reactions and the part that may stay add up to, over the largest force.
