@@ -328,7 +328,7 @@ void Motion::land_pairs() {
   if (pair_contacts_.near() == 0) return;
   mobility_ = inverse_mass_;
   for (const Touch& touch : touching_) mobility_[touch.particle] = 0;
-  pair_contacts_.land(position, mobility_, velocity);
+  pair_contacts_.land(position, inverse_mass_, mobility_, velocity);
 }
 
 double Motion::step(double step_s) {
@@ -336,6 +336,9 @@ double Motion::step(double step_s) {
   ++steps_;
   if (last_way_m_ > pair_contacts_.longest_way_m())
     step_s = std::min(step_s, last_step_s_ * pair_contacts_.longest_way_m() / last_way_m_);
+  // Many pairs may come to press between two looks at the limit.
+  const double grown = pair_contacts_.frequency_squared_per_s2() - bound_of_pairs_per_s2_;
+  if (grown > 0 && bound_per_s2_ > 0) step_s *= std::sqrt(bound_per_s2_ / (bound_per_s2_ + grown));
   start_x_ = position;
   start_v_ = velocity;
   accelerate(start_x_, start_v_, a1_);
@@ -373,13 +376,14 @@ void Motion::stop() {
   }
 }
 
-double Motion::stable_step_s(double share) const {
+double Motion::stable_step_s(double share) {
   double bound = cloth_.stiffness_bound_per_s2(cloth_.strains(position));
   if (options_.contact_between_particles) {
     bound += kLineContactShare * line_contacts_.frequency_squared_per_s2();
   }
-  bound += kPairShare * pair_contacts_.frequency_squared_per_s2();
-  return share * kRk4ImaginaryLimit / std::sqrt(bound);
+  bound_of_pairs_per_s2_ = kPairShare * pair_contacts_.frequency_squared_per_s2();
+  bound_per_s2_ = bound + bound_of_pairs_per_s2_;
+  return share * kRk4ImaginaryLimit / std::sqrt(bound_per_s2_);
 }
 
 double Motion::kinetic_energy_j() const {

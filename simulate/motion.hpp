@@ -51,7 +51,7 @@ class Motion {
   /// One step of at most `step_s`; shorter when a particle hits an object. Returns its length.
   double step(double step_s);
   /// Largest stable step for the current shape, with the given share of the RK4 limit 2.828/omega.
-  [[nodiscard]] double stable_step_s(double share) const;
+  [[nodiscard]] double stable_step_s(double share);
   /// Replaces the damping from here on; damping never changes an equilibrium.
   void set_damping_per_s(double damping_per_s) { options_.damping_per_s = damping_per_s; }
   /// Zeroes all velocities.
@@ -109,7 +109,8 @@ class Motion {
   double way_m_ = 0;                 ///< sum of the fastest particle's ways
   double last_way_m_ = 0;            ///< its way in the last step
   double last_step_s_ = 0;
-  std::vector<double> mobility_;       ///< inverse masses, 0 on an object
+  double bound_per_s2_ = 0, bound_of_pairs_per_s2_ = 0;  ///< that the step's limit counts with
+  std::vector<double> mobility_;                         ///< inverse masses, 0 on an object
   std::vector<double> ways_, speed2_;  ///< each particle's way (m) and squared speed
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;

@@ -26,6 +26,7 @@ constexpr double kThroughShare = 0.25;  // of the thickness: longest way in one 
 constexpr double kSlack = 0.03;  // of a solid's contact beyond a triangle or edge: no gaps between
 constexpr int kApart = 2;        // rows or columns between cells that are two layers
 constexpr int kLandingSweeps = 3;
+constexpr double kLeastMobility = 0.1;  // of a place whose particles nothing holds
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -308,7 +309,8 @@ void PairContacts::choose(const Field& position, double way_m, double margin_m) 
   for (int i = 0; i < count_; ++i) {
     if (rows_[i] > 0) most = std::max(most, rows_[i] / (*mass_)[i]);
   }
-  frequency2_ = stiffness_ * most;
+  // Of a heavily damped contact the rate of decay bounds the step, not its frequency.
+  frequency2_ = std::max(stiffness_ * most, damping_ * most * damping_ * most);
 }
 
 Vector3d PairContacts::mix(const Pair& pair, const Meeting& meeting, const Field& field) const {
@@ -365,8 +367,8 @@ double PairContacts::first_impact(const Field& start, const Field& end, double d
   return share;
 }
 
-void PairContacts::land(const Field& position, const std::vector<double>& inverse_mass,
-                        Field& velocity) {
+void PairContacts::land(const Field& position, const std::vector<double>& whole_inverse_mass,
+                        const std::vector<double>& inverse_mass, Field& velocity) {
   const std::size_t n = position.size() / 3;
   for (int sweep = 0; sweep < kLandingSweeps; ++sweep) {
     for (const int k : chosen_) {
@@ -376,12 +378,16 @@ void PairContacts::land(const Field& position, const std::vector<double>& invers
       const double approach = -mix(pair, *meeting, velocity).dot(meeting->direction);
       const bool rests = pair.pressed && meeting->gap > -kRestDepth;
       if (approach <= (rests ? kFastImpact : 0.0)) continue;
-      double mobility = 0;
+      double mobility = 0, whole = 0;
       for (int c = 0; c < 4; ++c) {
-        if (pair.node[c] < count_)
-          mobility += meeting->weight[c] * meeting->weight[c] * inverse_mass[pair.node[c]];
+        if (pair.node[c] >= count_) continue;
+        const double square = meeting->weight[c] * meeting->weight[c];
+        mobility += square * inverse_mass[pair.node[c]];
+        whole += square * whole_inverse_mass[pair.node[c]];
       }
       if (!(mobility > 0)) continue;
+      // A particle that barely carries the place cannot stop it for those that are held.
+      mobility = std::max(mobility, kLeastMobility * whole);
       for (int c = 0; c < 4; ++c) {
         if (pair.node[c] >= count_) continue;
         const double change = approach / mobility * meeting->weight[c] * inverse_mass[pair.node[c]];

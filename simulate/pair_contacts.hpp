@@ -39,9 +39,10 @@ class PairContacts {
   /// Share of the step from `start` to `end` at which the first pair meets, 1 when none sinks in
   /// by more than `depth_m`.
   [[nodiscard]] double first_impact(const Field& start, const Field& end, double depth_m) const;
-  /// Takes the approaching velocity out of the pairs that have met; particles of no inverse mass
-  /// keep theirs.
-  void land(const Field& position, const std::vector<double>& inverse_mass, Field& velocity);
+  /// Takes the approaching velocity out of the pairs that have met; particles whose `inverse_mass`
+  /// is 0 because something holds them keep theirs. `whole_inverse_mass` is that of free ones.
+  void land(const Field& position, const std::vector<double>& whole_inverse_mass,
+            const std::vector<double>& inverse_mass, Field& velocity);
   /// Moves the friction springs by a step of the motion and notes on which side layers lie.
   void advance(const Field& position, const Field& velocity, double step_s);
 

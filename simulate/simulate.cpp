@@ -175,7 +175,7 @@ void Run::go(SimulateResult& result) {
   while (report.steps < options_.max_steps) {
     if (report.steps % kStepUpdate == 0) {
       step_s = motion_.stable_step_s(options_.step_share);
-      if (!std::isfinite(step_s)) break;
+      if (!std::isfinite(step_s + motion_.kinetic_energy_j())) break;
       report.step_least_s = std::min(report.step_least_s, step_s);
       report.step_most_s = std::max(report.step_most_s, step_s);
     }
