@@ -239,6 +239,16 @@ TEST(RandomScenes, ValidOnesEndFiniteAndHonest) {
   tally.expect_none_refused_of(to - from);
 }
 
+TEST(RandomScenes, LayersThatMeetBesideAHeldParticleThrowNoneAway) {
+  // In these scenes a landing once gave a free particle hundreds of metres per second.
+  Tally tally;
+  for (const int index : {84, 99, 312, 347, 429}) {
+    Dice dice(index);
+    expect_honest(valid_trial(dice, 12000), index, tally);
+  }
+  EXPECT_EQ(tally.diverged, 0);
+}
+
 TEST(RandomScenes, HostileOnesAreRefusedOrEndFinite) {
   const auto [from, to] = range_of(test::trial_count(60, 10000));
   Tally tally;
