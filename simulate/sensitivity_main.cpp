@@ -59,8 +59,8 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   const drape::Sheet reference = drape::read_sheet(args.reference);
   const std::optional<drape::Sheet> start = drape::read_sheet(args.start.value_or(args.reference));
   for (const fs::path& file : fabric.files()) record.input(file);
-  for (const fs::path& file : {args.scene, scene.print_file}) record.input(file);
-  record.input(fs::path(args.reference).replace_extension(".json"));
+  for (const fs::path& file : {args.scene, scene.print_file, args.reference})
+    record.input(file.extension() == ".ply" ? fs::path(file).replace_extension(".json") : file);
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
@@ -92,8 +92,7 @@ int main(int argc, char** argv) {
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  app.add_flag("--only-first-order", args.split.only_first_order,
-               "leave the variants out: error_split.csv then has the base only");
+  app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
   app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");
   return drape::run_program(app, argc, argv, common,
                             [&] { return run(args, drape::arguments_of(argc, argv), common); });
