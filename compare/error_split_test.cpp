@@ -88,7 +88,7 @@ TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
   write_durable(example.split, text);
   try {
     static_cast<void>(read_error_split(example.split));
-    FAIL();
+    FAIL() << "a file with a misspelt key was read";
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("sensitivity.json"));
     EXPECT_THAT(error.what(), HasSubstr("change_mm"));
