@@ -7,12 +7,31 @@ find_package(fmt REQUIRED)
 # Same input, same bytes: the compiler may not contract a*b+c differently per target.
 add_compile_options(-ffp-contract=off)
 
+# A header that its own source file includes first is compiled alone there already (the test
+# Sources.ASourceIncludesItsOwnHeaderFirst); the others are compiled alone by a target of their own.
+function(drape_verify_headers target)
+  set(alone "")
+  foreach(header IN LISTS ARGN)
+    string(REGEX REPLACE "\\.hpp$" ".cpp" source ${header})
+    if(NOT EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/${source})
+      list(APPEND alone ${header})
+    endif()
+  endforeach()
+  if(alone)
+    target_sources(${target} PUBLIC FILE_SET alone TYPE HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${alone})
+    set_target_properties(${target} PROPERTIES INTERFACE_HEADER_SETS_TO_VERIFY alone)
+  else()
+    set_target_properties(${target} PROPERTIES VERIFY_INTERFACE_HEADER_SETS OFF)
+  endif()
+endfunction()
+
 # drape_library(<folder> HEADERS ... SOURCES ... PUBLIC ... PRIVATE ...) makes drapebench::<folder>.
 function(drape_library folder)
   cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(drape_${folder} STATIC ${arg_SOURCES})
   add_library(drapebench::${folder} ALIAS drape_${folder})
   target_sources(drape_${folder} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
+  drape_verify_headers(drape_${folder} ${arg_HEADERS})
   target_link_libraries(drape_${folder} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
 endfunction()
 

@@ -83,6 +83,23 @@ TEST(Sources, EveryHeaderHasAGuard) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
+// So the source proves that its header compiles alone, and the header needs no target of its own.
+TEST(Sources, ASourceIncludesItsOwnHeaderFirst) {
+  std::vector<std::string> findings;
+  int pairs = 0;
+  for (const SourceFile& file : cpp_files()) {
+    if (file.is_header()) continue;
+    const std::string header = file.path.substr(0, file.path.rfind('.')) + ".hpp";
+    if (!std::filesystem::exists(source_root() / header)) continue;
+    ++pairs;
+    const auto first = std::find_if(file.lines.begin(), file.lines.end(),
+                                    [](const Line& line) { return !included(line.text).empty(); });
+    if (first == file.lines.end() || included(first->text) != header) findings.push_back(file.path);
+  }
+  EXPECT_GT(pairs, 100);
+  EXPECT_THAT(findings, IsEmpty());
+}
+
 TEST(Sources, NothingUnfinishedIsLeftInThem) {
   // Spelt apart, so that this file does not find itself.
   const std::regex leftovers(
