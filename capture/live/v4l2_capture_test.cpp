@@ -116,7 +116,7 @@ TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
     output.show(pixels);
   }
   const std::string line = fmt::format(
-      "timeout 60 '{0}' '{1}/rig' --set drape_A --out '{1}/recording' >'{1}/capture.txt' 2>&1",
+      "timeout 200 '{0}' '{1}/rig' --set drape_A --out '{1}/recording' >'{1}/capture.txt' 2>&1",
       test::program("drape-capture").string(), share);
   const int status = std::system(line.c_str());
   EXPECT_EQ(status, 0) << read_text(std::filesystem::path(share) / "capture.txt");
