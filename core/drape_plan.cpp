@@ -111,7 +111,7 @@ Group simulate_group(const Bench& bench) {
                  {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
                   std::to_string(grid), "--segments", std::to_string(segments), "--start-from",
                   (drape.folder / "sheet.ply").string(), "--solver", "static", "--out",
-                  folder.string(), "--json"},
+                  folder.string(), "--threads", "1", "--json"},
                  folder / "sheet.ply", static_cast<double>(grid) * grid * grid));
       }
     }

@@ -28,6 +28,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
   args.options.mass =
       args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
+  args.options.threads = drape::thread_count(common);
   drape::Progress progress("simulate", common.quiet);
   args.options.progress = [&](double fraction, double residual) {
     progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));

@@ -39,6 +39,7 @@ struct SimulateOptions {
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;
+  int threads = 1;  ///< of the static solver's factorisation; never changes a result
   /// Layers of cloth keep this apart (m); 0: the sheet passes through itself. Not asked by the
   /// static solver, whose drapes are only judged for it.
   double cloth_thickness_m = 0.5e-3;

@@ -4,19 +4,21 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/wide.hpp"
+#if defined(__GNUC__) && defined(__x86_64__)
+#include <immintrin.h>
+#define DRAPE_FUSED_X86 1
+#else
+#define DRAPE_FUSED_X86 0
+#endif
 
 namespace drape::sim {
 namespace {
 
 using Index = std::ptrdiff_t;
 
-constexpr Index kRows = 8;    // of a tile that stays in registers
+constexpr Index kRows = 12;   // of a tile that stays in registers
 constexpr Index kCols = 4;    // the same
 constexpr Index kPanel = 24;  // columns factored one by one before the rest is updated
-
-typedef double Lane __attribute__((vector_size(32), aligned(8)));
-constexpr Index kLane = 4;
 
 /// Strips of `height` rows, each stored column by column; zeros fill the last strip.
 void pack(const double* a, Index lead, Index rows, Index depth, Index height,
@@ -34,46 +36,94 @@ void pack(const double* a, Index lead, Index rows, Index depth, Index height,
   }
 }
 
-/// tile (8 x 4, column-major) = sum over k of wide(:, k) narrow(:, k)^T.
-DRAPE_WIDE
+/// tile (12 x 4, column-major) = sum over k of wide(:, k) narrow(:, k)^T.
 void multiply_strips(const double* wide, const double* narrow, Index depth, double* tile) {
-  Lane sum[kCols][2] = {};
+  std::fill(tile, tile + kRows * kCols, 0.0);
   for (Index k = 0; k < depth; ++k) {
-    const Lane a0 = *reinterpret_cast<const Lane*>(wide + k * kRows);
-    const Lane a1 = *reinterpret_cast<const Lane*>(wide + k * kRows + kLane);
     for (Index c = 0; c < kCols; ++c) {
       const double b = narrow[k * kCols + c];
-      sum[c][0] += a0 * b;
-      sum[c][1] += a1 * b;
+      for (Index r = 0; r < kRows; ++r) {
+        tile[c * kRows + r] = std::fma(wide[k * kRows + r], b, tile[c * kRows + r]);
+      }
     }
-  }
-  for (Index c = 0; c < kCols; ++c) {
-    *reinterpret_cast<Lane*>(tile + c * kRows) = sum[c][0];
-    *reinterpret_cast<Lane*>(tile + c * kRows + kLane) = sum[c][1];
   }
 }
 
 /// column -= columns before it in the panel, each times its entry in `row`.
-DRAPE_WIDE
 void subtract_columns(double* column, const double* panel, Index lead, const double* row,
                       Index count, Index rows) {
+  for (Index k = 0; k < count; ++k) {
+    const double b = -row[k * lead];
+    for (Index r = 0; r < rows; ++r) column[r] = std::fma(panel[k * lead + r], b, column[r]);
+  }
+}
+
+#if DRAPE_FUSED_X86
+#define DRAPE_FUSED __attribute__((target("avx2,fma")))
+constexpr Index kLane = 4;
+constexpr Index kLanes = kRows / kLane;
+
+DRAPE_FUSED
+void multiply_strips_x86(const double* wide, const double* narrow, Index depth, double* tile) {
+  __m256d sum[kCols][kLanes] = {};
+  for (Index k = 0; k < depth; ++k) {
+    __m256d a[kLanes];
+    for (Index l = 0; l < kLanes; ++l) a[l] = _mm256_loadu_pd(wide + k * kRows + l * kLane);
+    for (Index c = 0; c < kCols; ++c) {
+      const __m256d b = _mm256_set1_pd(narrow[k * kCols + c]);
+      for (Index l = 0; l < kLanes; ++l) sum[c][l] = _mm256_fmadd_pd(a[l], b, sum[c][l]);
+    }
+  }
+  for (Index c = 0; c < kCols; ++c) {
+    for (Index l = 0; l < kLanes; ++l) _mm256_storeu_pd(tile + c * kRows + l * kLane, sum[c][l]);
+  }
+}
+
+DRAPE_FUSED
+void subtract_columns_x86(double* column, const double* panel, Index lead, const double* row,
+                          Index count, Index rows) {
   Index r = 0;
   for (; r + kRows <= rows; r += kRows) {
-    Lane s0 = *reinterpret_cast<const Lane*>(column + r);
-    Lane s1 = *reinterpret_cast<const Lane*>(column + r + kLane);
+    __m256d sum[kLanes];
+    for (Index l = 0; l < kLanes; ++l) sum[l] = _mm256_loadu_pd(column + r + l * kLane);
     for (Index k = 0; k < count; ++k) {
-      const double b = row[k * lead];
-      s0 -= *reinterpret_cast<const Lane*>(panel + k * lead + r) * b;
-      s1 -= *reinterpret_cast<const Lane*>(panel + k * lead + r + kLane) * b;
+      const __m256d b = _mm256_set1_pd(-row[k * lead]);
+      const double* from = panel + k * lead + r;
+      for (Index l = 0; l < kLanes; ++l) {
+        sum[l] = _mm256_fmadd_pd(_mm256_loadu_pd(from + l * kLane), b, sum[l]);
+      }
     }
-    *reinterpret_cast<Lane*>(column + r) = s0;
-    *reinterpret_cast<Lane*>(column + r + kLane) = s1;
+    for (Index l = 0; l < kLanes; ++l) _mm256_storeu_pd(column + r + l * kLane, sum[l]);
   }
   for (; r < rows; ++r) {
     double sum = column[r];
-    for (Index k = 0; k < count; ++k) sum -= panel[k * lead + r] * row[k * lead];
+    for (Index k = 0; k < count; ++k) sum = std::fma(panel[k * lead + r], -row[k * lead], sum);
     column[r] = sum;
   }
+}
+#endif
+
+/// The kernels, chosen once: what they add, they add in one order with one rounding per product
+/// (fused multiply-add), so both forms give the same bytes.
+struct Kernels {
+  void (*multiply)(const double*, const double*, Index, double*) = multiply_strips;
+  void (*subtract)(double*, const double*, Index, const double*, Index, Index) = subtract_columns;
+
+  explicit Kernels(bool plain) {
+#if DRAPE_FUSED_X86
+    if (plain || !__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) return;
+    multiply = multiply_strips_x86;
+    subtract = subtract_columns_x86;
+#else
+    static_cast<void>(plain);
+#endif
+  }
+};
+
+const Kernels& kernels(bool plain) {
+  static const Kernels fast(false);
+  static const Kernels portable(true);
+  return plain ? portable : fast;
 }
 
 }  // namespace
@@ -82,12 +132,12 @@ void subtract_outer(const double* a, Index a_lead, Index rows, Index cols, Index
                     double* result, Index result_lead, DenseScratch& scratch) {
   pack(a, a_lead, rows, depth, kRows, scratch.wide);
   pack(a, a_lead, cols, depth, kCols, scratch.narrow);
+  const Kernels& run = kernels(scratch.portable);
   double tile[kRows * kCols];
   for (Index j = 0; j < cols; j += kCols) {
     const Index width = std::min(kCols, cols - j);
     for (Index i = j - j % kRows; i < rows; i += kRows) {
-      multiply_strips(scratch.wide.data() + i * depth, scratch.narrow.data() + j * depth, depth,
-                      tile);
+      run.multiply(scratch.wide.data() + i * depth, scratch.narrow.data() + j * depth, depth, tile);
       const Index height = std::min(kRows, rows - i);
       for (Index c = 0; c < width; ++c) {
         double* to = result + i + (j + c) * result_lead;
@@ -98,12 +148,13 @@ void subtract_outer(const double* a, Index a_lead, Index rows, Index cols, Index
 }
 
 bool factor_columns(double* matrix, Index rows, Index cols, DenseScratch& scratch) {
+  const Kernels& run = kernels(scratch.portable);
   for (Index first = 0; first < cols; first += kPanel) {
     const Index last = std::min(cols, first + kPanel);
     for (Index c = first; c < last; ++c) {
       double* column = matrix + c * rows + c;
-      subtract_columns(column, matrix + first * rows + c, rows, matrix + first * rows + c,
-                       c - first, rows - c);
+      run.subtract(column, matrix + first * rows + c, rows, matrix + first * rows + c, c - first,
+                   rows - c);
       if (!(column[0] > 0)) return false;
       const double pivot = std::sqrt(column[0]);
       const double inverse = 1 / pivot;

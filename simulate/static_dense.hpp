@@ -9,6 +9,7 @@ namespace drape::sim {
 /// Scratch of the dense kernels, kept between calls.
 struct DenseScratch {
   std::vector<double> wide, narrow;
+  bool portable = false;  ///< without the processor's fused multiply-add; the same bytes, slowly
 };
 
 /// Cholesky factor of a symmetric matrix's first `cols` columns, in place, column-major with
@@ -20,7 +21,7 @@ struct DenseScratch {
 
 /// Takes A A^T from the lower triangle of `result`: A is `rows` x `depth` at `a` with leading
 /// dimension `a_lead`; result has `result_lead`. Only its first `cols` columns are updated. Values
-/// above the diagonal within 8 rows of it are changed too.
+/// above the diagonal within 12 rows of it are changed too.
 void subtract_outer(const double* a, std::ptrdiff_t a_lead, std::ptrdiff_t rows,
                     std::ptrdiff_t cols, std::ptrdiff_t depth, double* result,
                     std::ptrdiff_t result_lead, DenseScratch& scratch);

@@ -2,6 +2,7 @@
 #include "simulate/static_factor.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <thread>
 
 #include "simulate/static_dense.hpp"
@@ -58,9 +59,19 @@ void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) co
 struct GridFactor::Node {
   std::vector<int> own, border;
   int children[2] = {-1, -1};
-  std::vector<int> place_in_parent;  ///< of each border particle, in the parent's own + border
-  Dense lower;                       ///< rows own + border, columns own
-  Dense update;                      ///< what the border's matrix loses
+  /// Border particles that follow each other in the parent's own + border as well.
+  struct Run {
+    int from = 0, to = 0, count = 0;
+  };
+  std::vector<Run> runs;
+  /// Blocks of the matrix that belong here, and where.
+  struct Entry {
+    int particle = 0, slot = 0, row = 0, col = 0;
+    bool transposed = false;
+  };
+  std::vector<Entry> entries;
+  Dense lower;   ///< rows own + border, columns own
+  Dense update;  ///< what the border's matrix loses
   bool definite = true;
 };
 
@@ -134,13 +145,73 @@ void GridFactor::find_structure() {
   }
   std::vector<int> place(grid_.count(), -1);
   for (Node& node : nodes_) {
+    list_entries(node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
     for (const int particle : node.border) place[particle] = k++;
     for (const int child : node.children) {
       if (child < 0) continue;
-      for (const int particle : nodes_[child].border) {
-        nodes_[child].place_in_parent.push_back(place[particle]);
+      join_runs(nodes_[child], place);
+    }
+  }
+}
+
+void GridFactor::join_runs(Node& child, const std::vector<int>& place) {
+  for (int k = 0; k < static_cast<int>(child.border.size()); ++k) {
+    const int to = place[child.border[k]];
+    if (!child.runs.empty() && child.runs.back().to + child.runs.back().count == to) {
+      ++child.runs.back().count;
+    } else {
+      child.runs.push_back({k, to, 1});
+    }
+  }
+}
+
+void GridFactor::list_entries(Node& node) {
+  const GridMatrix pattern(grid_);
+  const int own = static_cast<int>(node.own.size());
+  const int first = rank_[node.own.front()];
+  const auto place = [&](int particle) {
+    const int rank = rank_[particle];
+    if (rank < first + own) return rank - first;
+    const auto at = std::lower_bound(node.border.begin(), node.border.end(), particle,
+                                     [&](int a, int b) { return rank_[a] < rank_[b]; });
+    return own + static_cast<int>(at - node.border.begin());
+  };
+  for (int k = 0; k < own; ++k) {
+    const int p = node.own[k];
+    node.entries.push_back({p, 0, k, k, false});
+    for (int s = 1; s < GridMatrix::slots; ++s) {
+      const int after = p + pattern.step(s);
+      if (pattern.has(p, s) && rank_[after] > rank_[p]) {
+        node.entries.push_back({p, s, place(after), k, false});
+      }
+      const int before = p - pattern.step(s);
+      if (before < 0 || std::abs(before % grid_.cols - p % grid_.cols) > 2) continue;
+      if (pattern.has(before, s) && rank_[before] > rank_[p]) {
+        node.entries.push_back({before, s, place(before), k, true});
+      }
+    }
+  }
+}
+
+/// Adds what a child's border loses: run after run of each column.
+void GridFactor::add_update(const Node& child, Node& node) {
+  const Eigen::Index own = node.lower.cols();
+  const Eigen::Index lead = child.update.rows();
+  for (const Node::Run& cols : child.runs) {
+    for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
+      const Eigen::Index from_col = 3 * cols.from + c;
+      const Eigen::Index to_col = 3 * cols.to + c;
+      const bool inside = to_col < own;
+      double* to =
+          inside ? &node.lower.coeffRef(0, to_col) : &node.update.coeffRef(0, to_col - own) - own;
+      const double* from = child.update.data() + from_col * lead;
+      for (const Node::Run& rows : child.runs) {
+        const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
+        const Eigen::Index end = 3 * (rows.from + rows.count);
+        const Eigen::Index shift = 3 * (rows.to - rows.from);
+        for (Eigen::Index r = begin; r < end; ++r) to[r + shift] += from[r];
       }
     }
   }
@@ -151,50 +222,20 @@ void GridFactor::assemble(Node& node) {
   const auto border = static_cast<Eigen::Index>(node.border.size());
   node.lower.setZero(3 * (own + border), 3 * own);
   node.update.setZero(3 * border, 3 * border);
-  const auto find = [&](int particle) {
-    const int first = rank_[node.own.front()];
-    const int rank = rank_[particle];
-    if (rank < first + own) return static_cast<Eigen::Index>(rank - first);
-    const auto at = std::lower_bound(node.border.begin(), node.border.end(), particle,
-                                     [&](int a, int b) { return rank_[a] < rank_[b]; });
-    return own + (at - node.border.begin());
-  };
-  const int cols = grid_.cols;
-  for (Eigen::Index k = 0; k < own; ++k) {
-    const int p = node.own[k];
-    node.lower.block<3, 3>(3 * k, 3 * k) += matrix_->block(p, 0);
-    node.lower.block<3, 3>(3 * k, 3 * k).diagonal().array() += (*shift_)[p];
-    for (int s = 1; s < GridMatrix::slots; ++s) {
-      if (matrix_->has(p, s)) {
-        const int other = p + matrix_->step(s);
-        if (rank_[other] > rank_[p]) {
-          node.lower.block<3, 3>(3 * find(other), 3 * k) += matrix_->block(p, s);
-        }
-      }
-      const int other = p - matrix_->step(s);
-      if (other < 0 || std::abs(other % cols - p % cols) > 2) continue;
-      if (matrix_->has(other, s) && rank_[other] > rank_[p]) {
-        node.lower.block<3, 3>(3 * find(other), 3 * k) += matrix_->block(other, s).transpose();
-      }
+  for (const Node::Entry& entry : node.entries) {
+    auto to = node.lower.block<3, 3>(3 * entry.row, 3 * entry.col);
+    const Eigen::Matrix3d& block = matrix_->block(entry.particle, entry.slot);
+    if (entry.transposed) {
+      to += block.transpose();
+    } else {
+      to += block;
     }
+    if (entry.row == entry.col) to.diagonal().array() += (*shift_)[entry.particle];
   }
-  for (const int c : node.children) {
-    if (c < 0) continue;
-    Node& child = nodes_[c];
-    const auto count = static_cast<Eigen::Index>(child.border.size());
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const Eigen::Index to_col = child.place_in_parent[j];
-      for (Eigen::Index i = j; i < count; ++i) {
-        const Eigen::Index to_row = child.place_in_parent[i];
-        const auto block = child.update.block<3, 3>(3 * i, 3 * j);
-        if (to_col < own) {
-          node.lower.block<3, 3>(3 * to_row, 3 * to_col) += block;
-        } else {
-          node.update.block<3, 3>(3 * (to_row - own), 3 * (to_col - own)) += block;
-        }
-      }
-    }
-    child.update.resize(0, 0);
+  for (const int child : node.children) {
+    if (child < 0) continue;
+    add_update(nodes_[child], node);
+    nodes_[child].update.resize(0, 0);
   }
 }
 

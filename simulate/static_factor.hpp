@@ -76,6 +76,9 @@ class GridFactor {
   void find_structure();
   void factor_subtree(int node, int depth);
   void factor_node(int node);
+  static void join_runs(Node& child, const std::vector<int>& place);
+  void list_entries(Node& node);
+  static void add_update(const Node& child, Node& node);
   void assemble(Node& node);
 
   GridSpec grid_;

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
+#include "simulate/static_dense.hpp"
 #include "simulate/static_factor.hpp"
 
 namespace drape::sim {
@@ -112,6 +114,30 @@ TEST(GridFactor, SolvesOnAnyGridAndTheSameWithTwoThreads) {
     matrix.multiply(x, back);
     back += 2.0 * x;
     EXPECT_LT((back - b).norm(), 1e-10 * b.norm()) << rows << "x" << cols;
+  }
+}
+
+// Fused multiply-add rounds once wherever it is computed, so the bytes do not depend on the
+// processor: the portable kernels are what one without the instruction runs.
+TEST(DenseKernels, GiveTheSameBytesWithAndWithoutTheProcessorsInstruction) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> value(-1, 1);
+  for (const auto& [rows, cols] : {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}}) {
+    std::vector<double> matrix(static_cast<std::size_t>(rows) * cols);
+    for (double& v : matrix) v = value(random);
+    for (int c = 0; c < cols; ++c) matrix[static_cast<std::size_t>(c) * rows + c] = 2.0 * rows;
+    std::vector<double> other = matrix;
+    DenseScratch fast, portable;
+    portable.portable = true;
+    ASSERT_TRUE(factor_columns(matrix.data(), rows, cols, fast));
+    ASSERT_TRUE(factor_columns(other.data(), rows, cols, portable));
+    EXPECT_EQ(std::memcmp(matrix.data(), other.data(), matrix.size() * sizeof(double)), 0) << rows;
+    std::vector<double> result(static_cast<std::size_t>(rows) * rows, 1.0);
+    std::vector<double> result_other = result;
+    subtract_outer(matrix.data(), rows, rows, rows, cols, result.data(), rows, fast);
+    subtract_outer(other.data(), rows, rows, rows, cols, result_other.data(), rows, portable);
+    EXPECT_EQ(std::memcmp(result.data(), result_other.data(), result.size() * sizeof(double)), 0)
+        << rows;
   }
 }
 

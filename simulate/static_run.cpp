@@ -90,6 +90,7 @@ StaticOptions static_options(const Scene& scene, const SimulateOptions& options)
   how.friction = scene.friction;
   how.contact_between_particles = options.contact_between_particles;
   how.residual_tolerance = options.static_tolerance;
+  how.threads = options.threads;
   how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
   return how;
 }

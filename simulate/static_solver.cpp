@@ -66,6 +66,7 @@ StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
       options_(options),
       contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm(),
                 options.contact_between_particles),
+      cloth_hessian_(cloth.grid()),
       hessian_(cloth.grid()),
       factor_(cloth.grid(), options.threads),
       shift_(cloth.count(), 0.0) {
@@ -113,9 +114,14 @@ void StaticSolver::begin_step() {
   residual_ /= weight_n_;
 }
 
-void StaticSolver::newton_matrix(bool convex) {
-  hessian_.set_zero();
-  add_hessian(cloth_, position, convex, hessian_);
+/// The cloth's part is kept for the solves of the same step with other contacts.
+void StaticSolver::newton_matrix(bool convex, Solve solve) {
+  if (solve == Solve::anew || convex != cloth_convex_) {
+    cloth_hessian_.set_zero();
+    add_hessian(cloth_, position, convex, cloth_hessian_);
+    cloth_convex_ = convex;
+  }
+  hessian_ = cloth_hessian_;
   contacts_.add_hessian(position, convex, hessian_);
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
 }
@@ -125,7 +131,7 @@ bool StaticSolver::factorise_here() {
   begin_step();
   mu_ = 0;
   factor_serves_ = false;
-  newton_matrix(false);
+  newton_matrix(false, Solve::anew);
   return factor_.factorise(hessian_, shift_);
 }
 
@@ -136,7 +142,7 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
   trial_ = position;
   VectorXd way;
   for (int k = 0; k < kStates; ++k) {
-    newton_matrix(false);
+    newton_matrix(false, k == 0 ? Solve::anew : Solve::changed);
     if (!factor_.factorise(hessian_, shift_)) return std::nullopt;
     way = force;
     factor_.solve(way);
@@ -146,22 +152,41 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
   return way;
 }
 
+/// product = the matrix of the step times x.
+void StaticSolver::multiply(const VectorXd& x, VectorXd& product) const {
+  hessian_.multiply(x, product);
+  for (int i = 0; i < cloth_.count(); ++i) {
+    product.segment<3>(3 * i) += shift_[i] * x.segment<3>(3 * i);
+  }
+}
+
 /// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
 /// some contacts have changed since, a few solves do what a new factor would. step_ comes in as
-/// the right side; false when that did not work, with step_ as it came in.
-bool StaticSolver::solve_by_old_factor(StaticReport& report) {
+/// the right side; false when that did not work, with step_ as it came in. `guess` is where the
+/// answer is sought from; nothing: from zero.
+bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& report) {
   VectorXd rest = step_;
-  VectorXd answer = VectorXd::Zero(rest.size());
   VectorXd preconditioned = rest;
   factor_.solve(preconditioned);
-  VectorXd way = preconditioned;
   double size = rest.dot(preconditioned);
   const double enough = kSolved * kSolved * size;
-  for (int k = 0; k < kSolves && size > 0; ++k) {
-    hessian_.multiply(way, product_);
-    for (int i = 0; i < cloth_.count(); ++i) {
-      product_.segment<3>(3 * i) += shift_[i] * way.segment<3>(3 * i);
+  VectorXd answer = VectorXd::Zero(rest.size());
+  if (guess.size() == rest.size()) {
+    answer = guess;
+    multiply(answer, product_);
+    rest -= product_;
+    preconditioned = rest;
+    factor_.solve(preconditioned);
+    ++report.reused;
+    size = rest.dot(preconditioned);
+    if (size < enough) {
+      step_ = answer;
+      return true;
     }
+  }
+  VectorXd way = preconditioned;
+  for (int k = 0; k < kSolves && size > 0; ++k) {
+    multiply(way, product_);
     const double curve = way.dot(product_);
     if (!(curve > 0)) return false;
     answer += size / curve * way;
@@ -187,15 +212,16 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   const bool changed = solve == Solve::changed;
   bool convex = changed ? convex_ : convex_left_ > 0;
   if (convex && !changed) --convex_left_;
+  const VectorXd guess = changed ? step_ : VectorXd();
   for (int attempt = 0; attempt < 12; ++attempt) {
-    newton_matrix(convex);
+    newton_matrix(convex, attempt == 0 ? solve : Solve::changed);
     gradient_.resize(3 * n);
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;
     contacts_.add_landing(model_gradient_);
     step_ = -model_gradient_;
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
-    if (attempt > 0 || !serves || !solve_by_old_factor(report)) {
+    if (attempt > 0 || !serves || !solve_by_old_factor(guess, report)) {
       ++report.factorisations;
       factor_serves_ = factor_.factorise(hessian_, shift_);
       if (!factor_serves_) {

@@ -81,10 +81,11 @@ class StaticSolver {
   void find_forces(const Field& x, Field& force) const;
   void begin_step();
   bool factorise_here();
-  void newton_matrix(bool convex);
   enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
+  void newton_matrix(bool convex, Solve solve);
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
-  bool solve_by_old_factor(StaticReport& report);
+  bool solve_by_old_factor(const Eigen::VectorXd& guess, StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
   double potential_change(const Eigen::VectorXd& way);
@@ -100,7 +101,7 @@ class StaticSolver {
   const Surroundings& surroundings_;
   StaticOptions options_;
   StaticContacts contacts_;
-  GridMatrix hessian_;
+  GridMatrix cloth_hessian_, hessian_;
   GridFactor factor_;
   Field force_, trial_, trial_force_;
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
@@ -108,6 +109,7 @@ class StaticSolver {
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
   bool factor_serves_ = false;  ///< factor_ is of a matrix like the present one
+  bool cloth_convex_ = false;   ///< cloth_hessian_ is the convex one
   bool convex_ = false;         ///< and that matrix was the convex one
   int convex_left_ = 0;
 };
