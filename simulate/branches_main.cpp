@@ -40,6 +40,9 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   }
   for (const int start : result.branches.not_at_rest)
     ending.rejected.push_back(fmt::format("start {} did not come to rest", start));
+  for (const drape::sim::RefusedStarts& one : result.branches.refused)
+    ending.rejected.push_back(fmt::format("start{} {}: {}", one.starts.size() == 1 ? "" : "s",
+                                          fmt::join(one.starts, ", "), one.why));
   ending.go = !result.sheets.empty();
   ending.verdict =
       fmt::format("{} equilibria from {} starts", result.sheets.size(), args.branches.starts);

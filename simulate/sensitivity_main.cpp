@@ -25,7 +25,7 @@ drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
   drape::Ending ending;
   const drape::SplitRow& base = split.rows.front();
   ending.go = base.at_rest && split.sensitivities.has_value();
-  ending.verdict = !base.at_rest ? "the base is not at rest"
+  ending.verdict = !base.at_rest ? "the base: " + split.base_sentence
                    : ending.go   ? fmt::format("mean distance {:.3f} mm over {} marks",
                                                base.distance_m / mm, split.marks)
                                  : "the base is a saddle: it has no first-order answer";

@@ -400,6 +400,17 @@ void SimulateOptions::check() const {
           "a time or the imperfection is negative", "give 0 or more");
 }
 
+void finish_static(const sim::StaticCase& the_case, const Fabric& fabric, const sim::GridSpec& grid,
+                   const SimulateOptions& options, const sim::StaticDrape& drape,
+                   SimulateResult& result) {
+  const sim::StaticOptions how = sim::static_options(the_case.scene, options);
+  sim::book_static(the_case, grid, how, drape, result);
+  measure_gaps(grid, the_case.surroundings, drape.position, result.report);
+  judge_overlaps(grid, the_case.surroundings, drape.position, options, result.report);
+  result.sheet = sheet_of(grid, drape.position);
+  result.sheet.source = source_of(the_case.scene, fabric, options, result.report);
+}
+
 SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,
                         const std::optional<Sheet>& measured, const SimulateOptions& options) {
   options.check();
@@ -416,11 +427,8 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   const sim::Surroundings surroundings(scene);
   if (options.solver == "static") {
     const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
-    const sim::Field position = sim::run_static(the_case, grid, options, result);
-    measure_gaps(grid, surroundings, position, report);
-    judge_overlaps(grid, surroundings, position, options, report);
-    result.sheet = sheet_of(grid, position);
-    result.sheet.source = source_of(scene, fabric, options, report);
+    const sim::StaticOptions how = sim::static_options(scene, options);
+    finish_static(the_case, fabric, grid, options, drape_statically(the_case, grid, how), result);
     return result;
   }
   sim::Cloth cloth(grid, laws, options.mass,

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <numbers>
 
-#include "core/files.hpp"
 #include "core/units.hpp"
+#include "simulate/certify.hpp"
 
 namespace drape::sim {
 namespace {
@@ -241,6 +241,10 @@ Json branches_json(const Branches& branches) {
   json["schema"] = "drapebench/branches/1";
   json["scene_round_about_the_vertical"] = branches.round;
   json["starts_not_at_rest"] = branches.not_at_rest;
+  json["refused"] = Json::array();
+  for (const RefusedStarts& one : branches.refused) {
+    json["refused"].push_back({{"starts", one.starts}, {"why", one.why}});
+  }
   Json list = Json::array();
   for (std::size_t k = 0; k < branches.found.size(); ++k) {
     const Branch& branch = branches.found[k];
@@ -275,29 +279,24 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   const sim::Surroundings surroundings(scene);
   const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
   BranchResult result;
-  result.branches = sim::find_branches(the_case, grid, sim::static_options(scene, options), how);
-  for (const sim::Branch& branch : result.branches.found) {
-    Sheet sheet;
-    sheet.rows = grid.rows;
-    sheet.cols = grid.cols;
-    sheet.patch_m = grid.patch_m;
-    for (int i = 0; i < grid.count(); ++i) {
-      SheetMark mark;
-      mark.mark = {i / grid.cols, i % grid.cols};
-      mark.material_m = sim::material_of(grid, mark.mark.row, mark.mark.col);
-      mark.point_in_world = sim::at(branch.position, i);
-      sheet.marks.push_back(mark);
+  sim::Branches& branches = result.branches;
+  branches = sim::find_branches(the_case, grid, sim::static_options(scene, options), how);
+  std::vector<sim::Branch> found;
+  found.swap(branches.found);
+  SimulateOptions by_static = options;
+  by_static.solver = "static";
+  for (sim::Branch& branch : found) {
+    SimulateResult judged;
+    judged.report = report;
+    finish_static(the_case, fabric, grid, by_static,
+                  {{}, branch.position, branch.report, branch.report.iterations}, judged);
+    judge_rest(judged, scene, fabric, print, by_static);
+    if (judged.report.status != RestStatus::at_rest) {
+      branches.refused.push_back({branch.starts, judged.report.sentence});
+      continue;
     }
-    sheet.source = SimulatedSource{.scene = scene.name,
-                                   .fabric = fabric.name,
-                                   .scene_sha256 = sha256_of_file(scene.file),
-                                   .fabric_sha256 = fabric_sha256(fabric),
-                                   .start_sha256 = std::nullopt,
-                                   .segments = options.segments,
-                                   .model = options.model,
-                                   .solver = "static",
-                                   .status = "at rest"};
-    result.sheets.push_back(sheet);
+    result.sheets.push_back(std::move(judged.sheet));
+    branches.found.push_back(std::move(branch));
   }
   return result;
 }

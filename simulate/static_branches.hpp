@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "core/json_file.hpp"
@@ -49,10 +50,17 @@ struct BranchOptions {
   double same_m = 1e-3;
 };
 
+/// Starts that ended still, but where no sheet can rest.
+struct RefusedStarts {
+  std::vector<int> starts;
+  std::string why;
+};
+
 struct Branches {
-  std::vector<Branch> found;     ///< by energy, lowest first
-  std::vector<int> not_at_rest;  ///< starts that did not come to rest
-  bool round = false;            ///< the scene looks the same when turned about a vertical axis
+  std::vector<Branch> found;           ///< by energy, lowest first
+  std::vector<int> not_at_rest;        ///< starts that did not come to rest
+  std::vector<RefusedStarts> refused;  ///< still, but in an object or refused by the checker
+  bool round = false;  ///< the scene looks the same when turned about a vertical axis
 };
 
 /// Whether all objects are round about one vertical axis.
@@ -75,8 +83,8 @@ struct BranchResult {
   std::vector<Sheet> sheets;  ///< of branches.found
 };
 
-/// Equilibria of a drape; `options` as for simulate() with the solver "static". Throws Error for
-/// wrong input.
+/// Equilibria of a drape, each judged as simulate_checked() does; `options` as for simulate() with
+/// the solver "static". Throws Error for wrong input.
 [[nodiscard]] BranchResult simulate_branches(const Scene& scene, const Fabric& fabric,
                                              const Print& print,
                                              const std::optional<Sheet>& measured,

@@ -20,9 +20,9 @@ struct Case {
   Print print;
 };
 
-Case sphere_case() {
+Case case_of(const std::string& scene) {
   Case c;
-  c.scene = read_scene(test::source_root() / "rigs/bench1/scenes/A.toml");
+  c.scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (scene + ".toml"));
   const Surroundings objects(c.scene);
   c.scene.start.mode = StartMode::flat;
   c.scene.start.centre_in_world = Eigen::Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
@@ -39,7 +39,7 @@ BranchResult search(const Case& c, int starts) {
 }
 
 TEST(Branches, AreRankedAtRestAndTheSameAgain) {
-  const Case c = sphere_case();
+  const Case c = case_of("A");
   const BranchResult one = search(c, 6);
   const BranchResult two = search(c, 6);
   EXPECT_TRUE(one.branches.round);
@@ -60,6 +60,23 @@ TEST(Branches, AreRankedAtRestAndTheSameAgain) {
   }
   EXPECT_EQ(starts, 6U);
   EXPECT_EQ(branches_json(one.branches).dump(), branches_json(two.branches).dump());
+}
+
+// A coarse sheet that touches with its particles only is cut by the cube's edges.
+TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
+  const Case c = case_of("C");
+  SimulateOptions options;
+  options.rows = options.cols = 7;
+  options.segments = 1;
+  options.solver = "static";
+  options.contact_between_particles = false;
+  const BranchResult result =
+      simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = 2});
+  EXPECT_TRUE(result.branches.found.empty());
+  EXPECT_TRUE(result.sheets.empty());
+  ASSERT_FALSE(result.branches.refused.empty());
+  EXPECT_NE(result.branches.refused.front().why.find("inside an object"), std::string::npos)
+      << result.branches.refused.front().why;
 }
 
 TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {

@@ -95,10 +95,8 @@ StaticOptions static_options(const Scene& scene, const SimulateOptions& options)
   return how;
 }
 
-Field run_static(const StaticCase& the_case, const GridSpec& grid, const SimulateOptions& options,
-                 SimulateResult& result) {
-  const StaticOptions how = static_options(the_case.scene, options);
-  const StaticDrape drape = drape_statically(the_case, grid, how);
+void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
+                 const StaticDrape& drape, SimulateResult& result) {
   SimulateReport& report = result.report;
   const StaticReport& found = drape.report;
   book_start(drape.start.report, report);
@@ -129,7 +127,6 @@ Field run_static(const StaticCase& the_case, const GridSpec& grid, const Simulat
         "definite");
   }
   report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
-  return drape.position;
 }
 
 }  // namespace drape::sim

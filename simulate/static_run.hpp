@@ -46,8 +46,18 @@ struct StaticDrape {
 
 [[nodiscard]] StaticOptions static_options(const Scene& scene, const SimulateOptions& options);
 
-/// One run of the program: fills the report and history of `result`, returns the positions.
-[[nodiscard]] Field run_static(const StaticCase& the_case, const GridSpec& grid,
-                               const SimulateOptions& options, SimulateResult& result);
+/// Fills the report, history and strains of `result` with what a drape found.
+void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
+                 const StaticDrape& drape, SimulateResult& result);
 
 }  // namespace drape::sim
+
+namespace drape {
+
+/// What simulate() makes of a drape that the static solver found: report with gaps and overlaps
+/// judged, history, sheet and its source. `options` as given to simulate(), solver "static".
+void finish_static(const sim::StaticCase& the_case, const Fabric& fabric, const sim::GridSpec& grid,
+                   const SimulateOptions& options, const sim::StaticDrape& drape,
+                   SimulateResult& result);
+
+}  // namespace drape

@@ -29,6 +29,7 @@ struct SplitRow {
 /// Where the distance between a drape and its reference comes from.
 struct ErrorSplit {
   sim::StaticReport base;
+  std::string base_sentence;  ///< how the base ended, judged as by simulate_checked()
   int marks = 0;
   double friction = 0;
   std::vector<SplitRow> rows;  ///< the base first
