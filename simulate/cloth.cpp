@@ -69,13 +69,7 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
       if (lines_[d].width[i] > 0) lines_[d].k_diag_share[i] = slant / beside;
     }
   }
-  work_.pad = grid.cols + 1;
-  work_.size = n + 2 * work_.pad;
-  work_.data.assign(static_cast<std::size_t>(Work::blocks * work_.size), 0.0);
-  for (int d = 0; d < 2; ++d) {  // of a straight law; others change with the curvature
-    const double scale = laws_.bending[d].slope / std::pow(lines_[d].spacing, 3);
-    for (int i = 0; i < n; ++i) work_.of(Work::secant + d)[i] = scale * lines_[d].triple_width[i];
-  }
+  prepare_work();
 }
 
 /// Takes away what is no cloth: each cell holds a quarter of itself to each corner and half of

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstddef>
 #include <vector>
 
 #include "simulate/curve.hpp"
@@ -124,27 +126,53 @@ class Cloth {
   [[nodiscard]] double stiffness_bound_per_s2(const Strains& strains) const;
 
  private:
-  /// Scratch of add_forces(): one number per element or particle in each block, and zeros before
-  /// and after it, which stand for the elements beyond the sheet.
+  /// Scratch of add_forces(): blocks of one number per particle or per element that begins there,
+  /// with zeros before and after, which stand for what is beyond the sheet; and blocks that hold a
+  /// band of particles, with the last row of the band before in front.
   struct Work {
     enum Block {
-      x = 0,
-      y = 1,
-      z = 2,
-      tension = 3,   ///< per line: N/m, force of a spring over its length
-      secant = 5,    ///< per line: N/m, of the triples
-      corner = 7,    ///< per axis: forces of a cell on its corners 00, 01, 10, 11
-      bend = 19,     ///< per axis and line: force of a triple
-      strain = 25,   ///< per line; the next ones have no zeros around them
-      inverse = 27,  ///< per line: 1/m, of the springs' lengths
-      gain = 29,     ///< per cell: N/m
-      ratio = 30,    ///< two per cell
-      k_diag = 32,   ///< per cell, model "paper": N/m; with zeros around
-      blocks = 33
+      x = 0,             ///< per axis
+      v = 3,             ///< per axis
+      width = 6,         ///< per line, of the springs
+      triple_width = 8,  ///< per line
+      secant = 10,       ///< per line: N/m, of the triples
+      cell = 12,         ///< 1 where there is a cell
+      twist = 13,        ///< N/m, of the cells
+      share = 14,        ///< per line: k_diag_share
+      blocks = 16
     };
-    std::ptrdiff_t pad = 0, size = 0;
-    Field data;
-    [[nodiscard]] double* of(int block) { return data.data() + block * size + pad; }
+    enum BandBlock {
+      strain = 0,      ///< per line
+      inverse = 2,     ///< per line: 1/m, of the springs' lengths
+      damping = 4,     ///< per line: N/m, force per width of the springs' damping
+      tension = 6,     ///< per line: N/m, force of a spring over its length
+      stiff_a = 8,     ///< N/m per cell, between its mid-lines: warp with warp,
+      stiff_ab = 9,    ///< warp with weft,
+      stiff_b = 10,    ///< weft with weft
+      angle = 11,      ///< rad, of the cells' shear
+      before = 12,     ///< N along a cell's first edge along the warp
+      after = 13,      ///< per axis: N along its second one
+      cross = 16,      ///< per axis: N along its edges along the weft
+      warp_edge = 19,  ///< per axis: N along the edges of the grid
+      weft_edge = 22,  ///< per axis
+      k_diag = 25,     ///< per cell, model "paper": N/m
+      band_blocks = 26
+    };
+    static constexpr std::array<int, 13> of_row_before{
+        after,         after + 1,     after + 2, cross,         cross + 1,     cross + 2, warp_edge,
+        warp_edge + 1, warp_edge + 2, weft_edge, weft_edge + 1, weft_edge + 2, k_diag};
+    /// A known distance between the blocks of a band leaves the loops one address to count with.
+    /// It is no multiple of 4 KiB, or they would all compete for the same places of the cache.
+    static constexpr std::ptrdiff_t band_pad = 408, band_size = 1160;
+    struct alignas(64) CacheLine {
+      double value[8];
+    };
+    std::ptrdiff_t pad = 0, size = 0, band = 0;
+    std::vector<CacheLine> lines, band_lines;
+    [[nodiscard]] double* of(int block) { return lines.front().value + block * size + pad; }
+    [[nodiscard]] double* in_band(int block) {
+      return band_lines.front().value + block * band_size + band_pad;
+    }
   };
   /// Particles, and the springs, triples and cells that begin at them.
   struct Band {
@@ -152,15 +180,18 @@ class Cloth {
   };
 
   void cut_round();
-  void load_positions(const Field& position);
-  void find_tensions(int direction, const Field* velocity, Band band);
-  void find_secants(int direction, Band band);
+  void prepare_work();
+  void keep_last_row(Band band);
+  void find_secants(int direction);
+  void find_lengths(Band band, bool damped);
+  template <bool damped>
+  void find_lengths_as(Band band);
+  void find_tensions(int direction, Band band);
   void find_shear(Band band);
-  void find_paper_springs();
-  void take_off_lines(int direction);
+  void find_diagonals(Band band);
+  void take_off_lines(int direction, Band band);
   void pull_cells(int axis, Band band);
-  void pull_diagonals(int axis);
-  void pull_triples(int axis, Band band);
+  void pull_edges(int axis, Band band);
   void sum_at_particles(int axis, Band band, double* result);
 
   /// A spring between particles a and b: a diagonal, or the part -Kdiag of a grid line spring.

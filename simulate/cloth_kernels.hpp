@@ -12,6 +12,14 @@
 namespace drape::sim::kernels {
 
 inline constexpr std::size_t kHingesAtOnce = 4;  ///< a curve of five segments
+inline constexpr std::ptrdiff_t kVector = 8;     ///< values of a cache line
+inline constexpr double kNoLength2 = 1e-300;     ///< m^2; keeps the inverse of no length finite
+inline constexpr double kNoArea2 = 1e-180;       ///< m^4; the same for cells
+
+/// The loops have no rest.
+inline std::ptrdiff_t rounded_up(std::ptrdiff_t values) {
+  return (values + kVector - 1) / kVector * kVector;
+}
 
 /// The first hinges of a law, with changes of 0 where it has fewer.
 struct Law {
@@ -37,37 +45,35 @@ DRAPE_INLINE double odd_hinge(const ForceCurve::Hinge& hinge, double x) {
   return hinge.change * (std::max(0.0, x - hinge.at) - std::max(0.0, -x - hinge.at));
 }
 
-/// asin(s) / s for q = s^2 <= 1/4, to 3e-16: the polynomial through 13 Chebyshev nodes.
-DRAPE_INLINE double asin_over_sine(double q) {
-  double p = 0.03187962140081284;
-  p = p * q - 0.016187392271599134;
-  p = p * q + 0.019513468251252167;
-  p = p * q + 0.0065293020047365695;
-  p = p * q + 0.012170138592391726;
-  p = p * q + 0.01388484282640208;
-  p = p * q + 0.01735977964134998;
-  p = p * q + 0.022371749733164054;
-  p = p * q + 0.03038195969768514;
-  p = p * q + 0.044642856805998936;
-  p = p * q + 0.07500000000385201;
-  p = p * q + 0.16666666666664942;
-  return p * q + 1.0;
+/// atan(t) / t for q = t^2 <= 0.34, to 3e-16: the polynomial through 14 Chebyshev nodes, in pairs
+/// (Estrin), which wait for each other less than Horner's steps.
+DRAPE_INLINE double atan_over_tangent(double q) {
+  const double q2 = q * q, q4 = q2 * q2;
+  const double p0 = 1.0 - 0.33333333333332216 * q;
+  const double p2 = 0.19999999999785775 - 0.14285714269463612 * q;
+  const double p4 = 0.11111110465423782 - 0.09090893653966708 * q;
+  const double p6 = 0.07692067230608654 - 0.06664104675185338 * q;
+  const double p8 = 0.05863121715404561 - 0.05159775272929573 * q;
+  const double p10 = 0.043613881692449646 - 0.03231327711378315 * q;
+  const double p12 = 0.01772149287805661 - 0.005103766975673506 * q;
+  const double low = (p0 + p2 * q2) + (p4 + p6 * q2) * q4;
+  const double high = (p8 + p10 * q2) + p12 * q4;
+  return low + high * (q4 * q4);
 }
 
-/// Beyond 30 degrees narrow_asin() does not hold.
-DRAPE_INLINE bool is_wide(double sine) {
-  return sine * sine > 0.25;
+/// Beyond 30 degrees narrow_atan() does not hold.
+DRAPE_INLINE bool is_wide(double tangent) {
+  return tangent * tangent > 0.34;
 }
 
-DRAPE_INLINE double narrow_asin(double sine) {
-  return sine * asin_over_sine(sine * sine);
+DRAPE_INLINE double narrow_atan(double tangent) {
+  return tangent * atan_over_tangent(tangent * tangent);
 }
 
-/// For any sine by the half angle, 2 asin(s / sqrt(2 (1 + cos))); to 3e-16 up to 60 degrees, where
-/// the half angle's polynomial ends, and to 1e-7 up to 89.
-DRAPE_INLINE double wide_asin(double sine) {
-  const double cosine = std::sqrt(std::max(1e-6, 1 - sine * sine));
-  return 2 * narrow_asin(sine / std::sqrt(2 * (1 + cosine)));
+/// For any tangent below 1e150 by a quarter of the angle, tan(a / 2) = t / (1 + sqrt(1 + t^2)).
+DRAPE_INLINE double wide_atan(double tangent) {
+  const double half = tangent / (1 + std::sqrt(1 + tangent * tangent));
+  return 4 * narrow_atan(half / (1 + std::sqrt(1 + half * half)));
 }
 
 }  // namespace drape::sim::kernels

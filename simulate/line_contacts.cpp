@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "simulate/solid_features.hpp"
+#include "simulate/wide.hpp"
 
 namespace drape::sim {
 namespace {
@@ -14,10 +15,13 @@ using Eigen::Vector3d;
 
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
 constexpr double kLookAgain = 30e-6;  // m; way after which a watched element is searched again
-constexpr double kEndShare = 0.02;    // contacts nearer to a particle than this share are its own
-constexpr int kSearchSteps = 14;      // of the ternary search: 0.4 % of the line piece
+constexpr double kEndShare = 0.02;    // what is nearer to a particle than this share is its own
+constexpr int kSearchSteps = 20;      // of halving: a millionth of the line piece
+constexpr double kFlatSlope = 1e-9;   // of the distance along a line: all its places are as deep
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
+constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
+constexpr int kSettle = 32;       // looks in which places come to where they stay
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -29,7 +33,7 @@ int corners_of(const LineContacts::Point& point) {
   return point.weight[2] == 0 && point.weight[3] == 0 ? 2 : 4;
 }
 
-Vector3d mix(const Field& field, const LineContacts::Point& point) {
+DRAPE_INLINE Vector3d mix(const Field& field, const LineContacts::Point& point) {
   Vector3d sum = point.weight[0] * at(field, point.particle[0]) +
                  point.weight[1] * at(field, point.particle[1]);
   if (corners_of(point) == 2) return sum;
@@ -44,7 +48,8 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      gravity_(gravity_m_per_s2) {
+      gravity_(gravity_m_per_s2),
+      follows_(shapes == Shapes::smooth) {
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     watched_.push_back(!surroundings.is_flat(shape) &&
                        (shapes == Shapes::all || !is_sharp(surroundings, shape)));
@@ -62,6 +67,20 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   until_.assign(3 * static_cast<std::size_t>(cloth.count()), -1.0);
 }
 
+/// Where between p and q a shape is entered deepest: halved by the distance's slope. A followed
+/// place that comes to a particle stays beside it, so that its load does not vanish.
+double LineContacts::deepest_share(int shape, const Vector3d& p, const Vector3d& q) const {
+  const Vector3d way = q - p;
+  const double flat = kFlatSlope * way.norm();
+  double low = follows_ ? kEndShare : 0, high = 1 - low, t = 0.5;
+  for (int k = 0; k < kSearchSteps; ++k, t = 0.5 * (low + high)) {
+    const double slope = surroundings_->normal(shape, p + t * way).dot(way);
+    if (std::abs(slope) <= flat) break;
+    (slope > 0 ? high : low) = t;
+  }
+  return t;
+}
+
 double LineContacts::try_line(const Field& position, int element, int a, int b) {
   const Vector3d p = at(position, a);
   const Vector3d q = at(position, b);
@@ -77,15 +96,7 @@ double LineContacts::try_line(const Field& position, int element, int a, int b) 
     const double ends = std::max(surroundings_->gap_m(shape, p), surroundings_->gap_m(shape, q));
     least = std::min(least, 2 * middle - ends);
     if (2 * middle - ends > kWatch) continue;
-    double low = 0;
-    double high = 1;
-    for (int k = 0; k < kSearchSteps; ++k) {
-      const double third = (high - low) / 3;
-      const bool left = surroundings_->gap_m(shape, p + (low + third) * (q - p)) <
-                        surroundings_->gap_m(shape, p + (high - third) * (q - p));
-      (left ? high : low) = left ? high - third : low + third;
-    }
-    const double t = 0.5 * (low + high);
+    const double t = deepest_share(shape, p, q);
     if (t < kEndShare || t > 1 - kEndShare) continue;
     if (surroundings_->gap_m(shape, p + t * (q - p)) > kWatch) continue;
     points_.push_back({element, shape, {a, b, a, b}, {1 - t, t, 0, 0}});
@@ -125,8 +136,12 @@ double LineContacts::try_cell(const Field& position, int corner) {
 }
 
 void LineContacts::refresh(const Field& position) {
-  std::fill(until_.begin(), until_.end(), -1.0);
+  look_everywhere();
   refresh(position, std::vector<double>(cloth_->count(), 0.0));
+}
+
+void LineContacts::look_everywhere() {
+  std::fill(until_.begin(), until_.end(), -1.0);
 }
 
 void LineContacts::refresh(const Field& position, const std::vector<double>& way_m) {
@@ -146,6 +161,7 @@ void LineContacts::refresh(const Field& position, const std::vector<double>& way
     }
     const std::size_t now = points_.size();
     until_[slot] = way + std::max(kLookAgain, look());
+    if (follows_ && slot < 2 * n) keep_places(position, begin, old, now);
     forget_gone(begin, old, now);
   };
   for (int r = 0; r < grid.rows; ++r) {
@@ -173,6 +189,18 @@ void LineContacts::refresh(const Field& position, const std::vector<double>& way
   choose_all();
 }
 
+/// A place that presses on a line slides from where it is, see follow().
+void LineContacts::keep_places(const Field& position, std::size_t begin, std::size_t end,
+                               std::size_t now) {
+  for (; now < points_.size(); ++now) {
+    for (std::size_t k = begin; k < end; ++k) {
+      if (before_[k].shape == points_[now].shape &&
+          surroundings_->gap_m(before_[k].shape, mix(position, before_[k])) < 0)
+        points_[now].weight = before_[k].weight;
+    }
+  }
+}
+
 /// The friction spring of a place that is watched no more starts anew next time.
 void LineContacts::forget_gone(std::size_t begin, std::size_t end, std::size_t now) {
   for (std::size_t k = begin; k < end; ++k) {
@@ -180,6 +208,36 @@ void LineContacts::forget_gone(std::size_t begin, std::size_t end, std::size_t n
     if (now == points_.size() || points_[now].element != before_[k].element)
       friction_spring_[before_[k].element].setZero();
   }
+}
+
+/// A line nearly along a face touches two edges, and its deepest place jumps from one to the other
+/// as it tilts; a load that jumped with it would bring energy in for ever. So a place slides
+/// towards the deepest one as fast as the line is inclined against the surface: along a face it
+/// stays where it balances the line, as both edges would.
+double LineContacts::follow(const Field& position) {
+  double brought_j = 0;
+  for (const int k : chosen_) {
+    Point& point = points_[k];
+    if (point.element >= 2 * cloth_->count()) continue;
+    const Vector3d here = mix(position, point);
+    const double before = surroundings_->gap_m(point.shape, here);
+    if (before >= 0) continue;
+    const Vector3d p = at(position, point.particle[0]), way = at(position, point.particle[1]) - p;
+    const double slope = surroundings_->normal(point.shape, here).dot(way);
+    const double reach = kFollow * std::abs(slope) / way.squaredNorm();
+    const double t = std::clamp(deepest_share(point.shape, p, p + way), point.weight[1] - reach,
+                                point.weight[1] + reach);
+    point.weight = {1 - t, t, 0, 0};
+    const double after = std::min(0.0, surroundings_->gap_m(point.shape, mix(position, point)));
+    brought_j += 0.5 * stiffness_ * (after * after - before * before);
+  }
+  return brought_j;
+}
+
+double LineContacts::settle(const Field& position) {
+  double brought_j = 0;
+  for (int look = 0; look < kSettle; ++look) brought_j += follow(position);
+  return brought_j;
 }
 
 void LineContacts::choose_all() {

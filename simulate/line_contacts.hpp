@@ -10,11 +10,11 @@
 
 namespace drape::sim {
 
-/// Contact of the cloth between its particles: each grid line piece touches an
-/// object at its deepest point and each cell at nine inner points, so that an edge of a box cannot
-/// cut through a coarse grid. The force is elastic with a stiffness at which the weight of one
-/// particle sinks in by `sink_m`, far below the springs' stiffness; friction is an elastic-plastic
-/// tangential spring.
+/// Contact of the cloth between its particles: each grid line piece touches an object at its
+/// deepest point (Shapes::smooth: at a place that slides there) and each cell at nine inner points,
+/// so that an edge of a box cannot cut through a coarse grid. The force is elastic with a stiffness
+/// at which the weight of one particle sinks in by `sink_m`, far below the springs' stiffness;
+/// friction is an elastic-plastic tangential spring.
 class LineContacts {
  public:
   static constexpr double sink_m = 2e-6;
@@ -38,9 +38,16 @@ class LineContacts {
   /// The same where it may have changed: `way_m` is each particle's way so far, and an element is
   /// looked at again when one of its particles has come far enough to matter.
   void refresh(const Field& position, const std::vector<double>& way_m);
+  /// Lets the next refresh() look at every element.
+  void look_everywhere();
   /// Leaves out of add_forces() and advance() what stays outside as long as no particle moves by
   /// more than `margin_m`; `farthest_way_m` is the sum of the fastest particles' ways.
   void choose(const Field& position, double farthest_way_m, double margin_m);
+  /// Lets the places on lines that press slide towards where they are deepest now; returns the
+  /// elastic energy that this brings in.
+  double follow(const Field& position);
+  /// The same until they hardly move.
+  double settle(const Field& position);
   /// Leaves nothing out.
   void choose_all();
   /// Adds forces (N). `velocity` absent: the static force, without contact damping.
@@ -70,11 +77,15 @@ class LineContacts {
   /// before there can be others.
   double try_line(const Field& position, int element, int a, int b);
   double try_cell(const Field& position, int corner);
+  [[nodiscard]] double deepest_share(int shape, const Eigen::Vector3d& p,
+                                     const Eigen::Vector3d& q) const;
+  void keep_places(const Field& position, std::size_t begin, std::size_t end, std::size_t now);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_, gravity_, stiffness_, damping_, reach_m_;
+  bool follows_;
   std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;
   std::vector<Eigen::Vector3d> friction_spring_;  ///< elastic tangential displacement (m)

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/field_loops.hpp"
-
 namespace drape::sim {
 namespace {
 
@@ -19,6 +17,7 @@ constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the su
 constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
 constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
+constexpr int kFollowSteps = 4;          // between two looks where on its line a place presses
 constexpr double kChooseMargin = 2e-6;   // m; beyond twice the way of the last step
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's way between searches
 // A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
@@ -48,10 +47,9 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
       pair_contacts_(cloth, options.contact_between_particles ? surroundings : Surroundings(),
                      options.friction, options.gravity_m_per_s2.norm(), options.cloth_thickness_m) {
   const std::size_t size = 3 * static_cast<std::size_t>(cloth.count());
-  for (Field* field : {&position, &velocity, &start_x_, &start_v_, &stage_x_, &stage_v_, &sum_x_,
-                       &sum_v_, &a_, &a1_}) {
+  for (Field* field : {&position, &velocity, &start_x_, &start_v_, &stage_x_, &stage_v_, &net_})
     field->assign(size, 0.0);
-  }
+  for (Field& field : stage_a_) field.assign(size, 0.0);
   for (int i = 0; i < cloth.count(); ++i) {
     const double mass = cloth.mass_kg()[i];
     inverse_mass_.push_back(mass > 0 ? 1 / mass : 0.0);
@@ -61,7 +59,6 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
   clear_until_.assign(cloth.count(), 0.0);
   inside_.reserve(cloth.count());
   ways_.assign(cloth.count(), 0.0);
-  speed2_.assign(cloth.count(), 0.0);
   touching_.reserve(cloth.count());
 }
 
@@ -136,14 +133,16 @@ int Motion::push_out() {
   return moved;
 }
 
+OuterForces Motion::outer_forces() const {
+  return {options_.gravity_m_per_s2, options_.damping_per_s, options_.air_drag_kg_per_m3};
+}
+
 void Motion::accelerate(const Field& x, const Field& v, Field& a) {
   std::fill(a.begin(), a.end(), 0.0);
   cloth_.add_forces(x, &v, a);
   if (options_.contact_between_particles) line_contacts_.add_forces(x, &v, a);
   pair_contacts_.add_forces(x, &v, a);
-  forces_to_accelerations(
-      {options_.gravity_m_per_s2, options_.damping_per_s, options_.air_drag_kg_per_m3},
-      cloth_.area_m2(), inverse_mass_, v, a);
+  forces_to_accelerations(outer_forces(), cloth_.area_m2(), inverse_mass_, v, a);
   for (const int i : no_cloth_) put(a, i, Vector3d::Zero());
 }
 
@@ -185,21 +184,18 @@ void Motion::constrain(Field& a) const {
 }
 
 void Motion::runge_kutta(double dt) {
-  // a1_ holds the constrained acceleration at the start.
-  sum_x_ = start_v_;
-  sum_v_ = a1_;
+  // The first of stage_a_ is the constrained acceleration at the start.
   axpy(start_x_, 0.5 * dt, start_v_, stage_x_);
-  axpy(start_v_, 0.5 * dt, a1_, stage_v_);
-  for (int stage = 2; stage <= 4; ++stage) {
-    accelerate(stage_x_, stage_v_, a_);
-    constrain(a_);
-    project_holds(a_);
-    const double weight = stage == 4 ? 1.0 : 2.0;
-    const double reach = stage == 2 ? 0.5 * dt : dt;
-    runge_kutta_stage({start_x_, start_v_, a_, stage_x_, stage_v_, sum_x_, sum_v_}, weight, reach);
+  axpy(start_v_, 0.5 * dt, stage_a_[0], stage_v_);
+  for (int stage = 1; stage < 4; ++stage) {
+    Field& a = stage_a_[stage];
+    accelerate(stage_x_, stage_v_, a);
+    constrain(a);
+    project_holds(a);
+    if (stage < 3)
+      runge_kutta_stage({start_x_, start_v_, a, stage_x_, stage_v_}, stage == 1 ? 0.5 * dt : dt);
   }
-  axpy(start_x_, dt / 6, sum_x_, position);
-  axpy(start_v_, dt / 6, sum_v_, velocity);
+  runge_kutta_end(start_x_, start_v_, stage_a_, dt, position, velocity);
 }
 
 /// Distances change by at most the way of the fastest particle, so a particle far from everything
@@ -289,36 +285,36 @@ void Motion::follow_surfaces(double step_s) {
 }
 
 void Motion::book_losses(double step_s) {
-  const std::size_t n = inverse_mass_.size();
-  squared_speeds(velocity, speed2_);
-  double power = 0;
-  double fastest2 = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double v2 = speed2_[i];
-    const double v = std::sqrt(v2);
-    fastest2 = std::max(fastest2, v2);
-    ways_[i] += v * step_s;
-    power += (options_.damping_per_s * cloth_.mass_kg()[i] +
-              options_.air_drag_kg_per_m3 * cloth_.area_m2()[i] * v) *
-             v2;
-  }
-  viscous_loss_j_ += power * step_s;
-  last_way_m_ = std::sqrt(fastest2) * step_s;
+  const Speeds speeds =
+      sum_speeds(outer_forces(), cloth_.area_m2(), cloth_.mass_kg(), velocity, step_s, ways_);
+  step_kinetic_j_ = speeds.kinetic_j;
+  viscous_loss_j_ += speeds.power_w * step_s;
+  last_way_m_ = std::sqrt(speeds.fastest2) * step_s;
   travel_m_ += last_way_m_;
   way_m_ += last_way_m_;
+}
+
+void Motion::refresh_line_contacts() {
+  // A place that is found anew while the sheet already presses there brings elastic energy in.
+  const double before_j = line_contacts_.energy_j(position);
+  line_contacts_.refresh(position, ways_);
+  found_contacts_j_ += line_contacts_.energy_j(position) - before_j;
+  travel_m_ = 0;
+}
+
+void Motion::seek_contacts() {
+  if (!options_.contact_between_particles) return;
+  line_contacts_.look_everywhere();
+  refresh_line_contacts();
+  found_contacts_j_ += line_contacts_.settle(position);
 }
 
 void Motion::watch_contacts() {
   const double margin = 2 * last_way_m_ + kChooseMargin;
   if (options_.contact_between_particles) {
-    if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) {
-      // A place that is found anew while the sheet already presses there brings elastic energy in.
-      const double before_j = line_contacts_.energy_j(position);
-      line_contacts_.refresh(position, ways_);
-      found_contacts_j_ += line_contacts_.energy_j(position) - before_j;
-      travel_m_ = 0;
-    }
+    if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) refresh_line_contacts();
     line_contacts_.choose(position, way_m_, margin);
+    if (steps_ % kFollowSteps == 0) found_contacts_j_ += line_contacts_.follow(position);
   }
   pair_contacts_.watch(position, way_m_, margin);
 }
@@ -341,10 +337,10 @@ double Motion::step(double step_s) {
   if (grown > 0 && bound_per_s2_ > 0) step_s *= std::sqrt(bound_per_s2_ / (bound_per_s2_ + grown));
   start_x_ = position;
   start_v_ = velocity;
-  accelerate(start_x_, start_v_, a1_);
-  settle_touches(a1_);
-  constrain(a1_);
-  project_holds(a1_);
+  accelerate(start_x_, start_v_, stage_a_[0]);
+  settle_touches(stage_a_[0]);
+  constrain(stage_a_[0]);
+  project_holds(stage_a_[0]);
   runge_kutta(step_s);
   double share = 1;
   const double deepest = first_impact(share);
@@ -406,17 +402,17 @@ double Motion::gravity_energy_j() const {
 }
 
 double Motion::residual() {
-  std::fill(a_.begin(), a_.end(), 0.0);
-  cloth_.add_forces(position, nullptr, a_);
+  std::fill(net_.begin(), net_.end(), 0.0);
+  cloth_.add_forces(position, nullptr, net_);
   if (options_.contact_between_particles) {
     line_contacts_.choose_all();
-    line_contacts_.add_forces(position, nullptr, a_);
+    line_contacts_.add_forces(position, nullptr, net_);
   }
   pair_contacts_.watch(position, way_m_, kChooseMargin);
-  pair_contacts_.add_forces(position, nullptr, a_);
+  pair_contacts_.add_forces(position, nullptr, net_);
   const int n = cloth_.count();
   for (int i = 0; i < n; ++i) {
-    Vector3d pull = at(a_, i) * inverse_mass_[i] + options_.gravity_m_per_s2;
+    Vector3d pull = at(net_, i) * inverse_mass_[i] + options_.gravity_m_per_s2;
     if (touch_of_[i] >= 0) {
       const Vector3d& normal = touching_[touch_of_[i]].normal;
       const double outward = pull.dot(normal);
@@ -427,14 +423,14 @@ double Motion::residual() {
         pull *= size <= held ? 0.0 : 1 - held / size;
       }
     }
-    put(a_, i, pull);
+    put(net_, i, pull);
   }
-  for (const int i : no_cloth_) put(a_, i, Vector3d::Zero());
-  project_holds(a_);
+  for (const int i : no_cloth_) put(net_, i, Vector3d::Zero());
+  project_holds(net_);
   double largest = 0;
   double sum = 0;
   for (int i = 0; i < n; ++i) {
-    const double force = at(a_, i).norm() * cloth_.mass_kg()[i];
+    const double force = at(net_, i).norm() * cloth_.mass_kg()[i];
     largest = std::max(largest, force);
     sum += force * force;
   }

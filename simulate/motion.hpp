@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "simulate/cloth.hpp"
+#include "simulate/field_loops.hpp"
 #include "simulate/line_contacts.hpp"
 #include "simulate/pair_contacts.hpp"
 #include "simulate/surroundings.hpp"
@@ -58,10 +59,15 @@ class Motion {
   void stop();
 
   [[nodiscard]] double kinetic_energy_j() const;
+  /// The same at the end of the last step.
+  [[nodiscard]] double step_kinetic_j() const { return step_kinetic_j_; }
   [[nodiscard]] double gravity_energy_j() const;  ///< against the world origin
   /// Largest net static force on a particle, with contact and friction reactions and holds,
   /// damping off, relative to the mean weight of a particle.
   [[nodiscard]] double residual();
+  /// Seeks every place of contact between particles anew, so that residual() is that of the
+  /// present positions alone; what energy that brings in is booked.
+  void seek_contacts();
   [[nodiscard]] double residual_rms() const { return residual_rms_; }  ///< of the last residual()
 
   [[nodiscard]] int contacts() const { return static_cast<int>(touching_.size()); }
@@ -83,12 +89,14 @@ class Motion {
     Eigen::Vector3d slide;  ///< unit direction of sliding; zero when it has none
   };
 
+  [[nodiscard]] OuterForces outer_forces() const;
   void accelerate(const Field& x, const Field& v, Field& a);
   void settle_touches(const Field& a);
   void constrain(Field& a) const;
   void project_holds(Field& field, bool to_rate = false);
   void runge_kutta(double step_s);
   [[nodiscard]] double first_impact(double& share);
+  void refresh_line_contacts();
   void watch_contacts();
   void land();
   void land_pairs();
@@ -111,16 +119,18 @@ class Motion {
   double last_step_s_ = 0;
   double bound_per_s2_ = 0, bound_of_pairs_per_s2_ = 0;  ///< that the step's limit counts with
   std::vector<double> mobility_;                         ///< inverse masses, 0 on an object
-  std::vector<double> ways_, speed2_;  ///< each particle's way (m) and squared speed
+  std::vector<double> ways_;                             ///< each particle's way (m)
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;
   Eigen::Matrix3Xd hold_rate_;
   Eigen::VectorXd hold_value_, hold_answer_;
-  Field start_x_, start_v_, stage_x_, stage_v_, sum_x_, sum_v_, a_, a1_;
+  Field start_x_, start_v_, stage_x_, stage_v_, net_;
+  std::array<Field, 4> stage_a_;
   int backtracked_ = 0;
   long steps_ = 0;
   double travel_m_ = 0;  ///< largest way of any particle since the last contact search
-  double viscous_loss_j_ = 0, stopped_j_ = 0, found_contacts_j_ = 0, residual_rms_ = 0;
+  double step_kinetic_j_ = 0, viscous_loss_j_ = 0, stopped_j_ = 0, found_contacts_j_ = 0,
+         residual_rms_ = 0;
 };
 
 }  // namespace drape::sim

@@ -322,8 +322,12 @@ TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
     lay_flat(grid, 0, motion.position);
     for (int i = 0; i < grid.count(); ++i) motion.position[i] += (i / 21 % 2 == 0 ? 1e-9 : -1e-9);
     const double start = cloth.energies(motion.position).sum_j();
-    for (int k = 0; k < 200; ++k) motion.step(share * limit);
-    const double end = motion.kinetic_energy_j() + cloth.energies(motion.position).sum_j();
+    double end = start;
+    // What blows up is watched only until it has: its numbers overflow before long.
+    for (int k = 0; k < 200 && !(end > 100 * start); ++k) {
+      motion.step(share * limit);
+      end = motion.kinetic_energy_j() + cloth.energies(motion.position).sum_j();
+    }
     if (share < 1) {
       EXPECT_LE(end, 1.0001 * start);
       EXPECT_NEAR(motion.stable_step_s(1.0), limit, 0.02 * limit);

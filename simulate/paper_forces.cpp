@@ -59,69 +59,77 @@ void Cloth::visit_paper_springs(const Field& x, Visit visit) const {
   }
 }
 
-/// The same springs for the inner loops: K_diag per cell, and of each diagonal its pull over its
-/// length.
-DRAPE_WIDE void Cloth::find_paper_springs() {
-  const double* __restrict x = work_.of(Work::x);
-  const double* __restrict y = work_.of(Work::y);
-  const double* __restrict z = work_.of(Work::z);
+/// The same springs for the inner loops: K_diag per cell, and the cell's stiffnesses between its
+/// mid-lines a and b, whose half sum and half difference are the diagonals.
+DRAPE_WIDE void Cloth::find_diagonals(Band band) {
   const std::ptrdiff_t s = grid_.cols;
-  const std::ptrdiff_t m = count() - s - 1;
+  const std::ptrdiff_t m = kernels::rounded_up(band.end - band.begin);
+  const double* __restrict x = work_.of(Work::x) + band.begin;
+  const double* __restrict y = work_.of(Work::x + 1) + band.begin;
+  const double* __restrict z = work_.of(Work::x + 2) + band.begin;
+  const double* __restrict cell = work_.of(Work::cell) + band.begin;
   const double hu = lines_[0].spacing;
   const double hv = lines_[1].spacing;
   const double rest = std::hypot(hu, hv);
-  const double oblong = rest * rest / (2 * hu * hv);
-  const double* __restrict cell = cell_.data();
-  double* __restrict sine = work_.of(Work::bend);
-  double* __restrict k_diag = work_.of(Work::k_diag);
-  double* __restrict pull = work_.of(Work::gain);
-  double* __restrict cross = work_.of(Work::ratio);
+  const double quarter = 0.25 * rest * rest / (2 * hu * hv);
+  double* __restrict sine = work_.in_band(Work::angle);
+  double* __restrict k_diag = work_.in_band(Work::k_diag);
+  double* __restrict sum = work_.in_band(Work::stiff_a);
+  double* __restrict difference = work_.in_band(Work::stiff_ab);
+  double* __restrict sum_too = work_.in_band(Work::stiff_b);
+  double* __restrict angle = work_.in_band(Work::before);
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) {
     const double dx = x[i + s + 1] - x[i], dy = y[i + s + 1] - y[i], dz = z[i + s + 1] - z[i];
     const double ex = x[i + s] - x[i + 1], ey = y[i + s] - y[i + 1], ez = z[i + s] - z[i + 1];
     // The mid-lines are a = d + e along the warp and b = d - e along the weft.
-    const double dd = dx * dx + dy * dy + dz * dz;
-    const double ee = ex * ex + ey * ey + ez * ez;
-    const double twice_de = 2 * (dx * ex + dy * ey + dz * ez);
-    const double aa = dd + ee + twice_de;
-    const double bb = dd + ee - twice_de;
-    sine[i] = std::abs(dd - ee) / std::sqrt(aa * bb);
-    pull[i] = oblong * cell[i] * (1 - rest / std::sqrt(dd));
-    cross[i] = oblong * cell[i] * (1 - rest / std::sqrt(ee));
+    const double dd = kernels::kNoLength2 + (dx * dx + dy * dy + dz * dz);
+    const double ee = kernels::kNoLength2 + (ex * ex + ey * ey + ez * ez);
+    const double de = dx * ex + dy * ey + dz * ez;
+    const double ab = std::abs(dd - ee);
+    const double both = kernels::kNoArea2 + (dd + ee + 2 * de) * (dd + ee - 2 * de);
+    const double across = std::sqrt(std::max(1e-6 * both, both - ab * ab));
+    const double inverse = rest / std::sqrt(dd * ee);
+    const double pull = 1 - inverse * std::sqrt(ee), push = 1 - inverse * std::sqrt(dd);
+    sine[i] = ab / std::sqrt(both);
+    angle[i] = kernels::wide_atan(ab / across);
+    sum[i] = quarter * (pull + push);
+    difference[i] = quarter * (pull - push);
   }
+  const kernels::Law law(laws_.shear);
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) {
-    const double narrow = kernels::asin_over_sine(std::min(0.25, sine[i] * sine[i]));
-    const double wide = kernels::wide_asin(sine[i]) / std::max(sine[i], kSmallestSine);
-    k_diag[i] = cell[i] * laws_.shear.slope * (kernels::is_wide(sine[i]) ? wide : narrow);
+    const double over = law.value(angle[i]) / std::max(sine[i], kSmallestSine);
+    k_diag[i] = cell[i] * (sine[i] < kSmallestSine ? law.slope : over);
   }
-  for (const ForceCurve::Hinge hinge : laws_.shear.hinges) {
+  for (std::size_t h = kernels::kHingesAtOnce; h < laws_.shear.hinges.size(); ++h) {
+    const ForceCurve::Hinge hinge = laws_.shear.hinges[h];
     DRAPE_INDEPENDENT
     for (std::ptrdiff_t i = 0; i < m; ++i) {
-      const double over = std::max(0.0, kernels::wide_asin(sine[i]) - hinge.at);
+      const double over = std::max(0.0, angle[i] - hinge.at);
       k_diag[i] += cell[i] * hinge.change * over / std::max(sine[i], kSmallestSine);
     }
   }
-  for (std::ptrdiff_t i = 0; i < m; ++i) pull[i] *= k_diag[i];
-  for (std::ptrdiff_t i = 0; i < m; ++i) cross[i] *= k_diag[i];
-  for (int d = 0; d < 2; ++d) take_off_lines(d);
+  DRAPE_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    sum[i] *= k_diag[i];
+    sum_too[i] = sum[i];
+    difference[i] *= k_diag[i];
+  }
 }
 
 /// K'_st = K_st - K_diag, not below 0.
-DRAPE_WIDE void Cloth::take_off_lines(int direction) {
-  const Line& line = lines_[direction];
+DRAPE_WIDE void Cloth::take_off_lines(int direction, Band band) {
   const ForceCurve& law = laws_.tensile[direction];
   const std::ptrdiff_t side = lines_[1 - direction].stride;
-  const std::ptrdiff_t m = count() - line.stride;
-  const double l = line.spacing;
-  const double* __restrict width = line.width.data();
-  const double* __restrict share = line.k_diag_share.data();
-  const double* __restrict k_diag = work_.of(Work::k_diag);
-  const double* __restrict strain = work_.of(Work::strain + direction);
-  const double* __restrict inverse = work_.of(Work::inverse + direction);
-  double* __restrict tension = work_.of(Work::tension + direction);
-  double* __restrict k_st = work_.of(Work::bend);
+  const std::ptrdiff_t m = kernels::rounded_up(band.end - band.begin);
+  const double* __restrict share = work_.of(Work::share + direction) + band.begin;
+  const double* __restrict k_diag = work_.in_band(Work::k_diag);
+  const double* __restrict strain = work_.in_band(Work::strain + direction);
+  const double* __restrict width = work_.of(Work::width + direction) + band.begin;
+  const double* __restrict inverse = work_.in_band(Work::inverse + direction);
+  double* __restrict tension = work_.in_band(Work::tension + direction);
+  double* __restrict k_st = work_.in_band(Work::before);
   for (std::ptrdiff_t i = 0; i < m; ++i) k_st[i] = law.slope;
   for (const ForceCurve::Hinge hinge : law.hinges) {
     DRAPE_INDEPENDENT
@@ -133,24 +141,7 @@ DRAPE_WIDE void Cloth::take_off_lines(int direction) {
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) {
     const double less = std::min(share[i] * (k_diag[i - side] + k_diag[i]), k_st[i]);
-    tension[i] -= less * width[i] / l * (1 - l * inverse[i]);
-  }
-}
-
-DRAPE_WIDE void Cloth::pull_diagonals(int axis) {
-  const std::ptrdiff_t s = grid_.cols;
-  const std::ptrdiff_t m = count() - s - 1;
-  const double* __restrict p = work_.of(Work::x + axis);
-  const double* __restrict pull = work_.of(Work::gain);
-  const double* __restrict cross = work_.of(Work::ratio);
-  double* __restrict at00 = work_.of(Work::corner + 4 * axis);
-  double* __restrict at01 = work_.of(Work::corner + 4 * axis + 1);
-  double* __restrict at10 = work_.of(Work::corner + 4 * axis + 2);
-  double* __restrict at11 = work_.of(Work::corner + 4 * axis + 3);
-  DRAPE_INDEPENDENT
-  for (std::ptrdiff_t i = 0; i < m; ++i) {
-    at00[i] = at11[i] = pull[i] * (p[i + s + 1] - p[i]);
-    at01[i] = at10[i] = cross[i] * (p[i + s] - p[i + 1]);
+    tension[i] -= less * strain[i] * (width[i] * inverse[i]);
   }
 }
 

@@ -66,6 +66,7 @@ class Run {
   [[nodiscard]] bool quiet() const {
     return motion_.kinetic_energy_j() < weight_n_ * kQuietHeight && time_s_ >= pins_placed_s_;
   }
+  [[nodiscard]] bool rests();
   void damp_kinetically(double step_s, SimulateReport& report);
   void damp_more(SimulateReport& report);
   void place_pins();
@@ -129,12 +130,18 @@ void Run::place_pins() {
   motion_.move_holds(Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(holds_.size())));
 }
 
+/// Also when every place of contact is sought anew.
+bool Run::rests() {
+  if (!quiet() || !(motion_.residual() < options_.residual_tolerance)) return false;
+  motion_.seek_contacts();
+  return motion_.residual() < options_.residual_tolerance;
+}
+
 /// Barnes 1999: at a peak of (smoothed) kinetic energy the cloth passes near an equilibrium;
 /// starting anew from there leaves the equilibria unchanged and gets there sooner.
 void Run::damp_kinetically(double step_s, SimulateReport& report) {
   const double share = std::min(1.0, step_s / kKineticSmoothing);
-  const double smooth =
-      smooth_kinetic_j_ + share * (motion_.kinetic_energy_j() - smooth_kinetic_j_);
+  const double smooth = smooth_kinetic_j_ + share * (motion_.step_kinetic_j() - smooth_kinetic_j_);
   const bool falling = smooth < smooth_kinetic_j_;
   if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
     motion_.stop();
@@ -183,8 +190,7 @@ void Run::go(SimulateResult& result) {
       note(result);
       next_note_s_ += options_.history_interval_s;
     }
-    if (report.steps % kRestCheck == 0 && report.steps > 0 && quiet() &&
-        motion_.residual() < options_.residual_tolerance) {
+    if (report.steps % kRestCheck == 0 && report.steps > 0 && rests()) {
       report.status = RestStatus::at_rest;
       break;
     }
