@@ -16,7 +16,8 @@ using Eigen::Vector3d;
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
 constexpr double kLookAgain = 30e-6;  // m; way after which a watched element is searched again
 constexpr double kEndShare = 0.02;    // what is nearer to a particle than this share is its own
-constexpr int kSearchSteps = 20;      // of halving: a millionth of the line piece
+constexpr int kThirdSteps = 14;       // of the ternary search: 0.4 % of the line piece
+constexpr int kHalfSteps = 20;        // of halving: a millionth of it
 constexpr double kFlatSlope = 1e-9;   // of the distance along a line: all its places are as deep
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
@@ -67,13 +68,26 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   until_.assign(3 * static_cast<std::size_t>(cloth.count()), -1.0);
 }
 
-/// Where between p and q a shape is entered deepest: halved by the distance's slope. A followed
-/// place that comes to a particle stays beside it, so that its load does not vanish.
+/// Where between p and q a shape is entered deepest. Places that stay where they are found are not
+/// found finer than need be, so that a small change of the sheet leaves them.
 double LineContacts::deepest_share(int shape, const Vector3d& p, const Vector3d& q) const {
+  double low = 0, high = 1;
+  for (int k = 0; k < kThirdSteps; ++k) {
+    const double third = (high - low) / 3;
+    const bool left = surroundings_->gap_m(shape, p + (low + third) * (q - p)) <
+                      surroundings_->gap_m(shape, p + (high - third) * (q - p));
+    (left ? high : low) = left ? high - third : low + third;
+  }
+  return 0.5 * (low + high);
+}
+
+/// The same for a place that follows, halved by the distance's slope. One that comes to a particle
+/// stays beside it, so that its load does not vanish.
+double LineContacts::followed_share(int shape, const Vector3d& p, const Vector3d& q) const {
   const Vector3d way = q - p;
   const double flat = kFlatSlope * way.norm();
-  double low = follows_ ? kEndShare : 0, high = 1 - low, t = 0.5;
-  for (int k = 0; k < kSearchSteps; ++k, t = 0.5 * (low + high)) {
+  double low = kEndShare, high = 1 - kEndShare, t = 0.5;
+  for (int k = 0; k < kHalfSteps; ++k, t = 0.5 * (low + high)) {
     const double slope = surroundings_->normal(shape, p + t * way).dot(way);
     if (std::abs(slope) <= flat) break;
     (slope > 0 ? high : low) = t;
@@ -96,7 +110,7 @@ double LineContacts::try_line(const Field& position, int element, int a, int b) 
     const double ends = std::max(surroundings_->gap_m(shape, p), surroundings_->gap_m(shape, q));
     least = std::min(least, 2 * middle - ends);
     if (2 * middle - ends > kWatch) continue;
-    const double t = deepest_share(shape, p, q);
+    const double t = follows_ ? followed_share(shape, p, q) : deepest_share(shape, p, q);
     if (t < kEndShare || t > 1 - kEndShare) continue;
     if (surroundings_->gap_m(shape, p + t * (q - p)) > kWatch) continue;
     points_.push_back({element, shape, {a, b, a, b}, {1 - t, t, 0, 0}});
@@ -225,7 +239,7 @@ double LineContacts::follow(const Field& position) {
     const Vector3d p = at(position, point.particle[0]), way = at(position, point.particle[1]) - p;
     const double slope = surroundings_->normal(point.shape, here).dot(way);
     const double reach = kFollow * std::abs(slope) / way.squaredNorm();
-    const double t = std::clamp(deepest_share(point.shape, p, p + way), point.weight[1] - reach,
+    const double t = std::clamp(followed_share(point.shape, p, p + way), point.weight[1] - reach,
                                 point.weight[1] + reach);
     point.weight = {1 - t, t, 0, 0};
     const double after = std::min(0.0, surroundings_->gap_m(point.shape, mix(position, point)));

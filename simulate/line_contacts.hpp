@@ -79,6 +79,8 @@ class LineContacts {
   double try_cell(const Field& position, int corner);
   [[nodiscard]] double deepest_share(int shape, const Eigen::Vector3d& p,
                                      const Eigen::Vector3d& q) const;
+  [[nodiscard]] double followed_share(int shape, const Eigen::Vector3d& p,
+                                      const Eigen::Vector3d& q) const;
   void keep_places(const Field& position, std::size_t begin, std::size_t end, std::size_t now);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
