@@ -34,6 +34,8 @@ class StaticContacts {
   /// balances `force`.
   void lean_on(const Field& position, const Field& force, double reach_m);
 
+  /// From here on refresh() leaves the points between particles where they are.
+  void keep_points() { seeks_points_ = false; }
   /// Finds the points between particles anew; those that keep on touching keep their spring.
   void refresh(const Field& position);
   /// Starts a step: which particles are within `watch_m`, friction's limits and anchors.

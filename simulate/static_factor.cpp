@@ -10,7 +10,7 @@
 namespace drape::sim {
 namespace {
 
-constexpr int kLeaf = 24;      // particles of a region that is not cut further
+constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
 using Dense = Eigen::MatrixXd;
 
@@ -145,6 +145,9 @@ void GridFactor::find_structure() {
   }
   std::vector<int> place(grid_.count(), -1);
   for (Node& node : nodes_) {
+    // Before any update matrix, so that those come and go on top of all factors.
+    node.lower.resize(static_cast<Eigen::Index>(3 * (node.own.size() + node.border.size())),
+                      static_cast<Eigen::Index>(3 * node.own.size()));
     list_entries(node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
