@@ -12,6 +12,7 @@
 
 #include "core/units.hpp"
 #include "simulate/start.hpp"
+#include "simulate/static_prolong.hpp"
 #include "simulate/static_solver.hpp"
 #include "simulate/validate/sheets.hpp"
 #include "tests/support/trials.hpp"

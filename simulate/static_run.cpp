@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "simulate/static_prolong.hpp"
+
 namespace drape::sim {
 namespace {
 

@@ -114,10 +114,4 @@ class StaticSolver {
   int convex_left_ = 0;
 };
 
-/// Sets particles inside an object on its surface.
-void lift_out(const Surroundings& surroundings, Field& position);
-
-/// Bicubic interpolation of a sheet onto another grid of the same patch.
-[[nodiscard]] Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to);
-
 }  // namespace drape::sim

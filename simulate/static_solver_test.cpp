@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "simulate/motion.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/static_prolong.hpp"
 #include "simulate/static_run.hpp"
 #include "tests/support/paths.hpp"
 

@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "simulate/certify.hpp"
 #include "simulate/static_branches.hpp"
+#include "simulate/static_prolong.hpp"
 
 namespace drape {
 namespace {

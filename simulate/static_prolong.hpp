@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "simulate/cloth.hpp"
+#include "simulate/surroundings.hpp"
+
+namespace drape::sim {
+
+/// Sets particles inside an object on its surface.
+void lift_out(const Surroundings& surroundings, Field& position);
+
+/// Bicubic interpolation of a sheet onto another grid of the same patch.
+[[nodiscard]] Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to);
+
+}  // namespace drape::sim
