@@ -149,8 +149,8 @@ TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
 
 // With friction that lets little slide. What slides all the same has no derivative, and which
 // places do depends on the rounding of the way there: with sums in another order the ways together
-// were off by 0.4 to 2 %, shear alone, whose way is a twentieth of the others', by up to 6 %. The
-// bound was set after seeing these.
+// were off by 0.5 to 7 % while points of contact were sought anew, and by 0.5 % now that they are
+// kept; shear alone, whose way is a twentieth of the others', by 4 to 17 %.
 TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferences) {
   Scene scene = bench_scene("C");
   scene.friction = 5;
@@ -158,7 +158,7 @@ TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferences) {
                 scene, 9, 1e-4,
                 {FabricValue::shear, FabricValue::bending_warp, FabricValue::areal_density})
                 .together,
-            0.05);
+            0.01);
 }
 
 TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {
