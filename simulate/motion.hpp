@@ -65,8 +65,9 @@ class Motion {
   /// Largest net static force on a particle, with contact and friction reactions and holds,
   /// damping off, relative to the mean weight of a particle.
   [[nodiscard]] double residual();
-  /// Seeks every place of contact between particles anew, so that residual() is that of the
-  /// present positions alone; what energy that brings in is booked.
+  /// Looks for places of contact between particles everywhere and lets those on lines that press
+  /// slide on to where they hardly move, so that residual() is that of the present positions; what
+  /// energy that brings in is booked.
   void seek_contacts();
   [[nodiscard]] double residual_rms() const { return residual_rms_; }  ///< of the last residual()
 

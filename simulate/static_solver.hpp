@@ -109,8 +109,8 @@ class StaticSolver {
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
   bool factor_serves_ = false;  ///< factor_ is of a matrix like the present one
-  bool cloth_convex_ = false;   ///< cloth_hessian_ is the convex one
   bool convex_ = false;         ///< and that matrix was the convex one
+  bool cloth_convex_ = false;   ///< cloth_hessian_ is the convex one
   int convex_left_ = 0;
 };
 
