@@ -338,6 +338,21 @@ int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
   return changed;
 }
 
+void StaticContacts::relinearise(const Field& position) {
+  before_ = contacts_;
+  for (Contact& contact : contacts_) {
+    const Vector3d p = mix(position, contact);
+    contact.gap = surroundings_->gap_m(contact.shape, p);
+    contact.normal = surroundings_->normal(contact.shape, p);
+    contact.change = Change::none;
+    if (contact.limit == 0) continue;
+    const double size = spring(contact, p).norm();
+    const double most = contact.limit / shear_stiffness_;
+    contact.slips = size > most;
+    contact.slip_m = std::max(size, most);
+  }
+}
+
 void StaticContacts::retract(const Field& from, Field& to) const {
   for (const Contact& contact : contacts_) {
     if (!contact.rigid) continue;

@@ -54,6 +54,9 @@ class StaticContacts {
   /// Looks where the step leads: what would land, and what slid and would slide back, is changed
   /// in the model. Returns how many.
   int review(const Field& from, const Field& to, double deep_m);
+  /// Takes the quadratic model at another place of the same step, until restore().
+  void relinearise(const Field& position);
+  void restore() { contacts_.swap(before_); }
   /// Lifts particles that a straight way put into a surface.
   void retract(const Field& from, Field& to) const;
 

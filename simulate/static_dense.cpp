@@ -20,9 +20,9 @@ constexpr Index kRows = 12;   // of a tile that stays in registers
 constexpr Index kCols = 4;    // the same
 constexpr Index kPanel = 24;  // columns factored one by one before the rest is updated
 
-/// Strips of `height` rows, each stored column by column; zeros fill the last strip.
-void pack(const double* a, Index lead, Index rows, Index depth, Index height,
-          std::vector<double>& packed) {
+/// Strips of 12 rows, each stored column by column; zeros fill the last strip.
+void pack(const double* a, Index lead, Index rows, Index depth, std::vector<double>& packed) {
+  constexpr Index height = kRows;
   const Index strips = (rows + height - 1) / height;
   packed.resize(std::max<std::size_t>(packed.size(), strips * height * depth));
   for (Index s = 0; s < strips; ++s) {
@@ -36,12 +36,13 @@ void pack(const double* a, Index lead, Index rows, Index depth, Index height,
   }
 }
 
-/// tile (12 x 4, column-major) = sum over k of wide(:, k) narrow(:, k)^T.
+/// tile (12 x 4, column-major) = sum over k of wide(:, k) narrow(:, k)^T; narrow is a part of a
+/// strip.
 void multiply_strips(const double* wide, const double* narrow, Index depth, double* tile) {
   std::fill(tile, tile + kRows * kCols, 0.0);
   for (Index k = 0; k < depth; ++k) {
     for (Index c = 0; c < kCols; ++c) {
-      const double b = narrow[k * kCols + c];
+      const double b = narrow[k * kRows + c];
       for (Index r = 0; r < kRows; ++r) {
         tile[c * kRows + r] = std::fma(wide[k * kRows + r], b, tile[c * kRows + r]);
       }
@@ -70,7 +71,7 @@ void multiply_strips_x86(const double* wide, const double* narrow, Index depth, 
     __m256d a[kLanes];
     for (Index l = 0; l < kLanes; ++l) a[l] = _mm256_loadu_pd(wide + k * kRows + l * kLane);
     for (Index c = 0; c < kCols; ++c) {
-      const __m256d b = _mm256_set1_pd(narrow[k * kCols + c]);
+      const __m256d b = _mm256_set1_pd(narrow[k * kRows + c]);
       for (Index l = 0; l < kLanes; ++l) sum[c][l] = _mm256_fmadd_pd(a[l], b, sum[c][l]);
     }
   }
@@ -126,25 +127,45 @@ const Kernels& kernels(bool plain) {
   return plain ? portable : fast;
 }
 
-}  // namespace
-
-void subtract_outer(const double* a, Index a_lead, Index rows, Index cols, Index depth,
-                    double* result, Index result_lead, DenseScratch& scratch) {
-  pack(a, a_lead, rows, depth, kRows, scratch.wide);
-  pack(a, a_lead, cols, depth, kCols, scratch.narrow);
+/// Calls `use` with every tile of A A^T that meets the lower triangle of its first `cols` columns.
+template <class Use>
+void for_each_tile(const double* a, Index a_lead, Index rows, Index cols, Index depth,
+                   DenseScratch& scratch, const Use& use) {
+  pack(a, a_lead, rows, depth, scratch.strips);
   const Kernels& run = kernels(scratch.portable);
   double tile[kRows * kCols];
   for (Index j = 0; j < cols; j += kCols) {
     const Index width = std::min(kCols, cols - j);
+    const double* narrow = scratch.strips.data() + (j - j % kRows) * depth + j % kRows;
     for (Index i = j - j % kRows; i < rows; i += kRows) {
-      run.multiply(scratch.wide.data() + i * depth, scratch.narrow.data() + j * depth, depth, tile);
-      const Index height = std::min(kRows, rows - i);
-      for (Index c = 0; c < width; ++c) {
-        double* to = result + i + (j + c) * result_lead;
-        for (Index r = 0; r < height; ++r) to[r] -= tile[c * kRows + r];
-      }
+      run.multiply(scratch.strips.data() + i * depth, narrow, depth, tile);
+      use(i, j, std::min(kRows, rows - i), width, tile);
     }
   }
+}
+
+}  // namespace
+
+void subtract_outer(const double* a, Index a_lead, Index rows, Index cols, Index depth,
+                    double* result, Index result_lead, DenseScratch& scratch) {
+  for_each_tile(a, a_lead, rows, cols, depth, scratch,
+                [&](Index i, Index j, Index height, Index width, const double* tile) {
+                  for (Index c = 0; c < width; ++c) {
+                    double* to = result + i + (j + c) * result_lead;
+                    for (Index r = 0; r < height; ++r) to[r] -= tile[c * kRows + r];
+                  }
+                });
+}
+
+void set_minus_outer(const double* a, Index a_lead, Index rows, Index depth, double* result,
+                     DenseScratch& scratch) {
+  for_each_tile(a, a_lead, rows, rows, depth, scratch,
+                [&](Index i, Index j, Index height, Index width, const double* tile) {
+                  for (Index c = 0; c < width; ++c) {
+                    double* to = result + i + (j + c) * rows;
+                    for (Index r = 0; r < height; ++r) to[r] = -tile[c * kRows + r];
+                  }
+                });
 }
 
 bool factor_columns(double* matrix, Index rows, Index cols, DenseScratch& scratch) {

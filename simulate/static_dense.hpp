@@ -8,7 +8,7 @@ namespace drape::sim {
 
 /// Scratch of the dense kernels, kept between calls.
 struct DenseScratch {
-  std::vector<double> wide, narrow;
+  std::vector<double> strips;
   bool portable = false;  ///< without the processor's fused multiply-add; the same bytes, slowly
 };
 
@@ -18,6 +18,12 @@ struct DenseScratch {
 /// are added one by one in a fixed order, in vectors across rows.
 [[nodiscard]] bool factor_columns(double* matrix, std::ptrdiff_t rows, std::ptrdiff_t cols,
                                   DenseScratch& scratch);
+
+/// Writes minus A A^T into the lower triangle of `result`, a square of `rows` with leading
+/// dimension `rows`: A is `rows` x `depth` at `a` with leading dimension `a_lead`. Values above the
+/// diagonal within 12 rows of it are written too, others are not.
+void set_minus_outer(const double* a, std::ptrdiff_t a_lead, std::ptrdiff_t rows,
+                     std::ptrdiff_t depth, double* result, DenseScratch& scratch);
 
 /// Takes A A^T from the lower triangle of `result`: A is `rows` x `depth` at `a` with leading
 /// dimension `a_lead`; result has `result_lead`. Only its first `cols` columns are updated. Values

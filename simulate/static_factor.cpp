@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
+constexpr std::size_t kHandedOn = std::size_t{1}
+                                  << 18;  // values of an update matrix; larger are freed
 using Dense = Eigen::MatrixXd;
 
 }  // namespace
@@ -70,9 +72,56 @@ struct GridFactor::Node {
     bool transposed = false;
   };
   std::vector<Entry> entries;
-  Dense lower;   ///< rows own + border, columns own
-  Dense update;  ///< what the border's matrix loses
+  Dense lower;                 ///< rows own + border, columns own
+  std::vector<double> update;  ///< what the border's matrix loses; square, lower triangle
+  int workspace = 0;           ///< where update comes from
   bool definite = true;
+};
+
+/// Calls `use` with each column a child's update becomes in its parent, own and border counted
+/// together, and with what adds it to that column.
+template <class Use>
+void GridFactor::for_each_column(const Node& child, const Use& use) {
+  const auto lead = static_cast<Eigen::Index>(3 * child.border.size());
+  for (const Node::Run& cols : child.runs) {
+    for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
+      const Eigen::Index from_col = 3 * cols.from + c;
+      const double* from = child.update.data() + from_col * lead;
+      use(3 * cols.to + c, [&](double* to) {
+        for (const Node::Run& rows : child.runs) {
+          const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
+          const Eigen::Index end = 3 * (rows.from + rows.count);
+          const Eigen::Index shift = 3 * (rows.to - rows.from);
+          for (Eigen::Index r = begin; r < end; ++r) to[r + shift] += from[r];
+        }
+      });
+    }
+  }
+}
+
+/// What one thread needs. Update matrices come and go by the thousand: small ones are handed on,
+/// for fresh memory costs more than filling it.
+struct GridFactor::Workspace {
+  DenseScratch dense;
+  std::vector<std::vector<double>> idle;
+
+  std::vector<double> take(std::size_t size) {
+    std::size_t best = idle.size();
+    for (std::size_t k = 0; k < idle.size(); ++k) {
+      if (idle[k].size() < size) continue;
+      if (best == idle.size() || idle[k].size() < idle[best].size()) best = k;
+    }
+    if (best == idle.size()) return std::vector<double>(size);
+    std::vector<double> found = std::move(idle[best]);
+    idle[best] = std::move(idle.back());
+    idle.pop_back();
+    return found;
+  }
+
+  void give_back(std::vector<double>& used) {
+    if (!used.empty() && used.size() <= kHandedOn) idle.push_back(std::move(used));
+    used = {};
+  }
 };
 
 GridFactor::~GridFactor() = default;
@@ -198,33 +247,27 @@ void GridFactor::list_entries(Node& node) {
   }
 }
 
-/// Adds what a child's border loses: run after run of each column.
-void GridFactor::add_update(const Node& child, Node& node) {
+/// Adds what a child's border loses, run after run of each column: the columns eliminated here.
+void GridFactor::add_to_own(const Node& child, Node& node) {
   const Eigen::Index own = node.lower.cols();
-  const Eigen::Index lead = child.update.rows();
-  for (const Node::Run& cols : child.runs) {
-    for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
-      const Eigen::Index from_col = 3 * cols.from + c;
-      const Eigen::Index to_col = 3 * cols.to + c;
-      const bool inside = to_col < own;
-      double* to =
-          inside ? &node.lower.coeffRef(0, to_col) : &node.update.coeffRef(0, to_col - own) - own;
-      const double* from = child.update.data() + from_col * lead;
-      for (const Node::Run& rows : child.runs) {
-        const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
-        const Eigen::Index end = 3 * (rows.from + rows.count);
-        const Eigen::Index shift = 3 * (rows.to - rows.from);
-        for (Eigen::Index r = begin; r < end; ++r) to[r + shift] += from[r];
-      }
-    }
-  }
+  for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
+    if (to_col < own) add(&node.lower.coeffRef(0, to_col));
+  });
+}
+
+/// The same for the columns of the border.
+void GridFactor::add_to_border(const Node& child, Node& node) {
+  const Eigen::Index own = node.lower.cols();
+  const Eigen::Index lead = node.lower.rows() - own;
+  for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
+    if (to_col >= own) add(node.update.data() + (to_col - own) * lead - own);
+  });
 }
 
 void GridFactor::assemble(Node& node) {
   const auto own = static_cast<Eigen::Index>(node.own.size());
   const auto border = static_cast<Eigen::Index>(node.border.size());
   node.lower.setZero(3 * (own + border), 3 * own);
-  node.update.setZero(3 * border, 3 * border);
   for (const Node::Entry& entry : node.entries) {
     auto to = node.lower.block<3, 3>(3 * entry.row, 3 * entry.col);
     const Eigen::Matrix3d& block = matrix_->block(entry.particle, entry.slot);
@@ -236,14 +279,13 @@ void GridFactor::assemble(Node& node) {
     if (entry.row == entry.col) to.diagonal().array() += (*shift_)[entry.particle];
   }
   for (const int child : node.children) {
-    if (child < 0) continue;
-    add_update(nodes_[child], node);
-    nodes_[child].update.resize(0, 0);
+    if (child >= 0) add_to_own(nodes_[child], node);
   }
 }
 
-void GridFactor::factor_node(int index) {
+void GridFactor::factor_node(int index, int workspace) {
   Node& node = nodes_[index];
+  Workspace& work = workspaces_[workspace];
   for (const int child : node.children) {
     if (child >= 0 && !nodes_[child].definite) {
       node.definite = false;
@@ -253,30 +295,36 @@ void GridFactor::factor_node(int index) {
   assemble(node);
   const Eigen::Index own = node.lower.cols();
   const Eigen::Index rows = node.lower.rows();
-  thread_local DenseScratch scratch;
-  node.definite = factor_columns(node.lower.data(), rows, own, scratch);
+  node.definite = factor_columns(node.lower.data(), rows, own, work.dense);
   if (!node.definite || rows == own) return;
-  subtract_outer(node.lower.data() + own, rows, rows - own, rows - own, own, node.update.data(),
-                 rows - own, scratch);
+  node.workspace = workspace;
+  node.update = work.take(static_cast<std::size_t>((rows - own) * (rows - own)));
+  set_minus_outer(node.lower.data() + own, rows, rows - own, own, node.update.data(), work.dense);
+  for (const int child : node.children) {
+    if (child < 0) continue;
+    add_to_border(nodes_[child], node);
+    workspaces_[nodes_[child].workspace].give_back(nodes_[child].update);
+  }
 }
 
-void GridFactor::factor_subtree(int index, int depth) {
+void GridFactor::factor_subtree(int index, int depth, int workspace) {
   const int* children = nodes_[index].children;
   if (children[0] >= 0) {
     if (depth > 0) {
-      std::thread other([&] { factor_subtree(children[0], depth - 1); });
-      factor_subtree(children[1], depth - 1);
+      const int others = workspace + (1 << (depth - 1));
+      std::thread other([&] { factor_subtree(children[0], depth - 1, others); });
+      factor_subtree(children[1], depth - 1, workspace);
       other.join();
     } else {
-      factor_subtree(children[0], 0);
+      factor_subtree(children[0], 0, workspace);
       if (!nodes_[children[0]].definite) {
         nodes_[index].definite = false;  // nothing more to be found out
         return;
       }
-      factor_subtree(children[1], 0);
+      factor_subtree(children[1], 0, workspace);
     }
   }
-  factor_node(index);
+  factor_node(index, workspace);
 }
 
 bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
@@ -284,7 +332,8 @@ bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& 
   shift_ = &shift;
   int depth = 0;
   while ((1 << depth) < threads_) ++depth;
-  factor_subtree(static_cast<int>(nodes_.size()) - 1, depth);
+  workspaces_.resize(std::size_t{1} << depth);
+  factor_subtree(static_cast<int>(nodes_.size()) - 1, depth, 0);
   return nodes_.back().definite;
 }
 

@@ -72,19 +72,24 @@ class GridFactor {
 
  private:
   struct Node;
+  struct Workspace;
   int build(int row0, int row1, int col0, int col1);
   void find_structure();
-  void factor_subtree(int node, int depth);
-  void factor_node(int node);
+  void factor_subtree(int node, int depth, int workspace);
+  void factor_node(int node, int workspace);
   static void join_runs(Node& child, const std::vector<int>& place);
   void list_entries(Node& node);
-  static void add_update(const Node& child, Node& node);
+  template <class Use>
+  static void for_each_column(const Node& child, const Use& use);
+  static void add_to_own(const Node& child, Node& node);
+  static void add_to_border(const Node& child, Node& node);
   void assemble(Node& node);
 
   GridSpec grid_;
   int threads_ = 1;
-  std::vector<Node> nodes_;  ///< children before their parent
-  std::vector<int> rank_;    ///< place in the order of elimination, per particle
+  std::vector<Node> nodes_;            ///< children before their parent
+  std::vector<Workspace> workspaces_;  ///< one per thread
+  std::vector<int> rank_;              ///< place in the order of elimination, per particle
   const GridMatrix* matrix_ = nullptr;
   const std::vector<double>* shift_ = nullptr;
   mutable std::vector<Eigen::VectorXd> work_;

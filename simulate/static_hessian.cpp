@@ -15,7 +15,8 @@ Vector3d at(const Field& x, int i) {
   return {x[i], x[n + i], x[2 * n + i]};
 }
 
-void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex, GridMatrix& sum) {
+void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex,
+                 const SpringStrains* strains, GridMatrix& sum) {
   const Cloth::Line& line = cloth.line(direction);
   const ForceCurve& law = cloth.laws().tensile[direction];
   for (int i = 0; i + line.stride < cloth.count(); ++i) {
@@ -24,7 +25,7 @@ void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex,
     const Vector3d along = at(x, j) - at(x, i);
     const double length = along.norm();
     const Vector3d unit = along / length;
-    const double strain = length / line.spacing - 1;
+    const double strain = strains != nullptr ? (*strains)[direction][i] : length / line.spacing - 1;
     const double axial = line.width[i] * law.tangent(strain) / line.spacing;
     double across = line.width[i] * law.value(strain) / length;
     if (convex) across = std::max(0.0, across);
@@ -128,9 +129,27 @@ void add_cells(const Cloth& cloth, const Field& x, bool convex, GridMatrix& sum)
 
 }  // namespace
 
-void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian) {
+SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen::VectorXd& way) {
+  SpringStrains strains;
   for (int d = 0; d < 2; ++d) {
-    add_springs(cloth, d, position, convex, hessian);
+    const Cloth::Line& line = cloth.line(d);
+    strains[d].assign(cloth.count(), 0.0);
+    for (int i = 0; i + line.stride < cloth.count(); ++i) {
+      if (line.width[i] == 0) continue;
+      const int j = i + line.stride;
+      const Vector3d along = at(from, j) - at(from, i);
+      const double length = along.norm();
+      const double growth = along.dot(way.segment<3>(3 * j) - way.segment<3>(3 * i)) / length;
+      strains[d][i] = (length + growth) / line.spacing - 1;
+    }
+  }
+  return strains;
+}
+
+void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
+                 const SpringStrains* strains) {
+  for (int d = 0; d < 2; ++d) {
+    add_springs(cloth, d, position, convex, strains, hessian);
     add_triples(cloth, d, position, hessian);
   }
   add_cells(cloth, position, convex, hessian);

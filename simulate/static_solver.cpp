@@ -15,9 +15,9 @@ constexpr int kReviews = 3;       // solves with a changed model of the contacts
 constexpr int kHalvings = 4;      // of a step that does not lower the potential
 constexpr double kPoor = 0.5;     // ratio of energy change below which a paced step is corrected
 constexpr int kCorrections = 4;   // of a step, with its factor
-constexpr int kSolves = 20;       // with an old factor before a new one is made
-constexpr double kSolved = 1e-4;  // of the right side, in the old factor's norm
-constexpr double kFaster = 0.1;   // residual over that before, else the old factor is too old
+constexpr int kSolves = 8;        // with an old factor before a new one is made
+constexpr double kSolved = 1e-2;  // of the right side, in the old factor's norm
+constexpr double kFaster = 0.5;   // residual over that before, else the old factor is too old
 constexpr double kWorth = 0.02;   // gain of a correction that is worth another, of the prediction
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
 constexpr double kWatch = 3;      // of that cap; nearer particles are watched during a step
@@ -28,14 +28,15 @@ constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matri
 constexpr double kFalling = 20;          // residual
 constexpr double kPacedMu = 1000;        // 1/s^2
 constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 1e-2;        // residual below which points between particles are found
+constexpr double kSettled = 0.3;         // residual below which points between particles are found
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
+constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid, which starts near its rest
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
 // to and fro. So late in the run they are found anew ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kSearches = 3;         // for points between particles near rest; then they stay
+constexpr int kSearches = 2;         // for points between particles near rest; then they stay
 constexpr int kConvexRuns = 2;       // iterations with the convex matrix after an indefinite one
 constexpr int kStates = 20;          // of friction, tried for a first-order way
 constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
@@ -50,14 +51,14 @@ Vector3d at(const Field& x, int i) {
   return {x[i], x[n + i], x[2 * n + i]};
 }
 
-double largest_of(const VectorXd& v) {
+}  // namespace
+
+double StaticSolver::largest_of(const VectorXd& v) {
   double largest = 0;
   for (Eigen::Index i = 0; i < v.size(); i += 3)
     largest = std::max(largest, v.segment<3>(i).norm());
   return largest;
 }
-
-}  // namespace
 
 StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
                            const StaticOptions& options)
@@ -118,7 +119,8 @@ void StaticSolver::begin_step() {
 void StaticSolver::newton_matrix(bool convex, Solve solve) {
   if (solve == Solve::anew || convex != cloth_convex_) {
     cloth_hessian_.set_zero();
-    add_hessian(cloth_, position, convex, cloth_hessian_);
+    const bool carried = !options_.paced && !strains_[0].empty();
+    add_hessian(cloth_, position, convex, cloth_hessian_, carried ? &strains_ : nullptr);
     cloth_convex_ = convex;
   }
   hessian_ = cloth_hessian_;
@@ -130,6 +132,7 @@ void StaticSolver::newton_matrix(bool convex, Solve solve) {
 bool StaticSolver::factorise_here() {
   begin_step();
   mu_ = 0;
+  strains_ = {};
   factor_serves_ = false;
   newton_matrix(false, Solve::anew);
   return factor_.factorise(hessian_, shift_);
@@ -138,6 +141,7 @@ bool StaticSolver::factorise_here() {
 std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
   begin_step();
   mu_ = 0;
+  strains_ = {};
   factor_serves_ = false;
   trial_ = position;
   VectorXd way;
@@ -297,6 +301,7 @@ void StaticSolver::correct() {
   }
   factor_.solve(step);
   const Field from = trial_;
+  trial_strains_ = linear_strains(cloth_, from, step);
   move(from, step);
   contacts_.retract(position, trial_);
 }
@@ -308,10 +313,12 @@ void StaticSolver::improve(double predicted, double& ratio, VectorXd& way) {
   const int most = options_.paced ? 1 : kCorrections;
   for (int k = 0; k < most; ++k) {
     const Field before = trial_;
+    SpringStrains strains_before = trial_strains_;
     correct();
     VectorXd corrected_way = way_to_trial();
     const double corrected = -potential_change(corrected_way) / predicted;
     if (!(corrected > ratio)) {
+      trial_strains_ = std::move(strains_before);
       trial_ = before;
       return;
     }
@@ -339,6 +346,7 @@ bool StaticSolver::take_step(StaticReport& report) {
   const double slope = gradient_.dot(step_);
   for (int halving = 0; halving <= kHalvings; ++halving) {
     move(position, share * step_);
+    trial_strains_ = linear_strains(cloth_, position, share * step_);
     contacts_.retract(position, trial_);
     VectorXd way = way_to_trial();
     const double predicted = -share * slope - 0.5 * share * share * model_curve_;
@@ -346,8 +354,11 @@ bool StaticSolver::take_step(StaticReport& report) {
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
     if (std::isfinite(ratio) && !tiny && predicted > 0 && (ratio < kPoor || !options_.paced))
       improve(predicted, ratio, way);
+    if (halving == 0 && mixes() && !tiny && predicted > 0 && !(ratio > kPoor))
+      iterate(report, predicted, ratio, way);
     if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
       position.swap(trial_);
+      strains_.swap(trial_strains_);
       moved_m_ += largest_of(way);
       if (mu_ > 0) pseudo_time_s_ += 1 / std::sqrt(mu_);
       plan_next(tiny ? 1 : ratio, !capped && halving == 0);
@@ -357,6 +368,11 @@ bool StaticSolver::take_step(StaticReport& report) {
   }
   mu_ = std::max(mu_, 1e2) * kShrink * kShrink;
   return false;
+}
+
+/// Whether a poor step is iterated on. Not while a sheet falls at the pace of motion.
+bool StaticSolver::mixes() const {
+  return !options_.paced || mu_ < kPacedMu;
 }
 
 /// On the way down from a start of its own, where long steps would choose another fold.
@@ -395,9 +411,10 @@ void StaticSolver::finish(StaticReport& report) {
 StaticReport StaticSolver::solve() {
   StaticReport report;
   trial_ = position;
+  strains_ = {};
   contacts_.refresh(position);
   int searches = 0;
-  double far_for_points_m = kFarForPoints;
+  double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
   bool fresh = true;  // points between particles are those of this position
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {

@@ -56,6 +56,9 @@ struct StaticReport {
 /// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
 /// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
 /// Hessian is tried first; where it is indefinite the element-wise convex one takes its place.
+/// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
+/// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
+/// of a spacing.
 class StaticSolver {
  public:
   StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
@@ -92,6 +95,10 @@ class StaticSolver {
   void correct();
   [[nodiscard]] bool falling() const;
   void improve(double predicted, double& ratio, Eigen::VectorXd& way);
+  static double largest_of(const Eigen::VectorXd& way);
+  [[nodiscard]] bool mixes() const;
+  bool factorise_trial(StaticReport& report);
+  void iterate(StaticReport& report, double predicted, double& ratio, Eigen::VectorXd& way);
   [[nodiscard]] Eigen::VectorXd way_to_trial() const;
   void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
@@ -108,9 +115,10 @@ class StaticSolver {
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
-  bool factor_serves_ = false;  ///< factor_ is of a matrix like the present one
-  bool convex_ = false;         ///< and that matrix was the convex one
-  bool cloth_convex_ = false;   ///< cloth_hessian_ is the convex one
+  SpringStrains strains_, trial_strains_;  ///< by the linear model of what led there
+  bool factor_serves_ = false;             ///< factor_ is of a matrix like the present one
+  bool convex_ = false;                    ///< and that matrix was the convex one
+  bool cloth_convex_ = false;              ///< cloth_hessian_ is the convex one
   int convex_left_ = 0;
 };
 
