@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
-constexpr std::size_t kHandedOn = std::size_t{1}
-                                  << 18;  // values of an update matrix; larger are freed
+// Values of an update matrix; larger ones are freed.
+constexpr std::size_t kHandedOn = std::size_t{1} << 16;
 using Dense = Eigen::MatrixXd;
 
 }  // namespace
@@ -119,8 +119,8 @@ struct GridFactor::Workspace {
   }
 
   void give_back(std::vector<double>& used) {
-    if (!used.empty() && used.size() <= kHandedOn) idle.push_back(std::move(used));
-    used = {};
+    std::vector<double> all = std::move(used);  // leaves nothing behind
+    if (!all.empty() && all.size() <= kHandedOn) idle.push_back(std::move(all));
   }
 };
 
@@ -197,7 +197,7 @@ void GridFactor::find_structure() {
     // Before any update matrix, so that those come and go on top of all factors.
     node.lower.resize(static_cast<Eigen::Index>(3 * (node.own.size() + node.border.size())),
                       static_cast<Eigen::Index>(3 * node.own.size()));
-    list_entries(node);
+    list_entries(pattern, node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
     for (const int particle : node.border) place[particle] = k++;
@@ -219,8 +219,7 @@ void GridFactor::join_runs(Node& child, const std::vector<int>& place) {
   }
 }
 
-void GridFactor::list_entries(Node& node) {
-  const GridMatrix pattern(grid_);
+void GridFactor::list_entries(const GridMatrix& pattern, Node& node) {
   const int own = static_cast<int>(node.own.size());
   const int first = rank_[node.own.front()];
   const auto place = [&](int particle) {

@@ -78,7 +78,7 @@ class GridFactor {
   void factor_subtree(int node, int depth, int workspace);
   void factor_node(int node, int workspace);
   static void join_runs(Node& child, const std::vector<int>& place);
-  void list_entries(Node& node);
+  void list_entries(const GridMatrix& pattern, Node& node);
   template <class Use>
   static void for_each_column(const Node& child, const Use& use);
   static void add_to_own(const Node& child, Node& node);
