@@ -28,15 +28,17 @@ constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matri
 constexpr double kFalling = 20;          // residual
 constexpr double kPacedMu = 1000;        // 1/s^2
 constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 0.3;         // residual below which points between particles are found
+constexpr double kSettled = 1e-2;        // residual below which points between particles are found
+constexpr double kSettledOnFiner = 0.3;  // the same on a finer grid, which starts near its rest
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
-constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid, which starts near its rest
+constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
 // to and fro. So late in the run they are found anew ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kSearches = 2;         // for points between particles near rest; then they stay
+constexpr int kSearches = 3;         // for points between particles near rest; then they stay
+constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
 constexpr int kConvexRuns = 2;       // iterations with the convex matrix after an indefinite one
 constexpr int kStates = 20;          // of friction, tried for a first-order way
 constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
@@ -414,6 +416,8 @@ StaticReport StaticSolver::solve() {
   strains_ = {};
   contacts_.refresh(position);
   int searches = 0;
+  const double settled = options_.paced ? kSettled : kSettledOnFiner;
+  const int most_searches = options_.paced ? kSearches : kSearchesOnFiner;
   double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
   bool fresh = true;  // points between particles are those of this position
   Field best = position;
@@ -426,7 +430,7 @@ StaticReport StaticSolver::solve() {
     }
     best = position;
     note(report);
-    if (residual_ < kSettled && searches < kSearches && !fresh) {
+    if (residual_ < settled && searches < most_searches && !fresh) {
       contacts_.refresh(position);
       ++searches;
       fresh = true;
