@@ -41,7 +41,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
 }
 
 /// Goes on from trial_ while the potential of the step falls too little. Straight ways stretch the
-/// springs that turn, by their square, a thousand times more than they are stretched at rest; that
+/// springs that turn, by the square of the turn, soon more than they are stretched at rest; that
 /// tension makes the next matrix far too stiff across the springs. With the tension of the linear
 /// model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017). The
 /// potential may rise in between; the best trial is taken.
