@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 constexpr double kDeep = 1e-6;    // m; deeper entries are caught before the step is taken
 constexpr int kReviews = 3;       // solves with a changed model of the contacts, per iteration
 constexpr int kHalvings = 4;      // of a step that does not lower the potential
-constexpr double kPoor = 0.5;     // ratio of energy change below which a paced step is corrected
+constexpr double kPoor = 0.5;     // ratio of energy change; below, a step is corrected, iterated on
 constexpr int kCorrections = 4;   // of a step, with its factor
 constexpr int kSolves = 8;        // with an old factor before a new one is made
 constexpr double kSolved = 1e-2;  // of the right side, in the old factor's norm
@@ -121,6 +121,7 @@ void StaticSolver::begin_step() {
 void StaticSolver::newton_matrix(bool convex, Solve solve) {
   if (solve == Solve::anew || convex != cloth_convex_) {
     cloth_hessian_.set_zero();
+    // Not on the first grid: there it took the cube C at 31x31 twice the steps.
     const bool carried = !options_.paced && !strains_[0].empty();
     add_hessian(cloth_, position, convex, cloth_hessian_, carried ? &strains_ : nullptr);
     cloth_convex_ = convex;
@@ -302,6 +303,7 @@ void StaticSolver::correct() {
     step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * way.segment<3>(3 * i);
   }
   factor_.solve(step);
+  if (!step.allFinite()) return;  // iterate() may have left a factor that broke off
   const Field from = trial_;
   trial_strains_ = linear_strains(cloth_, from, step);
   move(from, step);
