@@ -4,32 +4,49 @@
 #include <cstddef>
 #include <vector>
 
+#include "simulate/static_kernels.hpp"
+
 namespace drape::sim {
+
+/// The first columns of a lower triangle are stored in blocks of 24, each block column-major from
+/// the row of its first column on: value (i, j) lies at trapezoid_column(rows, j) + i, for i from
+/// j - j % 24.
+constexpr std::ptrdiff_t trapezoid_column(std::ptrdiff_t rows, std::ptrdiff_t j) {
+  constexpr std::ptrdiff_t width = DenseKernels::tile_rows;
+  const std::ptrdiff_t block = j / width;
+  const std::ptrdiff_t before = width * block * rows - width * width * block * (block - 1) / 2;
+  return before + (j % width) * (rows - width * block) - width * block;
+}
+/// Values of `cols` such columns.
+constexpr std::ptrdiff_t trapezoid_size(std::ptrdiff_t rows, std::ptrdiff_t cols) {
+  return cols > 0 ? trapezoid_column(rows, cols - 1) + rows : 0;
+}
 
 /// Scratch of the dense kernels, kept between calls.
 struct DenseScratch {
   std::vector<double> strips;
-  bool portable = false;  ///< without the processor's fused multiply-add; the same bytes, slowly
+  Instructions most = Instructions::avx512;  ///< to use where the processor has them
 };
 
-/// Cholesky factor of a symmetric matrix's first `cols` columns, in place, column-major with
-/// leading dimension `rows` >= cols: the triangle on top becomes the factor, the rows below are
-/// solved with it. False when a pivot is not positive. The same bytes on every processor: products
-/// are added one by one in a fixed order, in vectors across rows.
-[[nodiscard]] bool factor_columns(double* matrix, std::ptrdiff_t rows, std::ptrdiff_t cols,
+/// Cholesky factor of a symmetric matrix's first `cols` columns, in place: the triangle on top
+/// becomes the factor, the rows below are solved with it. False when a pivot is not positive. The
+/// same bytes on every processor: products are added one by one in a fixed order, in vectors across
+/// rows. What is stored above the diagonal is changed too.
+[[nodiscard]] bool factor_columns(double* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
                                   DenseScratch& scratch);
 
-/// Writes minus A A^T into the lower triangle of `result`, a square of `rows` with leading
-/// dimension `rows`: A is `rows` x `depth` at `a` with leading dimension `a_lead`. Values above the
-/// diagonal within 12 rows of it are written too, others are not.
-void set_minus_outer(const double* a, std::ptrdiff_t a_lead, std::ptrdiff_t rows,
-                     std::ptrdiff_t depth, double* result, DenseScratch& scratch);
+/// Writes minus A A^T, A the rows below the first `cols` of a factor, into `triangle`, all columns
+/// of a lower triangle of rows - cols. What is stored above the diagonal is written too.
+void set_minus_outer(const double* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
+                     double* triangle, DenseScratch& scratch);
 
-/// Takes A A^T from the lower triangle of `result`: A is `rows` x `depth` at `a` with leading
-/// dimension `a_lead`; result has `result_lead`. Only its first `cols` columns are updated. Values
-/// above the diagonal within 12 rows of it are changed too.
-void subtract_outer(const double* a, std::ptrdiff_t a_lead, std::ptrdiff_t rows,
-                    std::ptrdiff_t cols, std::ptrdiff_t depth, double* result,
-                    std::ptrdiff_t result_lead, DenseScratch& scratch);
+/// x of `rows` values, in place: its first `cols` solved with the triangle of a factor of
+/// factor_columns(), the rest less what the rows below make of them.
+void solve_columns(const double* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols, double* x,
+                   Instructions most = Instructions::avx512);
+
+/// The same with the transposed factor: the first `cols` of x from themselves and the rest.
+void solve_columns_transposed(const double* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
+                              double* x, Instructions most = Instructions::avx512);
 
 }  // namespace drape::sim

@@ -13,8 +13,9 @@ namespace {
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
 // Values of an update matrix; larger ones are freed.
+// Values of a factor from which a solve is worth threads.
+constexpr std::size_t kWorthThreads = 1000000;
 constexpr std::size_t kHandedOn = std::size_t{1} << 16;
-using Dense = Eigen::MatrixXd;
 
 }  // namespace
 
@@ -57,6 +58,16 @@ void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) co
   }
 }
 
+/// Memory without first values.
+struct GridFactor::Buffer {
+  std::unique_ptr<double[]> values;
+  std::size_t size = 0;
+
+  Buffer() = default;
+  explicit Buffer(std::size_t count)
+      : values(std::make_unique_for_overwrite<double[]>(count)), size(count) {}
+};
+
 /// One region of the dissection: its own particles are eliminated here, its border later.
 struct GridFactor::Node {
   std::vector<int> own, border;
@@ -72,9 +83,11 @@ struct GridFactor::Node {
     bool transposed = false;
   };
   std::vector<Entry> entries;
-  Dense lower;                 ///< rows own + border, columns own
-  std::vector<double> update;  ///< what the border's matrix loses; square, lower triangle
-  int workspace = 0;           ///< where update comes from
+  Eigen::Index rows = 0;      ///< values of own and border
+  Eigen::Index cols = 0;      ///< values of own
+  std::vector<double> lower;  ///< the factor, a trapezoid of rows x cols
+  Buffer update;              ///< what the border's matrix loses; lower triangle
+  int workspace = 0;          ///< where update comes from
   bool definite = true;
 };
 
@@ -82,11 +95,11 @@ struct GridFactor::Node {
 /// together, and with what adds it to that column.
 template <class Use>
 void GridFactor::for_each_column(const Node& child, const Use& use) {
-  const auto lead = static_cast<Eigen::Index>(3 * child.border.size());
+  const auto border = static_cast<Eigen::Index>(3 * child.border.size());
   for (const Node::Run& cols : child.runs) {
     for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
       const Eigen::Index from_col = 3 * cols.from + c;
-      const double* from = child.update.data() + from_col * lead;
+      const double* from = child.update.values.get() + trapezoid_column(border, from_col);
       use(3 * cols.to + c, [&](double* to) {
         for (const Node::Run& rows : child.runs) {
           const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
@@ -103,24 +116,24 @@ void GridFactor::for_each_column(const Node& child, const Use& use) {
 /// for fresh memory costs more than filling it.
 struct GridFactor::Workspace {
   DenseScratch dense;
-  std::vector<std::vector<double>> idle;
+  std::vector<Buffer> idle;
 
-  std::vector<double> take(std::size_t size) {
+  Buffer take(std::size_t size) {
     std::size_t best = idle.size();
     for (std::size_t k = 0; k < idle.size(); ++k) {
-      if (idle[k].size() < size) continue;
-      if (best == idle.size() || idle[k].size() < idle[best].size()) best = k;
+      if (idle[k].size < size) continue;
+      if (best == idle.size() || idle[k].size < idle[best].size) best = k;
     }
-    if (best == idle.size()) return std::vector<double>(size);
-    std::vector<double> found = std::move(idle[best]);
+    if (best == idle.size()) return Buffer(size);
+    Buffer found = std::move(idle[best]);
     idle[best] = std::move(idle.back());
     idle.pop_back();
     return found;
   }
 
-  void give_back(std::vector<double>& used) {
-    std::vector<double> all = std::move(used);  // leaves nothing behind
-    if (!all.empty() && all.size() <= kHandedOn) idle.push_back(std::move(all));
+  void give_back(Buffer& used) {
+    Buffer all = std::move(used);  // leaves nothing behind
+    if (all.values && all.size <= kHandedOn) idle.push_back(std::move(all));
   }
 };
 
@@ -195,8 +208,9 @@ void GridFactor::find_structure() {
   std::vector<int> place(grid_.count(), -1);
   for (Node& node : nodes_) {
     // Before any update matrix, so that those come and go on top of all factors.
-    node.lower.resize(static_cast<Eigen::Index>(3 * (node.own.size() + node.border.size())),
-                      static_cast<Eigen::Index>(3 * node.own.size()));
+    node.cols = static_cast<Eigen::Index>(3 * node.own.size());
+    node.rows = node.cols + static_cast<Eigen::Index>(3 * node.border.size());
+    node.lower.resize(trapezoid_size(node.rows, node.cols));
     list_entries(pattern, node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
@@ -248,34 +262,32 @@ void GridFactor::list_entries(const GridMatrix& pattern, Node& node) {
 
 /// Adds what a child's border loses, run after run of each column: the columns eliminated here.
 void GridFactor::add_to_own(const Node& child, Node& node) {
-  const Eigen::Index own = node.lower.cols();
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
-    if (to_col < own) add(&node.lower.coeffRef(0, to_col));
+    if (to_col < node.cols) add(node.lower.data() + trapezoid_column(node.rows, to_col));
   });
 }
 
 /// The same for the columns of the border.
 void GridFactor::add_to_border(const Node& child, Node& node) {
-  const Eigen::Index own = node.lower.cols();
-  const Eigen::Index lead = node.lower.rows() - own;
+  const Eigen::Index own = node.cols;
+  const Eigen::Index border = node.rows - own;
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
-    if (to_col >= own) add(node.update.data() + (to_col - own) * lead - own);
+    if (to_col < own) return;
+    add(node.update.values.get() + trapezoid_column(border, to_col - own) - own);
   });
 }
 
 void GridFactor::assemble(Node& node) {
-  const auto own = static_cast<Eigen::Index>(node.own.size());
-  const auto border = static_cast<Eigen::Index>(node.border.size());
-  node.lower.setZero(3 * (own + border), 3 * own);
+  std::fill(node.lower.begin(), node.lower.end(), 0.0);
   for (const Node::Entry& entry : node.entries) {
-    auto to = node.lower.block<3, 3>(3 * entry.row, 3 * entry.col);
     const Eigen::Matrix3d& block = matrix_->block(entry.particle, entry.slot);
-    if (entry.transposed) {
-      to += block.transpose();
-    } else {
-      to += block;
+    const double shift = entry.row == entry.col ? (*shift_)[entry.particle] : 0.0;
+    for (int c = 0; c < 3; ++c) {
+      double* to =
+          node.lower.data() + trapezoid_column(node.rows, 3 * entry.col + c) + 3 * entry.row;
+      for (int r = 0; r < 3; ++r) to[r] += entry.transposed ? block(c, r) : block(r, c);
+      to[c] += shift;
     }
-    if (entry.row == entry.col) to.diagonal().array() += (*shift_)[entry.particle];
   }
   for (const int child : node.children) {
     if (child >= 0) add_to_own(nodes_[child], node);
@@ -292,13 +304,13 @@ void GridFactor::factor_node(int index, int workspace) {
     }
   }
   assemble(node);
-  const Eigen::Index own = node.lower.cols();
-  const Eigen::Index rows = node.lower.rows();
+  const Eigen::Index own = node.cols;
+  const Eigen::Index rows = node.rows;
   node.definite = factor_columns(node.lower.data(), rows, own, work.dense);
   if (!node.definite || rows == own) return;
   node.workspace = workspace;
-  node.update = work.take(static_cast<std::size_t>((rows - own) * (rows - own)));
-  set_minus_outer(node.lower.data() + own, rows, rows - own, own, node.update.data(), work.dense);
+  node.update = work.take(static_cast<std::size_t>(trapezoid_size(rows - own, rows - own)));
+  set_minus_outer(node.lower.data(), rows, own, node.update.values.get(), work.dense);
   for (const int child : node.children) {
     if (child < 0) continue;
     add_to_border(nodes_[child], node);
@@ -329,54 +341,84 @@ void GridFactor::factor_subtree(int index, int depth, int workspace) {
 bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
   matrix_ = &matrix;
   shift_ = &shift;
-  int depth = 0;
-  while ((1 << depth) < threads_) ++depth;
+  const int depth = depth_of_threads();
   workspaces_.resize(std::size_t{1} << depth);
   factor_subtree(static_cast<int>(nodes_.size()) - 1, depth, 0);
   return nodes_.back().definite;
 }
 
+/// Forward: children first, each subtree by itself.
+void GridFactor::solve_down(int index, int depth, const Eigen::VectorXd& b) const {
+  const Node& node = nodes_[index];
+  if (node.children[0] >= 0) {
+    if (depth > 0) {
+      std::thread other([&] { solve_down(node.children[0], depth - 1, b); });
+      solve_down(node.children[1], depth - 1, b);
+      other.join();
+    } else {
+      solve_down(node.children[0], 0, b);
+      solve_down(node.children[1], 0, b);
+    }
+  }
+  const Eigen::Index own = node.cols;
+  const Eigen::Index rows = node.rows;
+  Eigen::VectorXd& x = work_[index];
+  x.resize(rows);
+  for (std::size_t i = 0; i < node.own.size(); ++i) {
+    x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
+  }
+  x.tail(rows - own).setZero();
+  for (const int child : node.children) {
+    if (child < 0) continue;
+    const Eigen::VectorXd& from = work_[child];
+    const Eigen::Index before = nodes_[child].cols;
+    for (const Node::Run& run : nodes_[child].runs) {
+      x.segment(3 * run.to, 3 * run.count) += from.segment(before + 3 * run.from, 3 * run.count);
+    }
+  }
+  solve_columns(node.lower.data(), rows, own, x.data());
+}
+
+/// Backward: what the parent found is the border of its children.
+void GridFactor::solve_up(int index, int parent, int depth, Eigen::VectorXd& b) const {
+  const Node& node = nodes_[index];
+  const Eigen::Index own = node.cols;
+  const Eigen::Index rows = node.rows;
+  Eigen::VectorXd& x = work_[index];
+  for (const Node::Run& run : node.runs) {
+    x.segment(own + 3 * run.from, 3 * run.count) = work_[parent].segment(3 * run.to, 3 * run.count);
+  }
+  solve_columns_transposed(node.lower.data(), rows, own, x.data());
+  for (std::size_t i = 0; i < node.own.size(); ++i) {
+    b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
+  }
+  if (node.children[0] < 0) return;
+  if (depth > 0) {
+    std::thread other([&] { solve_up(node.children[0], index, depth - 1, b); });
+    solve_up(node.children[1], index, depth - 1, b);
+    other.join();
+  } else {
+    solve_up(node.children[0], index, 0, b);
+    solve_up(node.children[1], index, 0, b);
+  }
+}
+
+int GridFactor::depth_of_threads() const {
+  int depth = 0;
+  while ((1 << depth) < threads_) ++depth;
+  return depth;
+}
+
 void GridFactor::solve(Eigen::VectorXd& b) const {
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    const Node& node = nodes_[k];
-    const Eigen::Index own = node.lower.cols();
-    const Eigen::Index border = node.lower.rows() - own;
-    Eigen::VectorXd& x = work_[k];
-    x.resize(own + border);
-    for (std::size_t i = 0; i < node.own.size(); ++i) {
-      x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
-    }
-    node.lower.topRows(own).triangularView<Eigen::Lower>().solveInPlace(x.head(own));
-    x.tail(border).noalias() = node.lower.bottomRows(border) * x.head(own);
-    for (std::size_t i = 0; i < node.own.size(); ++i) {
-      b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
-    }
-    for (std::size_t i = 0; i < node.border.size(); ++i) {
-      b.segment<3>(3 * node.border[i]) -= x.segment<3>(own + 3 * static_cast<Eigen::Index>(i));
-    }
-  }
-  for (std::size_t k = nodes_.size(); k-- > 0;) {
-    const Node& node = nodes_[k];
-    const Eigen::Index own = node.lower.cols();
-    const Eigen::Index border = node.lower.rows() - own;
-    Eigen::VectorXd& x = work_[k];
-    for (std::size_t i = 0; i < node.border.size(); ++i) {
-      x.segment<3>(own + 3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.border[i]);
-    }
-    for (std::size_t i = 0; i < node.own.size(); ++i) {
-      x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
-    }
-    x.head(own).noalias() -= node.lower.bottomRows(border).transpose() * x.tail(border);
-    node.lower.topRows(own).triangularView<Eigen::Lower>().transpose().solveInPlace(x.head(own));
-    for (std::size_t i = 0; i < node.own.size(); ++i) {
-      b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
-    }
-  }
+  const int root = static_cast<int>(nodes_.size()) - 1;
+  const int depth = stored_values() < kWorthThreads ? 0 : depth_of_threads();
+  solve_down(root, depth, b);
+  solve_up(root, -1, depth, b);
 }
 
 std::size_t GridFactor::stored_values() const {
   std::size_t sum = 0;
-  for (const Node& node : nodes_) sum += static_cast<std::size_t>(node.lower.size());
+  for (const Node& node : nodes_) sum += node.lower.size();
   return sum;
 }
 

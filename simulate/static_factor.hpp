@@ -71,12 +71,16 @@ class GridFactor {
   [[nodiscard]] std::size_t stored_values() const;
 
  private:
+  struct Buffer;
   struct Node;
   struct Workspace;
   int build(int row0, int row1, int col0, int col1);
   void find_structure();
   void factor_subtree(int node, int depth, int workspace);
   void factor_node(int node, int workspace);
+  void solve_down(int node, int depth, const Eigen::VectorXd& b) const;
+  void solve_up(int node, int parent, int depth, Eigen::VectorXd& b) const;
+  [[nodiscard]] int depth_of_threads() const;
   static void join_runs(Node& child, const std::vector<int>& place);
   void list_entries(const GridMatrix& pattern, Node& node);
   template <class Use>

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -118,26 +119,72 @@ TEST(GridFactor, SolvesOnAnyGridAndTheSameWithTwoThreads) {
 }
 
 // Fused multiply-add rounds once wherever it is computed, so the bytes do not depend on the
-// processor: the portable kernels are what one without the instruction runs.
-TEST(DenseKernels, GiveTheSameBytesWithAndWithoutTheProcessorsInstruction) {
+// processor: the plain kernels are what one without these instructions runs.
+TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(-1, 1);
-  for (const auto& [rows, cols] : {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}}) {
-    std::vector<double> matrix(static_cast<std::size_t>(rows) * cols);
+  for (const auto& [rows, cols] :
+       {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}, {130, 130}}) {
+    std::vector<double> matrix(trapezoid_size(rows, cols));
     for (double& v : matrix) v = value(random);
-    for (int c = 0; c < cols; ++c) matrix[static_cast<std::size_t>(c) * rows + c] = 2.0 * rows;
-    std::vector<double> other = matrix;
-    DenseScratch fast, portable;
-    portable.portable = true;
-    ASSERT_TRUE(factor_columns(matrix.data(), rows, cols, fast));
-    ASSERT_TRUE(factor_columns(other.data(), rows, cols, portable));
-    EXPECT_EQ(std::memcmp(matrix.data(), other.data(), matrix.size() * sizeof(double)), 0) << rows;
-    std::vector<double> result(static_cast<std::size_t>(rows) * rows, 1.0);
-    std::vector<double> result_other = result;
-    subtract_outer(matrix.data(), rows, rows, rows, cols, result.data(), rows, fast);
-    subtract_outer(other.data(), rows, rows, rows, cols, result_other.data(), rows, portable);
-    EXPECT_EQ(std::memcmp(result.data(), result_other.data(), result.size() * sizeof(double)), 0)
-        << rows;
+    for (int c = 0; c < cols; ++c) matrix[trapezoid_column(rows, c) + c] = 2.0 * rows;
+    std::vector<double> x(rows);
+    for (double& v : x) v = value(random);
+    std::vector<double> bytes[3];
+    for (const Instructions most :
+         {Instructions::plain, Instructions::avx2, Instructions::avx512}) {
+      DenseScratch scratch;
+      scratch.most = most;
+      std::vector<double>& all = bytes[static_cast<int>(most)];
+      all = matrix;
+      ASSERT_TRUE(factor_columns(all.data(), rows, cols, scratch));
+      std::vector<double> triangle(trapezoid_size(rows - cols, rows - cols));
+      set_minus_outer(all.data(), rows, cols, triangle.data(), scratch);
+      std::vector<double> forward = x;
+      solve_columns(all.data(), rows, cols, forward.data(), most);
+      std::vector<double> back = x;
+      solve_columns_transposed(all.data(), rows, cols, back.data(), most);
+      for (const auto& part : {triangle, forward, back}) {
+        all.insert(all.end(), part.begin(), part.end());
+      }
+    }
+    for (const int k : {0, 1}) {
+      EXPECT_EQ(std::memcmp(bytes[k].data(), bytes[2].data(), bytes[2].size() * sizeof(double)), 0)
+          << rows << " rows, instructions " << k;
+    }
+  }
+}
+
+// L L^T is the matrix, and the rest loses what the rows below make: Eigen says the same.
+TEST(DenseKernels, FactorIsEigens) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> value(-1, 1);
+  for (const auto& [rows, cols] : {std::pair{3, 2}, {24, 24}, {61, 25}, {133, 77}}) {
+    Eigen::MatrixXd full(rows, rows);
+    for (double& v : full.reshaped()) v = value(random);
+    full = (full * full.transpose()).eval() + rows * Eigen::MatrixXd::Identity(rows, rows);
+    std::vector<double> part(trapezoid_size(rows, cols));
+    for (int c = 0; c < cols; ++c) {
+      for (int r = c - c % 24; r < rows; ++r) part[trapezoid_column(rows, c) + r] = full(r, c);
+    }
+    DenseScratch scratch;
+    ASSERT_TRUE(factor_columns(part.data(), rows, cols, scratch));
+    const int rest = rows - cols;
+    std::vector<double> triangle(trapezoid_size(rest, rest));
+    set_minus_outer(part.data(), rows, cols, triangle.data(), scratch);
+    const Eigen::MatrixXd lower = full.llt().matrixL();
+    for (int c = 0; c < cols; ++c) {
+      for (int r = c; r < rows; ++r) {
+        EXPECT_NEAR(part[trapezoid_column(rows, c) + r], lower(r, c), 1e-12 * rows);
+      }
+    }
+    const Eigen::MatrixXd below = lower.bottomLeftCorner(rest, cols);
+    const Eigen::MatrixXd loss = below * below.transpose();
+    for (int c = 0; c < rest; ++c) {
+      for (int r = c; r < rest; ++r) {
+        EXPECT_NEAR(triangle[trapezoid_column(rest, c) + r], -loss(r, c), 1e-12 * rows);
+      }
+    }
   }
 }
 
