@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/static_mixture.hpp"
+
 namespace drape::sim {
 namespace {
 
@@ -15,72 +17,16 @@ constexpr double kOverBending = 100;      // stiffness of a particle's contact o
 // Friction's limit of a step, of what the pressing force allows: set to the middle, kept within.
 constexpr double kLimit = 0.98;
 constexpr double kLimitLow = 0.95;
-constexpr double kLimitHigh = 1.02;       // a little too much is cut, which leaves a rest at rest
+constexpr double kLimitHigh = 1.02;  // a little too much is cut, which leaves a rest at rest
+constexpr double kStiffer = 10;      // near rest, of a particle's contact
+// m; friction that its spring's stretch could not exceed is left out: places that lie on a face to
+// the last digits press now and then, and each time would hold the sheet for a step.
+constexpr double kNoSpring = 1e-13;
 constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the springs
-constexpr double kNormalStep = 1e-7;      // m; for the curvature of a surface
 constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-void add_at(Field& x, int i, const Vector3d& value) {
-  const std::size_t n = x.size() / 3;
-  x[i] += value.x();
-  x[n + i] += value.y();
-  x[2 * n + i] += value.z();
-}
-
-template <class Mixture>
-Vector3d mix(const Field& field, const Mixture& point) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) {
-    if (point.weight[k] != 0) sum += point.weight[k] * at(field, point.particle[k]);
-  }
-  return sum;
-}
-
-template <class Mixture>
-Vector3d mix_step(const Eigen::VectorXd& step, const Mixture& point) {
-  Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) {
-    if (point.weight[k] != 0) sum += point.weight[k] * step.segment<3>(3 * point.particle[k]);
-  }
-  return sum;
-}
-
-template <class Mixture>
-void spread(const Mixture& point, const Vector3d& total, Field& force) {
-  for (int k = 0; k < 4; ++k) {
-    if (point.weight[k] != 0) add_at(force, point.particle[k], point.weight[k] * total);
-  }
-}
-
-template <class Mixture>
-void add_mixture(const Mixture& point, const Matrix3d& block, GridMatrix& hessian) {
-  for (int k = 0; k < 4; ++k) {
-    if (point.weight[k] == 0) continue;
-    for (int l = 0; l <= k; ++l) {
-      if (point.weight[l] == 0) continue;
-      hessian.add(point.particle[k], point.particle[l], point.weight[k] * point.weight[l] * block);
-    }
-  }
-}
-
-/// Second derivative of the distance from a shape.
-Matrix3d distance_curvature(const Surroundings& surroundings, int shape, const Vector3d& p) {
-  Matrix3d sum;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d step = kNormalStep * Vector3d::Unit(axis);
-    sum.col(axis) = (surroundings.normal(shape, p + step) - surroundings.normal(shape, p - step)) /
-                    (2 * kNormalStep);
-  }
-  return 0.5 * (sum + sum.transpose());
-}
 
 }  // namespace
 
@@ -173,13 +119,13 @@ void StaticContacts::watch(const Field& position, double watch_m) {
 }
 
 /// Friction's limit and anchor for the coming step.
-void StaticContacts::settle(Contact& contact, const Field& position) const {
+void StaticContacts::settle(Contact& contact, const Field& position, Limits limits) const {
   const Vector3d p = mix(position, contact);
   contact.gap = surroundings_->gap_m(contact.shape, p);
   contact.normal = surroundings_->normal(contact.shape, p);
   contact.change = Change::none;
   const double allowed = friction_ * pressing_n(contact, contact.gap);
-  if (!(allowed > 0)) {
+  if (!(allowed > kNoSpring * shear_stiffness_)) {
     contact.anchored = contact.slips = false;
     contact.limit = contact.slip_m = 0;
     return;
@@ -189,10 +135,11 @@ void StaticContacts::settle(Contact& contact, const Field& position) const {
   if (contact.limit == 0) {
     // A spring taken over from a rest may hold by all that friction allows.
     contact.limit = std::clamp(shear_stiffness_ * way.norm(), kLimit * allowed, allowed);
-  } else if (contact.limit > kLimitHigh * allowed || contact.limit < kLimitLow * allowed) {
-    contact.limit = kLimit * allowed;
+  } else if (limits == Limits::follow) {
+    const bool within =
+        contact.limit <= kLimitHigh * allowed && contact.limit >= kLimitLow * allowed;
+    contact.limit = within ? std::min(contact.limit, allowed) : kLimit * allowed;
   }
-  contact.limit = std::min(contact.limit, allowed);
   contact.anchored = true;
   const double most = contact.limit / shear_stiffness_;
   const double size = way.norm();
@@ -201,9 +148,9 @@ void StaticContacts::settle(Contact& contact, const Field& position) const {
   contact.anchor = p - (size > most ? most / size : 1.0) * way;
 }
 
-void StaticContacts::begin(const Field& position, double watch_m) {
+void StaticContacts::begin(const Field& position, double watch_m, Limits limits) {
   watch(position, watch_m);
-  for (Contact& contact : contacts_) settle(contact, position);
+  for (Contact& contact : contacts_) settle(contact, position, limits);
 }
 
 void StaticContacts::lean_on(const Field& position, const Field& force, double reach_m) {
@@ -221,6 +168,12 @@ void StaticContacts::lean_on(const Field& position, const Field& force, double r
   }
 }
 
+/// Energy of a friction spring of length `size`; beyond its limit the force stays.
+double StaticContacts::friction_j(const Contact& contact, double size) const {
+  const double most = contact.limit / shear_stiffness_;
+  return size > most ? contact.limit * (size - 0.5 * most) : 0.5 * shear_stiffness_ * size * size;
+}
+
 double StaticContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
@@ -230,9 +183,7 @@ double StaticContacts::energy_j(const Field& position) const {
     sum +=
         (pressing * pressing - contact.multiplier * contact.multiplier) / (2 * contact.stiffness);
     if (contact.limit == 0) continue;
-    const double size = spring(contact, p).norm();
-    const double most = contact.limit / shear_stiffness_;
-    sum += size > most ? contact.limit * (size - 0.5 * most) : 0.5 * shear_stiffness_ * size * size;
+    sum += friction_j(contact, spring(contact, p).norm());
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     const Vector3d way = hold_in_world_[h] - mix(position, holds_[h]);
@@ -260,96 +211,6 @@ void StaticContacts::add_forces(const Field& position, Field& force) const {
     spread(holds_[h],
            hold_force_[h] + hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h])),
            force);
-  }
-}
-
-Matrix3d StaticContacts::model_block(const Contact& contact, const Field& position,
-                                     bool convex) const {
-  const double pressing = pressing_n(contact, contact.gap);
-  Matrix3d block = Matrix3d::Zero();
-  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
-  if (pressing > 0 || contact.change == Change::lands) {
-    block += contact.stiffness * contact.normal * contact.normal.transpose();
-  }
-  if (pressing > 0 && !convex) {
-    block -= pressing * distance_curvature(*surroundings_, contact.shape, mix(position, contact));
-  }
-  if (contact.limit > 0) {
-    if (contact.slips && contact.change != Change::holds) {
-      const Vector3d way = spring(contact, mix(position, contact)).normalized();
-      const double length = std::max(contact.slip_m, contact.limit / shear_stiffness_);
-      block += contact.limit / length * (across - way * way.transpose());
-    } else {
-      block += shear_stiffness_ * across;
-    }
-  }
-  return block;
-}
-
-void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) const {
-  for (const Contact& contact : contacts_) {
-    if (contact.limit == 0 && contact.change != Change::lands &&
-        pressing_n(contact, contact.gap) == 0) {
-      continue;
-    }
-    add_mixture(contact, model_block(contact, position, convex), hessian);
-  }
-  for (const Hold& hold : holds_) {
-    add_mixture(hold, hold_stiffness_ * Matrix3d::Identity(), hessian);
-  }
-}
-
-void StaticContacts::add_landing(Eigen::VectorXd& gradient) const {
-  for (const Contact& contact : contacts_) {
-    if (contact.change != Change::lands) continue;
-    const double pull = contact.stiffness * contact.gap - contact.multiplier;
-    gradient.segment<3>(3 * contact.particle[0]) += pull * contact.normal;
-  }
-}
-
-double StaticContacts::landing_curve(const Eigen::VectorXd& step) const {
-  double sum = 0;
-  for (const Contact& contact : contacts_) {
-    if (contact.change != Change::lands) continue;
-    const double along = mix_step(step, contact).dot(contact.normal);
-    sum += contact.stiffness * along * along;
-  }
-  return sum;
-}
-
-int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
-  int changed = 0;
-  for (Contact& contact : contacts_) {
-    const Vector3d p = mix(to, contact);
-    const Vector3d way = p - mix(from, contact);
-    const double pressing = pressing_n(contact, contact.gap);
-    if (pressing == 0 && contact.change == Change::none && contact.rigid) {
-      if (surroundings_->gap_m(contact.shape, p) >= -deep_m) continue;
-      contact.change = Change::lands;
-      ++changed;
-      continue;
-    }
-    if (contact.slips && contact.change == Change::none &&
-        way.dot(spring(contact, mix(from, contact))) < 0) {
-      contact.change = Change::holds;
-      ++changed;
-    }
-  }
-  return changed;
-}
-
-void StaticContacts::relinearise(const Field& position) {
-  before_ = contacts_;
-  for (Contact& contact : contacts_) {
-    const Vector3d p = mix(position, contact);
-    contact.gap = surroundings_->gap_m(contact.shape, p);
-    contact.normal = surroundings_->normal(contact.shape, p);
-    contact.change = Change::none;
-    if (contact.limit == 0) continue;
-    const double size = spring(contact, p).norm();
-    const double most = contact.limit / shear_stiffness_;
-    contact.slips = size > most;
-    contact.slip_m = std::max(size, most);
   }
 }
 
@@ -392,6 +253,12 @@ void StaticContacts::update_multipliers(const Field& position) {
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     hold_force_[h] += hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h]));
   }
+}
+
+void StaticContacts::stiffen() {
+  if (stiffened_) return;
+  stiffened_ = true;
+  particle_stiffness_ *= kStiffer;
 }
 
 double StaticContacts::pin_error_m(const Field& position) const {

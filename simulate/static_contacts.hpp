@@ -38,8 +38,11 @@ class StaticContacts {
   void keep_points() { seeks_points_ = false; }
   /// Finds the points between particles anew; those that keep on touching keep their spring.
   void refresh(const Field& position);
-  /// Starts a step: which particles are within `watch_m`, friction's limits and anchors.
-  void begin(const Field& position, double watch_m);
+  enum class Limits { follow, keep };
+  /// Starts a step: which particles are within `watch_m`, friction's limits and anchors. Limits are
+  /// kept where pressing forces have just been moved by update_multipliers(): until the particles
+  /// follow, those forces are not yet what presses.
+  void begin(const Field& position, double watch_m, Limits limits = Limits::follow);
 
   /// Contact, friction and pins within the step (J).
   [[nodiscard]] double energy_j(const Field& position) const;
@@ -47,13 +50,16 @@ class StaticContacts {
   void add_forces(const Field& position, Field& force) const;
   /// Second derivatives of the step's quadratic model at its start, with what review() changed.
   void add_hessian(const Field& position, bool convex, GridMatrix& hessian) const;
-  /// What review() adds to the model's gradient: pulls of particles that will land.
-  void add_landing(Eigen::VectorXd& gradient) const;
-  /// Second derivative of those pulls along the step; no part of the energy.
-  [[nodiscard]] double landing_curve(const Eigen::VectorXd& step) const;
-  /// Looks where the step leads: what would land, and what slid and would slide back, is changed
-  /// in the model. Returns how many.
+  /// What review() adds to the model's gradient: pulls of particles that will land, friction that
+  /// will yield.
+  void add_changes(Eigen::VectorXd& gradient) const;
+  /// What the model's second derivative along the step has that the energy of that step has not.
+  [[nodiscard]] double excess_curve(const Eigen::VectorXd& step) const;
+  /// Looks where the step leads: what would land, what slid and would slide back and, after
+  /// let_yield(), what held and would slide is changed in the model. Returns how many.
   int review(const Field& from, const Field& to, double deep_m);
+  /// Friction that holds may yield within a step. Else it slides from the next step on.
+  void let_yield() { yields_ = true; }
   /// Takes the quadratic model at another place of the same step, until restore().
   void relinearise(const Field& position);
   void restore() { contacts_.swap(before_); }
@@ -62,6 +68,8 @@ class StaticContacts {
 
   /// Moves the resting forces of particles and pins to where they hold exactly.
   void update_multipliers(const Field& position);
+  /// Makes pressing particles ten times stiffer, once: so their gaps close in fewer updates.
+  void stiffen();
 
   [[nodiscard]] double pin_error_m(const Field& position) const;
   [[nodiscard]] double gap_error_m(const Field& position) const;  ///< of pressed particles
@@ -71,7 +79,14 @@ class StaticContacts {
   [[nodiscard]] int between() const { return lines_.count(); }
 
  private:
-  enum class Change : char { none, lands, holds };
+  enum class Change : char { none, lands, holds, yields };
+
+  /// Friction beyond its limit, linear about the place where the step leads.
+  struct Yield {
+    Eigen::Vector3d spring = Eigen::Vector3d::Zero();  ///< at the start of the step
+    Eigen::Vector3d pull = Eigen::Vector3d::Zero();    ///< less than held there (N)
+    Eigen::Matrix3d block = Eigen::Matrix3d::Zero();   ///< second derivative
+  };
 
   /// One place that may touch one surface.
   struct Contact {
@@ -90,13 +105,16 @@ class StaticContacts {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
     double gap = 0;                                     ///< at the start of the step
     Change change = Change::none;
+    Yield yield;
   };
 
   [[nodiscard]] Contact fresh_particle(int particle, int shape) const;
   void watch(const Field& position, double watch_m);
-  void settle(Contact& contact, const Field& position) const;
+  void settle(Contact& contact, const Field& position, Limits limits) const;
   [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
   [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
+  [[nodiscard]] double friction_j(const Contact& contact, double size) const;
+  [[nodiscard]] bool review_yield(Contact& contact, const Field& from, const Field& to) const;
   [[nodiscard]] Eigen::Matrix3d model_block(const Contact& contact, const Field& position,
                                             bool convex) const;
 
@@ -105,6 +123,7 @@ class StaticContacts {
   double friction_;
   bool seeks_points_;  ///< between particles
   LineContacts lines_;
+  bool yields_ = false, stiffened_ = false;
   double particle_stiffness_ = 0, shear_stiffness_ = 0;
   std::vector<Contact> contacts_, before_;
   std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none

@@ -4,16 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/static_mixture.hpp"
+
 namespace drape::sim {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
 
 void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex,
                  const SpringStrains* strains, GridMatrix& sum) {

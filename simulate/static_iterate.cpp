@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/static_mixture.hpp"
 #include "simulate/static_solver.hpp"
 
 namespace drape::sim {
@@ -14,11 +15,6 @@ using Eigen::VectorXd;
 
 constexpr int kIterations = 3;
 constexpr double kGood = 0.7;  // ratio of energy change from which the step will do
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
 
 }  // namespace
 

@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/static_mixture.hpp"
+
 namespace drape::sim {
 namespace {
 
 using Eigen::Vector3d;
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
 
 }  // namespace
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/static_mixture.hpp"
+
 namespace drape::sim {
 namespace {
 
@@ -17,8 +19,9 @@ constexpr double kPoor = 0.5;     // ratio of energy change; below, a step is co
 constexpr int kCorrections = 4;   // of a step, with its factor
 constexpr int kSolves = 8;        // with an old factor before a new one is made
 constexpr double kSolved = 1e-2;  // of the right side, in the old factor's norm
+constexpr double kSolvedNearRest = 1e-3;  // the same near rest, where steps are Newton's
 constexpr double kFaster = 0.5;   // residual over that before, else the old factor is too old
-constexpr double kWorth = 0.02;   // gain of a correction that is worth another, of the prediction
+constexpr double kWorth = 0.02;   // gain of a correction that is worth its cost, of the prediction
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
 constexpr double kWatch = 3;      // of that cap; nearer particles are watched during a step
 constexpr double kGrow = 0.25, kShrink = 4;  // of mu
@@ -29,8 +32,10 @@ constexpr double kFalling = 20;          // residual
 constexpr double kPacedMu = 1000;        // 1/s^2
 constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
 constexpr double kSettled = 1e-2;        // residual below which points between particles are found
-constexpr double kSettledOnFiner = 0.3;  // the same on a finer grid, which starts near its rest
+constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
+constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
+constexpr double kStiffOnFiner = 1;      // residual below which its contacts are made stiffer too
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
 constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
@@ -47,11 +52,6 @@ constexpr double kGapDone = 2e-9;    // m
 // Below this share of the sheet's energies a change of energy is lost in their rounding, and the
 // forces at both ends of the step say it better.
 constexpr double kBelowRounding = 1e-9;
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
 
 }  // namespace
 
@@ -105,8 +105,8 @@ void StaticSolver::lean(double reach_m) {
 }
 
 /// Contacts, forces and potential at the start of a step.
-void StaticSolver::begin_step() {
-  contacts_.begin(position, kWatch * cap_m_);
+void StaticSolver::begin_step(StaticContacts::Limits limits) {
+  contacts_.begin(position, kWatch * cap_m_, limits);
   find_forces(position, force_);
   potential_j_ = cloth_.energies(position).sum_j() + contacts_.energy_j(position);
   residual_ = 0;
@@ -176,7 +176,8 @@ bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& repo
   VectorXd preconditioned = rest;
   factor_.solve(preconditioned);
   double size = rest.dot(preconditioned);
-  const double enough = kSolved * kSolved * size;
+  const double share = residual_ < kNearRest ? kSolvedNearRest : kSolved;
+  const double enough = share * share * size;
   VectorXd answer = VectorXd::Zero(rest.size());
   if (guess.size() == rest.size()) {
     answer = guess;
@@ -225,7 +226,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     gradient_.resize(3 * n);
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;
-    contacts_.add_landing(model_gradient_);
+    contacts_.add_changes(model_gradient_);
     step_ = -model_gradient_;
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
     if (attempt > 0 || !serves || !solve_by_old_factor(guess, report)) {
@@ -246,7 +247,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
       factor_mu_ = mu_;
       factor_.solve(step_);
     }
-    model_curve_ = -step_.dot(model_gradient_) - contacts_.landing_curve(step_);
+    model_curve_ = -step_.dot(model_gradient_) - contacts_.excess_curve(step_);
     return step_.allFinite();
   }
   return false;
@@ -356,8 +357,8 @@ bool StaticSolver::take_step(StaticReport& report) {
     const double predicted = -share * slope - 0.5 * share * share * model_curve_;
     const bool tiny = std::abs(predicted) < 1e-13 * weight_n_ * cap_m_;
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
-    if (std::isfinite(ratio) && !tiny && predicted > 0 && (ratio < kPoor || !options_.paced))
-      improve(predicted, ratio, way);
+    const bool inexact = options_.paced ? ratio < kPoor : std::abs(ratio - 1) > kWorth;
+    if (std::isfinite(ratio) && !tiny && predicted > 0 && inexact) improve(predicted, ratio, way);
     if (halving == 0 && mixes() && !tiny && predicted > 0 && !(ratio > kPoor))
       iterate(report, predicted, ratio, way);
     if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
@@ -420,6 +421,8 @@ StaticReport StaticSolver::solve() {
   int searches = 0;
   const double settled = options_.paced ? kSettled : kSettledOnFiner;
   const int most_searches = options_.paced ? kSearches : kSearchesOnFiner;
+  const double near_rest = options_.paced ? kNearRest : kNearRestOnFiner;
+  if (!options_.paced) contacts_.let_yield();
   double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
   bool fresh = true;  // points between particles are those of this position
   Field best = position;
@@ -443,9 +446,10 @@ StaticReport StaticSolver::solve() {
       report.status = StaticStatus::at_rest;
       break;
     }
-    if (residual_ < kNearRest) {
+    if (residual_ < near_rest) {
       contacts_.update_multipliers(position);
-      begin_step();
+      if (!options_.paced && residual_ < kStiffOnFiner) contacts_.stiffen();
+      begin_step(StaticContacts::Limits::keep);
     } else if (moved_m_ > far_for_points_m) {
       contacts_.refresh(position);
       moved_m_ = 0;

@@ -82,7 +82,7 @@ class StaticSolver {
 
  private:
   void find_forces(const Field& x, Field& force) const;
-  void begin_step();
+  void begin_step(StaticContacts::Limits limits = StaticContacts::Limits::follow);
   bool factorise_here();
   enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
   void newton_matrix(bool convex, Solve solve);
