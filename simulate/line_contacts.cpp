@@ -61,10 +61,8 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
-  const std::size_t elements =
-      (2 + kCellPoints * kCellPoints) * static_cast<std::size_t>(cloth.count());
-  points_.reserve(elements * std::max(1, surroundings.count()));
-  friction_spring_.assign(elements, Vector3d::Zero());
+  elements_ = (2 + kCellPoints * kCellPoints) * cloth.count();
+  points_.reserve(static_cast<std::size_t>(elements_) * std::max(1, surroundings.count()));
   until_.assign(3 * static_cast<std::size_t>(cloth.count()), -1.0);
 }
 
@@ -220,7 +218,7 @@ void LineContacts::forget_gone(std::size_t begin, std::size_t end, std::size_t n
   for (std::size_t k = begin; k < end; ++k) {
     while (now < points_.size() && points_[now].element < before_[k].element) ++now;
     if (now == points_.size() || points_[now].element != before_[k].element)
-      friction_spring_[before_[k].element].setZero();
+      forget_spring(before_[k].element);
   }
 }
 
@@ -268,7 +266,7 @@ void LineContacts::choose(const Field& position, double farthest_way_m, double m
     if (gap <= margin_m) {
       chosen_.push_back(static_cast<int>(k));
     } else {
-      friction_spring_[points_[k].element].setZero();
+      forget_spring(points_[k].element);
     }
   }
 }
@@ -295,7 +293,7 @@ void LineContacts::add_forces(const Field& position, const Field* velocity, Fiel
     const Push contact = push(point, position, velocity);
     if (contact.gap >= 0) continue;
     Vector3d total = contact.normal_n * contact.normal;
-    Vector3d tangential = -stiffness_ * friction_spring_[point.element];
+    Vector3d tangential = -stiffness_ * friction_spring_m(point.element);
     if (velocity != nullptr) tangential -= 0.5 * damping_ * mix(*velocity, point);
     tangential -= tangential.dot(contact.normal) * contact.normal;
     const double limit = friction_ * contact.normal_n;
@@ -311,7 +309,12 @@ void LineContacts::add_forces(const Field& position, const Field* velocity, Fiel
   }
 }
 
+void LineContacts::forget_spring(int element) {
+  if (!friction_spring_.empty()) friction_spring_[element].setZero();
+}
+
 void LineContacts::advance(const Field& position, const Field& velocity, double step_s) {
+  if (friction_spring_.empty()) friction_spring_.assign(elements_, Vector3d::Zero());
   for (const int k : chosen_) {
     const Point& point = points_[k];
     Vector3d& spring = friction_spring_[point.element];

@@ -57,10 +57,11 @@ class LineContacts {
 
   [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
-  [[nodiscard]] int elements() const { return static_cast<int>(friction_spring_.size()); }
+  [[nodiscard]] int elements() const { return elements_; }
   [[nodiscard]] double stiffness_n_per_m() const { return stiffness_; }
   /// Elastic tangential displacement of a watched place from where friction holds it.
-  [[nodiscard]] const Eigen::Vector3d& friction_spring_m(int element) const {
+  [[nodiscard]] Eigen::Vector3d friction_spring_m(int element) const {
+    if (friction_spring_.empty()) return Eigen::Vector3d::Zero();
     return friction_spring_[element];
   }
   [[nodiscard]] double energy_j(const Field& position) const;
@@ -82,6 +83,7 @@ class LineContacts {
   [[nodiscard]] double followed_share(int shape, const Eigen::Vector3d& p,
                                       const Eigen::Vector3d& q) const;
   void keep_places(const Field& position, std::size_t begin, std::size_t end, std::size_t now);
+  void forget_spring(int element);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);
 
   const Cloth* cloth_;
@@ -90,10 +92,12 @@ class LineContacts {
   bool follows_;
   std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;
-  std::vector<Eigen::Vector3d> friction_spring_;  ///< elastic tangential displacement (m)
-  std::vector<Point> before_;                     ///< points of the last refresh
-  std::vector<double> until_;                     ///< per line and cell: way at which to look again
-  std::vector<int> chosen_;                       ///< indices into points_
+  int elements_;
+  /// Elastic tangential displacement (m) per element; there from the first advance() on.
+  std::vector<Eigen::Vector3d> friction_spring_;
+  std::vector<Point> before_;  ///< points of the last refresh
+  std::vector<double> until_;  ///< per line and cell: way at which to look again
+  std::vector<int> chosen_;    ///< indices into points_
   std::vector<double> clear_;  ///< per point: farthest way up to which it stays outside
 };
 

@@ -82,6 +82,7 @@ void StaticContacts::refresh(const Field& position) {
 void StaticContacts::watch(const Field& position, double watch_m) {
   before_.swap(contacts_);
   contacts_.clear();
+  contacts_.reserve(before_.size() + lines_.points().size() / 8);
   const auto keep = [&](Contact& contact) {
     const int old = index_[contact.site];
     if (old < 0) return;

@@ -12,6 +12,7 @@ using Index = std::ptrdiff_t;
 constexpr Index kRows = DenseKernels::tile_rows;  // also the columns of a block
 constexpr Index kCols = DenseKernels::tile_cols;
 constexpr Index kDots = DenseKernels::dots;
+constexpr Index kDepth = 192;  // columns of a product at once: two strips of them stay in the cache
 
 /// Columns `first` to `last` of a trapezoid, from row `top` on: a factor A of a product A A^T.
 struct Part {
@@ -108,14 +109,21 @@ bool factor_columns(double* trapezoid, Index rows, Index cols, DenseScratch& scr
 void set_minus_outer(const double* trapezoid, Index rows, Index cols, double* triangle,
                      DenseScratch& scratch) {
   const Index size = rows - cols;
-  const Part a{trapezoid, rows, cols, 0, cols};
-  for_each_tile(a, size, scratch,
-                [&](Index i, Index j, Index height, Index width, const double* tile) {
-                  for (Index c = 0; c < width; ++c) {
-                    double* to = triangle + trapezoid_column(size, j + c) + i;
-                    for (Index r = 0; r < height; ++r) to[r] = -tile[c * kRows + r];
-                  }
-                });
+  for (Index first = 0; first < cols; first += kDepth) {
+    const Part a{trapezoid, rows, cols, first, std::min(cols, first + kDepth)};
+    for_each_tile(a, size, scratch,
+                  [&](Index i, Index j, Index height, Index width, const double* tile) {
+                    for (Index c = 0; c < width; ++c) {
+                      double* to = triangle + trapezoid_column(size, j + c) + i;
+                      const double* from = tile + c * kRows;
+                      if (first == 0) {
+                        for (Index r = 0; r < height; ++r) to[r] = -from[r];
+                      } else {
+                        for (Index r = 0; r < height; ++r) to[r] -= from[r];
+                      }
+                    }
+                  });
+  }
 }
 
 void solve_columns(const double* trapezoid, Index rows, Index cols, double* x, Instructions most) {

@@ -2,6 +2,7 @@
 #include "simulate/static_factor.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <thread>
 
@@ -15,7 +16,6 @@ constexpr int kSeparator = 2;  // lines
 // Values of an update matrix; larger ones are freed.
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
-constexpr std::size_t kHandedOn = std::size_t{1} << 16;
 
 }  // namespace
 
@@ -29,7 +29,8 @@ void GridMatrix::set_zero() {
 }
 
 int GridMatrix::slot_of_step(int j, int step) const {
-  if (step <= 2 && j % grid_.cols + step < grid_.cols) return step;
+  // Only on the narrowest grids a small step may lead to the next row.
+  if (step <= 2 && (grid_.cols > 3 || j % grid_.cols + step < grid_.cols)) return step;
   if (step >= 2 * grid_.cols) return 6;
   return step - (grid_.cols - 1) + 3;
 }
@@ -58,14 +59,23 @@ void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) co
   }
 }
 
-/// Memory without first values.
-struct GridFactor::Buffer {
+/// Memory for update matrices that come and go in turn, the last first. How much it takes is
+/// counted before it is there.
+struct GridFactor::Stack {
   std::unique_ptr<double[]> values;
-  std::size_t size = 0;
+  std::size_t used = 0, most = 0;
 
-  Buffer() = default;
-  explicit Buffer(std::size_t count)
-      : values(std::make_unique_for_overwrite<double[]>(count)), size(count) {}
+  void count(std::size_t size) {
+    used += size;
+    most = std::max(most, used);
+  }
+  void make() { values = std::make_unique_for_overwrite<double[]>(most); }
+  double* push(std::size_t size) {
+    double* begin = values.get() + used;
+    used += size;
+    return begin;
+  }
+  void pop(std::size_t size) { used -= size; }
 };
 
 /// One region of the dissection: its own particles are eliminated here, its border later.
@@ -86,8 +96,12 @@ struct GridFactor::Node {
   Eigen::Index rows = 0;      ///< values of own and border
   Eigen::Index cols = 0;      ///< values of own
   std::vector<double> lower;  ///< the factor, a trapezoid of rows x cols
-  Buffer update;              ///< what the border's matrix loses; lower triangle
-  int workspace = 0;          ///< where update comes from
+  double* update = nullptr;   ///< what the border's matrix loses; lower triangle, on `stack`
+  Stack* stack = nullptr;
+
+  [[nodiscard]] std::size_t update_size() const {
+    return static_cast<std::size_t>(trapezoid_size(rows - cols, rows - cols));
+  }
   bool definite = true;
 };
 
@@ -99,7 +113,7 @@ void GridFactor::for_each_column(const Node& child, const Use& use) {
   for (const Node::Run& cols : child.runs) {
     for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
       const Eigen::Index from_col = 3 * cols.from + c;
-      const double* from = child.update.values.get() + trapezoid_column(border, from_col);
+      const double* from = child.update + trapezoid_column(border, from_col);
       use(3 * cols.to + c, [&](double* to) {
         for (const Node::Run& rows : child.runs) {
           const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
@@ -112,29 +126,11 @@ void GridFactor::for_each_column(const Node& child, const Use& use) {
   }
 }
 
-/// What one thread needs. Update matrices come and go by the thousand: small ones are handed on,
-/// for fresh memory costs more than filling it.
+/// What one thread needs. The updates of a node's children are taken from one stack after its own
+/// has been put on the other: so both work in turn, level by level.
 struct GridFactor::Workspace {
   DenseScratch dense;
-  std::vector<Buffer> idle;
-
-  Buffer take(std::size_t size) {
-    std::size_t best = idle.size();
-    for (std::size_t k = 0; k < idle.size(); ++k) {
-      if (idle[k].size < size) continue;
-      if (best == idle.size() || idle[k].size < idle[best].size) best = k;
-    }
-    if (best == idle.size()) return Buffer(size);
-    Buffer found = std::move(idle[best]);
-    idle[best] = std::move(idle.back());
-    idle.pop_back();
-    return found;
-  }
-
-  void give_back(Buffer& used) {
-    Buffer all = std::move(used);  // leaves nothing behind
-    if (all.values && all.size <= kHandedOn) idle.push_back(std::move(all));
-  }
+  std::array<Stack, 2> stacks;
 };
 
 GridFactor::~GridFactor() = default;
@@ -146,6 +142,12 @@ GridFactor::GridFactor(const GridSpec& grid, int threads)
   build(0, grid.rows, 0, grid.cols);
   find_structure();
   work_.resize(nodes_.size());
+  const int depth = depth_of_threads();
+  workspaces_.resize(std::size_t{1} << depth);
+  plan_memory(static_cast<int>(nodes_.size()) - 1, 0, depth, 0);
+  for (Workspace& work : workspaces_) {
+    for (Stack& stack : work.stacks) stack.make();
+  }
 }
 
 int GridFactor::build(int row0, int row1, int col0, int col1) {
@@ -273,7 +275,7 @@ void GridFactor::add_to_border(const Node& child, Node& node) {
   const Eigen::Index border = node.rows - own;
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
     if (to_col < own) return;
-    add(node.update.values.get() + trapezoid_column(border, to_col - own) - own);
+    add(node.update + trapezoid_column(border, to_col - own) - own);
   });
 }
 
@@ -308,13 +310,12 @@ void GridFactor::factor_node(int index, int workspace) {
   const Eigen::Index rows = node.rows;
   node.definite = factor_columns(node.lower.data(), rows, own, work.dense);
   if (!node.definite || rows == own) return;
-  node.workspace = workspace;
-  node.update = work.take(static_cast<std::size_t>(trapezoid_size(rows - own, rows - own)));
-  set_minus_outer(node.lower.data(), rows, own, node.update.values.get(), work.dense);
+  node.update = node.stack->push(node.update_size());
+  set_minus_outer(node.lower.data(), rows, own, node.update, work.dense);
   for (const int child : node.children) {
     if (child < 0) continue;
     add_to_border(nodes_[child], node);
-    workspaces_[nodes_[child].workspace].give_back(nodes_[child].update);
+    nodes_[child].stack->pop(nodes_[child].update_size());
   }
 }
 
@@ -338,12 +339,28 @@ void GridFactor::factor_subtree(int index, int depth, int workspace) {
   factor_node(index, workspace);
 }
 
+/// Gives the nodes below their stacks and counts what those take, in the order of factor_subtree().
+void GridFactor::plan_memory(int index, int level, int depth, int workspace) {
+  Node& node = nodes_[index];
+  node.stack = &workspaces_[workspace].stacks[level % 2];
+  if (node.children[0] >= 0) {
+    const int others = depth > 0 ? workspace + (1 << (depth - 1)) : workspace;
+    plan_memory(node.children[0], level + 1, std::max(0, depth - 1), others);
+    plan_memory(node.children[1], level + 1, std::max(0, depth - 1), workspace);
+  }
+  node.stack->count(node.update_size());
+  for (const int child : node.children) {
+    if (child >= 0) nodes_[child].stack->pop(nodes_[child].update_size());
+  }
+}
+
 bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
   matrix_ = &matrix;
   shift_ = &shift;
-  const int depth = depth_of_threads();
-  workspaces_.resize(std::size_t{1} << depth);
-  factor_subtree(static_cast<int>(nodes_.size()) - 1, depth, 0);
+  for (Workspace& work : workspaces_) {
+    for (Stack& stack : work.stacks) stack.used = 0;  // a matrix before may have broken off
+  }
+  factor_subtree(static_cast<int>(nodes_.size()) - 1, depth_of_threads(), 0);
   return nodes_.back().definite;
 }
 

@@ -113,11 +113,16 @@ void add_cells(const Cloth& cloth, const Field& x, bool convex, GridMatrix& sum)
       b += kWeft[k] * at(x, corner[k]);
     }
     const ShearBlocks s = shear_blocks(a, b, area, cloth.laws().shear, convex);
+    // All that the signs of two corners can make of the blocks.
+    const Matrix3d cross = s.ab.transpose();
+    const Matrix3d along[2] = {s.aa - s.bb, s.aa + s.bb};
+    const Matrix3d skew[2] = {s.ab - cross, s.ab + cross};
     for (int k = 0; k < 4; ++k) {
       for (int l = 0; l <= k; ++l) {
-        const Matrix3d block = kWarp[k] * kWarp[l] * s.aa + kWarp[k] * kWeft[l] * s.ab +
-                               kWeft[k] * kWarp[l] * s.ab.transpose() + kWeft[k] * kWeft[l] * s.bb +
-                               twist * kTwist[k] * kTwist[l] * Matrix3d::Identity();
+        const double warps = kWarp[k] * kWarp[l];
+        const bool alike = warps == kWeft[k] * kWeft[l];
+        Matrix3d block = warps * along[alike] + kWarp[k] * kWeft[l] * skew[alike];
+        block.diagonal().array() += twist * kTwist[k] * kTwist[l];
         sum.add(corner[k], corner[l], block);
       }
     }

@@ -24,9 +24,8 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
   bool definite = false;
   for (const bool convex : {false, true}) {
     if (definite || (convex_ && !convex)) continue;
-    cloth_hessian_.set_zero();
-    add_hessian(cloth_, trial_, convex, cloth_hessian_, &trial_strains_);
-    hessian_ = cloth_hessian_;
+    hessian_.set_zero();
+    add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_);
     contacts_.add_hessian(trial_, convex, hessian_);
     ++report.factorisations;
     definite = factor_.factorise(hessian_, shift_);

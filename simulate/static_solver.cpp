@@ -69,7 +69,6 @@ StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
       options_(options),
       contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm(),
                 options.contact_between_particles),
-      cloth_hessian_(cloth.grid()),
       hessian_(cloth.grid()),
       factor_(cloth.grid(), options.threads),
       shift_(cloth.count(), 0.0) {
@@ -117,16 +116,11 @@ void StaticSolver::begin_step(StaticContacts::Limits limits) {
   residual_ /= weight_n_;
 }
 
-/// The cloth's part is kept for the solves of the same step with other contacts.
-void StaticSolver::newton_matrix(bool convex, Solve solve) {
-  if (solve == Solve::anew || convex != cloth_convex_) {
-    cloth_hessian_.set_zero();
-    // Not on the first grid: there it took the cube C at 31x31 twice the steps.
-    const bool carried = !options_.paced && !strains_[0].empty();
-    add_hessian(cloth_, position, convex, cloth_hessian_, carried ? &strains_ : nullptr);
-    cloth_convex_ = convex;
-  }
-  hessian_ = cloth_hessian_;
+void StaticSolver::newton_matrix(bool convex) {
+  hessian_.set_zero();
+  // Not on the first grid: there it took the cube C at 31x31 twice the steps.
+  const bool carried = !options_.paced && !strains_[0].empty();
+  add_hessian(cloth_, position, convex, hessian_, carried ? &strains_ : nullptr);
   contacts_.add_hessian(position, convex, hessian_);
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
 }
@@ -137,7 +131,7 @@ bool StaticSolver::factorise_here() {
   mu_ = 0;
   strains_ = {};
   factor_serves_ = false;
-  newton_matrix(false, Solve::anew);
+  newton_matrix(false);
   return factor_.factorise(hessian_, shift_);
 }
 
@@ -149,7 +143,7 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
   trial_ = position;
   VectorXd way;
   for (int k = 0; k < kStates; ++k) {
-    newton_matrix(false, k == 0 ? Solve::anew : Solve::changed);
+    newton_matrix(false);
     if (!factor_.factorise(hessian_, shift_)) return std::nullopt;
     way = force;
     factor_.solve(way);
@@ -222,7 +216,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   if (convex && !changed) --convex_left_;
   const VectorXd guess = changed ? step_ : VectorXd();
   for (int attempt = 0; attempt < 12; ++attempt) {
-    newton_matrix(convex, attempt == 0 ? solve : Solve::changed);
+    newton_matrix(convex);
     gradient_.resize(3 * n);
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;

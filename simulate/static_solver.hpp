@@ -85,7 +85,7 @@ class StaticSolver {
   void begin_step(StaticContacts::Limits limits = StaticContacts::Limits::follow);
   bool factorise_here();
   enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
-  void newton_matrix(bool convex, Solve solve);
+  void newton_matrix(bool convex);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
   bool solve_by_old_factor(const Eigen::VectorXd& guess, StaticReport& report);
@@ -108,7 +108,7 @@ class StaticSolver {
   const Surroundings& surroundings_;
   StaticOptions options_;
   StaticContacts contacts_;
-  GridMatrix cloth_hessian_, hessian_;
+  GridMatrix hessian_;
   GridFactor factor_;
   Field force_, trial_, trial_force_;
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
@@ -118,7 +118,6 @@ class StaticSolver {
   SpringStrains strains_, trial_strains_;  ///< by the linear model of what led there
   bool factor_serves_ = false;             ///< factor_ is of a matrix like the present one
   bool convex_ = false;                    ///< and that matrix was the convex one
-  bool cloth_convex_ = false;              ///< cloth_hessian_ is the convex one
   int convex_left_ = 0;
 };
 
