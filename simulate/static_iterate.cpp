@@ -14,7 +14,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr int kIterations = 3;
-constexpr double kGood = 0.7;  // ratio of energy change from which the step will do
+constexpr double kGood = 0.7;    // ratio of energy change from which the step will do
+constexpr double kLonger = 1.2;  // gain in that ratio that a way twice as long must bring
 
 }  // namespace
 
@@ -73,6 +74,25 @@ void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio
   trial_ = std::move(best);
   way = std::move(best_way);
   trial_strains_ = std::move(best_strains);
+}
+
+/// Doubles a way by the convex matrix as long as the potential falls well on. Near a saddle the
+/// sheet leaves in a direction that has no stiffness, while that matrix has some and would creep.
+void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
+  while (2 * largest_of(way) <= cap_m_) {
+    const Field before = trial_;
+    move(position, 2 * way);
+    contacts_.retract(position, trial_);
+    VectorXd longer = way_to_trial();
+    const double reached = -potential_change(longer) / predicted;
+    if (!(reached > kLonger * ratio)) {
+      trial_ = before;
+      return;
+    }
+    ratio = reached;
+    way = std::move(longer);
+    trial_strains_ = {};  // no linear model led there
+  }
 }
 
 }  // namespace drape::sim

@@ -16,6 +16,7 @@ constexpr double kDeep = 1e-6;    // m; deeper entries are caught before the ste
 constexpr int kReviews = 3;       // solves with a changed model of the contacts, per iteration
 constexpr int kHalvings = 4;      // of a step that does not lower the potential
 constexpr double kPoor = 0.5;     // ratio of energy change; below, a step is corrected, iterated on
+constexpr double kSoft = 1.5;     // ratio above which a way by the convex matrix may be too short
 constexpr int kCorrections = 4;   // of a step, with its factor
 constexpr int kSolves = 8;        // with an old factor before a new one is made
 constexpr double kSolved = 1e-2;  // of the right side, in the old factor's norm
@@ -353,6 +354,8 @@ bool StaticSolver::take_step(StaticReport& report) {
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
     const bool inexact = options_.paced ? ratio < kPoor : std::abs(ratio - 1) > kWorth;
     if (std::isfinite(ratio) && !tiny && predicted > 0 && inexact) improve(predicted, ratio, way);
+    const bool soft = !options_.paced && convex_ && std::isfinite(ratio) && ratio > kSoft;
+    if (soft && !tiny && predicted > 0) stretch(predicted, ratio, way);
     if (halving == 0 && mixes() && !tiny && predicted > 0 && !(ratio > kPoor))
       iterate(report, predicted, ratio, way);
     if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {

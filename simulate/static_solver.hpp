@@ -94,6 +94,7 @@ class StaticSolver {
   double potential_change(const Eigen::VectorXd& way);
   void correct();
   [[nodiscard]] bool falling() const;
+  void stretch(double predicted, double& ratio, Eigen::VectorXd& way);
   void improve(double predicted, double& ratio, Eigen::VectorXd& way);
   static double largest_of(const Eigen::VectorXd& way);
   [[nodiscard]] bool mixes() const;
