@@ -23,6 +23,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   drape::RunRecord record("drape-branches", std::move(words));
   const drape::RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "static";
+  args.options.threads = drape::thread_count(common);
   const drape::BranchResult result = drape::simulate_branches(
       inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options, args.branches);
   drape::write_json(args.out / "branches.json", drape::sim::branches_json(result.branches));

@@ -64,6 +64,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
+  args.options.threads = drape::thread_count(common);
   const drape::ErrorSplit split =
       split_error(scene, fabric, print, start, reference, args.options, args.split);
   drape::write_json(args.out / "sensitivity.json", sensitivity_json(split));

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/certify.hpp"
 
@@ -23,6 +24,7 @@ using units::mm;
 constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
 constexpr int kHemSamples = 256;
 constexpr double kSameAxis = 1e-6;  // m
+constexpr int kStartsAtOnce = 16;   // drapes kept until they are compared
 
 Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
@@ -196,40 +198,55 @@ double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b, boo
   return sum / grid.count();
 }
 
+namespace {
+
+/// Puts a rest with the branch that it is, or as a new one.
+void book(Branch branch, const GridSpec& grid, double same_m, Branches& branches) {
+  const auto same =
+      std::find_if(branches.found.begin(), branches.found.end(), [&](const Branch& other) {
+        return mean_distance_m(grid, other.position, branch.position, branches.round) < same_m;
+      });
+  if (same == branches.found.end()) {
+    branches.found.push_back(std::move(branch));
+    return;
+  }
+  branch.starts.insert(branch.starts.begin(), same->starts.begin(), same->starts.end());
+  if (same->energy_j <= branch.energy_j) {
+    same->starts = branch.starts;
+  } else {
+    *same = std::move(branch);
+  }
+}
+
+}  // namespace
+
 Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                        const StaticOptions& options, const BranchOptions& how) {
   Branches branches;
   branches.round = is_round(the_case.scene);
-  for (int start = 0; start < how.starts; ++start) {
-    const StartVariation variation = variation_of(start);
-    const StaticDrape drape =
-        drape_statically(the_case, grid, options, [&](const GridSpec& here, Field& position) {
-          if (start > 0) apply(variation, here, position);
-        });
-    if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
-      branches.not_at_rest.push_back(start);
-      continue;
-    }
-    Branch branch{drape.position,
-                  drape.report,
-                  drape.report.history.back().sum_j(),
-                  label_hem(grid, drape.position),
-                  {start}};
-    const auto same =
-        std::find_if(branches.found.begin(), branches.found.end(), [&](const Branch& other) {
-          return mean_distance_m(grid, other.position, branch.position, branches.round) <
-                 how.same_m;
-        });
-    if (same != branches.found.end()) {
-      branch.starts.insert(branch.starts.begin(), same->starts.begin(), same->starts.end());
-      if (same->energy_j <= branch.energy_j) {
-        same->starts = branch.starts;
-      } else {
-        *same = std::move(branch);
+  StaticOptions alone = options;
+  alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
+  for (int first = 0; first < how.starts; first += kStartsAtOnce) {
+    std::vector<StaticDrape> drapes(std::min(kStartsAtOnce, how.starts - first));
+    parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
+      const int start = first + static_cast<int>(k);
+      drapes[k] =
+          drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
+            if (start > 0) apply(variation_of(start), here, position);
+          });
+    });
+    for (std::size_t k = 0; k < drapes.size(); ++k) {
+      StaticDrape& drape = drapes[k];
+      const int start = first + static_cast<int>(k);
+      if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
+        branches.not_at_rest.push_back(start);
+        continue;
       }
-      continue;
+      const double energy_j = drape.report.history.back().sum_j();
+      const HemLabel hem = label_hem(grid, drape.position);
+      book({std::move(drape.position), std::move(drape.report), energy_j, hem, {start}}, grid,
+           how.same_m, branches);
     }
-    branches.found.push_back(std::move(branch));
   }
   std::stable_sort(branches.found.begin(), branches.found.end(),
                    [](const Branch& a, const Branch& b) { return a.energy_j < b.energy_j; });

@@ -31,17 +31,18 @@ Case case_of(const std::string& scene) {
   return c;
 }
 
-BranchResult search(const Case& c, int starts) {
+BranchResult search(const Case& c, int starts, int threads = 1) {
   SimulateOptions options;
+  options.threads = threads;
   options.rows = options.cols = 11;
   options.segments = 1;
   return simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = starts});
 }
 
-TEST(Branches, AreRankedAtRestAndTheSameAgain) {
+TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
   const Case c = case_of("A");
   const BranchResult one = search(c, 6);
-  const BranchResult two = search(c, 6);
+  const BranchResult two = search(c, 6, 2);
   EXPECT_TRUE(one.branches.round);
   ASSERT_FALSE(one.sheets.empty());
   std::size_t starts = one.branches.not_at_rest.size();
