@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
+constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
 // Values of an update matrix; larger ones are freed.
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
@@ -142,9 +143,8 @@ GridFactor::GridFactor(const GridSpec& grid, int threads)
   build(0, grid.rows, 0, grid.cols);
   find_structure();
   work_.resize(nodes_.size());
-  const int depth = depth_of_threads();
-  workspaces_.resize(std::size_t{1} << depth);
-  plan_memory(static_cast<int>(nodes_.size()) - 1, 0, depth, 0);
+  workspaces_.resize(std::size_t{1} << depth_of_threads());
+  plan_memory(static_cast<int>(nodes_.size()) - 1, 0, static_cast<int>(workspaces_.size()), 0);
   for (Workspace& work : workspaces_) {
     for (Stack& stack : work.stacks) stack.make();
   }
@@ -340,13 +340,12 @@ void GridFactor::factor_subtree(int index, int depth, int workspace) {
 }
 
 /// Gives the nodes below their stacks and counts what those take, in the order of factor_subtree().
-void GridFactor::plan_memory(int index, int level, int depth, int workspace) {
+void GridFactor::plan_memory(int index, int level, int workers, int workspace) {
   Node& node = nodes_[index];
   node.stack = &workspaces_[workspace].stacks[level % 2];
   if (node.children[0] >= 0) {
-    const int others = depth > 0 ? workspace + (1 << (depth - 1)) : workspace;
-    plan_memory(node.children[0], level + 1, std::max(0, depth - 1), others);
-    plan_memory(node.children[1], level + 1, std::max(0, depth - 1), workspace);
+    plan_memory(node.children[0], level + 1, workers / 2, workspace + workers / 2);
+    plan_memory(node.children[1], level + 1, workers / 2, workspace);
   }
   node.stack->count(node.update_size());
   for (const int child : node.children) {
@@ -422,7 +421,7 @@ void GridFactor::solve_up(int index, int parent, int depth, Eigen::VectorXd& b) 
 
 int GridFactor::depth_of_threads() const {
   int depth = 0;
-  while ((1 << depth) < threads_) ++depth;
+  while (depth < kMostDepth && (1 << depth) < threads_) ++depth;
   return depth;
 }
 

@@ -76,7 +76,7 @@ class GridFactor {
   struct Workspace;
   int build(int row0, int row1, int col0, int col1);
   void find_structure();
-  void plan_memory(int node, int level, int depth, int workspace);
+  void plan_memory(int node, int level, int workers, int workspace);
   void factor_subtree(int node, int depth, int workspace);
   void factor_node(int node, int workspace);
   void solve_down(int node, int depth, const Eigen::VectorXd& b) const;
