@@ -65,8 +65,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
   args.options.threads = drape::thread_count(common);
-  const drape::ErrorSplit split =
-      split_error(scene, fabric, print, start, reference, args.options, args.split);
+  const auto split = split_error(scene, fabric, print, start, reference, args.options, args.split);
   drape::write_json(args.out / "sensitivity.json", sensitivity_json(split));
   drape::write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
