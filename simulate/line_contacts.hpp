@@ -92,7 +92,7 @@ class LineContacts {
   bool follows_;
   std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;
-  int elements_;
+  int elements_ = 0;
   /// Elastic tangential displacement (m) per element; there from the first advance() on.
   std::vector<Eigen::Vector3d> friction_spring_;
   std::vector<Point> before_;  ///< points of the last refresh

@@ -94,18 +94,19 @@ double StaticContacts::excess_curve(const Eigen::VectorXd& step) const {
   return sum;
 }
 
-/// Whether friction that holds changed between holding and yielding.
-bool StaticContacts::review_yield(Contact& contact, const Field& from, const Field& to) const {
-  const Vector3d end = spring(contact, mix(to, contact));
-  const double size = end.norm();
+/// Whether friction that holds changed between holding and yielding on the way of its place.
+bool StaticContacts::review_yield(Contact& contact, const Vector3d& start,
+                                  const Vector3d& end) const {
+  const Vector3d stretched = spring(contact, end);
+  const double size = stretched.norm();
   const bool beyond = size > contact.limit / shear_stiffness_;
   const bool changed = beyond != (contact.change == Change::yields);
   contact.change = beyond ? Change::yields : Change::none;
   if (!beyond) return changed;
-  const Vector3d unit = end / size;
+  const Vector3d unit = stretched / size;
   const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
   Yield& yield = contact.yield;
-  yield.spring = spring(contact, mix(from, contact));
+  yield.spring = spring(contact, start);
   yield.block = contact.limit / size * (across - unit * unit.transpose());
   // Tangent at the end: limit * unit there, so this much more than the spring pulls at the start.
   yield.pull = contact.limit * unit + yield.block * yield.spring - shear_stiffness_ * yield.spring;
@@ -115,22 +116,22 @@ bool StaticContacts::review_yield(Contact& contact, const Field& from, const Fie
 int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
   int changed = 0;
   for (Contact& contact : contacts_) {
-    const Vector3d p = mix(to, contact);
-    const Vector3d way = p - mix(from, contact);
+    const Vector3d start = mix(from, contact);
+    const Vector3d end = mix(to, contact);
     const double pressing = pressing_n(contact, contact.gap);
     if (pressing == 0 && contact.change == Change::none && contact.rigid) {
-      if (surroundings_->gap_m(contact.shape, p) >= -deep_m) continue;
+      if (surroundings_->gap_m(contact.shape, end) >= -deep_m) continue;
       contact.change = Change::lands;
       ++changed;
       continue;
     }
     const bool holds = contact.limit > 0 && !contact.slips && contact.change != Change::lands;
     if (yields_ && holds) {
-      changed += review_yield(contact, from, to) ? 1 : 0;
+      changed += review_yield(contact, start, end) ? 1 : 0;
       continue;
     }
     if (contact.slips && contact.change == Change::none &&
-        way.dot(spring(contact, mix(from, contact))) < 0) {
+        (end - start).dot(spring(contact, start)) < 0) {
       contact.change = Change::holds;
       ++changed;
     }

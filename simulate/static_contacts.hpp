@@ -114,7 +114,8 @@ class StaticContacts {
   [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
   [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
   [[nodiscard]] double friction_j(const Contact& contact, double size) const;
-  [[nodiscard]] bool review_yield(Contact& contact, const Field& from, const Field& to) const;
+  [[nodiscard]] bool review_yield(Contact& contact, const Eigen::Vector3d& start,
+                                  const Eigen::Vector3d& end) const;
   [[nodiscard]] Eigen::Matrix3d model_block(const Contact& contact, const Field& position,
                                             bool convex) const;
 

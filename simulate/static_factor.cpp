@@ -14,7 +14,6 @@ namespace {
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
 constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
-// Values of an update matrix; larger ones are freed.
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
 
