@@ -51,16 +51,29 @@ Matrix3d StaticContacts::model_block(const Contact& contact, const Field& positi
   return block;
 }
 
-void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) const {
-  for (const Contact& contact : contacts_) {
+void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    contact.reviewed = false;
+    contact.block.setZero();
     if (contact.limit == 0 && contact.change != Change::lands &&
         pressing_n(contact, contact.gap) == 0) {
       continue;
     }
-    add_mixture(contact, model_block(contact, position, convex), hessian);
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block, hessian);
   }
   for (const Hold& hold : holds_) {
     add_mixture(hold, hold_stiffness_ * Matrix3d::Identity(), hessian);
+  }
+}
+
+void StaticContacts::change_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    if (!contact.reviewed) continue;
+    contact.reviewed = false;
+    const Matrix3d before = contact.block;
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block - before, hessian);
   }
 }
 
@@ -102,6 +115,7 @@ bool StaticContacts::review_yield(Contact& contact, const Vector3d& start,
   const bool beyond = size > contact.limit / shear_stiffness_;
   const bool changed = beyond != (contact.change == Change::yields);
   contact.change = beyond ? Change::yields : Change::none;
+  contact.reviewed = contact.reviewed || changed || beyond;
   if (!beyond) return changed;
   const Vector3d unit = stretched / size;
   const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
@@ -122,6 +136,7 @@ int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
     if (pressing == 0 && contact.change == Change::none && contact.rigid) {
       if (surroundings_->gap_m(contact.shape, end) >= -deep_m) continue;
       contact.change = Change::lands;
+      contact.reviewed = true;
       ++changed;
       continue;
     }
@@ -133,6 +148,7 @@ int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
     if (contact.slips && contact.change == Change::none &&
         (end - start).dot(spring(contact, start)) < 0) {
       contact.change = Change::holds;
+      contact.reviewed = true;
       ++changed;
     }
   }

@@ -49,7 +49,9 @@ class StaticContacts {
   /// Minus the gradient of energy_j() (N).
   void add_forces(const Field& position, Field& force) const;
   /// Second derivatives of the step's quadratic model at its start, with what review() changed.
-  void add_hessian(const Field& position, bool convex, GridMatrix& hessian) const;
+  void add_hessian(const Field& position, bool convex, GridMatrix& hessian);
+  /// Changes what add_hessian() added to what review() made of it since.
+  void change_hessian(const Field& position, bool convex, GridMatrix& hessian);
   /// What review() adds to the model's gradient: pulls of particles that will land, friction that
   /// will yield.
   void add_changes(Eigen::VectorXd& gradient) const;
@@ -105,7 +107,9 @@ class StaticContacts {
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
     double gap = 0;                                     ///< at the start of the step
     Change change = Change::none;
+    bool reviewed = false;  ///< review() changed it after `block` was added
     Yield yield;
+    Eigen::Matrix3d block = Eigen::Matrix3d::Zero();  ///< its part of the Hessian
   };
 
   [[nodiscard]] Contact fresh_particle(int particle, int shape) const;

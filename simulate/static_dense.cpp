@@ -9,79 +9,89 @@ namespace {
 
 using Index = std::ptrdiff_t;
 
-constexpr Index kRows = DenseKernels::tile_rows;  // also the columns of a block
-constexpr Index kCols = DenseKernels::tile_cols;
-constexpr Index kDots = DenseKernels::dots;
+template <class Real>
+constexpr Index kRows = DenseKernels<Real>::tile_rows;  // also the columns of a block
+constexpr Index kCols = DenseKernels<double>::tile_cols;
+constexpr Index kDots = DenseKernels<double>::dots;
+constexpr Index kFew = 24;     // columns factored one by one
 constexpr Index kDepth = 192;  // columns of a product at once: two strips of them stay in the cache
 
 /// Columns `first` to `last` of a trapezoid, from row `top` on: a factor A of a product A A^T.
+template <class Real>
 struct Part {
-  const double* values;
+  const Real* values;
   Index rows, top, first, last;
 
   [[nodiscard]] Index height() const { return rows - top; }
   [[nodiscard]] Index depth() const { return last - first; }
-  [[nodiscard]] const double* column(Index k) const {
-    return values + trapezoid_column(rows, first + k) + top;
+  [[nodiscard]] const Real* column(Index k) const {
+    return values + trapezoid_column<Real>(rows, first + k) + top;
   }
 };
 
 /// Strips of kRows rows, each stored column by column; zeros fill the last strip.
-void pack(const Part& a, std::vector<double>& packed) {
+template <class Real>
+void pack(const Part<Real>& a, std::vector<Real>& packed) {
+  constexpr Index high = kRows<Real>;
   const Index depth = a.depth();
-  const Index strips = (a.height() + kRows - 1) / kRows;
-  packed.resize(std::max<std::size_t>(packed.size(), strips * kRows * depth));
+  const Index strips = (a.height() + high - 1) / high;
+  packed.resize(std::max<std::size_t>(packed.size(), strips * high * depth));
   for (Index s = 0; s < strips; ++s) {
-    double* to = packed.data() + s * kRows * depth;
-    const Index count = std::min(kRows, a.height() - s * kRows);
+    Real* to = packed.data() + s * high * depth;
+    const Index count = std::min(high, a.height() - s * high);
     for (Index k = 0; k < depth; ++k) {
-      const double* from = a.column(k) + s * kRows;
-      std::copy(from, from + count, to + k * kRows);
-      std::fill(to + k * kRows + count, to + (k + 1) * kRows, 0.0);
+      const Real* from = a.column(k) + s * high;
+      std::copy(from, from + count, to + k * high);
+      std::fill(to + k * high + count, to + (k + 1) * high, Real{0});
     }
   }
 }
 
 /// Calls `use` with every tile of A A^T that meets the lower triangle of its first `cols` columns.
-template <class Use>
-void for_each_tile(const Part& a, Index cols, DenseScratch& scratch, const Use& use) {
+template <class Real, class Use>
+void for_each_tile(const Part<Real>& a, Index cols, DenseScratch<Real>& scratch, const Use& use) {
+  constexpr Index high = kRows<Real>;
   pack(a, scratch.strips);
-  const DenseKernels& run = dense_kernels(scratch.most);
+  const DenseKernels<Real>& run = dense_kernels<Real>(scratch.most);
   const Index depth = a.depth();
-  double tile[kRows * kCols];
+  Real tile[high * kCols];
   for (Index j = 0; j < cols; j += kCols) {
     const Index width = std::min(kCols, cols - j);
-    const double* narrow = scratch.strips.data() + (j - j % kRows) * depth + j % kRows;
-    for (Index i = j - j % kRows; i < a.height(); i += kRows) {
+    const Real* narrow = scratch.strips.data() + (j - j % high) * depth + j % high;
+    for (Index i = j - j % high; i < a.height(); i += high) {
       run.multiply(scratch.strips.data() + i * depth, narrow, depth, tile);
-      use(i, j, std::min(kRows, a.height() - i), width, tile);
+      use(i, j, std::min(high, a.height() - i), width, tile);
     }
   }
 }
 
 /// Takes from columns `middle` to `last` what columns `first` to `middle` of the factor make there.
-void subtract_outer(double* trapezoid, Index rows, Index first, Index middle, Index last,
-                    DenseScratch& scratch) {
-  const Part a{trapezoid, rows, middle, first, middle};
+template <class Real>
+void subtract_outer(Real* trapezoid, Index rows, Index first, Index middle, Index last,
+                    DenseScratch<Real>& scratch) {
+  const Part<Real> a{trapezoid, rows, middle, first, middle};
   for_each_tile(a, last - middle, scratch,
-                [&](Index i, Index j, Index height, Index width, const double* tile) {
+                [&](Index i, Index j, Index height, Index width, const Real* tile) {
                   for (Index c = 0; c < width; ++c) {
-                    double* to = trapezoid + trapezoid_column(rows, middle + j + c) + middle + i;
-                    for (Index r = 0; r < height; ++r) to[r] -= tile[c * kRows + r];
+                    Real* to =
+                        trapezoid + trapezoid_column<Real>(rows, middle + j + c) + middle + i;
+                    for (Index r = 0; r < height; ++r) to[r] -= tile[c * kRows<Real> + r];
                   }
                 });
 }
 
-/// The columns of one block from `first` on, one by one.
-bool factor_block(double* trapezoid, Index rows, Index first, Index last, const DenseKernels& run) {
-  double* block = trapezoid + trapezoid_column(rows, first);
-  const Index lead = rows - first;
+/// Columns of one block, one by one.
+template <class Real>
+bool factor_few(Real* trapezoid, Index rows, Index first, Index last,
+                const DenseKernels<Real>& run) {
+  Real* block = trapezoid + trapezoid_column<Real>(rows, first);
+  const Index lead = rows - first + first % kRows<Real>;
   for (Index c = first; c < last; ++c) {
-    double* column = block + (c - first) * lead + c;
+    Real* column = block + (c - first) * lead + c;
     run.subtract(column, block + c, lead, block + c, lead, c - first, rows - c);
     if (!(column[0] > 0)) return false;
-    const double pivot = std::sqrt(column[0]);
-    const double inverse = 1 / pivot;
+    const Real pivot = std::sqrt(column[0]);
+    const Real inverse = 1 / pivot;
     column[0] = pivot;
     for (Index r = 1; r < rows - c; ++r) column[r] *= inverse;
   }
@@ -89,12 +99,15 @@ bool factor_block(double* trapezoid, Index rows, Index first, Index last, const 
 }
 
 /// The left half, what it makes of the right half, the right half.
-bool factor_range(double* trapezoid, Index rows, Index first, Index last, DenseScratch& scratch) {
-  if (last - first <= kRows) {
-    return factor_block(trapezoid, rows, first, last, dense_kernels(scratch.most));
+template <class Real>
+bool factor_range(Real* trapezoid, Index rows, Index first, Index last,
+                  DenseScratch<Real>& scratch) {
+  const Index count = last - first;
+  if (count <= kFew) {
+    return factor_few(trapezoid, rows, first, last, dense_kernels<Real>(scratch.most));
   }
-  const Index blocks = (last - first + kRows - 1) / kRows;
-  const Index middle = first + blocks / 2 * kRows;
+  const Index unit = count > kRows<Real> ? kRows<Real> : kFew;
+  const Index middle = first + (count + unit - 1) / unit / 2 * unit;
   if (!factor_range(trapezoid, rows, first, middle, scratch)) return false;
   subtract_outer(trapezoid, rows, first, middle, last, scratch);
   return factor_range(trapezoid, rows, middle, last, scratch);
@@ -102,20 +115,22 @@ bool factor_range(double* trapezoid, Index rows, Index first, Index last, DenseS
 
 }  // namespace
 
-bool factor_columns(double* trapezoid, Index rows, Index cols, DenseScratch& scratch) {
+template <class Real>
+bool factor_columns(Real* trapezoid, Index rows, Index cols, DenseScratch<Real>& scratch) {
   return factor_range(trapezoid, rows, 0, cols, scratch);
 }
 
-void set_minus_outer(const double* trapezoid, Index rows, Index cols, double* triangle,
-                     DenseScratch& scratch) {
+template <class Real>
+void set_minus_outer(const Real* trapezoid, Index rows, Index cols, Real* triangle,
+                     DenseScratch<Real>& scratch) {
   const Index size = rows - cols;
   for (Index first = 0; first < cols; first += kDepth) {
-    const Part a{trapezoid, rows, cols, first, std::min(cols, first + kDepth)};
+    const Part<Real> a{trapezoid, rows, cols, first, std::min(cols, first + kDepth)};
     for_each_tile(a, size, scratch,
-                  [&](Index i, Index j, Index height, Index width, const double* tile) {
+                  [&](Index i, Index j, Index height, Index width, const Real* tile) {
                     for (Index c = 0; c < width; ++c) {
-                      double* to = triangle + trapezoid_column(size, j + c) + i;
-                      const double* from = tile + c * kRows;
+                      Real* to = triangle + trapezoid_column<Real>(size, j + c) + i;
+                      const Real* from = tile + c * kRows<Real>;
                       if (first == 0) {
                         for (Index r = 0; r < height; ++r) to[r] = -from[r];
                       } else {
@@ -126,14 +141,15 @@ void set_minus_outer(const double* trapezoid, Index rows, Index cols, double* tr
   }
 }
 
-void solve_columns(const double* trapezoid, Index rows, Index cols, double* x, Instructions most) {
-  const DenseKernels& run = dense_kernels(most);
-  for (Index first = 0; first < cols; first += kRows) {
-    const double* block = trapezoid + trapezoid_column(rows, first);
+template <class Real>
+void solve_columns(const Real* trapezoid, Index rows, Index cols, Real* x, Instructions most) {
+  const DenseKernels<Real>& run = dense_kernels<Real>(most);
+  for (Index first = 0; first < cols; first += kRows<Real>) {
+    const Real* block = trapezoid + trapezoid_column<Real>(rows, first);
     const Index lead = rows - first;
-    const Index last = std::min(cols, first + kRows);
+    const Index last = std::min(cols, first + kRows<Real>);
     for (Index c = first; c < last; ++c) {
-      const double* column = block + (c - first) * lead;
+      const Real* column = block + (c - first) * lead;
       x[c] /= column[c];
       for (Index r = c + 1; r < last; ++r) x[r] -= column[r] * x[c];
     }
@@ -141,14 +157,15 @@ void solve_columns(const double* trapezoid, Index rows, Index cols, double* x, I
   }
 }
 
-void solve_columns_transposed(const double* trapezoid, Index rows, Index cols, double* x,
+template <class Real>
+void solve_columns_transposed(const Real* trapezoid, Index rows, Index cols, Real* x,
                               Instructions most) {
-  const DenseKernels& run = dense_kernels(most);
-  double dots[kDots];
+  const DenseKernels<Real>& run = dense_kernels<Real>(most);
+  Real dots[kDots];
   for (Index last = cols; last > 0;) {
     const Index first = (last - 1) / kDots * kDots;
-    const double* columns = trapezoid + trapezoid_column(rows, first);
-    const Index lead = rows - first + first % kRows;
+    const Real* columns = trapezoid + trapezoid_column<Real>(rows, first);
+    const Index lead = rows - first + first % kRows<Real>;
     if (last - first == kDots) {
       run.dot(columns + last, lead, x + last, rows - last, dots);
     } else {
@@ -159,13 +176,22 @@ void solve_columns_transposed(const double* trapezoid, Index rows, Index cols, d
       }
     }
     for (Index c = last; c-- > first;) {
-      const double* column = columns + (c - first) * lead;
-      double sum = x[c] - dots[c - first];
+      const Real* column = columns + (c - first) * lead;
+      Real sum = x[c] - dots[c - first];
       for (Index r = c + 1; r < last; ++r) sum -= column[r] * x[r];
       x[c] = sum / column[c];
     }
     last = first;
   }
 }
+
+template bool factor_columns(double*, Index, Index, DenseScratch<double>&);
+template bool factor_columns(float*, Index, Index, DenseScratch<float>&);
+template void set_minus_outer(const double*, Index, Index, double*, DenseScratch<double>&);
+template void set_minus_outer(const float*, Index, Index, float*, DenseScratch<float>&);
+template void solve_columns(const double*, Index, Index, double*, Instructions);
+template void solve_columns(const float*, Index, Index, float*, Instructions);
+template void solve_columns_transposed(const double*, Index, Index, double*, Instructions);
+template void solve_columns_transposed(const float*, Index, Index, float*, Instructions);
 
 }  // namespace drape::sim

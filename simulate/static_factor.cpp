@@ -17,61 +17,33 @@ constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
 
+/// Border particles of a region that follow each other in its parent's own + border as well.
+struct Run {
+  int from = 0, to = 0, count = 0;
+};
+
+/// A block of the matrix and where in its region it belongs.
+struct Entry {
+  int particle = 0, slot = 0, row = 0, col = 0;
+  bool transposed = false;
+};
+
 }  // namespace
-
-GridMatrix::GridMatrix(const GridSpec& grid)
-    : grid_(grid),
-      steps_{0, 1, 2, grid.cols - 1, grid.cols, grid.cols + 1, 2 * grid.cols},
-      blocks_(static_cast<std::size_t>(grid.count()) * slots, Eigen::Matrix3d::Zero()) {}
-
-void GridMatrix::set_zero() {
-  std::fill(blocks_.begin(), blocks_.end(), Eigen::Matrix3d::Zero());
-}
-
-int GridMatrix::slot_of_step(int j, int step) const {
-  // Only on the narrowest grids a small step may lead to the next row.
-  if (step <= 2 && (grid_.cols > 3 || j % grid_.cols + step < grid_.cols)) return step;
-  if (step >= 2 * grid_.cols) return 6;
-  return step - (grid_.cols - 1) + 3;
-}
-
-bool GridMatrix::has(int j, int slot) const {
-  static constexpr int kRows[slots] = {0, 0, 0, 1, 1, 1, 2};
-  static constexpr int kCols[slots] = {0, 1, 2, -1, 0, 1, 0};
-  const int row = j / grid_.cols + kRows[slot];
-  const int col = j % grid_.cols + kCols[slot];
-  return row < grid_.rows && col >= 0 && col < grid_.cols;
-}
-
-void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const {
-  product.setZero(x.size());
-  for (int j = 0; j < grid_.count(); ++j) {
-    const Eigen::Vector3d xj = x.segment<3>(3 * j);
-    Eigen::Vector3d sum = blocks_[static_cast<std::size_t>(j) * slots] * xj;
-    for (int s = 1; s < slots; ++s) {
-      if (!has(j, s)) continue;
-      const int i = j + steps_[s];
-      const Eigen::Matrix3d& block = blocks_[static_cast<std::size_t>(j) * slots + s];
-      product.segment<3>(3 * i) += block * xj;
-      sum += block.transpose() * x.segment<3>(3 * i);
-    }
-    product.segment<3>(3 * j) += sum;
-  }
-}
 
 /// Memory for update matrices that come and go in turn, the last first. How much it takes is
 /// counted before it is there.
-struct GridFactor::Stack {
-  std::unique_ptr<double[]> values;
+template <class Real>
+struct GridFactor<Real>::Stack {
+  std::unique_ptr<Real[]> values;
   std::size_t used = 0, most = 0;
 
   void count(std::size_t size) {
     used += size;
     most = std::max(most, used);
   }
-  void make() { values = std::make_unique_for_overwrite<double[]>(most); }
-  double* push(std::size_t size) {
-    double* begin = values.get() + used;
+  void make() { values = std::make_unique_for_overwrite<Real[]>(most); }
+  Real* push(std::size_t size) {
+    Real* begin = values.get() + used;
     used += size;
     return begin;
   }
@@ -79,43 +51,36 @@ struct GridFactor::Stack {
 };
 
 /// One region of the dissection: its own particles are eliminated here, its border later.
-struct GridFactor::Node {
+template <class Real>
+struct GridFactor<Real>::Node {
   std::vector<int> own, border;
   int children[2] = {-1, -1};
-  /// Border particles that follow each other in the parent's own + border as well.
-  struct Run {
-    int from = 0, to = 0, count = 0;
-  };
   std::vector<Run> runs;
-  /// Blocks of the matrix that belong here, and where.
-  struct Entry {
-    int particle = 0, slot = 0, row = 0, col = 0;
-    bool transposed = false;
-  };
   std::vector<Entry> entries;
-  Eigen::Index rows = 0;      ///< values of own and border
-  Eigen::Index cols = 0;      ///< values of own
-  std::vector<double> lower;  ///< the factor, a trapezoid of rows x cols
-  double* update = nullptr;   ///< what the border's matrix loses; lower triangle, on `stack`
+  Eigen::Index rows = 0;    ///< values of own and border
+  Eigen::Index cols = 0;    ///< values of own
+  std::vector<Real> lower;  ///< the factor, a trapezoid of rows x cols
+  Real* update = nullptr;   ///< what the border's matrix loses; lower triangle, on `stack`
   Stack* stack = nullptr;
 
   [[nodiscard]] std::size_t update_size() const {
-    return static_cast<std::size_t>(trapezoid_size(rows - cols, rows - cols));
+    return static_cast<std::size_t>(trapezoid_size<Real>(rows - cols, rows - cols));
   }
   bool definite = true;
 };
 
 /// Calls `use` with each column a child's update becomes in its parent, own and border counted
 /// together, and with what adds it to that column.
+template <class Real>
 template <class Use>
-void GridFactor::for_each_column(const Node& child, const Use& use) {
+void GridFactor<Real>::for_each_column(const Node& child, const Use& use) {
   const auto border = static_cast<Eigen::Index>(3 * child.border.size());
-  for (const Node::Run& cols : child.runs) {
+  for (const Run& cols : child.runs) {
     for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
       const Eigen::Index from_col = 3 * cols.from + c;
-      const double* from = child.update + trapezoid_column(border, from_col);
-      use(3 * cols.to + c, [&](double* to) {
-        for (const Node::Run& rows : child.runs) {
+      const Real* from = child.update + trapezoid_column<Real>(border, from_col);
+      use(3 * cols.to + c, [&](Real* to) {
+        for (const Run& rows : child.runs) {
           const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
           const Eigen::Index end = 3 * (rows.from + rows.count);
           const Eigen::Index shift = 3 * (rows.to - rows.from);
@@ -128,16 +93,21 @@ void GridFactor::for_each_column(const Node& child, const Use& use) {
 
 /// What one thread needs. The updates of a node's children are taken from one stack after its own
 /// has been put on the other: so both work in turn, level by level.
-struct GridFactor::Workspace {
-  DenseScratch dense;
+template <class Real>
+struct GridFactor<Real>::Workspace {
+  DenseScratch<Real> dense;
   std::array<Stack, 2> stacks;
 };
 
-GridFactor::~GridFactor() = default;
-GridFactor::GridFactor(GridFactor&&) noexcept = default;
-GridFactor& GridFactor::operator=(GridFactor&&) noexcept = default;
+template <class Real>
+GridFactor<Real>::~GridFactor() = default;
+template <class Real>
+GridFactor<Real>::GridFactor(GridFactor&&) noexcept = default;
+template <class Real>
+GridFactor<Real>& GridFactor<Real>::operator=(GridFactor&&) noexcept = default;
 
-GridFactor::GridFactor(const GridSpec& grid, int threads)
+template <class Real>
+GridFactor<Real>::GridFactor(const GridSpec& grid, int threads)
     : grid_(grid), threads_(threads), rank_(grid.count(), -1) {
   build(0, grid.rows, 0, grid.cols);
   find_structure();
@@ -149,7 +119,8 @@ GridFactor::GridFactor(const GridSpec& grid, int threads)
   }
 }
 
-int GridFactor::build(int row0, int row1, int col0, int col1) {
+template <class Real>
+int GridFactor<Real>::build(int row0, int row1, int col0, int col1) {
   const int rows = row1 - row0;
   const int cols = col1 - col0;
   Node node;
@@ -175,7 +146,8 @@ int GridFactor::build(int row0, int row1, int col0, int col1) {
   return static_cast<int>(nodes_.size()) - 1;
 }
 
-void GridFactor::find_structure() {
+template <class Real>
+void GridFactor<Real>::find_structure() {
   int next = 0;
   for (const Node& node : nodes_) {
     for (const int particle : node.own) rank_[particle] = next++;
@@ -211,7 +183,7 @@ void GridFactor::find_structure() {
     // Before any update matrix, so that those come and go on top of all factors.
     node.cols = static_cast<Eigen::Index>(3 * node.own.size());
     node.rows = node.cols + static_cast<Eigen::Index>(3 * node.border.size());
-    node.lower.resize(trapezoid_size(node.rows, node.cols));
+    node.lower.resize(trapezoid_size<Real>(node.rows, node.cols));
     list_entries(pattern, node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
@@ -223,7 +195,8 @@ void GridFactor::find_structure() {
   }
 }
 
-void GridFactor::join_runs(Node& child, const std::vector<int>& place) {
+template <class Real>
+void GridFactor<Real>::join_runs(Node& child, const std::vector<int>& place) {
   for (int k = 0; k < static_cast<int>(child.border.size()); ++k) {
     const int to = place[child.border[k]];
     if (!child.runs.empty() && child.runs.back().to + child.runs.back().count == to) {
@@ -234,7 +207,8 @@ void GridFactor::join_runs(Node& child, const std::vector<int>& place) {
   }
 }
 
-void GridFactor::list_entries(const GridMatrix& pattern, Node& node) {
+template <class Real>
+void GridFactor<Real>::list_entries(const GridMatrix& pattern, Node& node) {
   const int own = static_cast<int>(node.own.size());
   const int first = rank_[node.own.front()];
   const auto place = [&](int particle) {
@@ -262,32 +236,36 @@ void GridFactor::list_entries(const GridMatrix& pattern, Node& node) {
 }
 
 /// Adds what a child's border loses, run after run of each column: the columns eliminated here.
-void GridFactor::add_to_own(const Node& child, Node& node) {
+template <class Real>
+void GridFactor<Real>::add_to_own(const Node& child, Node& node) {
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
-    if (to_col < node.cols) add(node.lower.data() + trapezoid_column(node.rows, to_col));
+    if (to_col < node.cols) add(node.lower.data() + trapezoid_column<Real>(node.rows, to_col));
   });
 }
 
 /// The same for the columns of the border.
-void GridFactor::add_to_border(const Node& child, Node& node) {
+template <class Real>
+void GridFactor<Real>::add_to_border(const Node& child, Node& node) {
   const Eigen::Index own = node.cols;
   const Eigen::Index border = node.rows - own;
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
     if (to_col < own) return;
-    add(node.update + trapezoid_column(border, to_col - own) - own);
+    add(node.update + trapezoid_column<Real>(border, to_col - own) - own);
   });
 }
 
-void GridFactor::assemble(Node& node) {
-  std::fill(node.lower.begin(), node.lower.end(), 0.0);
-  for (const Node::Entry& entry : node.entries) {
+template <class Real>
+void GridFactor<Real>::assemble(Node& node) {
+  std::fill(node.lower.begin(), node.lower.end(), Real{0});
+  for (const Entry& entry : node.entries) {
     const Eigen::Matrix3d& block = matrix_->block(entry.particle, entry.slot);
     const double shift = entry.row == entry.col ? (*shift_)[entry.particle] : 0.0;
     for (int c = 0; c < 3; ++c) {
-      double* to =
-          node.lower.data() + trapezoid_column(node.rows, 3 * entry.col + c) + 3 * entry.row;
-      for (int r = 0; r < 3; ++r) to[r] += entry.transposed ? block(c, r) : block(r, c);
-      to[c] += shift;
+      Real* to =
+          node.lower.data() + trapezoid_column<Real>(node.rows, 3 * entry.col + c) + 3 * entry.row;
+      for (int r = 0; r < 3; ++r)
+        to[r] += static_cast<Real>(entry.transposed ? block(c, r) : block(r, c));
+      to[c] += static_cast<Real>(shift);
     }
   }
   for (const int child : node.children) {
@@ -295,7 +273,8 @@ void GridFactor::assemble(Node& node) {
   }
 }
 
-void GridFactor::factor_node(int index, int workspace) {
+template <class Real>
+void GridFactor<Real>::factor_node(int index, int workspace) {
   Node& node = nodes_[index];
   Workspace& work = workspaces_[workspace];
   for (const int child : node.children) {
@@ -318,7 +297,8 @@ void GridFactor::factor_node(int index, int workspace) {
   }
 }
 
-void GridFactor::factor_subtree(int index, int depth, int workspace) {
+template <class Real>
+void GridFactor<Real>::factor_subtree(int index, int depth, int workspace) {
   const int* children = nodes_[index].children;
   if (children[0] >= 0) {
     if (depth > 0) {
@@ -339,7 +319,8 @@ void GridFactor::factor_subtree(int index, int depth, int workspace) {
 }
 
 /// Gives the nodes below their stacks and counts what those take, in the order of factor_subtree().
-void GridFactor::plan_memory(int index, int level, int workers, int workspace) {
+template <class Real>
+void GridFactor<Real>::plan_memory(int index, int level, int workers, int workspace) {
   Node& node = nodes_[index];
   node.stack = &workspaces_[workspace].stacks[level % 2];
   if (node.children[0] >= 0) {
@@ -352,7 +333,8 @@ void GridFactor::plan_memory(int index, int level, int workers, int workspace) {
   }
 }
 
-bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
+template <class Real>
+bool GridFactor<Real>::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
   matrix_ = &matrix;
   shift_ = &shift;
   for (Workspace& work : workspaces_) {
@@ -363,7 +345,8 @@ bool GridFactor::factorise(const GridMatrix& matrix, const std::vector<double>& 
 }
 
 /// Forward: children first, each subtree by itself.
-void GridFactor::solve_down(int index, int depth, const Eigen::VectorXd& b) const {
+template <class Real>
+void GridFactor<Real>::solve_down(int index, int depth, const Eigen::VectorXd& b) const {
   const Node& node = nodes_[index];
   if (node.children[0] >= 0) {
     if (depth > 0) {
@@ -377,17 +360,18 @@ void GridFactor::solve_down(int index, int depth, const Eigen::VectorXd& b) cons
   }
   const Eigen::Index own = node.cols;
   const Eigen::Index rows = node.rows;
-  Eigen::VectorXd& x = work_[index];
+  Vector& x = work_[index];
   x.resize(rows);
   for (std::size_t i = 0; i < node.own.size(); ++i) {
-    x.segment<3>(3 * static_cast<Eigen::Index>(i)) = b.segment<3>(3 * node.own[i]);
+    x.template segment<3>(3 * static_cast<Eigen::Index>(i)) =
+        b.template segment<3>(3 * node.own[i]).template cast<Real>();
   }
   x.tail(rows - own).setZero();
   for (const int child : node.children) {
     if (child < 0) continue;
-    const Eigen::VectorXd& from = work_[child];
+    const Vector& from = work_[child];
     const Eigen::Index before = nodes_[child].cols;
-    for (const Node::Run& run : nodes_[child].runs) {
+    for (const Run& run : nodes_[child].runs) {
       x.segment(3 * run.to, 3 * run.count) += from.segment(before + 3 * run.from, 3 * run.count);
     }
   }
@@ -395,17 +379,19 @@ void GridFactor::solve_down(int index, int depth, const Eigen::VectorXd& b) cons
 }
 
 /// Backward: what the parent found is the border of its children.
-void GridFactor::solve_up(int index, int parent, int depth, Eigen::VectorXd& b) const {
+template <class Real>
+void GridFactor<Real>::solve_up(int index, int parent, int depth, Eigen::VectorXd& b) const {
   const Node& node = nodes_[index];
   const Eigen::Index own = node.cols;
   const Eigen::Index rows = node.rows;
-  Eigen::VectorXd& x = work_[index];
-  for (const Node::Run& run : node.runs) {
+  Vector& x = work_[index];
+  for (const Run& run : node.runs) {
     x.segment(own + 3 * run.from, 3 * run.count) = work_[parent].segment(3 * run.to, 3 * run.count);
   }
   solve_columns_transposed(node.lower.data(), rows, own, x.data());
   for (std::size_t i = 0; i < node.own.size(); ++i) {
-    b.segment<3>(3 * node.own[i]) = x.segment<3>(3 * static_cast<Eigen::Index>(i));
+    b.segment<3>(3 * node.own[i]) =
+        x.template segment<3>(3 * static_cast<Eigen::Index>(i)).template cast<double>();
   }
   if (node.children[0] < 0) return;
   if (depth > 0) {
@@ -418,23 +404,29 @@ void GridFactor::solve_up(int index, int parent, int depth, Eigen::VectorXd& b) 
   }
 }
 
-int GridFactor::depth_of_threads() const {
+template <class Real>
+int GridFactor<Real>::depth_of_threads() const {
   int depth = 0;
   while (depth < kMostDepth && (1 << depth) < threads_) ++depth;
   return depth;
 }
 
-void GridFactor::solve(Eigen::VectorXd& b) const {
+template <class Real>
+void GridFactor<Real>::solve(Eigen::VectorXd& b) const {
   const int root = static_cast<int>(nodes_.size()) - 1;
   const int depth = stored_values() < kWorthThreads ? 0 : depth_of_threads();
   solve_down(root, depth, b);
   solve_up(root, -1, depth, b);
 }
 
-std::size_t GridFactor::stored_values() const {
+template <class Real>
+std::size_t GridFactor<Real>::stored_values() const {
   std::size_t sum = 0;
   for (const Node& node : nodes_) sum += node.lower.size();
   return sum;
 }
+
+template class GridFactor<double>;
+template class GridFactor<float>;
 
 }  // namespace drape::sim

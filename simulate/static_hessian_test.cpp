@@ -6,10 +6,11 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "simulate/static_dense.hpp"
-#include "simulate/static_factor.hpp"
+#include "simulate/static_mixed_factor.hpp"
 
 namespace drape::sim {
 namespace {
@@ -84,7 +85,7 @@ TEST(StaticHessian, ConvexFormIsPositiveSemidefinite) {
   const GridSpec grid{8, 8, {0.05, 0.05}};
   const Cloth cloth(grid, knotted_laws(), MassRule::area);
   const Field x = crumpled(grid, 5e-4, 7);
-  GridFactor factor(grid, 1);
+  GridFactor<double> factor(grid, 1);
   const std::vector<double> tiny(grid.count(), 1e-7);
   GridMatrix exact(grid);
   add_hessian(cloth, x, false, exact);
@@ -101,8 +102,8 @@ TEST(GridFactor, SolvesOnAnyGridAndTheSameWithTwoThreads) {
     GridMatrix matrix(grid);
     add_hessian(cloth, crumpled(grid, 1e-4, 3), true, matrix);
     const std::vector<double> shift(grid.count(), 2.0);
-    GridFactor one(grid, 1);
-    GridFactor two(grid, 2);
+    GridFactor<double> one(grid, 1);
+    GridFactor<double> two(grid, 2);
     ASSERT_TRUE(one.factorise(matrix, shift));
     ASSERT_TRUE(two.factorise(matrix, shift));
     const Eigen::VectorXd b = interleaved(crumpled(grid, 1.0, 9));
@@ -118,38 +119,46 @@ TEST(GridFactor, SolvesOnAnyGridAndTheSameWithTwoThreads) {
   }
 }
 
+template <class Real>
+class DenseKernelsOf : public testing::Test {};
+using Precisions = testing::Types<double, float>;
+TYPED_TEST_SUITE(DenseKernelsOf, Precisions);
+
 // Fused multiply-add rounds once wherever it is computed, so the bytes do not depend on the
 // processor: the plain kernels are what one without these instructions runs.
-TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
+TYPED_TEST(DenseKernelsOf, GiveTheSameBytesWithAnyInstructions) {
+  using Real = TypeParam;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> value(-1, 1);
   for (const auto& [rows, cols] :
-       {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}, {130, 130}}) {
-    std::vector<double> matrix(trapezoid_size(rows, cols));
-    for (double& v : matrix) v = value(random);
-    for (int c = 0; c < cols; ++c) matrix[trapezoid_column(rows, c) + c] = 2.0 * rows;
-    std::vector<double> x(rows);
-    for (double& v : x) v = value(random);
-    std::vector<double> bytes[3];
+       {std::pair{1, 1}, {5, 3}, {13, 12}, {37, 29}, {91, 60}, {130, 130}, {210, 110}}) {
+    std::vector<Real> matrix(trapezoid_size<Real>(rows, cols));
+    for (Real& v : matrix) v = static_cast<Real>(value(random));
+    for (int c = 0; c < cols; ++c) {
+      matrix[trapezoid_column<Real>(rows, c) + c] = static_cast<Real>(2 * rows);
+    }
+    std::vector<Real> x(rows);
+    for (Real& v : x) v = static_cast<Real>(value(random));
+    std::vector<Real> bytes[3];
     for (const Instructions most :
          {Instructions::plain, Instructions::avx2, Instructions::avx512}) {
-      DenseScratch scratch;
+      DenseScratch<Real> scratch;
       scratch.most = most;
-      std::vector<double>& all = bytes[static_cast<int>(most)];
+      std::vector<Real>& all = bytes[static_cast<int>(most)];
       all = matrix;
       ASSERT_TRUE(factor_columns(all.data(), rows, cols, scratch));
-      std::vector<double> triangle(trapezoid_size(rows - cols, rows - cols));
+      std::vector<Real> triangle(trapezoid_size<Real>(rows - cols, rows - cols));
       set_minus_outer(all.data(), rows, cols, triangle.data(), scratch);
-      std::vector<double> forward = x;
+      std::vector<Real> forward = x;
       solve_columns(all.data(), rows, cols, forward.data(), most);
-      std::vector<double> back = x;
+      std::vector<Real> back = x;
       solve_columns_transposed(all.data(), rows, cols, back.data(), most);
       for (const auto& part : {triangle, forward, back}) {
         all.insert(all.end(), part.begin(), part.end());
       }
     }
     for (const int k : {0, 1}) {
-      EXPECT_EQ(std::memcmp(bytes[k].data(), bytes[2].data(), bytes[2].size() * sizeof(double)), 0)
+      EXPECT_EQ(std::memcmp(bytes[k].data(), bytes[2].data(), bytes[2].size() * sizeof(Real)), 0)
           << rows << " rows, instructions " << k;
     }
   }
@@ -157,36 +166,91 @@ TEST(DenseKernels, GiveTheSameBytesWithAnyInstructions) {
 }
 
 // L L^T is the matrix, and the rest loses what the rows below make: Eigen says the same.
-TEST(DenseKernels, FactorIsEigens) {
+TYPED_TEST(DenseKernelsOf, FactorIsEigens) {
+  using Real = TypeParam;
+  constexpr int width = DenseKernels<Real>::tile_rows;
+  constexpr double rounding = 100 * std::numeric_limits<Real>::epsilon();
   std::mt19937 random(8);
   std::uniform_real_distribution<double> value(-1, 1);
-  for (const auto& [rows, cols] : {std::pair{3, 2}, {24, 24}, {61, 25}, {133, 77}}) {
+  for (const auto& [rows, cols] : {std::pair{3, 2}, {24, 24}, {61, 25}, {133, 77}, {190, 130}}) {
     Eigen::MatrixXd full(rows, rows);
     for (double& v : full.reshaped()) v = value(random);
     full = (full * full.transpose()).eval() + rows * Eigen::MatrixXd::Identity(rows, rows);
-    std::vector<double> part(trapezoid_size(rows, cols));
+    std::vector<Real> part(trapezoid_size<Real>(rows, cols));
     for (int c = 0; c < cols; ++c) {
-      for (int r = c - c % 24; r < rows; ++r) part[trapezoid_column(rows, c) + r] = full(r, c);
+      for (int r = c - c % width; r < rows; ++r) {
+        part[trapezoid_column<Real>(rows, c) + r] = static_cast<Real>(full(r, c));
+      }
     }
-    DenseScratch scratch;
+    DenseScratch<Real> scratch;
     ASSERT_TRUE(factor_columns(part.data(), rows, cols, scratch));
     const int rest = rows - cols;
-    std::vector<double> triangle(trapezoid_size(rest, rest));
+    std::vector<Real> triangle(trapezoid_size<Real>(rest, rest));
     set_minus_outer(part.data(), rows, cols, triangle.data(), scratch);
     const Eigen::MatrixXd lower = full.llt().matrixL();
     for (int c = 0; c < cols; ++c) {
       for (int r = c; r < rows; ++r) {
-        EXPECT_NEAR(part[trapezoid_column(rows, c) + r], lower(r, c), 1e-12 * rows);
+        EXPECT_NEAR(part[trapezoid_column<Real>(rows, c) + r], lower(r, c), rounding * rows);
       }
     }
     const Eigen::MatrixXd below = lower.bottomLeftCorner(rest, cols);
     const Eigen::MatrixXd loss = below * below.transpose();
     for (int c = 0; c < rest; ++c) {
       for (int r = c; r < rest; ++r) {
-        EXPECT_NEAR(triangle[trapezoid_column(rest, c) + r], -loss(r, c), 1e-12 * rows);
+        EXPECT_NEAR(triangle[trapezoid_column<Real>(rest, c) + r], -loss(r, c), rounding * rows);
       }
     }
   }
+}
+
+// Single precision is off by its rounding times the condition number; solving again for what is
+// left gains as many digits each time.
+TEST(MixedFactor, GainsDigitsByIteratingOnTheResidual) {
+  const GridSpec grid{23, 31, {0.2, 0.2}};
+  const Cloth cloth(grid, knotted_laws(), MassRule::area);
+  GridMatrix matrix(grid);
+  add_hessian(cloth, crumpled(grid, 1e-4, 3), true, matrix);
+  const std::vector<double> shift(grid.count(), 2.0);
+  GridFactor<double> exact(grid, 1);
+  MixedFactor mixed(grid, 1);
+  ASSERT_TRUE(exact.factorise(matrix, shift));
+  ASSERT_TRUE(mixed.factorise(matrix, shift, MixedFactor::Doubt::ask_double));
+  EXPECT_FALSE(mixed.in_double());
+  const Eigen::VectorXd b = interleaved(crumpled(grid, 1.0, 9));
+  Eigen::VectorXd truth = b;
+  exact.solve(truth);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(b.size());
+  double before = 1;
+  for (int k = 0; k < 3; ++k) {
+    Eigen::VectorXd rest;
+    matrix.multiply(x, rest);
+    rest = b - rest - 2.0 * x;
+    mixed.solve(rest);
+    x += rest;
+    const double error = (x - truth).norm() / truth.norm();
+    EXPECT_LT(error, 1e-3 * before) << k;
+    before = error;
+  }
+  EXPECT_GT(before, 0);
+}
+
+TEST(MixedFactor, GoesOnInDoubleWhereSinglePrecisionIsNotEnough) {
+  const GridSpec grid{23, 31, {0.2, 0.2}};
+  GridMatrix matrix(grid);
+  // A spring whose stiffness swallows what holds it: in single precision the second pivot is 0.
+  const Eigen::Matrix3d stiff = std::ldexp(1.0, 34) * Eigen::Matrix3d::Identity();
+  matrix.add(40, 40, stiff);
+  matrix.add(41, 41, stiff);
+  matrix.add(41, 40, -stiff);
+  const std::vector<double> shift(grid.count(), 1.0);
+  MixedFactor mixed(grid, 1);
+  EXPECT_FALSE(mixed.factorise(matrix, shift, MixedFactor::Doubt::believe));
+  EXPECT_FALSE(mixed.in_double());
+  EXPECT_TRUE(mixed.factorise(matrix, shift, MixedFactor::Doubt::ask_double));
+  EXPECT_TRUE(mixed.in_double());
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(3 * grid.count());
+  mixed.solve(x);
+  EXPECT_LT((x.array() - 1).abs().maxCoeff(), 1e-5);  // the spring is not stretched
 }
 
 TEST(GridFactor, SaysWhenAMatrixIsIndefinite) {
@@ -195,7 +259,7 @@ TEST(GridFactor, SaysWhenAMatrixIsIndefinite) {
   GridMatrix matrix(grid);
   add_hessian(cloth, crumpled(grid, 1e-4, 3), true, matrix);
   matrix.add(5, 5, -1e5 * Eigen::Matrix3d::Identity());
-  GridFactor factor(grid, 1);
+  GridFactor<double> factor(grid, 1);
   EXPECT_FALSE(factor.factorise(matrix, std::vector<double>(grid.count(), 0.1)));
 }
 

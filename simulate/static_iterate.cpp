@@ -29,7 +29,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
     add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_);
     contacts_.add_hessian(trial_, convex, hessian_);
     ++report.factorisations;
-    definite = factor_.factorise(hessian_, shift_);
+    definite = factorise(convex);
     if (!definite) ++report.indefinite;
   }
   contacts_.restore();

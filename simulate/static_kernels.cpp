@@ -16,42 +16,52 @@ namespace {
 
 using Index = std::ptrdiff_t;
 
-constexpr Index kRows = DenseKernels::tile_rows;
-constexpr Index kCols = DenseKernels::tile_cols;
-constexpr Index kDots = DenseKernels::dots;
-constexpr Index kLanes = 8;  // of a dot product's sums
+template <class Real>
+constexpr Index kRows = DenseKernels<Real>::tile_rows;
+template <class Real>
+constexpr Index kLanes = DenseKernels<Real>::lanes;
+constexpr Index kCols = DenseKernels<double>::tile_cols;
+constexpr Index kDots = DenseKernels<double>::dots;
 
-void multiply_strips(const double* wide, const double* narrow, Index depth, double* tile) {
-  std::fill(tile, tile + kRows * kCols, 0.0);
+template <class Real>
+void multiply_strips(const Real* wide, const Real* narrow, Index depth, Real* tile) {
+  constexpr Index rows = kRows<Real>;
+  std::fill(tile, tile + rows * kCols, Real{0});
   for (Index k = 0; k < depth; ++k) {
     for (Index c = 0; c < kCols; ++c) {
-      const double b = narrow[k * kRows + c];
-      for (Index r = 0; r < kRows; ++r) {
-        tile[c * kRows + r] = std::fma(wide[k * kRows + r], b, tile[c * kRows + r]);
+      const Real b = narrow[k * rows + c];
+      for (Index r = 0; r < rows; ++r) {
+        tile[c * rows + r] = std::fma(wide[k * rows + r], b, tile[c * rows + r]);
       }
     }
   }
 }
 
-void subtract_columns(double* column, const double* panel, Index lead, const double* factors,
-                      Index step, Index count, Index rows) {
+template <class Real>
+void subtract_columns(Real* column, const Real* panel, Index lead, const Real* factors, Index step,
+                      Index count, Index rows) {
   for (Index k = 0; k < count; ++k) {
-    const double b = -factors[k * step];
+    const Real b = -factors[k * step];
     for (Index r = 0; r < rows; ++r) column[r] = std::fma(panel[k * lead + r], b, column[r]);
   }
 }
 
-/// Sum of eight lanes, in one order.
-double sum_of(const double* lanes) {
-  return ((lanes[0] + lanes[4]) + (lanes[1] + lanes[5])) +
-         ((lanes[2] + lanes[6]) + (lanes[3] + lanes[7]));
+/// Sum of the lanes, in one order: halves on each other, down to one.
+template <class Real>
+Real sum_of(Real* lanes) {
+  for (Index half = kLanes<Real> / 2; half > 0; half /= 2) {
+    for (Index k = 0; k < half; ++k) lanes[k] += lanes[k + half];
+  }
+  return lanes[0];
 }
 
-void dot_columns(const double* panel, Index lead, const double* vector, Index rows, double* dots) {
+template <class Real>
+void dot_columns(const Real* panel, Index lead, const Real* vector, Index rows, Real* dots) {
   for (Index k = 0; k < kDots; ++k) {
-    double lanes[kLanes] = {};
+    Real lanes[kLanes<Real>] = {};
     for (Index r = 0; r < rows; ++r) {
-      lanes[r % kLanes] = std::fma(panel[k * lead + r], vector[r], lanes[r % kLanes]);
+      Real& lane = lanes[r % kLanes<Real>];
+      lane = std::fma(panel[k * lead + r], vector[r], lane);
     }
     dots[k] = sum_of(lanes);
   }
@@ -61,117 +71,199 @@ void dot_columns(const double* panel, Index lead, const double* vector, Index ro
 #define DRAPE_AVX2 __attribute__((target("avx2,fma")))
 #define DRAPE_AVX512 __attribute__((target("avx512f")))
 
-/// A quarter of a tile: 12 x 4 sums fill the sixteen registers.
-DRAPE_AVX2
-void multiply_quarter(const double* wide, const double* narrow, Index depth, double* tile) {
-  __m256d sum[4][3] = {};
+template <class Real>
+struct Vectors;
+template <>
+struct Vectors<double> {
+  using Avx2 = __m256d;
+  using Avx512 = __m512d;
+};
+template <>
+struct Vectors<float> {
+  using Avx2 = __m256;
+  using Avx512 = __m512;
+};
+
+// The instructions by one name for both precisions.
+DRAPE_AVX2 inline __m256d load2(const double* p) {
+  return _mm256_loadu_pd(p);
+}
+DRAPE_AVX2 inline __m256 load2(const float* p) {
+  return _mm256_loadu_ps(p);
+}
+DRAPE_AVX2 inline __m256d all2(double x) {
+  return _mm256_set1_pd(x);
+}
+DRAPE_AVX2 inline __m256 all2(float x) {
+  return _mm256_set1_ps(x);
+}
+DRAPE_AVX2 inline void store2(double* p, __m256d v) {
+  _mm256_storeu_pd(p, v);
+}
+DRAPE_AVX2 inline void store2(float* p, __m256 v) {
+  _mm256_storeu_ps(p, v);
+}
+DRAPE_AVX2 inline __m256d fma2(__m256d a, __m256d b, __m256d c) {
+  return _mm256_fmadd_pd(a, b, c);
+}
+DRAPE_AVX2 inline __m256 fma2(__m256 a, __m256 b, __m256 c) {
+  return _mm256_fmadd_ps(a, b, c);
+}
+
+DRAPE_AVX512 inline __m512d load5(const double* p) {
+  return _mm512_loadu_pd(p);
+}
+DRAPE_AVX512 inline __m512 load5(const float* p) {
+  return _mm512_loadu_ps(p);
+}
+DRAPE_AVX512 inline __m512d all5(double x) {
+  return _mm512_set1_pd(x);
+}
+DRAPE_AVX512 inline __m512 all5(float x) {
+  return _mm512_set1_ps(x);
+}
+DRAPE_AVX512 inline void store5(double* p, __m512d v) {
+  _mm512_storeu_pd(p, v);
+}
+DRAPE_AVX512 inline void store5(float* p, __m512 v) {
+  _mm512_storeu_ps(p, v);
+}
+DRAPE_AVX512 inline __m512d fma5(__m512d a, __m512d b, __m512d c) {
+  return _mm512_fmadd_pd(a, b, c);
+}
+DRAPE_AVX512 inline __m512 fma5(__m512 a, __m512 b, __m512 c) {
+  return _mm512_fmadd_ps(a, b, c);
+}
+/// The first `count` values, zeros behind; more than there are lanes: all.
+DRAPE_AVX512 inline __m512d load5(const double* p, Index count) {
+  return _mm512_maskz_loadu_pd(static_cast<__mmask8>((1U << std::min<Index>(8, count)) - 1U), p);
+}
+DRAPE_AVX512 inline __m512 load5(const float* p, Index count) {
+  return _mm512_maskz_loadu_ps(static_cast<__mmask16>((1U << std::min<Index>(16, count)) - 1U), p);
+}
+DRAPE_AVX512 inline void store5(double* p, __m512d v, Index count) {
+  _mm512_mask_storeu_pd(p, static_cast<__mmask8>((1U << std::min<Index>(8, count)) - 1U), v);
+}
+DRAPE_AVX512 inline void store5(float* p, __m512 v, Index count) {
+  _mm512_mask_storeu_ps(p, static_cast<__mmask16>((1U << std::min<Index>(16, count)) - 1U), v);
+}
+
+/// A quarter of a tile: half its rows x 4 sums fill the sixteen registers.
+template <class Real>
+DRAPE_AVX2 void multiply_quarter(const Real* wide, const Real* narrow, Index depth, Real* tile) {
+  constexpr Index rows = kRows<Real>;
+  constexpr Index lanes = kLanes<Real> / 2;
+  typename Vectors<Real>::Avx2 sum[4][3] = {};
   for (Index k = 0; k < depth; ++k) {
-    __m256d a[3];
-    for (Index l = 0; l < 3; ++l) a[l] = _mm256_loadu_pd(wide + k * kRows + l * 4);
+    typename Vectors<Real>::Avx2 a[3];
+    for (Index l = 0; l < 3; ++l) a[l] = load2(wide + k * rows + l * lanes);
     for (Index c = 0; c < 4; ++c) {
-      const __m256d b = _mm256_set1_pd(narrow[k * kRows + c]);
-      for (Index l = 0; l < 3; ++l) sum[c][l] = _mm256_fmadd_pd(a[l], b, sum[c][l]);
+      const auto b = all2(narrow[k * rows + c]);
+      for (Index l = 0; l < 3; ++l) sum[c][l] = fma2(a[l], b, sum[c][l]);
     }
   }
   for (Index c = 0; c < 4; ++c) {
-    for (Index l = 0; l < 3; ++l) _mm256_storeu_pd(tile + c * kRows + l * 4, sum[c][l]);
+    for (Index l = 0; l < 3; ++l) store2(tile + c * rows + l * lanes, sum[c][l]);
   }
 }
 
-DRAPE_AVX2
-void multiply_strips_avx2(const double* wide, const double* narrow, Index depth, double* tile) {
+template <class Real>
+DRAPE_AVX2 void multiply_strips_avx2(const Real* wide, const Real* narrow, Index depth,
+                                     Real* tile) {
+  constexpr Index rows = kRows<Real>;
   for (Index c = 0; c < kCols; c += 4) {
-    for (Index r = 0; r < kRows; r += 12) {
-      multiply_quarter(wide + r, narrow + c, depth, tile + c * kRows + r);
+    for (Index r = 0; r < rows; r += rows / 2) {
+      multiply_quarter(wide + r, narrow + c, depth, tile + c * rows + r);
     }
   }
 }
 
-DRAPE_AVX512
-void multiply_strips_avx512(const double* wide, const double* narrow, Index depth, double* tile) {
-  __m512d sum[kCols][3] = {};
+template <class Real>
+DRAPE_AVX512 void multiply_strips_avx512(const Real* wide, const Real* narrow, Index depth,
+                                         Real* tile) {
+  constexpr Index rows = kRows<Real>;
+  constexpr Index lanes = kLanes<Real>;
+  typename Vectors<Real>::Avx512 sum[kCols][3] = {};
   for (Index k = 0; k < depth; ++k) {
-    __m512d a[3];
-    for (Index l = 0; l < 3; ++l) a[l] = _mm512_loadu_pd(wide + k * kRows + l * 8);
+    typename Vectors<Real>::Avx512 a[3];
+    for (Index l = 0; l < 3; ++l) a[l] = load5(wide + k * rows + l * lanes);
     for (Index c = 0; c < kCols; ++c) {
-      const __m512d b = _mm512_set1_pd(narrow[k * kRows + c]);
-      for (Index l = 0; l < 3; ++l) sum[c][l] = _mm512_fmadd_pd(a[l], b, sum[c][l]);
+      const auto b = all5(narrow[k * rows + c]);
+      for (Index l = 0; l < 3; ++l) sum[c][l] = fma5(a[l], b, sum[c][l]);
     }
   }
   for (Index c = 0; c < kCols; ++c) {
-    for (Index l = 0; l < 3; ++l) _mm512_storeu_pd(tile + c * kRows + l * 8, sum[c][l]);
+    for (Index l = 0; l < 3; ++l) store5(tile + c * rows + l * lanes, sum[c][l]);
   }
 }
 
-DRAPE_AVX2
-void subtract_columns_avx2(double* column, const double* panel, Index lead, const double* factors,
-                           Index step, Index count, Index rows) {
+template <class Real>
+DRAPE_AVX2 void subtract_columns_avx2(Real* column, const Real* panel, Index lead,
+                                      const Real* factors, Index step, Index count, Index rows) {
+  constexpr Index lanes = kLanes<Real> / 2;
   Index r = 0;
-  for (; r + 12 <= rows; r += 12) {
-    __m256d sum[3];
-    for (Index l = 0; l < 3; ++l) sum[l] = _mm256_loadu_pd(column + r + l * 4);
+  for (; r + 3 * lanes <= rows; r += 3 * lanes) {
+    typename Vectors<Real>::Avx2 sum[3];
+    for (Index l = 0; l < 3; ++l) sum[l] = load2(column + r + l * lanes);
     for (Index k = 0; k < count; ++k) {
-      const __m256d b = _mm256_set1_pd(-factors[k * step]);
-      const double* from = panel + k * lead + r;
-      for (Index l = 0; l < 3; ++l) {
-        sum[l] = _mm256_fmadd_pd(_mm256_loadu_pd(from + l * 4), b, sum[l]);
-      }
+      const auto b = all2(-factors[k * step]);
+      const Real* from = panel + k * lead + r;
+      for (Index l = 0; l < 3; ++l) sum[l] = fma2(load2(from + l * lanes), b, sum[l]);
     }
-    for (Index l = 0; l < 3; ++l) _mm256_storeu_pd(column + r + l * 4, sum[l]);
+    for (Index l = 0; l < 3; ++l) store2(column + r + l * lanes, sum[l]);
   }
   for (; r < rows; ++r) {
-    double sum = column[r];
+    Real sum = column[r];
     for (Index k = 0; k < count; ++k) sum = std::fma(panel[k * lead + r], -factors[k * step], sum);
     column[r] = sum;
   }
 }
 
-DRAPE_AVX512
-void subtract_columns_avx512(double* column, const double* panel, Index lead, const double* factors,
-                             Index step, Index count, Index rows) {
+template <class Real>
+DRAPE_AVX512 void subtract_columns_avx512(Real* column, const Real* panel, Index lead,
+                                          const Real* factors, Index step, Index count,
+                                          Index rows) {
+  constexpr Index lanes = kLanes<Real>;
   Index r = 0;
-  for (; r + 32 <= rows; r += 32) {
-    __m512d sum[4];
-    for (Index l = 0; l < 4; ++l) sum[l] = _mm512_loadu_pd(column + r + l * 8);
+  for (; r + 4 * lanes <= rows; r += 4 * lanes) {
+    typename Vectors<Real>::Avx512 sum[4];
+    for (Index l = 0; l < 4; ++l) sum[l] = load5(column + r + l * lanes);
     for (Index k = 0; k < count; ++k) {
-      const __m512d b = _mm512_set1_pd(-factors[k * step]);
-      const double* from = panel + k * lead + r;
-      for (Index l = 0; l < 4; ++l) {
-        sum[l] = _mm512_fmadd_pd(_mm512_loadu_pd(from + l * 8), b, sum[l]);
-      }
+      const auto b = all5(-factors[k * step]);
+      const Real* from = panel + k * lead + r;
+      for (Index l = 0; l < 4; ++l) sum[l] = fma5(load5(from + l * lanes), b, sum[l]);
     }
-    for (Index l = 0; l < 4; ++l) _mm512_storeu_pd(column + r + l * 8, sum[l]);
+    for (Index l = 0; l < 4; ++l) store5(column + r + l * lanes, sum[l]);
   }
-  for (; r < rows; r += 8) {
-    const __mmask8 in = static_cast<__mmask8>((1U << std::min<Index>(8, rows - r)) - 1U);
-    __m512d sum = _mm512_maskz_loadu_pd(in, column + r);
+  for (; r < rows; r += lanes) {
+    auto sum = load5(column + r, rows - r);
     for (Index k = 0; k < count; ++k) {
-      const __m512d b = _mm512_set1_pd(-factors[k * step]);
-      sum = _mm512_fmadd_pd(_mm512_maskz_loadu_pd(in, panel + k * lead + r), b, sum);
+      sum = fma5(load5(panel + k * lead + r, rows - r), all5(-factors[k * step]), sum);
     }
-    _mm512_mask_storeu_pd(column + r, in, sum);
+    store5(column + r, sum, rows - r);
   }
 }
 
-DRAPE_AVX2
-void dot_columns_avx2(const double* panel, Index lead, const double* vector, Index rows,
-                      double* dots) {
+template <class Real>
+DRAPE_AVX2 void dot_columns_avx2(const Real* panel, Index lead, const Real* vector, Index rows,
+                                 Real* dots) {
+  constexpr Index half = kLanes<Real> / 2;
   for (Index k = 0; k < kDots; k += 4) {
-    __m256d sum[4][2] = {};
-    const double* from = panel + k * lead;
+    typename Vectors<Real>::Avx2 sum[4][2] = {};
+    const Real* from = panel + k * lead;
     Index r = 0;
-    for (; r + kLanes <= rows; r += kLanes) {
-      const __m256d low = _mm256_loadu_pd(vector + r);
-      const __m256d high = _mm256_loadu_pd(vector + r + 4);
+    for (; r + 2 * half <= rows; r += 2 * half) {
+      const auto low = load2(vector + r);
+      const auto high = load2(vector + r + half);
       for (Index c = 0; c < 4; ++c) {
-        sum[c][0] = _mm256_fmadd_pd(_mm256_loadu_pd(from + c * lead + r), low, sum[c][0]);
-        sum[c][1] = _mm256_fmadd_pd(_mm256_loadu_pd(from + c * lead + r + 4), high, sum[c][1]);
+        sum[c][0] = fma2(load2(from + c * lead + r), low, sum[c][0]);
+        sum[c][1] = fma2(load2(from + c * lead + r + half), high, sum[c][1]);
       }
     }
     for (Index c = 0; c < 4; ++c) {
-      double lanes[kLanes];
-      _mm256_storeu_pd(lanes, sum[c][0]);
-      _mm256_storeu_pd(lanes + 4, sum[c][1]);
+      Real lanes[2 * half];
+      store2(lanes, sum[c][0]);
+      store2(lanes + half, sum[c][1]);
       for (Index q = r; q < rows; ++q) {
         lanes[q - r] = std::fma(from[c * lead + q], vector[q], lanes[q - r]);
       }
@@ -180,30 +272,34 @@ void dot_columns_avx2(const double* panel, Index lead, const double* vector, Ind
   }
 }
 
-DRAPE_AVX512
-void dot_columns_avx512(const double* panel, Index lead, const double* vector, Index rows,
-                        double* dots) {
-  __m512d sum[kDots] = {};
-  for (Index r = 0; r < rows; r += kLanes) {
-    const auto in = static_cast<__mmask8>((1U << std::min(kLanes, rows - r)) - 1U);
-    const __m512d v = _mm512_maskz_loadu_pd(in, vector + r);
+template <class Real>
+DRAPE_AVX512 void dot_columns_avx512(const Real* panel, Index lead, const Real* vector, Index rows,
+                                     Real* dots) {
+  constexpr Index lanes = kLanes<Real>;
+  typename Vectors<Real>::Avx512 sum[kDots] = {};
+  for (Index r = 0; r < rows; r += lanes) {
+    const auto v = load5(vector + r, rows - r);
     for (Index c = 0; c < kDots; ++c) {
-      sum[c] = _mm512_fmadd_pd(_mm512_maskz_loadu_pd(in, panel + c * lead + r), v, sum[c]);
+      sum[c] = fma5(load5(panel + c * lead + r, rows - r), v, sum[c]);
     }
   }
   for (Index c = 0; c < kDots; ++c) {
-    double lanes[kLanes];
-    _mm512_storeu_pd(lanes, sum[c]);
-    dots[c] = sum_of(lanes);
+    Real parts[lanes];
+    store5(parts, sum[c]);
+    dots[c] = sum_of(parts);
   }
 }
-#endif
 
-#if DRAPE_FUSED_X86
-constexpr DenseKernels kAvx512{multiply_strips_avx512, subtract_columns_avx512, dot_columns_avx512};
-constexpr DenseKernels kAvx2{multiply_strips_avx2, subtract_columns_avx2, dot_columns_avx2};
+template <class Real>
+constexpr DenseKernels<Real> kAvx512{multiply_strips_avx512<Real>, subtract_columns_avx512<Real>,
+                                     dot_columns_avx512<Real>};
+template <class Real>
+constexpr DenseKernels<Real> kAvx2{multiply_strips_avx2<Real>, subtract_columns_avx2<Real>,
+                                   dot_columns_avx2<Real>};
 #endif
-constexpr DenseKernels kPlain{multiply_strips, subtract_columns, dot_columns};
+template <class Real>
+constexpr DenseKernels<Real> kPlain{multiply_strips<Real>, subtract_columns<Real>,
+                                    dot_columns<Real>};
 
 }  // namespace
 
@@ -215,21 +311,25 @@ Instructions best_instructions() {
   return Instructions::plain;
 }
 
-const DenseKernels& dense_kernels(Instructions most) {
+template <class Real>
+const DenseKernels<Real>& dense_kernels(Instructions most) {
   static const Instructions best = best_instructions();
 #if DRAPE_FUSED_X86
   switch (std::min(most, best)) {
     case Instructions::avx512:
-      return kAvx512;
+      return kAvx512<Real>;
     case Instructions::avx2:
-      return kAvx2;
+      return kAvx2<Real>;
     case Instructions::plain:
       break;
   }
 #else
   static_cast<void>(most);
 #endif
-  return kPlain;
+  return kPlain<Real>;
 }
+
+template const DenseKernels<double>& dense_kernels(Instructions);
+template const DenseKernels<float>& dense_kernels(Instructions);
 
 }  // namespace drape::sim

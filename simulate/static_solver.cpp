@@ -20,7 +20,7 @@ constexpr double kSoft = 1.5;     // ratio above which a way by the convex matri
 constexpr int kCorrections = 4;   // of a step, with its factor
 constexpr int kSolves = 8;        // with an old factor before a new one is made
 constexpr double kSolved = 1e-2;  // of the right side, in the old factor's norm
-constexpr double kSolvedNearRest = 1e-3;  // the same near rest, where steps are Newton's
+constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
 constexpr double kFaster = 0.5;   // residual over that before, else the old factor is too old
 constexpr double kWorth = 0.02;   // gain of a correction that is worth its cost, of the prediction
 constexpr double kStepCap = 0.5;  // of the spacing; longest way of a particle in a step
@@ -45,9 +45,9 @@ constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
 constexpr int kSearches = 3;         // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
-constexpr int kConvexRuns = 2;       // iterations with the convex matrix after an indefinite one
 constexpr int kStates = 20;          // of friction, tried for a first-order way
 constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
+constexpr double kSaddle = 1;        // residual below which definiteness is decided in double
 constexpr double kPinned = 1e-9;     // m
 constexpr double kGapDone = 2e-9;    // m
 // Below this share of the sheet's energies a change of energy is lost in their rounding, and the
@@ -126,17 +126,27 @@ void StaticSolver::newton_matrix(bool convex) {
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
 }
 
+/// Factors the matrix of a step. Near rest it matters whether a soft sheet is unstable or only
+/// rounded to be, and the convex matrix cannot be.
+bool StaticSolver::factorise(bool convex) {
+  const bool sure = convex || residual_ < kSaddle;
+  return factor_.factorise(hessian_, shift_,
+                           sure ? MixedFactor::Doubt::ask_double : MixedFactor::Doubt::believe);
+}
+
 /// Whether the exact Hessian is positive definite.
 bool StaticSolver::factorise_here() {
+  factor_.use_double();
   begin_step();
   mu_ = 0;
   strains_ = {};
   factor_serves_ = false;
   newton_matrix(false);
-  return factor_.factorise(hessian_, shift_);
+  return factorise(false);
 }
 
 std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
+  factor_.use_double();
   begin_step();
   mu_ = 0;
   strains_ = {};
@@ -145,7 +155,7 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
   VectorXd way;
   for (int k = 0; k < kStates; ++k) {
     newton_matrix(false);
-    if (!factor_.factorise(hessian_, shift_)) return std::nullopt;
+    if (!factorise(false)) return std::nullopt;
     way = force;
     factor_.solve(way);
     move(position, kSmallWay / std::max(largest_of(way), kSmallWay) * way);
@@ -168,24 +178,23 @@ void StaticSolver::multiply(const VectorXd& x, VectorXd& product) const {
 /// answer is sought from; nothing: from zero.
 bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& report) {
   VectorXd rest = step_;
-  VectorXd preconditioned = rest;
-  factor_.solve(preconditioned);
-  double size = rest.dot(preconditioned);
-  const double share = residual_ < kNearRest ? kSolvedNearRest : kSolved;
-  const double enough = share * share * size;
   VectorXd answer = VectorXd::Zero(rest.size());
+  double energy = 0;  // about that of the answer; what is left is measured by it
   if (guess.size() == rest.size()) {
     answer = guess;
+    energy = guess.dot(rest);
     multiply(answer, product_);
     rest -= product_;
-    preconditioned = rest;
-    factor_.solve(preconditioned);
-    ++report.reused;
-    size = rest.dot(preconditioned);
-    if (size < enough) {
-      step_ = answer;
-      return true;
-    }
+  }
+  VectorXd preconditioned = rest;
+  factor_.solve(preconditioned);
+  ++report.reused;
+  double size = rest.dot(preconditioned);
+  if (!(energy > 0)) energy = size;
+  const double enough = kSolved * kSolved * energy;
+  if (size < enough) {
+    step_ = answer;
+    return true;
   }
   VectorXd way = preconditioned;
   for (int k = 0; k < kSolves && size > 0; ++k) {
@@ -208,16 +217,34 @@ bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& repo
   return false;
 }
 
+/// Solves with the factor just made of the matrix. In single precision a soft way may come out too
+/// short; the energy that the matrix gives it shows that, and conjugate gradients mend it. False
+/// when they do not.
+bool StaticSolver::solve_by_new_factor(StaticReport& report) {
+  const VectorXd right = step_;
+  factor_.solve(step_);
+  if (factor_.in_double()) return true;
+  multiply(step_, product_);
+  const double defect = 1 - step_.dot(product_) / right.dot(step_);
+  if (std::abs(defect) < kDefect || !step_.allFinite()) return true;
+  const VectorXd guess = step_;
+  step_ = right;
+  return solve_by_old_factor(guess, report);
+}
+
 /// Solves for step_ and what the quadratic model says of it. A paced run factors each step's matrix
 /// and changes only what review() changed with that factor: the fold it finds is motion's.
 bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   const int n = cloth_.count();
   const bool changed = solve == Solve::changed;
-  bool convex = changed ? convex_ : convex_left_ > 0;
-  if (convex && !changed) --convex_left_;
+  bool convex = changed && convex_;
   const VectorXd guess = changed ? step_ : VectorXd();
   for (int attempt = 0; attempt < 12; ++attempt) {
-    newton_matrix(convex);
+    if (changed && attempt == 0) {
+      contacts_.change_hessian(position, convex, hessian_);
+    } else {
+      newton_matrix(convex);
+    }
     gradient_.resize(3 * n);
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;
@@ -226,12 +253,14 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
     if (attempt > 0 || !serves || !solve_by_old_factor(guess, report)) {
       ++report.factorisations;
-      factor_serves_ = factor_.factorise(hessian_, shift_);
+      factor_serves_ = factorise(convex) && solve_by_new_factor(report);
       if (!factor_serves_) {
         ++report.indefinite;
         if (!convex) {
           convex = true;
-          convex_left_ = kConvexRuns;
+        } else if (!factor_.in_double()) {
+          factor_.use_double();
+          continue;
         } else {
           mu_ = std::max(kNewtonMu, mu_) * kShrink;
         }
@@ -240,7 +269,6 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
       }
       convex_ = convex;
       factor_mu_ = mu_;
-      factor_.solve(step_);
     }
     model_curve_ = -step_.dot(model_gradient_) - contacts_.excess_curve(step_);
     return step_.allFinite();

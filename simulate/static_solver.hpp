@@ -10,8 +10,8 @@
 #include "simulate/cloth.hpp"
 #include "simulate/motion.hpp"
 #include "simulate/static_contacts.hpp"
-#include "simulate/static_factor.hpp"
 #include "simulate/static_hessian.hpp"
+#include "simulate/static_mixed_factor.hpp"
 #include "simulate/surroundings.hpp"
 
 namespace drape::sim {
@@ -84,10 +84,12 @@ class StaticSolver {
   void find_forces(const Field& x, Field& force) const;
   void begin_step(StaticContacts::Limits limits = StaticContacts::Limits::follow);
   bool factorise_here();
+  bool factorise(bool convex);
   enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
   void newton_matrix(bool convex);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
+  bool solve_by_new_factor(StaticReport& report);
   bool solve_by_old_factor(const Eigen::VectorXd& guess, StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
@@ -110,7 +112,7 @@ class StaticSolver {
   StaticOptions options_;
   StaticContacts contacts_;
   GridMatrix hessian_;
-  GridFactor factor_;
+  MixedFactor factor_;
   Field force_, trial_, trial_force_;
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
@@ -119,7 +121,6 @@ class StaticSolver {
   SpringStrains strains_, trial_strains_;  ///< by the linear model of what led there
   bool factor_serves_ = false;             ///< factor_ is of a matrix like the present one
   bool convex_ = false;                    ///< and that matrix was the convex one
-  int convex_left_ = 0;
 };
 
 }  // namespace drape::sim
