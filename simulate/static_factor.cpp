@@ -57,12 +57,15 @@ struct GridFactor<Real>::Node {
   int children[2] = {-1, -1};
   std::vector<Run> runs;
   std::vector<Entry> entries;
-  Eigen::Index rows = 0;    ///< values of own and border
-  Eigen::Index cols = 0;    ///< values of own
-  std::vector<Real> lower;  ///< the factor, a trapezoid of rows x cols
-  Real* update = nullptr;   ///< what the border's matrix loses; lower triangle, on `stack`
+  Eigen::Index rows = 0;   ///< values of own and border
+  Eigen::Index cols = 0;   ///< values of own
+  Real* lower = nullptr;   ///< the factor, a trapezoid of rows x cols
+  Real* update = nullptr;  ///< what the border's matrix loses; lower triangle, on `stack`
   Stack* stack = nullptr;
 
+  [[nodiscard]] std::size_t lower_size() const {
+    return static_cast<std::size_t>(trapezoid_size<Real>(rows, cols));
+  }
   [[nodiscard]] std::size_t update_size() const {
     return static_cast<std::size_t>(trapezoid_size<Real>(rows - cols, rows - cols));
   }
@@ -111,6 +114,13 @@ GridFactor<Real>::GridFactor(const GridSpec& grid, int threads)
     : grid_(grid), threads_(threads), rank_(grid.count(), -1) {
   build(0, grid.rows, 0, grid.cols);
   find_structure();
+  // In one piece, which goes back to the system as a whole.
+  values_ = std::make_unique_for_overwrite<Real[]>(stored_values());
+  Real* next = values_.get();
+  for (Node& node : nodes_) {
+    node.lower = next;
+    next += node.lower_size();
+  }
   work_.resize(nodes_.size());
   workspaces_.resize(std::size_t{1} << depth_of_threads());
   plan_memory(static_cast<int>(nodes_.size()) - 1, 0, static_cast<int>(workspaces_.size()), 0);
@@ -180,10 +190,8 @@ void GridFactor<Real>::find_structure() {
   }
   std::vector<int> place(grid_.count(), -1);
   for (Node& node : nodes_) {
-    // Before any update matrix, so that those come and go on top of all factors.
     node.cols = static_cast<Eigen::Index>(3 * node.own.size());
     node.rows = node.cols + static_cast<Eigen::Index>(3 * node.border.size());
-    node.lower.resize(trapezoid_size<Real>(node.rows, node.cols));
     list_entries(pattern, node);
     int k = 0;
     for (const int particle : node.own) place[particle] = k++;
@@ -239,7 +247,7 @@ void GridFactor<Real>::list_entries(const GridMatrix& pattern, Node& node) {
 template <class Real>
 void GridFactor<Real>::add_to_own(const Node& child, Node& node) {
   for_each_column(child, [&](Eigen::Index to_col, const auto& add) {
-    if (to_col < node.cols) add(node.lower.data() + trapezoid_column<Real>(node.rows, to_col));
+    if (to_col < node.cols) add(node.lower + trapezoid_column<Real>(node.rows, to_col));
   });
 }
 
@@ -256,13 +264,12 @@ void GridFactor<Real>::add_to_border(const Node& child, Node& node) {
 
 template <class Real>
 void GridFactor<Real>::assemble(Node& node) {
-  std::fill(node.lower.begin(), node.lower.end(), Real{0});
+  std::fill(node.lower, node.lower + node.lower_size(), Real{0});
   for (const Entry& entry : node.entries) {
     const Eigen::Matrix3d& block = matrix_->block(entry.particle, entry.slot);
     const double shift = entry.row == entry.col ? (*shift_)[entry.particle] : 0.0;
     for (int c = 0; c < 3; ++c) {
-      Real* to =
-          node.lower.data() + trapezoid_column<Real>(node.rows, 3 * entry.col + c) + 3 * entry.row;
+      Real* to = node.lower + trapezoid_column<Real>(node.rows, 3 * entry.col + c) + 3 * entry.row;
       for (int r = 0; r < 3; ++r)
         to[r] += static_cast<Real>(entry.transposed ? block(c, r) : block(r, c));
       to[c] += static_cast<Real>(shift);
@@ -286,10 +293,10 @@ void GridFactor<Real>::factor_node(int index, int workspace) {
   assemble(node);
   const Eigen::Index own = node.cols;
   const Eigen::Index rows = node.rows;
-  node.definite = factor_columns(node.lower.data(), rows, own, work.dense);
+  node.definite = factor_columns(node.lower, rows, own, work.dense);
   if (!node.definite || rows == own) return;
   node.update = node.stack->push(node.update_size());
-  set_minus_outer(node.lower.data(), rows, own, node.update, work.dense);
+  set_minus_outer(node.lower, rows, own, node.update, work.dense);
   for (const int child : node.children) {
     if (child < 0) continue;
     add_to_border(nodes_[child], node);
@@ -375,7 +382,7 @@ void GridFactor<Real>::solve_down(int index, int depth, const Eigen::VectorXd& b
       x.segment(3 * run.to, 3 * run.count) += from.segment(before + 3 * run.from, 3 * run.count);
     }
   }
-  solve_columns(node.lower.data(), rows, own, x.data());
+  solve_columns(node.lower, rows, own, x.data());
 }
 
 /// Backward: what the parent found is the border of its children.
@@ -388,7 +395,7 @@ void GridFactor<Real>::solve_up(int index, int parent, int depth, Eigen::VectorX
   for (const Run& run : node.runs) {
     x.segment(own + 3 * run.from, 3 * run.count) = work_[parent].segment(3 * run.to, 3 * run.count);
   }
-  solve_columns_transposed(node.lower.data(), rows, own, x.data());
+  solve_columns_transposed(node.lower, rows, own, x.data());
   for (std::size_t i = 0; i < node.own.size(); ++i) {
     b.segment<3>(3 * node.own[i]) =
         x.template segment<3>(3 * static_cast<Eigen::Index>(i)).template cast<double>();
@@ -422,7 +429,7 @@ void GridFactor<Real>::solve(Eigen::VectorXd& b) const {
 template <class Real>
 std::size_t GridFactor<Real>::stored_values() const {
   std::size_t sum = 0;
-  for (const Node& node : nodes_) sum += node.lower.size();
+  for (const Node& node : nodes_) sum += node.lower_size();
   return sum;
 }
 

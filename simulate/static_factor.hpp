@@ -53,6 +53,7 @@ class GridFactor {
   GridSpec grid_;
   int threads_ = 1;
   std::vector<Node> nodes_;            ///< children before their parent
+  std::unique_ptr<Real[]> values_;     ///< of the factor, node after node
   std::vector<Workspace> workspaces_;  ///< one per thread
   std::vector<int> rank_;              ///< place in the order of elimination, per particle
   const GridMatrix* matrix_ = nullptr;

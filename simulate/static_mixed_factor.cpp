@@ -25,10 +25,10 @@ void MixedFactor::solve(Eigen::VectorXd& b) const {
   }
 }
 
-void MixedFactor::use_double() {
+void MixedFactor::use_double(int threads) {
   if (exact_) return;
   quick_.reset();
-  exact_.emplace(grid_, threads_);
+  exact_.emplace(grid_, threads);
 }
 
 }  // namespace drape::sim

@@ -4,17 +4,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "simulate/static_prolong.hpp"
 
 namespace drape::sim {
 namespace {
 
-constexpr int kDirect = 41;               // particles per side; without a coarser grid before
-constexpr int kCoarsest = 21;             // particles per side
+constexpr int kDirect = 41;    // particles per side; without a coarser grid before
+constexpr int kCoarsest = 21;  // particles per side
+// On large grids a step costs much, and Richardson's start is the better the nearer two grids are.
+constexpr int kGentle = 121;  // particles per side from which grids come by the square root of 2
+constexpr int kGentleDownTo = 70;         // and down to where; coarser ones halve
 constexpr double kCoarseResidual = 1e-2;  // of a particle's weight; enough to start a finer grid
 constexpr double kFinerStep_s = 0.03;     // first pseudo-time step on a finer grid
 constexpr int kAsymptotic = 51;           // particles per side from which the model's order shows
+
+int larger_side(const GridSpec& grid) {
+  return std::max(grid.rows, grid.cols);
+}
 
 void book_start(const StartReport& start, SimulateReport& report) {
   report.placed_yaw_rad = start.flat.yaw_rad;
@@ -51,10 +60,19 @@ std::string sentence_of(const StaticReport& found, int iterations) {
 
 }  // namespace
 
-std::vector<int> static_levels(int points) {
-  std::vector<int> levels{points};
-  while ((levels.back() - 1 + 1) / 2 + 1 >= kCoarsest && levels.back() > kCoarsest) {
-    levels.push_back((levels.back() - 1 + 1) / 2 + 1);
+std::vector<GridSpec> static_levels(const GridSpec& grid) {
+  std::vector<GridSpec> levels{grid};
+  for (;;) {
+    const GridSpec& last = levels.back();
+    const bool gently = larger_side(grid) >= kGentle && larger_side(last) > kGentleDownTo;
+    const auto fewer = [&](int points) {
+      const int pieces = points - 1;
+      return 1 + (gently ? static_cast<int>(std::lround(pieces / std::numbers::sqrt2))
+                         : (pieces + 1) / 2);
+    };
+    const GridSpec next{fewer(last.rows), fewer(last.cols), grid.patch_m};
+    if (std::min(next.rows, next.cols) < kCoarsest) break;
+    levels.push_back(next);
   }
   std::reverse(levels.begin(), levels.end());
   return levels;
@@ -63,20 +81,19 @@ std::vector<int> static_levels(int points) {
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change) {
   const Scene& scene = the_case.scene;
-  std::vector<int> rows = static_levels(grid.rows);
-  std::vector<int> cols = static_levels(grid.cols);
-  std::size_t levels = std::min(rows.size(), cols.size());
-  const bool small = std::max(grid.rows, grid.cols) <= kDirect;
-  if (small || scene.start.mode == StartMode::measured) levels = 1;
+  std::vector<GridSpec> levels = static_levels(grid);
+  if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured) levels = {grid};
   StaticDrape drape;
   GridSpec coarse, coarser;  // the two grids before, nothing at first
   Field before;
-  for (std::size_t level = levels; level-- > 0;) {
-    const GridSpec here{rows[rows.size() - 1 - level], cols[cols.size() - 1 - level], grid.patch_m};
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    const GridSpec& here = levels[level];
+    const bool first = level == 0;
+    const bool last = level + 1 == levels.size();
     Cloth cloth(here, the_case.laws, the_case.mass);
     StaticOptions now = options;
-    if (level > 0) now.residual_tolerance = std::max(kCoarseResidual, options.residual_tolerance);
-    const bool first = level + 1 == levels;
+    if (!last) now.residual_tolerance = std::max(kCoarseResidual, options.residual_tolerance);
+    now.judge_stability = last;
     if (!first) {
       now.first_step_s = kFinerStep_s;
       now.paced = false;

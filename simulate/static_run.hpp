@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "core/rig.hpp"
 #include "core/scene.hpp"
@@ -23,9 +24,9 @@ struct StaticCase {
   MassRule mass = MassRule::area;
 };
 
-/// Grid sizes from coarse to fine, ending with `points`; each has about twice the spacing of the
-/// next.
-[[nodiscard]] std::vector<int> static_levels(int points);
+/// Grids from coarse to fine, ending with `grid`: each has about twice the spacing of the next;
+/// from 121 particles per side on the finer ones 1.4 times.
+[[nodiscard]] std::vector<GridSpec> static_levels(const GridSpec& grid);
 
 /// Changes the start positions of the coarsest grid.
 using StartChange = std::function<void(const GridSpec& grid, Field& position)>;

@@ -24,6 +24,7 @@ struct StaticOptions {
   int max_iterations = 2000;         ///< per level
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
+  bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
   int threads = 1;                   ///< of the factorisation; does not change the result
 };
 

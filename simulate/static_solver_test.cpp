@@ -195,5 +195,23 @@ TEST(Prolong, KeepsCubicSheets) {
   EXPECT_LT(distance_m(prolong(sheet(coarse), coarse, fine), sheet(fine)), 1e-15);
 }
 
+std::string sizes_of(const std::vector<GridSpec>& levels) {
+  std::string all;
+  for (const GridSpec& grid : levels)
+    all += std::to_string(grid.rows) + "x" + std::to_string(grid.cols) + " ";
+  return all;
+}
+
+TEST(StaticLevels, HalveAndGoGentlyToLargeGrids) {
+  const auto levels = [](int rows, int cols) {
+    return sizes_of(static_levels(GridSpec{rows, cols, {0.2, 0.2}}));
+  };
+  EXPECT_EQ(levels(31, 31), "31x31 ");
+  EXPECT_EQ(levels(101, 101), "26x26 51x51 101x101 ");
+  EXPECT_EQ(levels(101, 51), "51x26 101x51 ");
+  EXPECT_EQ(levels(201, 201), "26x26 51x51 72x72 101x101 142x142 201x201 ");
+  EXPECT_EQ(levels(201, 101), "51x26 72x36 101x51 142x72 201x101 ");
+}
+
 }  // namespace
 }  // namespace drape::sim
