@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/parallel.hpp"
 #include "simulate/static_mixture.hpp"
 
 namespace drape::sim {
@@ -12,11 +13,19 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr int kBand = 24;        // rows of a grid that one task adds
+constexpr int kWorthBands = 61;  // rows of a grid from which it is worth tasks
+
+/// First particles of the elements to add.
+struct Range {
+  int begin = 0, end = 0;
+};
+
 void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex,
-                 const SpringStrains* strains, GridMatrix& sum) {
+                 const SpringStrains* strains, Range range, GridMatrix& sum) {
   const Cloth::Line& line = cloth.line(direction);
   const ForceCurve& law = cloth.laws().tensile[direction];
-  for (int i = 0; i + line.stride < cloth.count(); ++i) {
+  for (int i = range.begin; i < range.end && i + line.stride < cloth.count(); ++i) {
     if (line.width[i] == 0) continue;
     const int j = i + line.stride;
     const Vector3d along = at(x, j) - at(x, i);
@@ -34,13 +43,14 @@ void add_springs(const Cloth& cloth, int direction, const Field& x, bool convex,
   }
 }
 
-void add_triples(const Cloth& cloth, int direction, const Field& x, GridMatrix& sum) {
+void add_triples(const Cloth& cloth, int direction, const Field& x, Range range, GridMatrix& sum) {
   const Cloth::Line& line = cloth.line(direction);
   const ForceCurve& law = cloth.laws().bending[direction];
   const double per_area = 1 / (line.spacing * line.spacing);
-  for (int i = line.stride; i + line.stride < cloth.count(); ++i) {
+  for (int before = range.begin; before < range.end; ++before) {
+    const int i = before + line.stride;
+    if (i + line.stride >= cloth.count()) break;
     if (line.triple_width[i] == 0) continue;
-    const int before = i - line.stride;
     const int after = i + line.stride;
     const Vector3d bend = at(x, before) - 2 * at(x, i) + at(x, after);
     const double curvature = bend.norm() * per_area;
@@ -96,14 +106,14 @@ ShearBlocks shear_blocks(const Vector3d& a, const Vector3d& b, double area, cons
   return out;
 }
 
-void add_cells(const Cloth& cloth, const Field& x, bool convex, GridMatrix& sum) {
+void add_cells(const Cloth& cloth, const Field& x, bool convex, Range range, GridMatrix& sum) {
   static constexpr double kWarp[4] = {-1, -1, 1, 1};
   static constexpr double kWeft[4] = {-1, 1, -1, 1};
   static constexpr double kTwist[4] = {1, -1, -1, 1};
   const int cols = cloth.grid().cols;
   const double area = cloth.line(0).spacing * cloth.line(1).spacing;
   const double twist = cloth.laws().twist_n_m / area;
-  for (int i = 0; i + cols + 1 < cloth.count(); ++i) {
+  for (int i = range.begin; i < range.end && i + cols + 1 < cloth.count(); ++i) {
     if (!cloth.has_cell(i)) continue;
     const int corner[4] = {i, i + 1, i + cols, i + cols + 1};
     Vector3d a = Vector3d::Zero();
@@ -149,12 +159,29 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
 }
 
 void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
-                 const SpringStrains* strains) {
-  for (int d = 0; d < 2; ++d) {
-    add_springs(cloth, d, position, convex, strains, hessian);
-    add_triples(cloth, d, position, hessian);
+                 const SpringStrains* strains, int threads) {
+  const auto add = [&](Range range) {
+    for (int d = 0; d < 2; ++d) {
+      add_springs(cloth, d, position, convex, strains, range, hessian);
+      add_triples(cloth, d, position, range, hessian);
+    }
+    add_cells(cloth, position, convex, range, hessian);
+  };
+  const int rows = cloth.grid().rows;
+  const int cols = cloth.grid().cols;
+  if (rows < kWorthBands) {
+    add({0, cloth.count()});
+    return;
   }
-  add_cells(cloth, position, convex, hessian);
+  // Bands share no particle: an element reaches over two more rows at most, so those that begin in
+  // the last two rows of a band come afterwards. The bands are those of the grid, not the threads'.
+  const int bands = (rows + kBand - 1) / kBand;
+  parallel_for(bands, threads, [&](std::size_t k) {
+    const int first = static_cast<int>(k) * kBand;
+    const bool last = static_cast<int>(k) + 1 == bands;
+    add({first * cols, (last ? rows : first + kBand - 2) * cols});
+  });
+  for (int k = 1; k < bands; ++k) add({(k * kBand - 2) * cols, k * kBand * cols});
 }
 
 }  // namespace drape::sim

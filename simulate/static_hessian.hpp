@@ -21,8 +21,8 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
 /// each element gives a positive semidefinite part only: springs without the softening of their
 /// compression, cells without the change of direction of their shear. With `strains`, springs pull
 /// and stiffen as at these in place of their own (mixed form of Newton's method: Magisano,
-/// Leonetti, Garcea 2017).
+/// Leonetti, Garcea 2017). The same bytes on any number of threads.
 void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
-                 const SpringStrains* strains = nullptr);
+                 const SpringStrains* strains = nullptr, int threads = 1);
 
 }  // namespace drape::sim

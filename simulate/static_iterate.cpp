@@ -26,7 +26,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
   for (const bool convex : {false, true}) {
     if (definite || (convex_ && !convex)) continue;
     hessian_.set_zero();
-    add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_);
+    add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
     contacts_.add_hessian(trial_, convex, hessian_);
     ++report.factorisations;
     definite = factorise(convex);

@@ -148,6 +148,8 @@ DRAPE_AVX512 inline void store5(float* p, __m512 v, Index count) {
   _mm512_mask_storeu_ps(p, static_cast<__mmask16>((1U << std::min<Index>(16, count)) - 1U), v);
 }
 
+// Unrolled early, or the sums pass through memory before and after the loop.
+
 /// A quarter of a tile: half its rows x 4 sums fill the sixteen registers.
 template <class Real>
 DRAPE_AVX2 void multiply_quarter(const Real* wide, const Real* narrow, Index depth, Real* tile) {
@@ -156,13 +158,18 @@ DRAPE_AVX2 void multiply_quarter(const Real* wide, const Real* narrow, Index dep
   typename Vectors<Real>::Avx2 sum[4][3] = {};
   for (Index k = 0; k < depth; ++k) {
     typename Vectors<Real>::Avx2 a[3];
+#pragma GCC unroll 3
     for (Index l = 0; l < 3; ++l) a[l] = load2(wide + k * rows + l * lanes);
+#pragma GCC unroll 8
     for (Index c = 0; c < 4; ++c) {
       const auto b = all2(narrow[k * rows + c]);
+#pragma GCC unroll 3
       for (Index l = 0; l < 3; ++l) sum[c][l] = fma2(a[l], b, sum[c][l]);
     }
   }
+#pragma GCC unroll 8
   for (Index c = 0; c < 4; ++c) {
+#pragma GCC unroll 3
     for (Index l = 0; l < 3; ++l) store2(tile + c * rows + l * lanes, sum[c][l]);
   }
 }
@@ -186,13 +193,18 @@ DRAPE_AVX512 void multiply_strips_avx512(const Real* wide, const Real* narrow, I
   typename Vectors<Real>::Avx512 sum[kCols][3] = {};
   for (Index k = 0; k < depth; ++k) {
     typename Vectors<Real>::Avx512 a[3];
+#pragma GCC unroll 3
     for (Index l = 0; l < 3; ++l) a[l] = load5(wide + k * rows + l * lanes);
+#pragma GCC unroll 8
     for (Index c = 0; c < kCols; ++c) {
       const auto b = all5(narrow[k * rows + c]);
+#pragma GCC unroll 3
       for (Index l = 0; l < 3; ++l) sum[c][l] = fma5(a[l], b, sum[c][l]);
     }
   }
+#pragma GCC unroll 8
   for (Index c = 0; c < kCols; ++c) {
+#pragma GCC unroll 3
     for (Index l = 0; l < 3; ++l) store5(tile + c * rows + l * lanes, sum[c][l]);
   }
 }

@@ -120,7 +120,7 @@ void StaticSolver::newton_matrix(bool convex) {
   hessian_.set_zero();
   // Not on the first grid: there it took the cube C at 31x31 twice the steps.
   const bool carried = !options_.paced && !strains_[0].empty();
-  add_hessian(cloth_, position, convex, hessian_, carried ? &strains_ : nullptr);
+  add_hessian(cloth_, position, convex, hessian_, carried ? &strains_ : nullptr, options_.threads);
   contacts_.add_hessian(position, convex, hessian_);
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = mu_ * cloth_.mass_kg()[i];
 }
@@ -224,9 +224,10 @@ bool StaticSolver::solve_by_new_factor(StaticReport& report) {
   const VectorXd right = step_;
   factor_.solve(step_);
   if (factor_.in_double()) return true;
+  if (!step_.allFinite()) return false;
   multiply(step_, product_);
   const double defect = 1 - step_.dot(product_) / right.dot(step_);
-  if (std::abs(defect) < kDefect || !step_.allFinite()) return true;
+  if (!(std::abs(defect) >= kDefect)) return true;
   const VectorXd guess = step_;
   step_ = right;
   return solve_by_old_factor(guess, report);
