@@ -65,8 +65,6 @@ class StaticContacts {
   /// Takes the quadratic model at another place of the same step, until restore().
   void relinearise(const Field& position);
   void restore() { contacts_.swap(before_); }
-  /// Gives back memory that only steps need.
-  void free_spare() { std::vector<Contact>().swap(before_); }
   /// Lifts particles that a straight way put into a surface.
   void retract(const Field& from, Field& to) const;
 

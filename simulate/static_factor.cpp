@@ -62,6 +62,7 @@ struct GridFactor<Real>::Node {
   Real* lower = nullptr;   ///< the factor, a trapezoid of rows x cols
   Real* update = nullptr;  ///< what the border's matrix loses; lower triangle, on `stack`
   Stack* stack = nullptr;
+  int workspace = 0;  ///< of the thread that works here
 
   [[nodiscard]] std::size_t lower_size() const {
     return static_cast<std::size_t>(trapezoid_size<Real>(rows, cols));
@@ -110,22 +111,36 @@ template <class Real>
 GridFactor<Real>& GridFactor<Real>::operator=(GridFactor&&) noexcept = default;
 
 template <class Real>
-GridFactor<Real>::GridFactor(const GridSpec& grid, int threads)
+GridFactor<Real>::GridFactor(const GridSpec& grid, int threads, Keep keep)
     : grid_(grid), threads_(threads), rank_(grid.count(), -1) {
   build(0, grid.rows, 0, grid.cols);
   find_structure();
-  // In one piece, which goes back to the system as a whole.
-  values_ = std::make_unique_for_overwrite<Real[]>(stored_values());
-  Real* next = values_.get();
-  for (Node& node : nodes_) {
-    node.lower = next;
-    next += node.lower_size();
-  }
   work_.resize(nodes_.size());
   workspaces_.resize(std::size_t{1} << depth_of_threads());
   plan_memory(static_cast<int>(nodes_.size()) - 1, 0, static_cast<int>(workspaces_.size()), 0);
   for (Workspace& work : workspaces_) {
     for (Stack& stack : work.stacks) stack.make();
+  }
+  place_factor(keep);
+}
+
+/// Where each region's part of the factor goes: one after the other, or all of a thread in turn to
+/// one place, since a parent only needs the updates of its children. In one piece, which goes back
+/// to the system as a whole.
+template <class Real>
+void GridFactor<Real>::place_factor(Keep keep) {
+  std::size_t largest = 0;
+  for (const Node& node : nodes_) largest = std::max(largest, node.lower_size());
+  const std::size_t size = keep == Keep::factor ? stored_values() : largest * workspaces_.size();
+  values_ = std::make_unique_for_overwrite<Real[]>(size);
+  Real* next = values_.get();
+  for (Node& node : nodes_) {
+    if (keep == Keep::factor) {
+      node.lower = next;
+      next += node.lower_size();
+    } else {
+      node.lower = values_.get() + largest * node.workspace;
+    }
   }
 }
 
@@ -329,6 +344,7 @@ void GridFactor<Real>::factor_subtree(int index, int depth, int workspace) {
 template <class Real>
 void GridFactor<Real>::plan_memory(int index, int level, int workers, int workspace) {
   Node& node = nodes_[index];
+  node.workspace = workspace;
   node.stack = &workspaces_[workspace].stacks[level % 2];
   if (node.children[0] >= 0) {
     plan_memory(node.children[0], level + 1, workers / 2, workspace + workers / 2);

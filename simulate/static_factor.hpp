@@ -18,14 +18,18 @@ namespace drape::sim {
 template <class Real>
 class GridFactor {
  public:
-  GridFactor(const GridSpec& grid, int threads);
+  /// Whether the factor is kept for solve(), or only asked for definiteness, in a quarter of the
+  /// memory.
+  enum class Keep { factor, nothing };
+
+  GridFactor(const GridSpec& grid, int threads, Keep keep = Keep::factor);
   ~GridFactor();
   GridFactor(GridFactor&&) noexcept;
   GridFactor& operator=(GridFactor&&) noexcept;
 
   /// False when the matrix plus diag(shift) (one value per particle) is not positive definite.
   [[nodiscard]] bool factorise(const GridMatrix& matrix, const std::vector<double>& shift);
-  /// Solves in place with the last factor.
+  /// Solves in place with the last factor, which must have been kept.
   void solve(Eigen::VectorXd& b) const;
   [[nodiscard]] std::size_t stored_values() const;
 
@@ -36,6 +40,7 @@ class GridFactor {
   struct Workspace;
   int build(int row0, int row1, int col0, int col1);
   void find_structure();
+  void place_factor(Keep keep);
   void plan_memory(int node, int level, int workers, int workspace);
   void factor_subtree(int node, int depth, int workspace);
   void factor_node(int node, int workspace);

@@ -269,6 +269,28 @@ TEST(MixedFactor, GoesOnInDoubleWhereSinglePrecisionIsNotEnough) {
   EXPECT_LT((x.array() - 1).abs().maxCoeff(), 1e-5);  // the spring is not stretched
 }
 
+// A factor that is not kept says the same of definiteness, on one thread and on two.
+TEST(GridFactor, JudgesWithoutKeepingTheFactor) {
+  const GridSpec grid{23, 31, {0.2, 0.2}};
+  const Cloth cloth(grid, knotted_laws(), MassRule::area);
+  GridMatrix matrix(grid);
+  add_hessian(cloth, crumpled(grid, 1e-4, 3), false, matrix);
+  // From definite to not: somewhere in between the answer changes.
+  int definite = 0;
+  int indefinite = 0;
+  for (double shift = 1; shift < 1e5; shift *= 2) {
+    const std::vector<double> shifts(grid.count(), shift);
+    const bool kept = GridFactor<double>(grid, 1).factorise(matrix, shifts);
+    for (const int threads : {1, 2}) {
+      GridFactor<double> judge(grid, threads, GridFactor<double>::Keep::nothing);
+      EXPECT_EQ(judge.factorise(matrix, shifts), kept) << shift << ", threads " << threads;
+    }
+    ++(kept ? definite : indefinite);
+  }
+  EXPECT_GT(definite, 0);
+  EXPECT_GT(indefinite, 0);
+}
+
 TEST(GridFactor, SaysWhenAMatrixIsIndefinite) {
   const GridSpec grid{12, 12, {0.2, 0.2}};
   const Cloth cloth(grid, knotted_laws(), MassRule::area);

@@ -25,10 +25,10 @@ void MixedFactor::solve(Eigen::VectorXd& b) const {
   }
 }
 
-void MixedFactor::use_double(int threads) {
+void MixedFactor::use_double() {
   if (exact_) return;
   quick_.reset();
-  exact_.emplace(grid_, threads);
+  exact_.emplace(grid_, threads_);
 }
 
 }  // namespace drape::sim

@@ -27,9 +27,7 @@ class MixedFactor {
   /// Solves in place with the last factor.
   void solve(Eigen::VectorXd& b) const;
   /// From here on in double precision; the factor in single precision is gone.
-  void use_double() { use_double(threads_); }
-  /// The same on so many threads; one takes a tenth less memory than two.
-  void use_double(int threads);
+  void use_double();
   [[nodiscard]] bool in_double() const { return exact_.has_value(); }
 
  private:

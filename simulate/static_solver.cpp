@@ -132,14 +132,13 @@ bool StaticSolver::factorise(bool convex) {
 
 /// Whether the exact Hessian is positive definite.
 bool StaticSolver::factorise_here() {
+  using Judge = GridFactor<double>;
   begin_step();
-  contacts_.free_spare();  // a factor in double is the most memory that a run takes
-  factor_.use_double(1);
   mu_ = 0;
   strains_ = {};
   factor_serves_ = false;
   newton_matrix(false);
-  return factorise(false);
+  return Judge(cloth_.grid(), options_.threads, Judge::Keep::nothing).factorise(hessian_, shift_);
 }
 
 std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
