@@ -9,8 +9,8 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kSolves = 8;        // with an old factor before a new one is made
-constexpr double kSolved = 0.03;  // of the right side, in the old factor's norm
+constexpr int kSolves = 8;        // with the last factor before a new one is made
+constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
 constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
 
 }  // namespace
@@ -24,10 +24,10 @@ void StaticSolver::multiply(const VectorXd& x, VectorXd& product) const {
 }
 
 /// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
-/// some contacts have changed since, a few solves do what a new factor would. step_ comes in as
-/// the right side; false when that did not work, with step_ as it came in. `guess` is where the
-/// answer is sought from; nothing: from zero.
-bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& report) {
+/// some contacts have changed since, or single precision fell short, a few solves do. step_ comes
+/// in as the right side; false when that did not work, with step_ as it came in. `guess` is where
+/// the answer is sought from; nothing: from zero.
+bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& report) {
   VectorXd rest = step_;
   VectorXd answer = VectorXd::Zero(rest.size());
   double energy = 0;  // about that of the answer; what is left is measured by it
@@ -71,7 +71,7 @@ bool StaticSolver::solve_by_old_factor(const VectorXd& guess, StaticReport& repo
 /// Solves with the factor just made of the matrix. In single precision a soft way may come out too
 /// short; the energy that the matrix gives it shows that, and conjugate gradients mend it. False
 /// when they do not.
-bool StaticSolver::solve_by_new_factor(StaticReport& report) {
+bool StaticSolver::solve_by_factor(StaticReport& report) {
   const VectorXd right = step_;
   factor_.solve(step_);
   if (factor_.in_double()) return true;
@@ -81,7 +81,7 @@ bool StaticSolver::solve_by_new_factor(StaticReport& report) {
   if (!(std::abs(defect) >= kDefect)) return true;
   const VectorXd guess = step_;
   step_ = right;
-  return solve_by_old_factor(guess, report);
+  return solve_by_gradients(guess, report);
 }
 
 }  // namespace drape::sim

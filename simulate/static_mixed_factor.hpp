@@ -10,9 +10,8 @@
 namespace drape::sim {
 
 /// Factors of one matrix after the other, in single precision for as long as that serves. Its
-/// solutions are then good to about 1e-7 times the condition number (a sheet of 201x201: 1e-3),
-/// which iterating on the residual in double precision makes up for (Wilkinson 1963; Langou et al.
-/// 2006).
+/// solutions are then good to about 1e-7 times the condition number, which iterating on the
+/// residual in double precision makes up for (Wilkinson 1963; Langou et al. 2006).
 class MixedFactor {
  public:
   /// Whether a matrix that is not positive definite in single precision is tried in double.

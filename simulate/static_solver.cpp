@@ -179,9 +179,9 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     contacts_.add_changes(model_gradient_);
     step_ = -model_gradient_;
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
-    if (attempt > 0 || !serves || !solve_by_old_factor(guess, report)) {
+    if (attempt > 0 || !serves || !solve_by_gradients(guess, report)) {
       ++report.factorisations;
-      factor_serves_ = factorise(convex) && solve_by_new_factor(report);
+      factor_serves_ = factorise(convex) && solve_by_factor(report);
       if (!factor_serves_) {
         ++report.indefinite;
         if (!convex) {

@@ -25,7 +25,7 @@ struct StaticOptions {
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
   bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
-  int threads = 1;                   ///< of the factorisation; does not change the result
+  int threads = 1;                   ///< of factors and second derivatives; never changes a result
 };
 
 /// One Newton iteration.
@@ -90,8 +90,8 @@ class StaticSolver {
   void newton_matrix(bool convex);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
-  bool solve_by_new_factor(StaticReport& report);
-  bool solve_by_old_factor(const Eigen::VectorXd& guess, StaticReport& report);
+  bool solve_by_factor(StaticReport& report);
+  bool solve_by_gradients(const Eigen::VectorXd& guess, StaticReport& report);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
   double potential_change(const Eigen::VectorXd& way);
