@@ -91,6 +91,7 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.anchored = was.anchored;
     contact.slips = was.slips;
     contact.limit = was.limit;
+    contact.taken = was.taken;
     contact.slip_m = was.slip_m;
     contact.anchor = was.anchor;
   };
@@ -141,9 +142,11 @@ void StaticContacts::settle(Contact& contact, const Field& position, Limits limi
         contact.limit <= kLimitHigh * allowed && contact.limit >= kLimitLow * allowed;
     contact.limit = within ? std::min(contact.limit, allowed) : kLimit * allowed;
   }
+  if (limits == Limits::follow || !contact.anchored) contact.taken = contact.limit / allowed;
   contact.anchored = true;
   const double most = contact.limit / shear_stiffness_;
   const double size = way.norm();
+  contact.slide = size > 0 ? Vector3d(way / size) : Vector3d(Vector3d::Zero());
   contact.slip_m = size > most ? size : contact.slip_m;
   contact.slips = size > most * kSlides || (contact.slips && size > most / kSlides / kSlides);
   contact.anchor = p - (size > most ? most / size : 1.0) * way;

@@ -57,6 +57,16 @@ class StaticContacts {
   void add_changes(Eigen::VectorXd& gradient) const;
   /// What the model's second derivative along the step has that the energy of that step has not.
   [[nodiscard]] double excess_curve(const Eigen::VectorXd& step) const;
+  /// What friction that slides changes along `way` because pressing forces, and so its limits, do;
+  /// added to the product of the model's matrix with it. No potential has this part: it is not
+  /// symmetric (Alart and Curnier 1991).
+  void add_following(const Eigen::VectorXd& way, Eigen::VectorXd& product) const;
+  /// What is lacking in the model's gradient where limits are not those of the pressing forces.
+  void add_lag(Eigen::VectorXd& gradient) const;
+  /// Sets the limits of what slides, until the next begin(), to those at the end of `way`, and
+  /// adds to the gradient what that changes at its start.
+  void follow_pressing(const Field& position, const Eigen::VectorXd& way,
+                       Eigen::VectorXd& gradient);
   /// Looks where the step leads: what would land, what slid and would slide back and, after
   /// let_yield(), what held and would slide is changed in the model. Returns how many.
   int review(const Field& from, const Field& to, double deep_m);
@@ -102,7 +112,9 @@ class StaticContacts {
     double multiplier = 0;
     bool anchored = false, slips = false;
     double limit = 0;   ///< of friction in this step (N)
+    double taken = 0;   ///< that limit as a part of what the pressing force allows
     double slip_m = 0;  ///< way slid in the last step
+    Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
     double gap = 0;                                     ///< at the start of the step
@@ -117,6 +129,8 @@ class StaticContacts {
   void settle(Contact& contact, const Field& position, Limits limits) const;
   [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
   [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
+  [[nodiscard]] bool follows(const Contact& contact) const;
+  [[nodiscard]] double limit_after(const Contact& contact, const Eigen::Vector3d& way) const;
   [[nodiscard]] double friction_j(const Contact& contact, double size) const;
   [[nodiscard]] bool review_yield(Contact& contact, const Eigen::Vector3d& start,
                                   const Eigen::Vector3d& end) const;

@@ -2,6 +2,7 @@
 // The linear systems of the static solver's steps.
 #include <cmath>
 
+#include "simulate/static_residuals.hpp"
 #include "simulate/static_solver.hpp"
 
 namespace drape::sim {
@@ -11,6 +12,7 @@ using Eigen::VectorXd;
 
 constexpr int kSolves = 8;        // with the last factor before a new one is made
 constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
+constexpr double kAtLeast = 0.3;  // a worse answer asks for a new factor
 constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
 
 }  // namespace
@@ -82,6 +84,27 @@ bool StaticSolver::solve_by_factor(StaticReport& report) {
   const VectorXd guess = step_;
   step_ = right;
   return solve_by_gradients(guess, report);
+}
+
+/// Solves, from `guess` on, with limits of friction that follow the pressing forces. The matrix of
+/// that is not symmetric, but near the factor's. step_ comes in as the right side without that
+/// part; false when little was gained, with step_ as it came in.
+bool StaticSolver::solve_following(const VectorXd& guess, StaticReport& report) {
+  VectorXd lag = VectorXd::Zero(step_.size());
+  contacts_.add_lag(lag);
+  const NearlySymmetric system{[this](const VectorXd& x, VectorXd& product) {
+                                 multiply(x, product);
+                                 contacts_.add_following(x, product);
+                               },
+                               [this](VectorXd& b) { factor_.solve(b); }};
+  const double energy = std::abs(guess.dot(step_));
+  VectorXd answer = guess;
+  const ResidualsLeft left =
+      minimise_residuals(system, step_ - lag, answer, kSolved * kSolved * energy, kSolves);
+  report.reused += left.solves;
+  if (!(left.energy < kAtLeast * kAtLeast * energy) || !answer.allFinite()) return false;
+  step_ = answer;
+  return true;
 }
 
 }  // namespace drape::sim

@@ -14,12 +14,15 @@ namespace {
 
 constexpr int kDirect = 41;    // particles per side; without a coarser grid before
 constexpr int kCoarsest = 21;  // particles per side
-// On large grids a step costs much, and Richardson's start is the better the nearer two grids are.
-constexpr int kGentle = 121;  // particles per side from which grids come by the square root of 2
-constexpr int kGentleDownTo = 70;         // and down to where; coarser ones halve
-constexpr double kCoarseResidual = 1e-2;  // of a particle's weight; enough to start a finer grid
-constexpr double kFinerStep_s = 0.03;     // first pseudo-time step on a finer grid
-constexpr int kAsymptotic = 51;           // particles per side from which the model's order shows
+// Particles per side above which a grid's start has 0.7 times as many, not half: there a step costs
+// much, and Richardson's start is the better the nearer two grids are.
+constexpr int kGentle = 70;
+// Of a particle's weight; enough to start a finer grid. The first finds the fold, the others are
+// far from the finer one's rest whatever their own.
+constexpr double kFirstResidual = 1e-2;
+constexpr double kCoarseResidual = 10;
+constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
+constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
 
 int larger_side(const GridSpec& grid) {
   return std::max(grid.rows, grid.cols);
@@ -64,7 +67,7 @@ std::vector<GridSpec> static_levels(const GridSpec& grid) {
   std::vector<GridSpec> levels{grid};
   for (;;) {
     const GridSpec& last = levels.back();
-    const bool gently = larger_side(grid) >= kGentle && larger_side(last) > kGentleDownTo;
+    const bool gently = larger_side(last) > kGentle;
     const auto fewer = [&](int points) {
       const int pieces = points - 1;
       return 1 + (gently ? static_cast<int>(std::lround(pieces / std::numbers::sqrt2))
@@ -92,7 +95,11 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
     const bool last = level + 1 == levels.size();
     Cloth cloth(here, the_case.laws, the_case.mass);
     StaticOptions now = options;
-    if (!last) now.residual_tolerance = std::max(kCoarseResidual, options.residual_tolerance);
+    if (!last) {
+      now.only_a_start = true;
+      now.residual_tolerance =
+          std::max(first ? kFirstResidual : kCoarseResidual, options.residual_tolerance);
+    }
     now.judge_stability = last;
     if (!first) {
       now.first_step_s = kFinerStep_s;

@@ -27,6 +27,7 @@ constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matri
 // fold that forms first to others, which motion does not find.
 constexpr double kFalling = 20;          // residual
 constexpr double kPacedMu = 1000;        // 1/s^2
+constexpr double kFollowMu = 5;          // 1/s^2; from here on friction follows pressing
 constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
 constexpr double kSettled = 1e-2;        // residual below which points between particles are found
 constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
@@ -179,7 +180,11 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     contacts_.add_changes(model_gradient_);
     step_ = -model_gradient_;
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
-    if (attempt > 0 || !serves || !solve_by_gradients(guess, report)) {
+    const bool follows = changed && follows_pressing();
+    const auto solved = [&] {
+      return follows ? solve_following(guess, report) : solve_by_gradients(guess, report);
+    };
+    if (attempt > 0 || !serves || !solved()) {
       ++report.factorisations;
       factor_serves_ = factorise(convex) && solve_by_factor(report);
       if (!factor_serves_) {
@@ -285,6 +290,24 @@ void StaticSolver::improve(double predicted, double& ratio, VectorXd& way) {
   }
 }
 
+/// Not while a sheet falls at the pace of motion.
+bool StaticSolver::follows_pressing() const {
+  return !options_.paced && mu_ <= kFollowMu;
+}
+
+/// Gives friction the limits of the end of the step, as far as it is gone. The step then is one
+/// of the potential with these limits.
+void StaticSolver::follow_pressing(double share) {
+  const double before = contacts_.energy_j(position);
+  VectorXd change = VectorXd::Zero(step_.size());
+  contacts_.follow_pressing(position, share * step_, change);
+  gradient_ += change;
+  model_gradient_ += change;
+  potential_j_ += contacts_.energy_j(position) - before;
+  multiply(step_, product_);
+  model_curve_ = step_.dot(product_) - contacts_.excess_curve(step_);
+}
+
 /// Tries the step; corrects or halves it while it does not lower the potential.
 bool StaticSolver::take_step(StaticReport& report) {
   double share = 1;
@@ -294,9 +317,10 @@ bool StaticSolver::take_step(StaticReport& report) {
   };
   shorten();
   // Once: what changes in a second round hardly matters, and the next step finds it.
-  if (contacts_.review(position, trial_, kDeep) > 0) {
+  if (contacts_.review(position, trial_, kDeep) > 0 || follows_pressing()) {
     if (!find_step(report, Solve::changed)) return false;
     shorten();
+    if (follows_pressing()) follow_pressing(share);
   }
   const bool capped = share < 1;
   const double slope = gradient_.dot(step_);
@@ -388,6 +412,10 @@ StaticReport StaticSolver::solve() {
     }
     best = position;
     note(report);
+    if (options_.only_a_start && residual_ < options_.residual_tolerance) {
+      report.status = StaticStatus::at_rest;
+      break;
+    }
     if (residual_ < settled && searches < most_searches && !fresh) {
       contacts_.refresh(position);
       ++searches;

@@ -24,6 +24,7 @@ struct StaticOptions {
   int max_iterations = 2000;         ///< per level
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
   bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
+  bool only_a_start = false;         ///< ends at that residual, whatever gaps are left
   bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
   int threads = 1;                   ///< of factors and second derivatives; never changes a result
 };
@@ -86,12 +87,15 @@ class StaticSolver {
   void begin_step(StaticContacts::Limits limits = StaticContacts::Limits::follow);
   bool factorise_here();
   bool factorise(bool convex);
-  enum class Solve { anew, changed };  ///< changed: review() has just changed a few contacts
+  enum class Solve { anew, changed };  ///< changed: again, after review()
   void newton_matrix(bool convex);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
   bool solve_by_factor(StaticReport& report);
   bool solve_by_gradients(const Eigen::VectorXd& guess, StaticReport& report);
+  [[nodiscard]] bool follows_pressing() const;
+  bool solve_following(const Eigen::VectorXd& guess, StaticReport& report);
+  void follow_pressing(double share);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
   double potential_change(const Eigen::VectorXd& way);

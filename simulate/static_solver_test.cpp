@@ -207,8 +207,9 @@ TEST(StaticLevels, HalveAndGoGentlyToLargeGrids) {
     return sizes_of(static_levels(GridSpec{rows, cols, {0.2, 0.2}}));
   };
   EXPECT_EQ(levels(31, 31), "31x31 ");
-  EXPECT_EQ(levels(101, 101), "26x26 51x51 101x101 ");
-  EXPECT_EQ(levels(101, 51), "51x26 101x51 ");
+  EXPECT_EQ(levels(61, 61), "31x31 61x61 ");
+  EXPECT_EQ(levels(101, 101), "26x26 51x51 72x72 101x101 ");
+  EXPECT_EQ(levels(101, 51), "51x26 72x36 101x51 ");
   EXPECT_EQ(levels(201, 201), "26x26 51x51 72x72 101x101 142x142 201x201 ");
   EXPECT_EQ(levels(201, 101), "51x26 72x36 101x51 142x72 201x101 ");
 }
