@@ -47,20 +47,23 @@ void pack(const Part<Real>& a, std::vector<Real>& packed) {
   }
 }
 
-/// Calls `use` with every tile of A A^T that meets the lower triangle of its first `cols` columns.
-template <class Real, class Use>
-void for_each_tile(const Part<Real>& a, Index cols, DenseScratch<Real>& scratch, const Use& use) {
+/// Takes A A^T off a lower triangle, or sets that to minus it: `cols` columns, `place` of them says
+/// where column j begins, with its diagonal's block.
+template <class Real, class Place>
+void subtract_square(const Part<Real>& a, Index cols, bool set, DenseScratch<Real>& scratch,
+                     const Place& place) {
   constexpr Index high = kRows<Real>;
   pack(a, scratch.strips);
   const DenseKernels<Real>& run = dense_kernels<Real>(scratch.most);
   const Index depth = a.depth();
-  Real tile[high * kCols];
   for (Index j = 0; j < cols; j += kCols) {
     const Index width = std::min(kCols, cols - j);
     const Real* narrow = scratch.strips.data() + (j - j % high) * depth + j % high;
+    Real* column = place(j);
+    const Index lead = width > 1 ? place(j + 1) - column : 0;
     for (Index i = j - j % high; i < a.height(); i += high) {
-      run.multiply(scratch.strips.data() + i * depth, narrow, depth, tile);
-      use(i, j, std::min(high, a.height() - i), width, tile);
+      run.subtract_product(scratch.strips.data() + i * depth, narrow, depth,
+                           {column + i, lead, std::min(high, a.height() - i), width, set});
     }
   }
 }
@@ -70,14 +73,9 @@ template <class Real>
 void subtract_outer(Real* trapezoid, Index rows, Index first, Index middle, Index last,
                     DenseScratch<Real>& scratch) {
   const Part<Real> a{trapezoid, rows, middle, first, middle};
-  for_each_tile(a, last - middle, scratch,
-                [&](Index i, Index j, Index height, Index width, const Real* tile) {
-                  for (Index c = 0; c < width; ++c) {
-                    Real* to =
-                        trapezoid + trapezoid_column<Real>(rows, middle + j + c) + middle + i;
-                    for (Index r = 0; r < height; ++r) to[r] -= tile[c * kRows<Real> + r];
-                  }
-                });
+  subtract_square(a, last - middle, false, scratch, [&](Index j) {
+    return trapezoid + trapezoid_column<Real>(rows, middle + j) + middle;
+  });
 }
 
 /// Columns of one block, one by one.
@@ -126,18 +124,8 @@ void set_minus_outer(const Real* trapezoid, Index rows, Index cols, Real* triang
   const Index size = rows - cols;
   for (Index first = 0; first < cols; first += kDepth) {
     const Part<Real> a{trapezoid, rows, cols, first, std::min(cols, first + kDepth)};
-    for_each_tile(a, size, scratch,
-                  [&](Index i, Index j, Index height, Index width, const Real* tile) {
-                    for (Index c = 0; c < width; ++c) {
-                      Real* to = triangle + trapezoid_column<Real>(size, j + c) + i;
-                      const Real* from = tile + c * kRows<Real>;
-                      if (first == 0) {
-                        for (Index r = 0; r < height; ++r) to[r] = -from[r];
-                      } else {
-                        for (Index r = 0; r < height; ++r) to[r] -= from[r];
-                      }
-                    }
-                  });
+    subtract_square(a, size, first == 0, scratch,
+                    [&](Index j) { return triangle + trapezoid_column<Real>(size, j); });
   }
 }
 

@@ -79,6 +79,7 @@ template <class Real>
 template <class Use>
 void GridFactor<Real>::for_each_column(const Node& child, const Use& use) {
   const auto border = static_cast<Eigen::Index>(3 * child.border.size());
+  const auto run = dense_kernels<Real>(Instructions::avx512).add;
   for (const Run& cols : child.runs) {
     for (Eigen::Index c = 0; c < 3 * cols.count; ++c) {
       const Eigen::Index from_col = 3 * cols.from + c;
@@ -88,7 +89,7 @@ void GridFactor<Real>::for_each_column(const Node& child, const Use& use) {
           const Eigen::Index begin = std::max<Eigen::Index>(3 * rows.from, from_col - c % 3);
           const Eigen::Index end = 3 * (rows.from + rows.count);
           const Eigen::Index shift = 3 * (rows.to - rows.from);
-          for (Eigen::Index r = begin; r < end; ++r) to[r + shift] += from[r];
+          run(to + begin + shift, from + begin, end - begin);
         }
       });
     }

@@ -24,17 +24,36 @@ constexpr Index kCols = DenseKernels<double>::tile_cols;
 constexpr Index kDots = DenseKernels<double>::dots;
 
 template <class Real>
-void multiply_strips(const Real* wide, const Real* narrow, Index depth, Real* tile) {
+using Tile = typename DenseKernels<Real>::Tile;
+
+/// Writes a product that was formed column by column, kRows values each.
+template <class Real>
+void subtract_tile(const Real* product, const Tile<Real>& tile) {
+  for (Index c = 0; c < tile.width; ++c) {
+    Real* to = tile.to + c * tile.lead;
+    const Real* from = product + c * kRows<Real>;
+    for (Index r = 0; r < tile.height; ++r) to[r] = (tile.set ? Real{0} : to[r]) - from[r];
+  }
+}
+
+template <class Real>
+void subtract_product(const Real* wide, const Real* narrow, Index depth, const Tile<Real>& tile) {
   constexpr Index rows = kRows<Real>;
-  std::fill(tile, tile + rows * kCols, Real{0});
+  Real product[rows * kCols] = {};
   for (Index k = 0; k < depth; ++k) {
     for (Index c = 0; c < kCols; ++c) {
       const Real b = narrow[k * rows + c];
       for (Index r = 0; r < rows; ++r) {
-        tile[c * rows + r] = std::fma(wide[k * rows + r], b, tile[c * rows + r]);
+        product[c * rows + r] = std::fma(wide[k * rows + r], b, product[c * rows + r]);
       }
     }
   }
+  subtract_tile(product, tile);
+}
+
+template <class Real>
+void add(Real* to, const Real* from, Index count) {
+  for (Index r = 0; r < count; ++r) to[r] += from[r];
 }
 
 template <class Real>
@@ -109,6 +128,12 @@ DRAPE_AVX2 inline __m256d fma2(__m256d a, __m256d b, __m256d c) {
 DRAPE_AVX2 inline __m256 fma2(__m256 a, __m256 b, __m256 c) {
   return _mm256_fmadd_ps(a, b, c);
 }
+DRAPE_AVX2 inline __m256d add2(__m256d a, __m256d b) {
+  return _mm256_add_pd(a, b);
+}
+DRAPE_AVX2 inline __m256 add2(__m256 a, __m256 b) {
+  return _mm256_add_ps(a, b);
+}
 
 DRAPE_AVX512 inline __m512d load5(const double* p) {
   return _mm512_loadu_pd(p);
@@ -133,6 +158,18 @@ DRAPE_AVX512 inline __m512d fma5(__m512d a, __m512d b, __m512d c) {
 }
 DRAPE_AVX512 inline __m512 fma5(__m512 a, __m512 b, __m512 c) {
   return _mm512_fmadd_ps(a, b, c);
+}
+DRAPE_AVX512 inline __m512d add5(__m512d a, __m512d b) {
+  return _mm512_add_pd(a, b);
+}
+DRAPE_AVX512 inline __m512 add5(__m512 a, __m512 b) {
+  return _mm512_add_ps(a, b);
+}
+DRAPE_AVX512 inline __m512d sub5(__m512d a, __m512d b) {
+  return _mm512_sub_pd(a, b);
+}
+DRAPE_AVX512 inline __m512 sub5(__m512 a, __m512 b) {
+  return _mm512_sub_ps(a, b);
 }
 /// The first `count` values, zeros behind; more than there are lanes: all.
 DRAPE_AVX512 inline __m512d load5(const double* p, Index count) {
@@ -175,19 +212,29 @@ DRAPE_AVX2 void multiply_quarter(const Real* wide, const Real* narrow, Index dep
 }
 
 template <class Real>
-DRAPE_AVX2 void multiply_strips_avx2(const Real* wide, const Real* narrow, Index depth,
-                                     Real* tile) {
+DRAPE_AVX2 void subtract_product_avx2(const Real* wide, const Real* narrow, Index depth,
+                                      const Tile<Real>& tile) {
   constexpr Index rows = kRows<Real>;
+  Real product[rows * kCols];
   for (Index c = 0; c < kCols; c += 4) {
     for (Index r = 0; r < rows; r += rows / 2) {
-      multiply_quarter(wide + r, narrow + c, depth, tile + c * rows + r);
+      multiply_quarter(wide + r, narrow + c, depth, product + c * rows + r);
     }
   }
+  subtract_tile(product, tile);
 }
 
 template <class Real>
-DRAPE_AVX512 void multiply_strips_avx512(const Real* wide, const Real* narrow, Index depth,
-                                         Real* tile) {
+DRAPE_AVX2 void add_avx2(Real* to, const Real* from, Index count) {
+  constexpr Index lanes = kLanes<Real> / 2;
+  Index r = 0;
+  for (; r + lanes <= count; r += lanes) store2(to + r, add2(load2(to + r), load2(from + r)));
+  for (; r < count; ++r) to[r] += from[r];
+}
+
+template <class Real>
+DRAPE_AVX512 void subtract_product_avx512(const Real* wide, const Real* narrow, Index depth,
+                                          const Tile<Real>& tile) {
   constexpr Index rows = kRows<Real>;
   constexpr Index lanes = kLanes<Real>;
   typename Vectors<Real>::Avx512 sum[kCols][3] = {};
@@ -202,10 +249,26 @@ DRAPE_AVX512 void multiply_strips_avx512(const Real* wide, const Real* narrow, I
       for (Index l = 0; l < 3; ++l) sum[c][l] = fma5(a[l], b, sum[c][l]);
     }
   }
+  const typename Vectors<Real>::Avx512 zero = {};
 #pragma GCC unroll 8
   for (Index c = 0; c < kCols; ++c) {
+    if (c >= tile.width) break;
 #pragma GCC unroll 3
-    for (Index l = 0; l < 3; ++l) store5(tile + c * rows + l * lanes, sum[c][l]);
+    for (Index l = 0; l < 3; ++l) {
+      const Index left = tile.height - l * lanes;
+      if (left <= 0) break;
+      Real* to = tile.to + c * tile.lead + l * lanes;
+      store5(to, sub5(tile.set ? zero : load5(to, left), sum[c][l]), left);
+    }
+  }
+}
+
+template <class Real>
+DRAPE_AVX512 void add_avx512(Real* to, const Real* from, Index count) {
+  constexpr Index lanes = kLanes<Real>;
+  for (Index r = 0; r < count; r += lanes) {
+    const Index left = count - r;
+    store5(to + r, add5(load5(to + r, left), load5(from + r, left)), left);
   }
 }
 
@@ -303,14 +366,14 @@ DRAPE_AVX512 void dot_columns_avx512(const Real* panel, Index lead, const Real* 
 }
 
 template <class Real>
-constexpr DenseKernels<Real> kAvx512{multiply_strips_avx512<Real>, subtract_columns_avx512<Real>,
-                                     dot_columns_avx512<Real>};
+constexpr DenseKernels<Real> kAvx512{subtract_product_avx512<Real>, add_avx512<Real>,
+                                     subtract_columns_avx512<Real>, dot_columns_avx512<Real>};
 template <class Real>
-constexpr DenseKernels<Real> kAvx2{multiply_strips_avx2<Real>, subtract_columns_avx2<Real>,
-                                   dot_columns_avx2<Real>};
+constexpr DenseKernels<Real> kAvx2{subtract_product_avx2<Real>, add_avx2<Real>,
+                                   subtract_columns_avx2<Real>, dot_columns_avx2<Real>};
 #endif
 template <class Real>
-constexpr DenseKernels<Real> kPlain{multiply_strips<Real>, subtract_columns<Real>,
+constexpr DenseKernels<Real> kPlain{subtract_product<Real>, add<Real>, subtract_columns<Real>,
                                     dot_columns<Real>};
 
 }  // namespace

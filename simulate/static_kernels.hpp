@@ -15,9 +15,18 @@ struct DenseKernels {
   static constexpr std::ptrdiff_t lanes = 64 / sizeof(Real);  ///< partial sums of a dot product
   static constexpr std::ptrdiff_t tile_rows = 3 * lanes, tile_cols = 8, dots = 8;
 
-  /// tile (tile_rows x tile_cols, column-major) = sum over k < depth of wide(:, k) narrow(:, k)^T;
-  /// both are strips of tile_rows values for each k, narrow begins within one.
-  void (*multiply)(const Real* wide, const Real* narrow, std::ptrdiff_t depth, Real* tile);
+  /// Where the tile of a product goes: column-major, `height` x `width` of it.
+  struct Tile {
+    Real* to = nullptr;
+    std::ptrdiff_t lead = 0, height = 0, width = 0;
+    bool set = false;  ///< to minus the product, whatever is there; else that is taken off
+  };
+  /// tile (tile_rows x tile_cols) = minus the sum over k < depth of wide(:, k) narrow(:, k)^T; both
+  /// are strips of tile_rows values for each k, narrow begins within one.
+  void (*subtract_product)(const Real* wide, const Real* narrow, std::ptrdiff_t depth,
+                           const Tile& tile);
+  /// to += from, `count` values that do not overlap.
+  void (*add)(Real* to, const Real* from, std::ptrdiff_t count);
   /// column (`rows` values) minus `count` columns of the panel (leading dimension `lead`), each
   /// times its factor; factors lie `step` values apart.
   void (*subtract)(Real* column, const Real* panel, std::ptrdiff_t lead, const Real* factors,
