@@ -19,7 +19,8 @@ namespace drape::sim {
 /// - Friction is a tangential spring to an anchor; beyond its limit the force stays and the anchor
 ///   follows (elastic-plastic form of Coulomb's law). The limit is that of the pressing force at
 ///   the start of the step (Li et al. 2020) and moves only when that force has left a band, so
-///   that friction cannot take turns with pressing for ever.
+///   that friction cannot take turns with pressing for ever; follow_pressing() makes it that of
+///   the end.
 class StaticContacts {
  public:
   StaticContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,

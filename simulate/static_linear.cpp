@@ -12,7 +12,7 @@ using Eigen::VectorXd;
 
 constexpr int kSolves = 8;        // with the last factor before a new one is made
 constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
-constexpr double kAtLeast = 0.3;  // a worse answer asks for a new factor
+constexpr double kAtLeast = 0.3;  // the same; a worse answer asks for a new factor
 constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
 
 }  // namespace

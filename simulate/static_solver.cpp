@@ -162,7 +162,7 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
 }
 
 /// Solves for step_ and what the quadratic model says of it. A paced run factors each step's matrix
-/// and changes only what review() changed with that factor: the fold it finds is motion's.
+/// and uses that factor again only after review(): the fold it finds is motion's.
 bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   const int n = cloth_.count();
   const bool changed = solve == Solve::changed;

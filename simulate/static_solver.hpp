@@ -60,7 +60,7 @@ struct StaticReport {
 /// Hessian is tried first; where it is indefinite the element-wise convex one takes its place.
 /// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
 /// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
-/// of a spacing.
+/// of a spacing. Late steps of a finer grid take friction's limits from where they end.
 class StaticSolver {
  public:
   StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
