@@ -4,8 +4,6 @@
 #include <random>
 
 #include "simulate/static_contacts.hpp"
-#include "simulate/static_mixture.hpp"
-
 namespace drape::sim {
 namespace {
 
@@ -13,6 +11,11 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kSunk_m = 2e-6;
+
+void move_by(Field& x, int i, const Vector3d& way) {
+  const std::size_t n = x.size() / 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) x[axis * n + i] += way[static_cast<int>(axis)];
+}
 
 /// A flat sheet pressed into a table that has just slid by some millimetres.
 struct Slid {
@@ -36,13 +39,13 @@ struct Slid {
     position.assign(3 * static_cast<std::size_t>(grid.count()), 0.0);
     for (int r = 0; r < grid.rows; ++r) {
       for (int c = 0; c < grid.cols; ++c) {
-        add_at(position, grid.index(r, c),
-               {r * grid.warp_spacing_m(), c * grid.weft_spacing_m(), -kSunk_m});
+        move_by(position, grid.index(r, c),
+                {r * grid.warp_spacing_m(), c * grid.weft_spacing_m(), -kSunk_m});
       }
     }
     StaticContacts contacts(cloth, surroundings, 0.4, 9.81, false);
     contacts.begin(position, 1e-3);
-    for (int i = 0; i < grid.count(); ++i) add_at(position, i, {3e-3, -1e-3 * (i % 5), 0});
+    for (int i = 0; i < grid.count(); ++i) move_by(position, i, {3e-3, -1e-3 * (i % 5), 0});
     contacts.begin(position, 1e-3);
     return contacts;
   }
@@ -50,7 +53,9 @@ struct Slid {
     Field force(position.size(), 0.0);
     contacts.add_forces(position, force);
     VectorXd all(position.size());
-    for (int i = 0; i < grid.count(); ++i) all.segment<3>(3 * i) = at(force, i);
+    const int n = grid.count();
+    for (int i = 0; i < n; ++i)
+      all.segment<3>(3 * i) = Vector3d(force[i], force[n + i], force[2 * n + i]);
     return all;
   }
 };
@@ -98,7 +103,7 @@ TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
   const VectorXd way = way_of(sheet.grid.count());
   VectorXd change = VectorXd::Zero(way.size());
   contacts.follow_pressing(sheet.position, way, change);
-  for (int i = 0; i < sheet.grid.count(); ++i) add_at(sheet.position, i, way.segment<3>(3 * i));
+  for (int i = 0; i < sheet.grid.count(); ++i) move_by(sheet.position, i, way.segment<3>(3 * i));
   const VectorXd end = sheet.forces_of(contacts);
   for (int i = 0; i < sheet.grid.count(); ++i) {
     const double pressing = end[3 * i + 2];

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-Scene bench_scene(const std::string& name) {
+Scene lying_scene(const std::string& name) {
   Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
   const Surroundings objects(scene);
   scene.start = {StartMode::flat, 0, Vector3d(0.005, -0.004, objects.top_z_m() + 0.003), 0.2};
@@ -26,7 +26,7 @@ Scene bench_scene(const std::string& name) {
 }
 
 Scene hanging_scene() {
-  Scene scene = bench_scene("A");
+  Scene scene = lying_scene("A");
   scene.obstacles.clear();
   scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
   scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
@@ -152,7 +152,7 @@ TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
 // were off by 0.5 to 7 % while points of contact were sought anew, and by 0.5 % now that they are
 // kept; shear alone, whose way is a twentieth of the others', by 4 to 17 %.
 TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferences) {
-  Scene scene = bench_scene("C");
+  Scene scene = lying_scene("C");
   scene.friction = 5;
   EXPECT_LT(departure_from_differences(
                 scene, 9, 1e-4,
@@ -177,7 +177,7 @@ TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {
 }
 
 TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
-  const Scene scene = bench_scene("C");
+  const Scene scene = lying_scene("C");
   const Print print = read_print(scene.print_file);
   SimulateOptions options;
   options.rows = options.cols = 9;
