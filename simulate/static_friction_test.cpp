@@ -4,6 +4,7 @@
 #include <random>
 
 #include "simulate/static_contacts.hpp"
+
 namespace drape::sim {
 namespace {
 

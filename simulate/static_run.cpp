@@ -21,6 +21,8 @@ constexpr int kGentle = 70;
 // far from the finer one's rest whatever their own.
 constexpr double kFirstResidual = 1e-2;
 constexpr double kCoarseResidual = 10;
+constexpr double kBeforeLarge = 1;     // the same; a worse start costs a large grid more than that
+constexpr int kLarge = 121;            // particles per side
 constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
 constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
 
@@ -86,6 +88,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
   if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured) levels = {grid};
+  const double coarse_residual = larger_side(grid) < kLarge ? kCoarseResidual : kBeforeLarge;
   StaticDrape drape;
   GridSpec coarse, coarser;  // the two grids before, nothing at first
   Field before;
@@ -98,7 +101,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
     if (!last) {
       now.only_a_start = true;
       now.residual_tolerance =
-          std::max(first ? kFirstResidual : kCoarseResidual, options.residual_tolerance);
+          std::max(first ? kFirstResidual : coarse_residual, options.residual_tolerance);
     }
     now.judge_stability = last;
     if (!first) {
