@@ -47,8 +47,8 @@ void pack(const Part<Real>& a, std::vector<Real>& packed) {
   }
 }
 
-/// Takes A A^T off a lower triangle, or sets that to minus it: `cols` columns, `place` of them says
-/// where column j begins, with its diagonal's block.
+/// Takes A A^T off a lower triangle, or sets that to minus it: `cols` columns; `place` says where
+/// row 0 of column j would lie.
 template <class Real, class Place>
 void subtract_square(const Part<Real>& a, Index cols, bool set, DenseScratch<Real>& scratch,
                      const Place& place) {

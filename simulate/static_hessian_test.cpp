@@ -179,7 +179,7 @@ TYPED_TEST(DenseKernelsOf, GiveTheSameBytesWithAnyInstructions) {
     }
   }
   if (best_instructions() != Instructions::avx512) {
-    GTEST_SKIP() << "this processor has no AVX-512: its kernels were not compared with the others";
+    GTEST_SKIP() << "missing on this processor: AVX-512, so its kernels were not compared";
   }
 }
 

@@ -19,10 +19,10 @@ struct DenseKernels {
   struct Tile {
     Real* to = nullptr;
     std::ptrdiff_t lead = 0, height = 0, width = 0;
-    bool set = false;  ///< to minus the product, whatever is there; else that is taken off
+    bool set = false;  ///< to minus the product, whatever was there
   };
-  /// tile (tile_rows x tile_cols) = minus the sum over k < depth of wide(:, k) narrow(:, k)^T; both
-  /// are strips of tile_rows values for each k, narrow begins within one.
+  /// Takes the sum over k < depth of wide(:, k) narrow(:, k)^T, at most tile_rows x tile_cols, off
+  /// the tile; both are strips of tile_rows values for each k, narrow begins within one.
   void (*subtract_product)(const Real* wide, const Real* narrow, std::ptrdiff_t depth,
                            const Tile& tile);
   /// to += from, `count` values that do not overlap.
