@@ -13,6 +13,7 @@ using Eigen::VectorXd;
 constexpr int kSolves = 8;        // with the last factor before a new one is made
 constexpr double kSolved = 0.03;  // of the answer, in the norm of its energy
 constexpr double kAtLeast = 0.3;  // the same; a worse answer asks for a new factor
+constexpr double kRough = 0.2;    // the same, of an early step, if more solves do not better it
 constexpr double kDefect = 0.1;   // of a step's energy; more in single precision is mended
 
 }  // namespace
@@ -28,7 +29,9 @@ void StaticSolver::multiply(const VectorXd& x, VectorXd& product) const {
 /// Conjugate gradients with the last factor as preconditioner (Hestenes, Stiefel 1952): where only
 /// some contacts have changed since, or single precision fell short, a few solves do. step_ comes
 /// in as the right side; false when that did not work, with step_ as it came in. `guess` is where
-/// the answer is sought from; nothing: from zero.
+/// the answer is sought from; nothing: from zero. An early step of a finer grid needs no more than
+/// its direction, and where a guess is not even as good as zero after half the solves, a new factor
+/// is cheaper.
 bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& report) {
   VectorXd rest = step_;
   VectorXd answer = VectorXd::Zero(rest.size());
@@ -49,8 +52,10 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
     step_ = answer;
     return true;
   }
+  const bool early = !options_.paced && !follows_pressing();
   VectorXd way = preconditioned;
   for (int k = 0; k < kSolves && size > 0; ++k) {
+    if (early && k == kSolves / 2 && size > energy) return false;
     multiply(way, product_);
     const double curve = way.dot(product_);
     if (!(curve > 0)) return false;
@@ -67,7 +72,9 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
     way = preconditioned + next / size * way;
     size = next;
   }
-  return false;
+  if (!early || !(size < kRough * kRough * energy) || !answer.allFinite()) return false;
+  step_ = answer;
+  return true;
 }
 
 /// Solves with the factor just made of the matrix. In single precision a soft way may come out too

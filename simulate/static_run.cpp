@@ -18,10 +18,12 @@ constexpr int kCoarsest = 21;  // particles per side
 // much, and Richardson's start is the better the nearer two grids are.
 constexpr int kGentle = 70;
 // Of a particle's weight; enough to start a finer grid. The first finds the fold, the others are
-// far from the finer one's rest whatever their own.
+// far from the finer one's rest whatever their own: those between only have to take out what
+// carrying over brought in.
 constexpr double kFirstResidual = 1e-2;
-constexpr double kCoarseResidual = 10;
-constexpr double kBeforeLarge = 1;     // the same; a worse start costs a large grid more than that
+constexpr double kBetweenResidual = 1000;
+constexpr double kLastCoarseResidual = 10;
+constexpr double kBeforeLarge = 1;     // of all; a worse start costs a large grid more than that
 constexpr int kLarge = 121;            // particles per side
 constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
 constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
@@ -35,6 +37,13 @@ void book_start(const StartReport& start, SimulateReport& report) {
   report.placed_centre_in_world = start.flat.centre_in_world;
   report.placed_by_marks = start.marks_used;
   report.placement_rms_mm = start.placement_rms_mm;
+}
+
+/// How near its rest a coarser grid has to come.
+double start_residual(std::size_t level, const std::vector<GridSpec>& levels) {
+  if (level == 0) return kFirstResidual;
+  if (larger_side(levels.back()) >= kLarge) return kBeforeLarge;
+  return level + 2 == levels.size() ? kLastCoarseResidual : kBetweenResidual;
 }
 
 /// Where a finer grid starts: the coarser one's rest, moved on by what halving the spacing will do
@@ -88,7 +97,6 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
   if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured) levels = {grid};
-  const double coarse_residual = larger_side(grid) < kLarge ? kCoarseResidual : kBeforeLarge;
   StaticDrape drape;
   GridSpec coarse, coarser;  // the two grids before, nothing at first
   Field before;
@@ -100,8 +108,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
     StaticOptions now = options;
     if (!last) {
       now.only_a_start = true;
-      now.residual_tolerance =
-          std::max(first ? kFirstResidual : coarse_residual, options.residual_tolerance);
+      now.residual_tolerance = std::max(start_residual(level, levels), options.residual_tolerance);
     }
     now.judge_stability = last;
     if (!first) {

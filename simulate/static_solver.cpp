@@ -27,6 +27,7 @@ constexpr double kRestartMu = 10;            // 1/s^2; after an indefinite matri
 // fold that forms first to others, which motion does not find.
 constexpr double kFalling = 20;          // residual
 constexpr double kPacedMu = 1000;        // 1/s^2
+constexpr double kFoldedMu = 100;        // 1/s^2; above, a finer grid's sheet is compressed
 constexpr double kFollowMu = 5;          // 1/s^2; from here on friction follows pressing
 constexpr double kNewtonMu = 1;          // 1/s^2; below, mu becomes 0
 constexpr double kSettled = 1e-2;        // residual below which points between particles are found
@@ -162,11 +163,13 @@ std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
 }
 
 /// Solves for step_ and what the quadratic model says of it. A paced run factors each step's matrix
-/// and uses that factor again only after review(): the fold it finds is motion's.
+/// and uses that factor again only after review(): the fold it finds is motion's. On a finer grid
+/// the chords of the coarser one compress the sheet at first, so that only the convex matrix can
+/// be definite.
 bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   const int n = cloth_.count();
   const bool changed = solve == Solve::changed;
-  bool convex = changed && convex_;
+  bool convex = changed ? convex_ : !options_.paced && mu_ > kFoldedMu;
   const VectorXd guess = changed ? step_ : VectorXd();
   for (int attempt = 0; attempt < 12; ++attempt) {
     if (changed && attempt == 0) {
