@@ -11,6 +11,8 @@ using Index = std::ptrdiff_t;
 
 template <class Real>
 constexpr Index kRows = DenseKernels<Real>::tile_rows;  // also the columns of a block
+template <class Real>
+constexpr Index kLanes = DenseKernels<Real>::lanes;
 constexpr Index kCols = DenseKernels<double>::tile_cols;
 constexpr Index kDots = DenseKernels<double>::dots;
 constexpr Index kFew = 24;     // columns factored one by one
@@ -61,9 +63,12 @@ void subtract_square(const Part<Real>& a, Index cols, bool set, DenseScratch<Rea
     const Real* narrow = scratch.strips.data() + (j - j % high) * depth + j % high;
     Real* column = place(j);
     const Index lead = width > 1 ? place(j + 1) - column : 0;
-    for (Index i = j - j % high; i < a.height(); i += high) {
-      run.subtract_product(scratch.strips.data() + i * depth, narrow, depth,
-                           {column + i, lead, std::min(high, a.height() - i), width, set});
+    // Whole vectors above the diagonal are left out, but for what a 3x3 block on it has there.
+    Index skip = std::max<Index>(0, j % high - 2) / kLanes<Real> * kLanes<Real>;
+    for (Index i = j - j % high; i < a.height(); i += high, skip = 0) {
+      run.subtract_product(
+          scratch.strips.data() + i * depth + skip, narrow, depth,
+          {column + i + skip, lead, std::min(high, a.height() - i) - skip, width, set});
     }
   }
 }
@@ -90,7 +95,7 @@ bool factor_few(Real* trapezoid, Index rows, Index first, Index last,
     if (!(column[0] > 0)) return false;
     const Real pivot = std::sqrt(column[0]);
     const Real inverse = 1 / pivot;
-    column[0] = pivot;
+    column[0] = inverse;
     for (Index r = 1; r < rows - c; ++r) column[r] *= inverse;
   }
   return true;
@@ -132,16 +137,16 @@ void set_minus_outer(const Real* trapezoid, Index rows, Index cols, Real* triang
 template <class Real>
 void solve_columns(const Real* trapezoid, Index rows, Index cols, Real* x, Instructions most) {
   const DenseKernels<Real>& run = dense_kernels<Real>(most);
-  for (Index first = 0; first < cols; first += kRows<Real>) {
-    const Real* block = trapezoid + trapezoid_column<Real>(rows, first);
-    const Index lead = rows - first;
-    const Index last = std::min(cols, first + kRows<Real>);
+  for (Index first = 0; first < cols; first += kDots) {
+    const Real* columns = trapezoid + trapezoid_column<Real>(rows, first);
+    const Index lead = rows - first + first % kRows<Real>;
+    const Index last = std::min(cols, first + kDots);
     for (Index c = first; c < last; ++c) {
-      const Real* column = block + (c - first) * lead;
-      x[c] /= column[c];
+      const Real* column = columns + (c - first) * lead;
+      x[c] *= column[c];
       for (Index r = c + 1; r < last; ++r) x[r] -= column[r] * x[c];
     }
-    run.subtract(x + last, block + last, lead, x + first, 1, last - first, rows - last);
+    run.subtract(x + last, columns + last, lead, x + first, 1, last - first, rows - last);
   }
 }
 
@@ -154,20 +159,10 @@ void solve_columns_transposed(const Real* trapezoid, Index rows, Index cols, Rea
     const Index first = (last - 1) / kDots * kDots;
     const Real* columns = trapezoid + trapezoid_column<Real>(rows, first);
     const Index lead = rows - first + first % kRows<Real>;
-    if (last - first == kDots) {
-      run.dot(columns + last, lead, x + last, rows - last, dots);
-    } else {
-      for (Index c = first; c < last; ++c) {
-        dots[c - first] = 0;
-        for (Index r = last; r < rows; ++r)
-          dots[c - first] += columns[(c - first) * lead + r] * x[r];
-      }
-    }
+    run.dot(columns + last, lead, x + last, rows - last, last - first, dots);
     for (Index c = last; c-- > first;) {
-      const Real* column = columns + (c - first) * lead;
-      Real sum = x[c] - dots[c - first];
-      for (Index r = c + 1; r < last; ++r) sum -= column[r] * x[r];
-      x[c] = sum / column[c];
+      x[c] = (x[c] - dots[c - first]) * columns[(c - first) * lead + c];
+      for (Index k = first; k < c; ++k) dots[k - first] += columns[(k - first) * lead + c] * x[c];
     }
     last = first;
   }

@@ -34,15 +34,15 @@ struct DenseScratch {
 };
 
 /// Cholesky factor of a symmetric matrix's first `cols` columns, in place: the triangle on top
-/// becomes the factor, the rows below are solved with it. False when a pivot is not positive. The
-/// same bytes on every processor: products are added one by one in a fixed order, in vectors across
-/// rows. What is stored above the diagonal is changed too.
+/// becomes the factor, its diagonal inverted, the rows below are solved with it. False when a pivot
+/// is not positive. The same bytes on every processor: products are added one by one in a fixed
+/// order, in vectors across rows. What is stored above the diagonal is changed too.
 template <class Real>
 [[nodiscard]] bool factor_columns(Real* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
                                   DenseScratch<Real>& scratch);
 
 /// Writes minus A A^T, A the rows below the first `cols` of a factor, into `triangle`, all columns
-/// of a lower triangle of rows - cols. What is stored above the diagonal is written too.
+/// of a lower triangle of rows - cols, from two rows above the diagonal on at the latest.
 template <class Real>
 void set_minus_outer(const Real* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
                      Real* triangle, DenseScratch<Real>& scratch);

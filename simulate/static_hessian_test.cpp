@@ -183,7 +183,8 @@ TYPED_TEST(DenseKernelsOf, GiveTheSameBytesWithAnyInstructions) {
   }
 }
 
-// L L^T is the matrix, and the rest loses what the rows below make: Eigen says the same.
+// L L^T is the matrix, L stored with its diagonal inverted, and the rest loses what the rows below
+// make: Eigen says the same.
 TYPED_TEST(DenseKernelsOf, FactorIsEigens) {
   using Real = TypeParam;
   constexpr int width = DenseKernels<Real>::tile_rows;
@@ -208,7 +209,8 @@ TYPED_TEST(DenseKernelsOf, FactorIsEigens) {
     const Eigen::MatrixXd lower = full.llt().matrixL();
     for (int c = 0; c < cols; ++c) {
       for (int r = c; r < rows; ++r) {
-        EXPECT_NEAR(part[trapezoid_column<Real>(rows, c) + r], lower(r, c), rounding * rows);
+        const double stored = part[trapezoid_column<Real>(rows, c) + r];
+        EXPECT_NEAR(r == c ? 1 / stored : stored, lower(r, c), rounding * rows);
       }
     }
     const Eigen::MatrixXd below = lower.bottomLeftCorner(rest, cols);

@@ -43,7 +43,7 @@ void subtract_product(const Real* wide, const Real* narrow, Index depth, const T
   for (Index k = 0; k < depth; ++k) {
     for (Index c = 0; c < kCols; ++c) {
       const Real b = narrow[k * rows + c];
-      for (Index r = 0; r < rows; ++r) {
+      for (Index r = 0; r < tile.height; ++r) {
         product[c * rows + r] = std::fma(wide[k * rows + r], b, product[c * rows + r]);
       }
     }
@@ -75,8 +75,9 @@ Real sum_of(Real* lanes) {
 }
 
 template <class Real>
-void dot_columns(const Real* panel, Index lead, const Real* vector, Index rows, Real* dots) {
-  for (Index k = 0; k < kDots; ++k) {
+void dot_columns(const Real* panel, Index lead, const Real* vector, Index rows, Index count,
+                 Real* dots) {
+  for (Index k = 0; k < count; ++k) {
     Real lanes[kLanes<Real>] = {};
     for (Index r = 0; r < rows; ++r) {
       Real& lane = lanes[r % kLanes<Real>];
@@ -171,6 +172,23 @@ DRAPE_AVX512 inline __m512d sub5(__m512d a, __m512d b) {
 DRAPE_AVX512 inline __m512 sub5(__m512 a, __m512 b) {
   return _mm512_sub_ps(a, b);
 }
+/// Sum of the lanes in the order of sum_of().
+DRAPE_AVX512 inline double sum5(__m512d v) {
+  const auto four =
+      __builtin_shufflevector(v, v, 0, 1, 2, 3) + __builtin_shufflevector(v, v, 4, 5, 6, 7);
+  const auto two =
+      __builtin_shufflevector(four, four, 0, 1) + __builtin_shufflevector(four, four, 2, 3);
+  return two[0] + two[1];
+}
+DRAPE_AVX512 inline float sum5(__m512 v) {
+  const auto eight = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
+                     __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
+  const auto four = __builtin_shufflevector(eight, eight, 0, 1, 2, 3) +
+                    __builtin_shufflevector(eight, eight, 4, 5, 6, 7);
+  const auto two =
+      __builtin_shufflevector(four, four, 0, 1) + __builtin_shufflevector(four, four, 2, 3);
+  return two[0] + two[1];
+}
 /// The first `count` values, zeros behind; more than there are lanes: all.
 DRAPE_AVX512 inline __m512d load5(const double* p, Index count) {
   return _mm512_maskz_loadu_pd(static_cast<__mmask8>((1U << std::min<Index>(8, count)) - 1U), p);
@@ -187,27 +205,27 @@ DRAPE_AVX512 inline void store5(float* p, __m512 v, Index count) {
 
 // Unrolled early, or the sums pass through memory before and after the loop.
 
-/// A quarter of a tile: half its rows x 4 sums fill the sixteen registers.
-template <class Real>
+/// A quarter of a tile or less: at most half its rows x 4 sums fill the sixteen registers.
+template <Index vectors, class Real>
 DRAPE_AVX2 void multiply_quarter(const Real* wide, const Real* narrow, Index depth, Real* tile) {
   constexpr Index rows = kRows<Real>;
   constexpr Index lanes = kLanes<Real> / 2;
-  typename Vectors<Real>::Avx2 sum[4][3] = {};
+  typename Vectors<Real>::Avx2 sum[4][vectors] = {};
   for (Index k = 0; k < depth; ++k) {
-    typename Vectors<Real>::Avx2 a[3];
+    typename Vectors<Real>::Avx2 a[vectors];
 #pragma GCC unroll 3
-    for (Index l = 0; l < 3; ++l) a[l] = load2(wide + k * rows + l * lanes);
+    for (Index l = 0; l < vectors; ++l) a[l] = load2(wide + k * rows + l * lanes);
 #pragma GCC unroll 8
     for (Index c = 0; c < 4; ++c) {
       const auto b = all2(narrow[k * rows + c]);
 #pragma GCC unroll 3
-      for (Index l = 0; l < 3; ++l) sum[c][l] = fma2(a[l], b, sum[c][l]);
+      for (Index l = 0; l < vectors; ++l) sum[c][l] = fma2(a[l], b, sum[c][l]);
     }
   }
 #pragma GCC unroll 8
   for (Index c = 0; c < 4; ++c) {
 #pragma GCC unroll 3
-    for (Index l = 0; l < 3; ++l) store2(tile + c * rows + l * lanes, sum[c][l]);
+    for (Index l = 0; l < vectors; ++l) store2(tile + c * rows + l * lanes, sum[c][l]);
   }
 }
 
@@ -215,10 +233,15 @@ template <class Real>
 DRAPE_AVX2 void subtract_product_avx2(const Real* wide, const Real* narrow, Index depth,
                                       const Tile<Real>& tile) {
   constexpr Index rows = kRows<Real>;
+  constexpr Index lanes = kLanes<Real> / 2;
   Real product[rows * kCols];
   for (Index c = 0; c < kCols; c += 4) {
-    for (Index r = 0; r < rows; r += rows / 2) {
-      multiply_quarter(wide + r, narrow + c, depth, product + c * rows + r);
+    for (Index r = 0; r < tile.height; r += rows / 2) {
+      const Index left = tile.height - r;
+      const auto multiply = left > 2 * lanes ? multiply_quarter<3, Real>
+                            : left > lanes   ? multiply_quarter<2, Real>
+                                             : multiply_quarter<1, Real>;
+      multiply(wide + r, narrow + c, depth, product + c * rows + r);
     }
   }
   subtract_tile(product, tile);
@@ -232,21 +255,22 @@ DRAPE_AVX2 void add_avx2(Real* to, const Real* from, Index count) {
   for (; r < count; ++r) to[r] += from[r];
 }
 
-template <class Real>
-DRAPE_AVX512 void subtract_product_avx512(const Real* wide, const Real* narrow, Index depth,
-                                          const Tile<Real>& tile) {
+/// `vectors` of them hold the tile's height.
+template <Index vectors, class Real>
+DRAPE_AVX512 void subtract_vectors(const Real* wide, const Real* narrow, Index depth,
+                                   const Tile<Real>& tile) {
   constexpr Index rows = kRows<Real>;
   constexpr Index lanes = kLanes<Real>;
-  typename Vectors<Real>::Avx512 sum[kCols][3] = {};
+  typename Vectors<Real>::Avx512 sum[kCols][vectors] = {};
   for (Index k = 0; k < depth; ++k) {
-    typename Vectors<Real>::Avx512 a[3];
+    typename Vectors<Real>::Avx512 a[vectors];
 #pragma GCC unroll 3
-    for (Index l = 0; l < 3; ++l) a[l] = load5(wide + k * rows + l * lanes);
+    for (Index l = 0; l < vectors; ++l) a[l] = load5(wide + k * rows + l * lanes);
 #pragma GCC unroll 8
     for (Index c = 0; c < kCols; ++c) {
       const auto b = all5(narrow[k * rows + c]);
 #pragma GCC unroll 3
-      for (Index l = 0; l < 3; ++l) sum[c][l] = fma5(a[l], b, sum[c][l]);
+      for (Index l = 0; l < vectors; ++l) sum[c][l] = fma5(a[l], b, sum[c][l]);
     }
   }
   const typename Vectors<Real>::Avx512 zero = {};
@@ -254,12 +278,23 @@ DRAPE_AVX512 void subtract_product_avx512(const Real* wide, const Real* narrow, 
   for (Index c = 0; c < kCols; ++c) {
     if (c >= tile.width) break;
 #pragma GCC unroll 3
-    for (Index l = 0; l < 3; ++l) {
+    for (Index l = 0; l < vectors; ++l) {
       const Index left = tile.height - l * lanes;
-      if (left <= 0) break;
       Real* to = tile.to + c * tile.lead + l * lanes;
       store5(to, sub5(tile.set ? zero : load5(to, left), sum[c][l]), left);
     }
+  }
+}
+
+template <class Real>
+DRAPE_AVX512 void subtract_product_avx512(const Real* wide, const Real* narrow, Index depth,
+                                          const Tile<Real>& tile) {
+  if (tile.height > 2 * kLanes<Real>) {
+    subtract_vectors<3>(wide, narrow, depth, tile);
+  } else if (tile.height > kLanes<Real>) {
+    subtract_vectors<2>(wide, narrow, depth, tile);
+  } else {
+    subtract_vectors<1>(wide, narrow, depth, tile);
   }
 }
 
@@ -321,21 +356,24 @@ DRAPE_AVX512 void subtract_columns_avx512(Real* column, const Real* panel, Index
 
 template <class Real>
 DRAPE_AVX2 void dot_columns_avx2(const Real* panel, Index lead, const Real* vector, Index rows,
-                                 Real* dots) {
+                                 Index count, Real* dots) {
   constexpr Index half = kLanes<Real> / 2;
-  for (Index k = 0; k < kDots; k += 4) {
+  for (Index k = 0; k < count; k += 4) {
     typename Vectors<Real>::Avx2 sum[4][2] = {};
     const Real* from = panel + k * lead;
+    const Index most = std::min<Index>(4, count - k);
     Index r = 0;
     for (; r + 2 * half <= rows; r += 2 * half) {
       const auto low = load2(vector + r);
       const auto high = load2(vector + r + half);
+#pragma GCC unroll 4
       for (Index c = 0; c < 4; ++c) {
+        if (c >= most) break;
         sum[c][0] = fma2(load2(from + c * lead + r), low, sum[c][0]);
         sum[c][1] = fma2(load2(from + c * lead + r + half), high, sum[c][1]);
       }
     }
-    for (Index c = 0; c < 4; ++c) {
+    for (Index c = 0; c < most; ++c) {
       Real lanes[2 * half];
       store2(lanes, sum[c][0]);
       store2(lanes + half, sum[c][1]);
@@ -349,19 +387,27 @@ DRAPE_AVX2 void dot_columns_avx2(const Real* panel, Index lead, const Real* vect
 
 template <class Real>
 DRAPE_AVX512 void dot_columns_avx512(const Real* panel, Index lead, const Real* vector, Index rows,
-                                     Real* dots) {
+                                     Index count, Real* dots) {
   constexpr Index lanes = kLanes<Real>;
   typename Vectors<Real>::Avx512 sum[kDots] = {};
-  for (Index r = 0; r < rows; r += lanes) {
+  Index r = 0;
+  for (; count == kDots && r + lanes <= rows; r += lanes) {
+    const auto v = load5(vector + r);
+#pragma GCC unroll 8
+    for (Index c = 0; c < kDots; ++c) sum[c] = fma5(load5(panel + c * lead + r), v, sum[c]);
+  }
+  for (; r < rows; r += lanes) {
     const auto v = load5(vector + r, rows - r);
+#pragma GCC unroll 8
     for (Index c = 0; c < kDots; ++c) {
+      if (c >= count) break;
       sum[c] = fma5(load5(panel + c * lead + r, rows - r), v, sum[c]);
     }
   }
+#pragma GCC unroll 8
   for (Index c = 0; c < kDots; ++c) {
-    Real parts[lanes];
-    store5(parts, sum[c]);
-    dots[c] = sum_of(parts);
+    if (c >= count) break;
+    dots[c] = sum5(sum[c]);
   }
 }
 

@@ -22,7 +22,8 @@ struct DenseKernels {
     bool set = false;  ///< to minus the product, whatever was there
   };
   /// Takes the sum over k < depth of wide(:, k) narrow(:, k)^T, at most tile_rows x tile_cols, off
-  /// the tile; both are strips of tile_rows values for each k, narrow begins within one.
+  /// the tile; both are strips of tile_rows values for each k. Both begin within one: wide at a
+  /// multiple of `lanes`, the tile's height not beyond the strip's.
   void (*subtract_product)(const Real* wide, const Real* narrow, std::ptrdiff_t depth,
                            const Tile& tile);
   /// to += from, `count` values that do not overlap.
@@ -31,9 +32,10 @@ struct DenseKernels {
   /// times its factor; factors lie `step` values apart.
   void (*subtract)(Real* column, const Real* panel, std::ptrdiff_t lead, const Real* factors,
                    std::ptrdiff_t step, std::ptrdiff_t count, std::ptrdiff_t rows);
-  /// result[k] = column k of the panel times `vector`, for `dots` columns, in `lanes` partial sums.
+  /// result[k] = column k of the panel times `vector`, for `count` columns, at most `dots`, in
+  /// `lanes` partial sums.
   void (*dot)(const Real* panel, std::ptrdiff_t lead, const Real* vector, std::ptrdiff_t rows,
-              Real* result);
+              std::ptrdiff_t count, Real* result);
 };
 
 /// What this processor has.
