@@ -79,6 +79,10 @@ StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
 void StaticSolver::find_forces(const Field& x, Field& force) const {
   force.assign(x.size(), 0.0);
   cloth_.add_forces(x, nullptr, force);
+  add_outer_forces(x, force);
+}
+
+void StaticSolver::add_outer_forces(const Field& x, Field& force) const {
   contacts_.add_forces(x, force);
   const std::size_t n = x.size() / 3;
   for (int axis = 0; axis < 3; ++axis) {
@@ -103,10 +107,19 @@ void StaticSolver::lean(double reach_m) {
 }
 
 /// Contacts, forces and potential at the start of a step.
-void StaticSolver::begin_step(StaticContacts::Limits limits) {
+void StaticSolver::begin_step() {
+  inner_force_.assign(position.size(), 0.0);
+  cloth_.add_forces(position, nullptr, inner_force_);
+  inner_ = cloth_.energies(position);
+  begin_again(StaticContacts::Limits::follow);
+}
+
+/// The same at the same place, where only contacts have changed.
+void StaticSolver::begin_again(StaticContacts::Limits limits) {
   contacts_.begin(position, kWatch * cap_m_, limits);
-  find_forces(position, force_);
-  potential_j_ = cloth_.energies(position).sum_j() + contacts_.energy_j(position);
+  force_ = inner_force_;
+  add_outer_forces(position, force_);
+  potential_j_ = inner_.sum_j() + contacts_.energy_j(position);
   residual_ = 0;
   for (int i = 0; i < cloth_.count(); ++i) {
     const double net = at(force_, i).norm();
@@ -377,8 +390,7 @@ void StaticSolver::plan_next(double ratio, bool whole) {
 
 void StaticSolver::note(StaticReport& report) {
   report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
-                            contacts_.stored_j(position), cloth_.energies(position),
-                            contacts_.touching(position)});
+                            contacts_.stored_j(position), inner_, contacts_.touching(position)});
 }
 
 void StaticSolver::finish(StaticReport& report) {
@@ -433,12 +445,12 @@ StaticReport StaticSolver::solve() {
     if (residual_ < near_rest) {
       contacts_.update_multipliers(position);
       if (!options_.paced && residual_ < kStiffOnFiner) contacts_.stiffen();
-      begin_step(StaticContacts::Limits::keep);
+      begin_again(StaticContacts::Limits::keep);
     } else if (moved_m_ > far_for_points_m) {
       contacts_.refresh(position);
       moved_m_ = 0;
       if (mu_ < kLateMu) far_for_points_m *= kSeldom;
-      begin_step();
+      begin_again(StaticContacts::Limits::follow);
     }
     factor_serves_ = factor_serves_ && mu_ == factor_mu_ && residual_ < kNearRest &&
                      residual_ < kFaster * last_residual_;

@@ -84,7 +84,9 @@ class StaticSolver {
 
  private:
   void find_forces(const Field& x, Field& force) const;
-  void begin_step(StaticContacts::Limits limits = StaticContacts::Limits::follow);
+  void add_outer_forces(const Field& x, Field& force) const;
+  void begin_step();
+  void begin_again(StaticContacts::Limits limits);
   bool factorise_here();
   bool factorise(bool convex);
   enum class Solve { anew, changed };  ///< changed: again, after review()
@@ -119,6 +121,8 @@ class StaticSolver {
   GridMatrix hessian_;
   MixedFactor factor_;
   Field force_, trial_, trial_force_;
+  Field inner_force_;       ///< the sheet's own at `position`
+  InternalEnergies inner_;  ///< and its energies
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
