@@ -282,7 +282,8 @@ TEST(GridFactor, JudgesWithoutKeepingTheFactor) {
   // From definite to not: somewhere in between the answer changes.
   int definite = 0;
   int indefinite = 0;
-  for (double shift = 1; shift < 1e5; shift *= 2) {
+  for (int power = 0; power < 17; ++power) {
+    const double shift = std::ldexp(1.0, power);
     const std::vector<double> shifts(grid.count(), shift);
     const bool kept = GridFactor<double>(grid, 1).factorise(matrix, shifts);
     for (const int threads : {1, 2}) {

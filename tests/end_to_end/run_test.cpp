@@ -86,7 +86,7 @@ std::vector<double> compare_with_blender(const SmallBench& bench, const std::str
   for (int row = 0, col = 0; std::getline(lines, line);) {
     double distance_mm = 0;
     EXPECT_EQ(std::sscanf(line.c_str(), "%d,%d,%lf", &row, &col, &distance_mm), 3) << line;
-    const auto& dot = dots.at(static_cast<std::size_t>(11 * row + col));
+    const auto& dot = dots.at(11 * static_cast<std::size_t>(row) + static_cast<std::size_t>(col));
     const drape::SheetMark* mark = sheet.find({row, col});
     if (mark == nullptr) continue;
     const Eigen::Vector3d error = mark->point_in_world - dot.point_in_world;
