@@ -179,7 +179,7 @@ TYPED_TEST(DenseKernelsOf, GiveTheSameBytesWithAnyInstructions) {
     }
   }
   if (best_instructions() != Instructions::avx512) {
-    GTEST_SKIP() << "missing on this processor: AVX-512, so its kernels were not compared";
+    GTEST_SKIP() << "AVX-512 is missing on this processor: its kernels were not compared";
   }
 }
 

@@ -23,7 +23,8 @@ constexpr int kGentle = 70;
 constexpr double kFirstResidual = 1e-2;
 constexpr double kBetweenResidual = 1000;
 constexpr double kLastCoarseResidual = 10;
-constexpr double kBeforeLarge = 1;     // of all; a worse start costs a large grid more than that
+// Of all but the first; a worse start costs a large grid more than that.
+constexpr double kBeforeLarge = 1;
 constexpr int kLarge = 121;            // particles per side
 constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
 constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
@@ -46,8 +47,8 @@ double start_residual(std::size_t level, const std::vector<GridSpec>& levels) {
   return level + 2 == levels.size() ? kLastCoarseResidual : kBetweenResidual;
 }
 
-/// Where a finer grid starts: the coarser one's rest, moved on by what halving the spacing will do
-/// more, as two rests tell (Richardson 1911; the model is of order 2).
+/// Where a finer grid starts: where the coarser one ended, moved on by what the finer spacing will
+/// do more, as the ends of two grids tell (Richardson 1911; the model is of order 2).
 Field finer_start(const Field& rest, const GridSpec& grid, const Field& before,
                   const GridSpec& coarser, const GridSpec& finer) {
   if (std::min(coarser.rows, coarser.cols) < kAsymptotic) return prolong(rest, grid, finer);

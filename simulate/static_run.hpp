@@ -24,8 +24,8 @@ struct StaticCase {
   MassRule mass = MassRule::area;
 };
 
-/// Grids from coarse to fine, ending with `grid`: each has about twice the spacing of the next;
-/// from 121 particles per side on the finer ones 1.4 times.
+/// Grids from coarse to fine, ending with `grid`: each has about twice the spacing of the next,
+/// before one of more than 70 particles per side 1.4 times.
 [[nodiscard]] std::vector<GridSpec> static_levels(const GridSpec& grid);
 
 /// Changes the start positions of the coarsest grid.
@@ -39,8 +39,9 @@ struct StaticDrape {
 };
 
 /// Drapes from the scene's start. Up to 41 particles per side on the grid itself, because a coarse
-/// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation on finer
-/// ones. A start from the measured sheet stays on the finest grid.
+/// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation over
+/// finer ones, each only as near to rest as the next needs. A start from the measured sheet stays
+/// on the finest grid.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {});

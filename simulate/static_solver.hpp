@@ -57,7 +57,8 @@ struct StaticReport {
 /// friction plus mu / 2 times mass times way squared, taken only when it lowers that potential. So
 /// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
 /// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
-/// Hessian is tried first; where it is indefinite the element-wise convex one takes its place.
+/// Hessian is tried first, but in the first steps of a finer grid; where it is indefinite the
+/// element-wise convex one takes its place.
 /// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
 /// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
 /// of a spacing. Late steps of a finer grid take friction's limits from where they end.
