@@ -7,12 +7,11 @@
 #include <thread>
 
 #include "simulate/static_dense.hpp"
+#include "simulate/static_dissection.hpp"
 
 namespace drape::sim {
 namespace {
 
-constexpr int kLeaf = 16;      // particles of a region that is not cut further
-constexpr int kSeparator = 2;  // lines
 constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
 // Values of a factor from which a solve is worth threads.
 constexpr std::size_t kWorthThreads = 1000000;
@@ -52,9 +51,7 @@ struct GridFactor<Real>::Stack {
 
 /// One region of the dissection: its own particles are eliminated here, its border later.
 template <class Real>
-struct GridFactor<Real>::Node {
-  std::vector<int> own, border;
-  int children[2] = {-1, -1};
+struct GridFactor<Real>::Node : Region {
   std::vector<Run> runs;
   std::vector<Entry> entries;
   Eigen::Index rows = 0;   ///< values of own and border
@@ -113,8 +110,7 @@ GridFactor<Real>& GridFactor<Real>::operator=(GridFactor&&) noexcept = default;
 
 template <class Real>
 GridFactor<Real>::GridFactor(const GridSpec& grid, int threads, Keep keep)
-    : grid_(grid), threads_(threads), rank_(grid.count(), -1) {
-  build(0, grid.rows, 0, grid.cols);
+    : grid_(grid), threads_(threads) {
   find_structure();
   work_.resize(nodes_.size());
   workspaces_.resize(std::size_t{1} << depth_of_threads());
@@ -146,63 +142,13 @@ void GridFactor<Real>::place_factor(Keep keep) {
 }
 
 template <class Real>
-int GridFactor<Real>::build(int row0, int row1, int col0, int col1) {
-  const int rows = row1 - row0;
-  const int cols = col1 - col0;
-  Node node;
-  const auto take = [&](int r0, int r1, int c0, int c1) {
-    for (int r = r0; r < r1; ++r) {
-      for (int c = c0; c < c1; ++c) node.own.push_back(grid_.index(r, c));
-    }
-  };
-  if (rows * cols <= kLeaf || std::max(rows, cols) < 2 * kSeparator + 1) {
-    take(row0, row1, col0, col1);
-  } else if (rows >= cols) {
-    const int cut = row0 + (rows - kSeparator) / 2;
-    node.children[0] = build(row0, cut, col0, col1);
-    node.children[1] = build(cut + kSeparator, row1, col0, col1);
-    take(cut, cut + kSeparator, col0, col1);
-  } else {
-    const int cut = col0 + (cols - kSeparator) / 2;
-    node.children[0] = build(row0, row1, col0, cut);
-    node.children[1] = build(row0, row1, cut + kSeparator, col1);
-    take(row0, row1, cut, cut + kSeparator);
-  }
-  nodes_.push_back(std::move(node));
-  return static_cast<int>(nodes_.size()) - 1;
-}
-
-template <class Real>
 void GridFactor<Real>::find_structure() {
-  int next = 0;
-  for (const Node& node : nodes_) {
-    for (const int particle : node.own) rank_[particle] = next++;
-  }
   const GridMatrix pattern(grid_);
-  std::vector<std::vector<int>> neighbours(grid_.count());
-  for (int j = 0; j < grid_.count(); ++j) {
-    for (int s = 1; s < GridMatrix::slots; ++s) {
-      if (!pattern.has(j, s)) continue;
-      neighbours[j].push_back(j + pattern.step(s));
-      neighbours[j + pattern.step(s)].push_back(j);
-    }
-  }
-  for (Node& node : nodes_) {
-    const int last = rank_[node.own.back()];
-    std::vector<int>& border = node.border;
-    for (const int particle : node.own) {
-      for (const int other : neighbours[particle]) {
-        if (rank_[other] > last) border.push_back(other);
-      }
-    }
-    for (const int child : node.children) {
-      if (child < 0) continue;
-      for (const int other : nodes_[child].border) {
-        if (rank_[other] > last) border.push_back(other);
-      }
-    }
-    std::sort(border.begin(), border.end(), [&](int a, int b) { return rank_[a] < rank_[b]; });
-    border.erase(std::unique(border.begin(), border.end()), border.end());
+  std::vector<Region> regions = dissect(pattern);
+  rank_ = elimination_order(regions, grid_.count());
+  nodes_.resize(regions.size());
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    static_cast<Region&>(nodes_[k]) = std::move(regions[k]);
   }
   std::vector<int> place(grid_.count(), -1);
   for (Node& node : nodes_) {
@@ -213,8 +159,7 @@ void GridFactor<Real>::find_structure() {
     for (const int particle : node.own) place[particle] = k++;
     for (const int particle : node.border) place[particle] = k++;
     for (const int child : node.children) {
-      if (child < 0) continue;
-      join_runs(nodes_[child], place);
+      if (child >= 0) join_runs(nodes_[child], place);
     }
   }
 }
@@ -322,7 +267,7 @@ void GridFactor<Real>::factor_node(int index, int workspace) {
 
 template <class Real>
 void GridFactor<Real>::factor_subtree(int index, int depth, int workspace) {
-  const int* children = nodes_[index].children;
+  const std::array<int, 2>& children = nodes_[index].children;
   if (children[0] >= 0) {
     if (depth > 0) {
       const int others = workspace + (1 << (depth - 1));

@@ -38,7 +38,6 @@ class GridFactor {
   struct Stack;
   struct Node;
   struct Workspace;
-  int build(int row0, int row1, int col0, int col1);
   void find_structure();
   void place_factor(Keep keep);
   void plan_memory(int node, int level, int workers, int workspace);
