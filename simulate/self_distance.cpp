@@ -13,6 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kNeighbourSteps = 3;
+constexpr double kMostStrips = 1e6;
 
 struct Triangle {
   std::array<Vector3d, 3> corner;
@@ -105,37 +106,87 @@ void judge_pair(const Triangle& one, const Triangle& two, double& least, int& cr
   }
 }
 
+/// Centres of triangles in strips across the sheet's second longest extent, sorted along its
+/// longest, so that only near ones are met.
+class Strips {
+ public:
+  /// No pair farther apart than `width` is asked for.
+  Strips(const std::vector<Triangle>& triangles, double width);
+  /// Calls `use` with the places of two triangles whose centres are within reach() at that time.
+  template <class Reach, class Use>
+  void for_each_pair(const Reach& reach, const Use& use) const;
+
+ private:
+  struct Place {
+    Vector3d centre;
+    int triangle = 0;
+    int strip = 0;
+  };
+  Eigen::Index along_ = 0;
+  std::vector<Place> places_;
+};
+
+Strips::Strips(const std::vector<Triangle>& triangles, double width) {
+  Eigen::AlignedBox3d extent;
+  for (const Triangle& t : triangles) extent.extend(t.centre);
+  Vector3d sizes = extent.sizes();
+  sizes.maxCoeff(&along_);
+  sizes[along_] = -1;
+  Eigen::Index across = 0;
+  sizes.maxCoeff(&across);
+  for (const Triangle& t : triangles) {
+    const double strip = (t.centre[across] - extent.min()[across]) / width;
+    // A sheet that has flown apart is one strip.
+    places_.push_back({t.centre, static_cast<int>(places_.size()),
+                       strip < kMostStrips ? static_cast<int>(strip) : 0});
+  }
+  std::stable_sort(places_.begin(), places_.end(), [&](const Place& a, const Place& b) {
+    return a.strip != b.strip ? a.strip < b.strip : a.centre[along_] < b.centre[along_];
+  });
+}
+
+template <class Reach, class Use>
+void Strips::for_each_pair(const Reach& reach, const Use& use) const {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const Place& one = places_[i];
+    const auto meet = [&](std::size_t from, int strip) {
+      for (std::size_t j = from; j < places_.size() && places_[j].strip == strip; ++j) {
+        const Place& two = places_[j];
+        const double near = reach();
+        if (two.centre[along_] - one.centre[along_] > near) break;
+        if ((one.centre - two.centre).squaredNorm() <= near * near) use(one.triangle, two.triangle);
+      }
+    };
+    meet(i + 1, one.strip);
+    const auto before = [&](const Place& p) {
+      return p.strip <= one.strip ||
+             (p.strip == one.strip + 1 && p.centre[along_] < one.centre[along_] - reach());
+    };
+    const auto next = std::partition_point(places_.begin(), places_.end(), before);
+    meet(static_cast<std::size_t>(next - places_.begin()), one.strip + 1);
+  }
+}
+
 }  // namespace
 
 SelfDistance self_distance(const GridSpec& grid, const Field& position) {
-  std::vector<Triangle> triangles = triangles_of(grid, position);
-  // Sorted along the sheet's longest extent, so that only near ones are met; ties keep their order.
-  Eigen::AlignedBox3d extent;
-  for (const Triangle& t : triangles) extent.extend(t.centre);
-  Eigen::Index axis = 0;
-  extent.sizes().maxCoeff(&axis);
-  std::stable_sort(
-      triangles.begin(), triangles.end(),
-      [axis](const Triangle& a, const Triangle& b) { return a.centre[axis] < b.centre[axis]; });
+  const std::vector<Triangle> triangles = triangles_of(grid, position);
   double radius = 0;
   for (const Triangle& t : triangles) {
     for (const Vector3d& corner : t.corner) radius = std::max(radius, (corner - t.centre).norm());
   }
   const double cap = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
+  const Strips strips(triangles, cap + 2 * radius);
   SelfDistance found;
   double least = cap;
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    for (std::size_t j = i + 1; j < triangles.size(); ++j) {
-      const Triangle &one = triangles[i], &two = triangles[j];
-      const double reach = least + 2 * radius;
-      if (two.centre[axis] - one.centre[axis] > reach) break;
-      if (std::abs(one.row - two.row) < kNeighbourSteps &&
-          std::abs(one.col - two.col) < kNeighbourSteps)
-        continue;
-      if ((one.centre - two.centre).squaredNorm() > reach * reach) continue;
-      judge_pair(one, two, least, found.crossings);
-    }
-  }
+  strips.for_each_pair([&] { return least + 2 * radius; },
+                       [&](int i, int j) {
+                         const Triangle &one = triangles[i], &two = triangles[j];
+                         if (std::abs(one.row - two.row) < kNeighbourSteps &&
+                             std::abs(one.col - two.col) < kNeighbourSteps)
+                           return;
+                         judge_pair(one, two, least, found.crossings);
+                       });
   if (least < cap) found.least_m = least;
   return found;
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 
@@ -46,6 +47,38 @@ TEST(SelfDistance, AHairpinIsAsFarFromItselfAsItsGap) {
     ASSERT_TRUE(found.least_m.has_value());
     EXPECT_NEAR(*found.least_m, 0.003, 1e-12);
     EXPECT_EQ(found.crossings, 0);
+  }
+}
+
+/// Wavy pleats against each other, each moved a little so that no corners meet.
+Field pleats(double gap_m) {
+  return shaped([=](double u, double v) {
+    const double pleat = 0.02;
+    const int k = static_cast<int>(u / pleat);
+    const double in = u - k * pleat;
+    const double wave = 0.001 * std::sin(300 * u + 90 * v);
+    return Vector3d((k % 2 == 0 ? in : pleat - in) + 0.00037 * k, v + 0.0011 * k, gap_m * k + wave);
+  });
+}
+
+TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
+  for (const Field& sheet :
+       {hairpin(0.003, 0.0037), pleats(0.004), pleats(0.0015), pleats(0.0001)}) {
+    const SelfDistance still = self_distance(kGrid, sheet);
+    ASSERT_TRUE(still.least_m.has_value());
+    for (const Vector3d& about :
+         {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0.48, 0.6, 0.64)}) {
+      const Eigen::AngleAxisd turn(1.234, about);
+      Field turned = sheet;
+      const int n = kGrid.count();
+      for (int i = 0; i < n; ++i) {
+        const Vector3d p = turn * Vector3d(sheet[i], sheet[n + i], sheet[2 * n + i]);
+        for (int axis = 0; axis < 3; ++axis) turned[axis * n + i] = p[axis];
+      }
+      const SelfDistance found = self_distance(kGrid, turned);
+      EXPECT_EQ(found.crossings, still.crossings);
+      EXPECT_NEAR(found.least_m.value_or(1), *still.least_m, 1e-12);
+    }
   }
 }
 

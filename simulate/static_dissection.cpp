@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -12,7 +11,7 @@
 namespace drape::sim {
 namespace {
 
-constexpr int kLeaf = 16;      // particles of a region that is not cut further
+constexpr int kLeaf = 20;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
 
 using Particles = std::vector<int>;
@@ -23,38 +22,49 @@ struct Across {
 };
 constexpr Across kWays[] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
 
+/// Where a part is cut: in `line` and the next.
 struct Cut {
-  Particles separator;
-  std::array<Particles, 2> halves, borders;
-  double cost = std::numeric_limits<double>::infinity();
+  Across across;
+  int line = 0;
 };
+
+/// Where a particle lies in the part that is being cut; bits, to be taken together.
+enum Place { kOutside = 0, kFirst = 1, kSecond = 2, kBetween = 4 };
 
 class Dissection {
  public:
   explicit Dissection(const GridMatrix& pattern);
-  /// The regions of a part of the grid with that border; the last is the whole part.
+  /// Lists the regions of a part of the grid with that border; the last is the whole part.
   void dissect(const Particles& part, Particles border);
 
   std::vector<Region> regions;
 
  private:
-  [[nodiscard]] int line(Across across, int particle) const {
-    return across.row * (particle / cols_) + across.col * (particle % cols_);
+  [[nodiscard]] int line_of(Across across, int particle) const {
+    return across.row * rows_[particle] + across.col * cols_[particle];
   }
-  [[nodiscard]] std::optional<Cut> cut(const Particles& part, const Particles& border,
-                                       Across across);
-  [[nodiscard]] Particles border_of(const Particles& half, const Cut& cut, const Particles& border);
+  [[nodiscard]] int met_by(int particle) const {
+    int places = 0;
+    for (const int other : neighbours_[particle]) places |= places_[other];
+    return places;
+  }
+  [[nodiscard]] std::optional<Cut> find_cut(const Particles& part, Across across) const;
+  void place(const Particles& part, const Cut& cut);
+  [[nodiscard]] double cost(const Particles& part, const Particles& border) const;
+  void split(const Particles& part, const Cut& cut, Region& region);
 
-  int cols_;
+  std::vector<int> rows_, cols_, places_;
   std::vector<Particles> neighbours_;
-  std::vector<bool> marked_;
 };
 
 Dissection::Dissection(const GridMatrix& pattern)
-    : cols_(pattern.grid().cols),
-      neighbours_(pattern.grid().count()),
-      marked_(pattern.grid().count()) {
+    : rows_(pattern.grid().count()),
+      cols_(rows_.size()),
+      places_(rows_.size(), kOutside),
+      neighbours_(rows_.size()) {
   for (int j = 0; j < pattern.grid().count(); ++j) {
+    rows_[j] = j / pattern.grid().cols;
+    cols_[j] = j % pattern.grid().cols;
     for (int s = 1; s < GridMatrix::slots; ++s) {
       if (!pattern.has(j, s)) continue;
       neighbours_[j].push_back(j + pattern.step(s));
@@ -63,70 +73,107 @@ Dissection::Dissection(const GridMatrix& pattern)
   }
 }
 
-/// Which of the particles that can lie there meet one of the half.
-Particles Dissection::border_of(const Particles& half, const Cut& cut, const Particles& border) {
-  for (const int p : half) marked_[p] = true;
-  Particles found;
-  for (const Particles* from : {&cut.separator, &border}) {
-    std::copy_if(from->begin(), from->end(), std::back_inserter(found), [&](int p) {
-      return std::any_of(neighbours_[p].begin(), neighbours_[p].end(),
-                         [&](int other) { return marked_[other]; });
-    });
-  }
-  for (const int p : half) marked_[p] = false;
-  return found;
-}
-
-/// Cuts where the halves have most nearly as many particles; nothing where one would have none.
-std::optional<Cut> Dissection::cut(const Particles& part, const Particles& border, Across across) {
-  const auto less = [&](int a, int b) { return line(across, a) < line(across, b); };
-  const auto [low, high] = std::minmax_element(part.begin(), part.end(), less);
-  const int first = line(across, *low);
-  std::vector<int> on_line(line(across, *high) - first + 1);
-  for (const int p : part) ++on_line[line(across, p) - first];
-  const int all = static_cast<int>(part.size());
-  int middle = 0, least = all, before = 0;
-  for (int k = 1; k + kSeparator < static_cast<int>(on_line.size()); ++k) {
-    before += on_line[k - 1];
-    const int more = std::abs(all - 2 * before - on_line[k] - on_line[k + 1]);
-    if (more < least) {
-      least = more;
-      middle = k;
-    }
-  }
-  if (middle == 0) return std::nullopt;
-  Cut cut;
+/// Where the halves have most nearly as many particles; nothing where one would have none.
+std::optional<Cut> Dissection::find_cut(const Particles& part, Across across) const {
+  int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
   for (const int p : part) {
-    const int k = line(across, p) - first - middle;
-    (k < 0 ? cut.halves[0] : k < kSeparator ? cut.separator : cut.halves[1]).push_back(p);
+    low = std::min(low, line_of(across, p));
+    high = std::max(high, line_of(across, p));
   }
-  // Along the lines, so that parts of the separator lie together in the borders of later regions.
-  const Across along{across.col, -across.row};
-  std::stable_sort(cut.separator.begin(), cut.separator.end(),
-                   [&](int a, int b) { return line(along, a) < line(along, b); });
-  cut.cost = 0;
-  for (int h = 0; h < 2; ++h) {
-    cut.borders[h] = border_of(cut.halves[h], cut, border);
-    const double inside = std::sqrt(static_cast<double>(cut.halves[h].size()));
-    const double outside = static_cast<double>(cut.borders[h].size());
-    cut.cost += (inside + outside) * (inside + outside);
+  std::vector<int> on_line(high - low + 1);
+  for (const int p : part) ++on_line[line_of(across, p) - low];
+  std::optional<Cut> cut;
+  const int all = static_cast<int>(part.size());
+  int least = all, first = 0;
+  for (int k = 1; k + kSeparator < static_cast<int>(on_line.size()); ++k) {
+    first += on_line[k - 1];
+    const int more = std::abs(all - on_line[k] - on_line[k + 1] - 2 * first);
+    if (more >= least) continue;
+    least = more;
+    cut = {across, low + k};
   }
   return cut;
 }
 
+void Dissection::place(const Particles& part, const Cut& cut) {
+  for (const int p : part) {
+    const int k = line_of(cut.across, p) - cut.line;
+    places_[p] = k < 0 ? kFirst : k < kSeparator ? kBetween : kSecond;
+  }
+}
+
+/// About what the halves will cost: the squares of the lengths across them and of their borders.
+double Dissection::cost(const Particles& part, const Particles& border) const {
+  int inside[2] = {}, outside[2] = {};
+  const auto meet = [&](int p) {
+    const int places = met_by(p);
+    outside[0] += (places & kFirst) != 0;
+    outside[1] += (places & kSecond) != 0;
+  };
+  for (const int p : part) {
+    if (places_[p] == kBetween) {
+      meet(p);
+    } else {
+      ++inside[places_[p] == kSecond];
+    }
+  }
+  std::for_each(border.begin(), border.end(), meet);
+  double sum = 0;
+  for (const int half : {0, 1}) {
+    const double length = std::sqrt(static_cast<double>(inside[half])) + outside[half];
+    sum += length * length;
+  }
+  return sum;
+}
+
+/// Dissects both halves of a part as they are placed; what lies between is the region's own.
+void Dissection::split(const Particles& part, const Cut& cut, Region& region) {
+  Particles halves[2], borders[2];
+  for (const int p : part) {
+    if (places_[p] == kBetween) {
+      region.own.push_back(p);
+    } else {
+      halves[places_[p] == kSecond].push_back(p);
+    }
+  }
+  for (const Particles* from : {&region.own, &region.border}) {
+    for (const int p : *from) {
+      const int places = met_by(p);
+      if ((places & kFirst) != 0) borders[0].push_back(p);
+      if ((places & kSecond) != 0) borders[1].push_back(p);
+    }
+  }
+  for (const int p : part) places_[p] = kOutside;
+  // Along the lines, so that parts of the separator lie together in the borders of later regions.
+  const Across along{cut.across.col, -cut.across.row};
+  std::stable_sort(region.own.begin(), region.own.end(),
+                   [&](int a, int b) { return line_of(along, a) < line_of(along, b); });
+  for (const int half : {0, 1}) {
+    dissect(halves[half], std::move(borders[half]));
+    region.children[half] = static_cast<int>(regions.size()) - 1;
+  }
+}
+
 void Dissection::dissect(const Particles& part, Particles border) {
   std::optional<Cut> best;
+  double least = std::numeric_limits<double>::infinity();
   for (const Across across : kWays) {
-    if (static_cast<int>(part.size()) <= kLeaf) break;
-    std::optional<Cut> next = cut(part, border, across);
-    if (next && (!best || next->cost < best->cost)) best = std::move(next);
+    const std::optional<Cut> cut =
+        static_cast<int>(part.size()) > kLeaf ? find_cut(part, across) : std::nullopt;
+    if (!cut) continue;
+    place(part, *cut);
+    const double now = cost(part, border);
+    if (now >= least) continue;
+    least = now;
+    best = cut;
   }
   Region region;
-  region.own = best ? best->separator : part;
   region.border = std::move(border);
-  for (int h = 0; best && h < 2; ++h) {
-    dissect(best->halves[h], std::move(best->borders[h]));
-    region.children[h] = static_cast<int>(regions.size()) - 1;
+  if (best) {
+    place(part, *best);
+    split(part, *best, region);
+  } else {
+    region.own = part;
   }
   regions.push_back(std::move(region));
 }
