@@ -17,8 +17,8 @@ const GridSpec kGrid{21, 5, {0.2, 0.04}};
 Field shaped(const std::function<Vector3d(double, double)>& place) {
   Field x(3 * static_cast<std::size_t>(kGrid.count()));
   for (int i = 0; i < kGrid.count(); ++i) {
-    const Vector3d p =
-        place(kGrid.warp_spacing_m() * (i / kGrid.cols), kGrid.weft_spacing_m() * (i % kGrid.cols));
+    const int row = i / kGrid.cols, col = i % kGrid.cols;
+    const Vector3d p = place(kGrid.warp_spacing_m() * row, kGrid.weft_spacing_m() * col);
     for (int axis = 0; axis < 3; ++axis) x[axis * kGrid.count() + i] = p[axis];
   }
   return x;

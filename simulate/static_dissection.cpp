@@ -11,7 +11,7 @@
 namespace drape::sim {
 namespace {
 
-constexpr int kLeaf = 20;      // particles of a region that is not cut further
+constexpr int kLeaf = 16;      // particles of a region that is not cut further
 constexpr int kSeparator = 2;  // lines
 
 using Particles = std::vector<int>;
