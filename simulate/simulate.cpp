@@ -14,6 +14,7 @@
 #include "simulate/piercing.hpp"
 #include "simulate/self_distance.hpp"
 #include "simulate/start.hpp"
+#include "simulate/start_check.hpp"
 #include "simulate/static_run.hpp"
 
 namespace drape {
@@ -108,11 +109,12 @@ void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& repo
         "a pin starts {:.1f} mm from its place and is moved there in the first {:.1f} s",
         farthest / mm, kPinTravelTime));
   }
-  const int moved = motion_.push_out();
-  if (moved > 0) {
-    report.warnings.push_back(
-        fmt::format("{} particles started inside an object and were set on its surface", moved));
+  for (const std::string& fault :
+       sim::faults_of_start(cloth_.grid(), motion_.position, surroundings_)) {
+    report.warnings.push_back(fault);
   }
+  const int moved = motion_.push_out();
+  if (moved > 0) report.warnings.push_back(sim::told_of_lifted(moved));
   damped_from_s_ = std::max(pins_placed_s_, relaxed ? 0.0 : options_.natural_time_s);
   report.energy_start_j = total_energy_j();
 }

@@ -10,7 +10,7 @@ target_link_libraries(drape_simulate PRIVATE Threads::Threads)
 drape_program(drape-branches SOURCES branches_main.cpp run_inputs.cpp LINK drapebench::simulate)
 drape_program(drape-sensitivity SOURCES sensitivity_main.cpp LINK drapebench::simulate)
 drape_test(simulate_static_test
-  SOURCES static_branches_test.cpp static_dissection_test.cpp static_friction_test.cpp static_hessian_test.cpp static_refinement_test.cpp static_residuals_test.cpp static_sensitivity_test.cpp
+  SOURCES static_branches_test.cpp static_caught_test.cpp static_dissection_test.cpp static_friction_test.cpp static_hessian_test.cpp static_refinement_test.cpp static_residuals_test.cpp static_sensitivity_test.cpp
           static_solver_test.cpp
   LINK drapebench::simulate)
 drape_benchmark(simulate_static_benchmark SOURCES static_benchmark.cpp LINK drapebench::simulate drapebench::test_support)

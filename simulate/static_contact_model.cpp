@@ -134,7 +134,7 @@ int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
     const Vector3d end = mix(to, contact);
     const double pressing = pressing_n(contact, contact.gap);
     if (pressing == 0 && contact.change == Change::none && contact.rigid) {
-      if (surroundings_->gap_m(contact.shape, end) >= -deep_m) continue;
+      if (!caught(contact.shape, start, end, deep_m)) continue;
       contact.change = Change::lands;
       contact.reviewed = true;
       ++changed;

@@ -26,6 +26,7 @@ constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the
 constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
+constexpr double kOtherSide = -0.1;       // cosine between normals where a way enters and leaves
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
 
 }  // namespace
@@ -218,21 +219,39 @@ void StaticContacts::add_forces(const Field& position, Field& force) const {
   }
 }
 
+/// Where a free particle is caught on a straight way that ends in a body, or beyond it: in the
+/// latter case, and where it would come out on the other side, as it enters. A way round an edge
+/// is free.
+std::optional<Vector3d> StaticContacts::caught(int shape, const Vector3d& start,
+                                               const Vector3d& end, double deep_m) const {
+  const std::optional<double> share = surroundings_->first_entry(shape, start, end, deep_m);
+  if (!share) return std::nullopt;
+  const Vector3d entry = start + *share * (end - start);
+  const double turn = surroundings_->normal(shape, entry).dot(surroundings_->normal(shape, end));
+  if (turn < kOtherSide) return entry;
+  if (surroundings_->gap_m(shape, end) < -deep_m) return end;
+  return std::nullopt;
+}
+
 void StaticContacts::retract(const Field& from, Field& to) const {
   for (const Contact& contact : contacts_) {
     if (!contact.rigid) continue;
     const int i = contact.particle[0];
-    const Vector3d p = at(to, i);
-    const double gap = surroundings_->gap_m(contact.shape, p);
+    const Vector3d start = at(from, i);
+    const Vector3d end = at(to, i);
+    std::optional<Vector3d> place = end;
     double meant = -kJustIn;
     if (pressing_n(contact, contact.gap) > 0 || contact.change == Change::lands) {
       // Where the straight model of the surface meant it to go.
-      meant = contact.gap + (p - at(from, i)).dot(contact.normal);
+      meant = contact.gap + (end - start).dot(contact.normal);
       if (std::abs(meant) > kFarFromSurface) continue;
-    } else if (gap >= -kShallow) {
-      continue;
+    } else {
+      place = caught(contact.shape, start, end, kShallow);
+      if (!place) continue;
     }
-    add_at(to, i, (meant - gap) * surroundings_->normal(contact.shape, p));
+    const double gap = surroundings_->gap_m(contact.shape, *place);
+    const Vector3d normal = surroundings_->normal(contact.shape, *place);
+    add_at(to, i, *place - end + (meant - gap) * normal);
   }
 }
 

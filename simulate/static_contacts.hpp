@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "simulate/line_contacts.hpp"
@@ -76,7 +77,7 @@ class StaticContacts {
   /// Takes the quadratic model at another place of the same step, until restore().
   void relinearise(const Field& position);
   void restore() { contacts_.swap(before_); }
-  /// Lifts particles that a straight way put into a surface.
+  /// Lifts particles that a straight way put into a surface or through a body.
   void retract(const Field& from, Field& to) const;
 
   /// Moves the resting forces of particles and pins to where they hold exactly.
@@ -128,6 +129,9 @@ class StaticContacts {
   [[nodiscard]] Contact fresh_particle(int particle, int shape) const;
   void watch(const Field& position, double watch_m);
   void settle(Contact& contact, const Field& position, Limits limits) const;
+  [[nodiscard]] std::optional<Eigen::Vector3d> caught(int shape, const Eigen::Vector3d& start,
+                                                      const Eigen::Vector3d& end,
+                                                      double deep_m) const;
   [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
   [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
   [[nodiscard]] bool follows(const Contact& contact) const;

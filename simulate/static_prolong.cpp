@@ -14,19 +14,24 @@ using Eigen::Vector3d;
 
 }  // namespace
 
-void lift_out(const Surroundings& surroundings, Field& position) {
+int lift_out(const Surroundings& surroundings, Field& position) {
   const int n = static_cast<int>(position.size() / 3);
+  int lifted = 0;
   for (int i = 0; i < n; ++i) {
+    bool inside = false;
     for (int shape = 0; shape < surroundings.count(); ++shape) {
       const Vector3d p = at(position, i);
       const double gap = surroundings.gap_m(shape, p);
       if (gap >= 0) continue;
+      inside = true;
       const Vector3d out = p - gap * surroundings.normal(shape, p);
       for (int axis = 0; axis < 3; ++axis) {
         position[static_cast<std::size_t>(axis) * n + i] = out[axis];
       }
     }
+    lifted += inside ? 1 : 0;
   }
+  return lifted;
 }
 
 Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to) {

@@ -6,8 +6,8 @@
 
 namespace drape::sim {
 
-/// Sets particles inside an object on its surface.
-void lift_out(const Surroundings& surroundings, Field& position);
+/// Sets particles inside an object on its surface; returns how many.
+int lift_out(const Surroundings& surroundings, Field& position);
 
 /// Bicubic interpolation of a sheet onto another grid of the same patch.
 [[nodiscard]] Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "simulate/start_check.hpp"
 #include "simulate/static_prolong.hpp"
 
 namespace drape::sim {
@@ -38,6 +39,7 @@ void book_start(const StartReport& start, SimulateReport& report) {
   report.placed_centre_in_world = start.flat.centre_in_world;
   report.placed_by_marks = start.marks_used;
   report.placement_rms_mm = start.placement_rms_mm;
+  report.warnings.insert(report.warnings.end(), start.warnings.begin(), start.warnings.end());
 }
 
 /// How near its rest a coarser grid has to come.
@@ -124,9 +126,11 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
         first ? state.position : finer_start(drape.position, coarse, before, coarser, here);
     if (first) {
       drape.start = state;
+      drape.start.report.warnings = faults_of_start(here, state.position, the_case.surroundings);
       if (change) change(here, solver.position);
     }
-    lift_out(the_case.surroundings, solver.position);
+    const int lifted = lift_out(the_case.surroundings, solver.position);
+    if (first && lifted > 0) drape.start.report.warnings.push_back(told_of_lifted(lifted));
     drape.report = solver.solve();
     before.swap(drape.position);
     drape.position = solver.position;

@@ -10,6 +10,10 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a way
+constexpr double kShortest = 1e-3;  // of the way, to the next place looked at
+constexpr int kBisections = 40;     // of the way into a body
+
 double gap_of(const Sphere& sphere, const Vector3d& p) {
   return (p - sphere.centre_in_world).norm() - sphere.radius_m;
 }
@@ -158,6 +162,25 @@ double Surroundings::gap_m(int shape, const Vector3d& p) const {
 
 Vector3d Surroundings::normal(int shape, const Vector3d& p) const {
   return std::visit([&p](const auto& s) { return normal_of(s, p); }, shapes_[shape]);
+}
+
+std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from, const Vector3d& to,
+                                                double deep_m) const {
+  const Vector3d way = to - from;
+  const double length = way.norm();
+  const auto gap_at = [&](double share) { return gap_m(shape, from + share * way); };
+  double outside = 0, inside = 0;
+  for (double gap = gap_at(0); !(gap < -deep_m); gap = gap_at(inside)) {
+    if (!(inside < 1)) return std::nullopt;
+    outside = inside;
+    const double step = std::max({gap, kThinnest, kShortest * length});
+    inside = std::min(1.0, outside + step / length);
+  }
+  for (int k = 0; k < kBisections && inside > outside; ++k) {
+    const double middle = 0.5 * (outside + inside);
+    (gap_at(middle) < -deep_m ? inside : outside) = middle;
+  }
+  return inside;
 }
 
 double Surroundings::top_z_m() const {
