@@ -307,7 +307,8 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surround
   if (report.deepest_edge_m > kSunk)
     fault = fmt::format("with an edge or corner of an object {:.2g} mm deep in it",
                         report.deepest_edge_m / mm);
-  report.pierced_m = sim::pierced_m(grid, position, surroundings);
+  report.pierced_m = std::max(sim::pierced_m(grid, position, surroundings),
+                              sim::rim_through_m(grid, position, surroundings));
   if (report.pierced_m > report.penetration_tolerance_m)
     fault = fmt::format("pierced: an edge of an object stands {:.2g} mm through it",
                         report.pierced_m / mm);

@@ -109,8 +109,8 @@ struct SimulateReport {
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
-  double pierced_m = 0;       ///< height of an object's edge through the sheet, see sim::pierced_m
-  double deepest_edge_m = 0;  ///< of an object's edge or corner that presses into the sheet
+  double pierced_m = 0;         ///< of an object's edge or rim through the sheet, see piercing.hpp
+  double deepest_edge_m = 0;    ///< of an object's edge or corner that presses into the sheet
   double found_contacts_j = 0;  ///< brought in where a contact was found already pressed
   double hold_error_m = 0;      ///< of the pins at the end
   std::vector<CurveReport> curves;

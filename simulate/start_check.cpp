@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/units.hpp"
 #include "simulate/piercing.hpp"
 #include "simulate/self_distance.hpp"
@@ -24,7 +26,8 @@ std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& posi
     faults.push_back(
         fmt::format("the start passes through itself in {} pairs of triangles", crossings));
   }
-  const double through_m = pierced_m(grid, position, surroundings);
+  const double through_m = std::max(pierced_m(grid, position, surroundings),
+                                    rim_through_m(grid, position, surroundings));
   if (through_m > kPierced) {
     faults.push_back(fmt::format(
         "the start is pierced: an edge of an object stands {:.2g} mm through it", through_m / mm));
