@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "simulate/static_mixture.hpp"
 
@@ -38,7 +39,8 @@ constexpr double kStiffOnFiner = 1;      // residual below which its contacts ar
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
 constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
-// to and fro. So late in the run they are found anew ever more seldom.
+// to and fro. So late in the run, and where it has not come lower since it last was found anew, that
+// happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
 constexpr int kSearches = 3;         // for points between particles near rest; then they stay
@@ -417,6 +419,7 @@ StaticReport StaticSolver::solve() {
   if (!options_.paced) contacts_.let_yield();
   double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
   bool fresh = true;  // points between particles are those of this position
+  double least_j = std::numeric_limits<double>::infinity();  // where they were found anew
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {
     begin_step();
@@ -449,7 +452,9 @@ StaticReport StaticSolver::solve() {
     } else if (moved_m_ > far_for_points_m) {
       contacts_.refresh(position);
       moved_m_ = 0;
-      if (mu_ < kLateMu) far_for_points_m *= kSeldom;
+      const double energy_j = report.history.back().sum_j();
+      if (mu_ < kLateMu || energy_j >= least_j) far_for_points_m *= kSeldom;
+      least_j = std::min(least_j, energy_j);
       begin_again(StaticContacts::Limits::follow);
     }
     factor_serves_ = factor_serves_ && mu_ == factor_mu_ && residual_ < kNearRest &&
