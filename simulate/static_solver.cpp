@@ -39,8 +39,8 @@ constexpr double kStiffOnFiner = 1;      // residual below which its contacts ar
 constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
 constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
-// to and fro. So late in the run, and where it has not come lower since it last was found anew, that
-// happens ever more seldom.
+// to and fro. So late in the run, and where it has not come lower since it last was found anew,
+// that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
 constexpr int kSearches = 3;         // for points between particles near rest; then they stay
