@@ -18,7 +18,6 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 constexpr double kInside = 1e-5;       // m; less is a line that lies on a body
-constexpr double kOtherSide = -0.1;    // cosine between the normals where a line enters and leaves
 constexpr int kDirections = 16;        // along a face, out of a body
 constexpr double kShortestWay = 1e-5;  // m
 constexpr int kHalvings = 30;
@@ -76,9 +75,9 @@ double rim_over_m(const Surroundings& surroundings, int shape, const Vector3d& a
   const auto back = surroundings.first_entry(shape, b, a, kInside);
   if (!in || !back) return 0;
   const Vector3d entry = a + *in * (b - a), exit = b + *back * (a - b);
-  const Vector3d normal = surroundings.normal(shape, entry);
-  if (normal.dot(surroundings.normal(shape, exit)) > kOtherSide) return 0;
-  return way_out_m(surroundings, shape, 0.5 * (entry + exit), normal, length);
+  if (!surroundings.on_opposite_sides(shape, entry, exit)) return 0;
+  return way_out_m(surroundings, shape, 0.5 * (entry + exit), surroundings.normal(shape, entry),
+                   length);
 }
 
 }  // namespace

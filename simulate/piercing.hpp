@@ -17,7 +17,8 @@ namespace drape::sim {
 
 /// How far (m) a grid line of the sheet reaches over the rim of a body that it passes through, in
 /// on one side and out on the opposite one; 0 for none. So a thin plate or disc is seen that stands
-/// through the sheet, of which no place of the sheet is deep inside. At most one grid spacing.
+/// through the sheet, of which no place of the sheet is deep inside. At most the length of that
+/// piece of line. Between grid lines a rim is not seen.
 [[nodiscard]] double rim_through_m(const GridSpec& grid, const Field& position,
                                    const Surroundings& surroundings);
 

@@ -134,11 +134,10 @@ Strips::Strips(const std::vector<Triangle>& triangles, double width) {
   sizes[along_] = -1;
   Eigen::Index across = 0;
   sizes.maxCoeff(&across);
+  const bool apart = !(sizes[across] < kMostStrips * width);  // one strip for a sheet flown apart
   for (const Triangle& t : triangles) {
-    const double strip = (t.centre[across] - extent.min()[across]) / width;
-    // A sheet that has flown apart is one strip.
-    places_.push_back({t.centre, static_cast<int>(places_.size()),
-                       strip < kMostStrips ? static_cast<int>(strip) : 0});
+    const double strip = apart ? 0 : (t.centre[across] - extent.min()[across]) / width;
+    places_.push_back({t.centre, static_cast<int>(places_.size()), static_cast<int>(strip)});
   }
   std::stable_sort(places_.begin(), places_.end(), [&](const Place& a, const Place& b) {
     return a.strip != b.strip ? a.strip < b.strip : a.centre[along_] < b.centre[along_];

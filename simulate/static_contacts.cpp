@@ -26,7 +26,6 @@ constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the
 constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
-constexpr double kOtherSide = -0.1;       // cosine between normals where a way enters and leaves
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
 
 }  // namespace
@@ -227,8 +226,7 @@ std::optional<Vector3d> StaticContacts::caught(int shape, const Vector3d& start,
   const std::optional<double> share = surroundings_->first_entry(shape, start, end, deep_m);
   if (!share) return std::nullopt;
   const Vector3d entry = start + *share * (end - start);
-  const double turn = surroundings_->normal(shape, entry).dot(surroundings_->normal(shape, end));
-  if (turn < kOtherSide) return entry;
+  if (surroundings_->on_opposite_sides(shape, entry, end)) return entry;
   if (surroundings_->gap_m(shape, end) < -deep_m) return end;
   return std::nullopt;
 }

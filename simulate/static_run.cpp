@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "simulate/start_check.hpp"
 #include "simulate/static_prolong.hpp"
@@ -126,7 +127,9 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
         first ? state.position : finer_start(drape.position, coarse, before, coarser, here);
     if (first) {
       drape.start = state;
-      drape.start.report.warnings = faults_of_start(here, state.position, the_case.surroundings);
+      for (std::string& fault : faults_of_start(here, state.position, the_case.surroundings)) {
+        drape.start.report.warnings.push_back(std::move(fault));
+      }
       if (change) change(here, solver.position);
     }
     const int lifted = lift_out(the_case.surroundings, solver.position);

@@ -13,6 +13,7 @@ using Eigen::Vector3d;
 constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a way
 constexpr double kShortest = 1e-3;  // of the way, to the next place looked at
 constexpr int kBisections = 40;     // of the way into a body
+constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
 double gap_of(const Sphere& sphere, const Vector3d& p) {
   return (p - sphere.centre_in_world).norm() - sphere.radius_m;
@@ -181,6 +182,10 @@ std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from,
     (gap_at(middle) < -deep_m ? inside : outside) = middle;
   }
   return inside;
+}
+
+bool Surroundings::on_opposite_sides(int shape, const Vector3d& a, const Vector3d& b) const {
+  return normal(shape, a).dot(normal(shape, b)) < kOpposite;
 }
 
 double Surroundings::top_z_m() const {
