@@ -5,9 +5,9 @@
 
 #include <algorithm>
 
-#include "calib/calibrate_camera.hpp"
-#include "calib/correspondence.hpp"
-#include "calib/known_length.hpp"
+#include "calib/tsai/calibrate_camera.hpp"
+#include "calib/tsai/correspondence.hpp"
+#include "calib/checks/known_length.hpp"
 #include "core/error.hpp"
 
 namespace drape {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/residuals.hpp"
-#include "calib/stage_check.hpp"
+#include "calib/tsai/residuals.hpp"
+#include "calib/checks/stage_check.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"

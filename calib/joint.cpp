@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/common_error.hpp"
-#include "calib/joint_checks.hpp"
-#include "calib/joint_covariance.hpp"
-#include "calib/joint_start.hpp"
-#include "calib/known_length.hpp"
-#include "calib/next_view.hpp"
-#include "calib/residuals.hpp"
+#include "calib/joint/common_error.hpp"
+#include "calib/checks/joint_checks.hpp"
+#include "calib/joint/covariance.hpp"
+#include "calib/joint/start.hpp"
+#include "calib/checks/known_length.hpp"
+#include "calib/checks/next_view.hpp"
+#include "calib/tsai/residuals.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "calib/calib.hpp"
-#include "calib/joint_fit.hpp"
-#include "calib/stage_check.hpp"
-#include "calib/uncertainty.hpp"
+#include "calib/joint/fit.hpp"
+#include "calib/checks/stage_check.hpp"
+#include "calib/joint/uncertainty.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "calib/joint_start.hpp"
+#include "calib/joint/start.hpp"
 #include "calib/test_rigs.hpp"
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "calib/common_error.hpp"
-#include "calib/joint_model.hpp"
+#include "calib/joint/common_error.hpp"
+#include "calib/joint/model.hpp"
 #include "core/units.hpp"
 
 namespace drape::test {

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "compare/bootstrap.hpp"
+#include "compare/metrics/bootstrap.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "compare/alignment.hpp"
-#include "compare/branches.hpp"
-#include "compare/dense.hpp"
-#include "compare/drapemeter.hpp"
-#include "compare/metrics.hpp"
-#include "compare/strain.hpp"
+#include "compare/metrics/alignment.hpp"
+#include "compare/metrics/branches.hpp"
+#include "compare/metrics/dense.hpp"
+#include "compare/metrics/drapemeter.hpp"
+#include "compare/metrics/metrics.hpp"
+#include "compare/metrics/strain.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 

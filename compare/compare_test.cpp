@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "compare/inputs.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files.hpp"

@@ -8,10 +8,10 @@
 #include <numbers>
 #include <random>
 
-#include "compare/alignment.hpp"
-#include "compare/bootstrap.hpp"
-#include "compare/dense.hpp"
-#include "compare/strain.hpp"
+#include "compare/metrics/alignment.hpp"
+#include "compare/metrics/bootstrap.hpp"
+#include "compare/metrics/dense.hpp"
+#include "compare/metrics/strain.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"

@@ -10,7 +10,7 @@
 #include <variant>
 
 #include "core/units.hpp"
-#include "detect/print_layout.hpp"
+#include "detect/prints/layout.hpp"
 
 namespace drape::test {
 namespace {

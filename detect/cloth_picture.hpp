@@ -8,7 +8,7 @@
 
 #include "core/marks.hpp"
 #include "core/rig.hpp"
-#include "detect/image.hpp"
+#include "detect/image/image.hpp"
 
 namespace drape::test {
 

@@ -13,12 +13,12 @@
 #include "core/files.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
-#include "detect/board.hpp"
-#include "detect/chessboard.hpp"
+#include "detect/targets/board.hpp"
+#include "detect/targets/chessboard.hpp"
 #include "detect/frame.hpp"
-#include "detect/image.hpp"
-#include "detect/overlay.hpp"
-#include "detect/print_plane.hpp"
+#include "detect/image/image.hpp"
+#include "detect/image/overlay.hpp"
+#include "detect/labels/print_plane.hpp"
 
 namespace drape {
 namespace {

@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "detect/dot_scale.hpp"
-#include "detect/ellipse_fit.hpp"
-#include "detect/labels.hpp"
-#include "detect/lattice.hpp"
-#include "detect/local_map.hpp"
-#include "detect/mosaic.hpp"
-#include "detect/tag_cells.hpp"
+#include "detect/labels/dot_scale.hpp"
+#include "detect/ellipses/ellipse_fit.hpp"
+#include "detect/labels/labels.hpp"
+#include "detect/labels/lattice.hpp"
+#include "detect/dots/local_map.hpp"
+#include "detect/image/mosaic.hpp"
+#include "detect/tags/tag_cells.hpp"
 
 namespace drape {
 namespace {

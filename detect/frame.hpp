@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/detections.hpp"
-#include "detect/image.hpp"
-#include "detect/print_plane.hpp"
-#include "detect/tags.hpp"
+#include "detect/image/image.hpp"
+#include "detect/labels/print_plane.hpp"
+#include "detect/tags/tags.hpp"
 
 namespace drape {
 

@@ -9,9 +9,9 @@
 
 #include "core/error.hpp"
 #include "core/files.hpp"
-#include "simulate/certify.hpp"
+#include "simulate/checker/certify.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/surroundings.hpp"
+#include "simulate/contact/surroundings.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "simulate/drape_coefficient.hpp"
-#include "simulate/motion.hpp"
+#include "simulate/cloth/drape_coefficient.hpp"
+#include "simulate/dynamics/motion.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 

@@ -9,13 +9,13 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "simulate/drape_coefficient.hpp"
-#include "simulate/motion.hpp"
-#include "simulate/piercing.hpp"
-#include "simulate/self_distance.hpp"
-#include "simulate/start.hpp"
-#include "simulate/start_check.hpp"
-#include "simulate/static_run.hpp"
+#include "simulate/cloth/drape_coefficient.hpp"
+#include "simulate/dynamics/motion.hpp"
+#include "simulate/contact/piercing.hpp"
+#include "simulate/contact/self_distance.hpp"
+#include "simulate/start/start.hpp"
+#include "simulate/start/start_check.hpp"
+#include "simulate/equilibrium/run.hpp"
 
 namespace drape {
 namespace {

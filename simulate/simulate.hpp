@@ -10,8 +10,8 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "simulate/cloth.hpp"
-#include "simulate/fabric.hpp"
+#include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/fabric.hpp"
 
 namespace drape {
 

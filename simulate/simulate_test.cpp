@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/files.hpp"
 #include "core/units.hpp"
-#include "simulate/start.hpp"
+#include "simulate/start/start.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
 

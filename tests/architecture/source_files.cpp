@@ -57,7 +57,7 @@ std::vector<SourceFile> source_files(const std::string& folder,
 
 const std::vector<SourceFile>& cpp_files() {
   static const std::vector<SourceFile> all = [] {
-    std::vector<std::string> folders = {"core", "tests"};
+    std::vector<std::string> folders = {"core", "front", "tests"};
     folders.insert(folders.end(), stages.begin(), stages.end());
     std::vector<SourceFile> files;
     for (const std::string& folder : folders) {

@@ -32,7 +32,7 @@ struct SourceFile {
 [[nodiscard]] std::vector<SourceFile> source_files(const std::string& folder,
                                                    const std::vector<std::string>& endings);
 
-/// All C++ files of core, the stages and the tests.
+/// All C++ files of core, the front door, the stages and the tests.
 [[nodiscard]] const std::vector<SourceFile>& cpp_files();
 
 [[nodiscard]] SourceFile read_source(const std::string& path);

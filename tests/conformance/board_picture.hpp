@@ -8,7 +8,7 @@
 #include "core/camera_model.hpp"
 #include "core/pose.hpp"
 #include "core/rig.hpp"
-#include "detect/print_layout.hpp"
+#include "detect/prints/layout.hpp"
 
 namespace drape::test {
 

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the stated uncertainties of a joint calibration hold, over synthetic rigs.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/joint.hpp"
+#include "calib/joint/covariance.hpp"
+#include "calib/joint/start.hpp"
+#include "calib/test_rigs.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape {
+namespace {
+
+using test::SyntheticBench;
+using units::mm;
+
+/// Counts how often the truth lies inside the 95 % interval.
+struct Coverage {
+  int inside = 0, all = 0;
+  void add(double error, double variance) {
+    inside += std::abs(error) <= 1.959964 * std::sqrt(variance);
+    ++all;
+  }
+  [[nodiscard]] double share() const { return static_cast<double>(inside) / all; }
+};
+
+/// `share` of the points' noise is common to the points of a view, and stated as such.
+void expect_coverage(double share) {
+  const int rigs = test::trial_count(8, 200);
+  int stage_alarms = 0;
+  Coverage focal, principal, position, turn;
+  for (int seed = 0; seed < rigs; ++seed) {
+    const SyntheticBench bench(static_cast<unsigned>(seed), 8, 0.05, share);
+    JointOptions options;
+    options.common_share = share;
+    options.lens = LensTerms::k1_k2;
+    JointModel model = bench.noisy_views();
+    start_joint(model);
+    const JointResult result = calibrate_joint(model, 0, options);
+    ASSERT_TRUE(result.report.good()) << seed << ": " << result.report.status;
+    stage_alarms += result.report.stages && !result.report.stages->findings.empty() ? 1 : 0;
+    for (std::size_t c = 0; c < result.calibration.cameras.size(); ++c) {
+      const CalibratedCamera& found = result.calibration.cameras[c];
+      const Camera& truth = bench.true_model().cameras[c].camera;
+      const auto &lens = std::get<BrownLens>(found.camera.model.lens),
+                 &true_lens = std::get<BrownLens>(truth.model.lens);
+      const Eigen::MatrixXd& s = found.covariance;
+      focal.add(lens.fx_px - true_lens.fx_px, s(0, 0));
+      focal.add(lens.fy_px - true_lens.fy_px, s(1, 1));
+      principal.add(lens.cx_px - true_lens.cx_px, s(2, 2));
+      principal.add(lens.cy_px - true_lens.cy_px, s(3, 3));
+      const Eigen::Vector3d off = (centre_in_world(found.camera) - centre_in_world(truth)) / mm;
+      const Eigen::Matrix3d off_covariance = centre_covariance_mm2(found);
+      const auto vector_of = [](const Camera& camera) {
+        const Eigen::AngleAxisd a(camera.cam_from_world.rotation);
+        return Eigen::Vector3d(a.angle() * a.axis());
+      };
+      const Eigen::Vector3d turned = vector_of(found.camera) - vector_of(truth);
+      for (int i = 0; i < 3; ++i) {
+        position.add(off[i], off_covariance(i, i));
+        if (turned.norm() < 1) turn.add(turned[i], s(9 + i, 9 + i));
+      }
+    }
+  }
+  std::printf(
+      "share %.2f: inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d rigs\n",
+      share, focal.share(), principal.share(), position.share(), turn.share(), rigs);
+  // Six numbers of a kind per rig; three standard deviations of the slice's share beside the
+  // issue's 93 to 97 %.
+  const double slack = rigs < 200 ? 3 * std::sqrt(0.95 * 0.05 / (6.0 * rigs)) : 0;
+  for (const Coverage& kind : {focal, principal, position, turn}) {
+    EXPECT_GE(kind.share(), 0.93 - slack);
+    EXPECT_LE(kind.share(), 0.97 + slack);
+  }
+  // A true stage is seen off by four standard deviations in one of 16,000 figures.
+  EXPECT_EQ(stage_alarms, 0);
+}
+
+TEST(JointCoverage, NinetyFivePercentIntervalsHoldWithIndependentNoise) {
+  expect_coverage(0);
+}
+
+TEST(JointCoverage, AndWhereThePointsOfAViewShareAPartOfIt) {
+  expect_coverage(JointOptions{}.common_share);
+}
+
+TEST(JointCoverage, WhatAViewSharesIsNotSmallForTheImageCentre) {
+  const SyntheticBench bench(5);
+  JointModel model = bench.noisy_views();
+  start_joint(model);
+  JointOptions white, shared;
+  white.lens = shared.lens = LensTerms::k1_k2;
+  white.common_share = 0;
+  const auto sd_px = [&](const JointOptions& options) {
+    return calibrate_joint(model, 0, options).report.cameras.at(0).centre_sd_px;
+  };
+  EXPECT_GT(sd_px(shared), 1.05 * sd_px(white));
+}
+
+TEST(JointCoverage, RefusesAShareThatIsNone) {
+  JointOptions options;
+  options.common_share = 1;
+  EXPECT_THROW(options.check(), Error);
+}
+
+}  // namespace
+}  // namespace drape

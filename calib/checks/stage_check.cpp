@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/checks/stage_check.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/camera_derivatives.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+constexpr Index kModes = 6;
+using ModeVector = Eigen::Matrix<double, kModes, 1>;
+using ModeMatrix = Eigen::Matrix<double, kModes, kModes>;
+
+constexpr double kSigmas = 4;
+/// At the edge of the highest stage; what the cameras' own places are to be known to.
+constexpr double kMatters_m = 0.03 * mm;
+
+void add_findings(StageCheck& check, double half_m) {
+  const double stroke_m = check.stroke_mm * mm;
+  const auto large = [&](double value, double sd, double effect_m) {
+    return std::abs(value) > kSigmas * sd && std::abs(effect_m) > kMatters_m;
+  };
+  const char* remedy =
+      "square or measure the stage, or calibrate with --method joint --free-stages, which takes "
+      "every stage but the first as a free pose";
+  for (int i = 0; i < 2; ++i) {
+    if (large(check.lean_deg[i], check.lean_sd_deg[i], check.lean_deg[i] * deg * stroke_m)) {
+      check.findings.push_back(fmt::format(
+          "z stage: its axis leans by {:+.3f} +- {:.3f} deg off the target's normal towards {}; {}",
+          check.lean_deg[i], check.lean_sd_deg[i], "xy"[i], remedy));
+    }
+  }
+  if (large(check.stroke_percent, check.stroke_sd_percent, check.stroke_percent / 100 * stroke_m)) {
+    check.findings.push_back(
+        fmt::format("z stage: its stroke differs by {:+.3f} +- {:.3f} % from z_mm in rig.toml; {}",
+                    check.stroke_percent, check.stroke_sd_percent, remedy));
+  }
+  for (int i = 0; i < 3; ++i) {
+    if (large(check.turn_deg[i], check.turn_sd_deg[i], check.turn_deg[i] * deg * half_m)) {
+      check.findings.push_back(
+          fmt::format("z stage: the target turns by {:+.3f} +- {:.3f} deg about {} over {:.0f} mm "
+                      "of height; {}",
+                      check.turn_deg[i], check.turn_sd_deg[i], "xyz"[i], check.stroke_mm, remedy));
+    }
+  }
+}
+
+/// The six modes and their covariance, in rad per m of height, 1, and rad per m.
+StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, double stroke_m,
+                    double half_m) {
+  const ModeVector sd = covariance.diagonal().cwiseSqrt();
+  StageCheck check;
+  check.stroke_mm = stroke_m / mm;
+  check.lean_deg = found.head<2>() / deg;
+  check.lean_sd_deg = sd.head<2>() / deg;
+  check.stroke_percent = 100 * found[2];
+  check.stroke_sd_percent = 100 * sd[2];
+  check.turn_deg = found.tail<3>() * stroke_m / deg;
+  check.turn_sd_deg = sd.tail<3>() * stroke_m / deg;
+  add_findings(check, half_m);
+  return check;
+}
+
+std::optional<ModeMatrix> inverse_of(const ModeMatrix& information) {
+  const ModeVector unit = information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!unit.allFinite()) return std::nullopt;
+  const Eigen::LLT<ModeMatrix> factor(unit.asDiagonal() * information * unit.asDiagonal());
+  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-10)) return std::nullopt;
+  const ModeMatrix scaled = factor.solve(ModeMatrix::Identity());
+  return ModeMatrix(unit.asDiagonal() * scaled * unit.asDiagonal());
+}
+
+/// A stage that was fitted as a free pose.
+struct FreedStage {
+  std::size_t placement = 0;
+  Index at = 0;  ///< of its parameters among those of information_of()
+  Vector3d said_m;
+};
+
+/// Frees all known placements but the first, which keeps the world.
+std::vector<FreedStage> free_stages(JointModel& model, const JointFit& fit) {
+  std::vector<FreedStage> freed;
+  bool world_kept = false;
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    Placement& placement = model.placements[p];
+    if (placement.known && world_kept)
+      freed.push_back({p, 0, placement.world_from_target.translation_m});
+    world_kept = world_kept || placement.known;
+  }
+  for (const FreedStage& stage : freed) model.placements[stage.placement].known = false;
+  Index at = static_cast<Index>(moved_camera_parameters(fit).size() * model.cameras.size()) +
+             (fit.bow ? bow_parameters : 0);
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    if (model.placements[p].known) continue;
+    for (FreedStage& stage : freed) {
+      if (stage.placement == p) stage.at = at;
+    }
+    at += placement_parameters;
+  }
+  return freed;
+}
+
+std::size_t count_points(const JointModel& model) {
+  std::size_t points = 0;
+  for (const JointFrame& frame : model.frames) points += frame.points.size();
+  return points;
+}
+
+/// How far a stage lies from where it was said to: turn (rad) and way (mm).
+ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
+  const Eigen::AngleAxisd turn(placement.world_from_target.rotation);
+  ModeVector deviation;
+  deviation << turn.angle() * turn.axis(),
+      (placement.world_from_target.translation_m - said_m) / mm;
+  return deviation;
+}
+
+/// The deviation (rad, mm) of a stage `rise_m` above the first by unit modes.
+ModeMatrix modes_of(double rise_m) {
+  ModeMatrix modes = ModeMatrix::Zero();
+  modes.topRightCorner<3, 3>().diagonal().setConstant(rise_m);
+  modes.bottomLeftCorner<3, 3>().diagonal().setConstant(rise_m / mm);
+  return modes;
+}
+
+/// A stage that does not lie where the others' common motion has it.
+void add_strays(StageCheck& check, const JointModel& model, const std::vector<FreedStage>& freed,
+                const Eigen::VectorXd& left, const MatrixXd& covariance) {
+  for (std::size_t i = 0; i < freed.size(); ++i) {
+    const Vector3d way = left.segment<3>(static_cast<Index>(kModes * i) + 3);
+    const Vector3d sd =
+        covariance.diagonal().segment<3>(static_cast<Index>(kModes * i) + 3).cwiseSqrt();
+    if (way.norm() < kMatters_m / mm || way.cwiseQuotient(sd).norm() < kSigmas) continue;
+    check.findings.push_back(fmt::format(
+        "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
+        "its z_mm in rig.toml or calibrate with --free-stages",
+        model.placements[freed[i].placement].set, way.x(), way.y(), way.z()));
+  }
+}
+
+}  // namespace
+
+std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
+                                       const JointCleaning& cleaning) {
+  const std::vector<FreedStage> freed = free_stages(model, fit);
+  if (freed.empty()) return std::nullopt;
+  const JointSolution solution = fit_joint(model, fit, cleaning);
+  const MatrixXd inverse = inverse_of_information(information_of(solution.model, fit));
+  if (!solution.converged || inverse.size() == 0) return std::nullopt;
+  const auto points = static_cast<double>(count_points(solution.model));
+  const double factor =
+      std::max(1.0, solution.chi2 / (2 * points - free_parameters(solution.model, fit)));
+  const auto size = kModes * static_cast<Index>(freed.size());
+  MatrixXd covariance(size, size), modes(size, kModes);
+  Eigen::VectorXd deviation(size);
+  double low_m = 0, high_m = 0, first_m = 0;
+  for (const Placement& placement : solution.model.placements) {
+    if (placement.known) first_m = placement.world_from_target.translation_m.z();
+  }
+  for (std::size_t i = 0; i < freed.size(); ++i) {
+    const auto at = kModes * static_cast<Index>(i);
+    const double rise_m = freed[i].said_m.z() - first_m;
+    low_m = std::min(low_m, rise_m);
+    high_m = std::max(high_m, rise_m);
+    modes.middleRows<kModes>(at) = modes_of(rise_m);
+    deviation.segment<kModes>(at) =
+        deviation_of(solution.model.placements[freed[i].placement], freed[i].said_m);
+    for (std::size_t j = 0; j < freed.size(); ++j) {
+      covariance.block<kModes, kModes>(at, kModes * static_cast<Index>(j)) =
+          factor * inverse.block<kModes, kModes>(freed[i].at, freed[j].at);
+    }
+  }
+  const Eigen::LLT<MatrixXd> weights(covariance);
+  if (weights.info() != Eigen::Success) return std::nullopt;
+  const auto spread = inverse_of(modes.transpose() * weights.solve(modes));
+  if (!spread) return std::nullopt;
+  const ModeVector found = *spread * modes.transpose() * weights.solve(deviation);
+  StageCheck check = check_of(found, *spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
+  add_strays(check, solution.model, freed, deviation - modes * found, covariance);
+  return check;
+}
+
+std::optional<StageCheck> check_stages(const Camera& camera,
+                                       const std::vector<Correspondence>& points, TsaiFree free,
+                                       double chi2) {
+  const MatrixXd inverse = tsai_covariance(camera, points, free);
+  if (inverse.size() == 0) return std::nullopt;
+  MatrixXd pull = MatrixXd::Zero(inverse.rows(), kModes);
+  ModeMatrix own = ModeMatrix::Zero();
+  ModeVector score = ModeVector::Zero();
+  double low_m = points.front().point_in_world.z(), high_m = low_m, half_m = 0;
+  for (const Correspondence& point : points) {
+    const Vector3d& at = point.point_in_world;
+    const auto d = d_px_d_parameters(camera, at);
+    const auto image = project(camera.model, camera.cam_from_world * at);
+    if (!d || !image) return std::nullopt;
+    low_m = std::min(low_m, at.z());
+    high_m = std::max(high_m, at.z());
+    half_m = std::max(half_m, at.head<2>().cwiseAbs().maxCoeff());
+    Eigen::Matrix<double, 3, kModes> motion;
+    motion << at.z(), 0, 0, 0, 0, -at.y() * at.z(),  //
+        0, at.z(), 0, 0, 0, at.x() * at.z(),         //
+        0, 0, at.z(), at.y() * at.z(), -at.x() * at.z(), 0;
+    const Eigen::Matrix2d w = whitener(point.covariance_px2);
+    const Eigen::Matrix<double, 2, kModes> modes =
+        w * image->d_px_d_point * camera.cam_from_world.rotation * motion;
+    pull += (w * *d).transpose() * modes;
+    own += modes.transpose() * modes;
+    score += modes.transpose() * (w * (point.px - image->px));
+  }
+  const ModeMatrix information = own - pull.transpose() * inverse * pull;
+  const auto spread = inverse_of(information);
+  if (!(high_m > low_m) || !spread) return std::nullopt;
+  const ModeVector found = *spread * score;
+  const double dof = 2.0 * static_cast<double>(points.size()) - free_parameters(free) - kModes;
+  const double factor = std::max(1.0, (chi2 - found.dot(information * found)) / dof);
+  return check_of(found, factor * *spread, high_m - low_m, half_m);
+}
+
+std::string text_of(const StageCheck& check) {
+  return fmt::format(
+      "axis leans by ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) deg towards x and y, stroke off by "
+      "{:+.4f} +- {:.4f} %, target turns by ({:+.4f}, {:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}, "
+      "{:.4f}) deg over {:.0f} mm",
+      check.lean_deg.x(), check.lean_deg.y(), check.lean_sd_deg.x(), check.lean_sd_deg.y(),
+      check.stroke_percent, check.stroke_sd_percent, check.turn_deg.x(), check.turn_deg.y(),
+      check.turn_deg.z(), check.turn_sd_deg.x(), check.turn_sd_deg.y(), check.turn_sd_deg.z(),
+      check.stroke_mm);
+}
+
+}  // namespace drape

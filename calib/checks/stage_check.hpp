@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/tsai/correspondence.hpp"
+#include "calib/joint/fit.hpp"
+#include "calib/tsai/refine.hpp"
+
+namespace drape {
+
+/// How the target really moved on its z stage, as far as the views tell.
+struct StageCheck {
+  double stroke_mm = 0;                   ///< highest minus lowest stage
+  Eigen::Vector2d lean_deg, lean_sd_deg;  ///< of the axis off the plate's normal, towards x and y
+  double stroke_percent = 0, stroke_sd_percent = 0;  ///< travel minus what rig.toml says
+  Eigen::Vector3d turn_deg, turn_sd_deg;  ///< of the plate about x, y, z over the whole stroke
+  std::vector<std::string> findings;      ///< what is too large to be believed, with what to do
+};
+
+/// Fits all views again with every stage but the first as a free pose, and compares where they come
+/// to lie with where rig.toml says. `model` holds all points, outliers included. Nothing when there
+/// are no two stages, or when the views alone cannot place them.
+[[nodiscard]] std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
+                                                     const JointCleaning& cleaning);
+
+/// For one camera of Tsai's method, which cannot do without the stages: what its residuals say, to
+/// first order (a score test). `chi2` is that of the fit to `points`.
+[[nodiscard]] std::optional<StageCheck> check_stages(const Camera& camera,
+                                                     const std::vector<Correspondence>& points,
+                                                     TsaiFree free, double chi2);
+
+/// One line for people.
+[[nodiscard]] std::string text_of(const StageCheck& check);
+
+}  // namespace drape

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/exchange/exchange.hpp"
+
+namespace drape {
+
+/// A camera whose lens is Brown's, ready to be written.
+struct BrownCamera {
+  std::string name;
+  BrownLens lens;
+  int width_px = 0, height_px = 0;
+  CamFromWorld cam_from_world;
+};
+
+/// Rotation vector: axis times angle, rad.
+[[nodiscard]] Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
+[[nodiscard]] Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector);
+
+[[nodiscard]] std::vector<ExportedFile> opencv_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> kalibr_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> colmap_files(const std::vector<BrownCamera>& cameras);
+[[nodiscard]] std::vector<ExportedFile> mrcal_files(const std::vector<BrownCamera>& cameras);
+
+[[nodiscard]] Camera camera_of_opencv(const std::filesystem::path& file);
+[[nodiscard]] Camera camera_of_mrcal(const std::filesystem::path& file);
+
+/// Throws Error(bad_input) naming the file unless the camera can be one.
+void check_imported(const Camera& camera, const std::filesystem::path& file);
+
+}  // namespace drape

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "calib/exchange/exchange.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/program.hpp"
+#include "core/run_record.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+
+namespace {
+
+struct Arguments {
+  std::vector<fs::path> inputs;
+  std::string to, from, rig = "imported";
+  fs::path out;
+  ExportOptions options;
+};
+
+Ending export_to(const Arguments& given, RunRecord& record) {
+  if (given.inputs.size() != 1)
+    throw usage_error("--to takes one calibration.json", "give one file");
+  const ExportResult result = export_calibration(read_calibration(given.inputs[0]),
+                                                 exchange_format(given.to), given.options);
+  Ending ending;
+  for (const ExportedFile& file : result.files) {
+    write_durable(given.out / file.name, file.text);
+    record.output(given.out / file.name);
+  }
+  for (std::size_t i = 0; i < result.cameras.size(); ++i) {
+    const BrownRefit& refit = result.refits[i];
+    ending.numbers.emplace_back(result.cameras[i],
+                                refit.points == 0
+                                    ? "the same lens"
+                                    : fmt::format("lens refitted: RMS {:.6f} px, at most {:.6f} px",
+                                                  refit.rms_px, refit.max_px));
+  }
+  ending.verdict = fmt::format("{} cameras written for {} in {}", result.cameras.size(), given.to,
+                               given.out.string());
+  return ending;
+}
+
+Ending import_from(const Arguments& given, RunRecord& record) {
+  const Calibration calibration =
+      import_calibration(given.inputs, exchange_format(given.from), given.rig);
+  write_calibration(given.out, calibration);
+  record.output(given.out);
+  Ending ending;
+  ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
+  ending.rejected = calibration.warnings;
+  ending.next_command =
+      fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
+                  given.out.string());
+  return ending;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Writes a calibration for other tools, or reads theirs", "drape-calib-convert");
+  CommonOptions common;
+  Arguments given;
+  add_common_options(app, common);
+  app.add_option("INPUT", given.inputs,
+                 "calibration.json, or one file of the other tool per camera")
+      ->required();
+  auto* to = app.add_option("--to", given.to, "opencv, kalibr, colmap or mrcal");
+  app.add_option("--from", given.from, "opencv or mrcal")->excludes(to);
+  app.add_option("--out", given.out, "folder (--to) or calibration.json (--from) to write")
+      ->required();
+  app.add_option("--max-refit-px", given.options.max_refit_px,
+                 "refuse when a lens would change by more anywhere in its image, px");
+  app.add_option("--rig", given.rig, "name of the rig for an imported calibration");
+  return run_program(app, argc, argv, common, [&] {
+    if (given.to.empty() == given.from.empty())
+      throw usage_error("neither --to nor --from is given", "give one of them");
+    RunRecord record("drape-calib-convert", arguments_of(argc, argv));
+    for (const fs::path& input : given.inputs) record.input(input);
+    record.option("max_refit_px", fmt::format("{}", given.options.max_refit_px));
+    const int code =
+        finish(given.to.empty() ? import_from(given, record) : export_to(given, record), common);
+    record.write(given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json",
+                 code);
+    return code;
+  });
+}

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+
+#include "calib/exchange/formats.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[nodiscard]] Error refused(const fs::path& file, const std::string& field, const std::string& what,
+                            const std::string& what_to_do) {
+  return bad_input(what, {.file = file.string(), .field = field}, what_to_do);
+}
+
+template <class Eigen_>
+cv::Mat matrix_of(const Eigen_& values) {
+  cv::Mat matrix(static_cast<int>(values.rows()), static_cast<int>(values.cols()), CV_64F);
+  for (int row = 0; row < matrix.rows; ++row) {
+    for (int col = 0; col < matrix.cols; ++col) matrix.at<double>(row, col) = values(row, col);
+  }
+  return matrix;
+}
+
+/// A file of cv::FileStorage (YAML, XML or JSON) as a calibration tool writes it.
+class Storage {
+ public:
+  explicit Storage(const fs::path& file) : file_(file) {
+    static_cast<void>(read_text(file));  // a missing file is refused in the house's words
+    try {
+      storage_.open(file.string(), cv::FileStorage::READ);
+    } catch (const cv::Exception&) {
+      storage_.release();
+    }
+    if (!storage_.isOpened())
+      throw refused(file, "", "OpenCV cannot read the file", "give a file of cv::FileStorage");
+  }
+
+  [[nodiscard]] cv::FileNode any_of(std::initializer_list<const char*> keys) const {
+    for (const char* key : keys) {
+      if (!storage_[key].empty()) return storage_[key];
+    }
+    return {};
+  }
+
+  /// Numbers of a matrix, row by row; nothing when no key is there.
+  [[nodiscard]] std::vector<double> numbers(std::initializer_list<const char*> keys) const {
+    const cv::FileNode node = any_of(keys);
+    if (node.empty()) return {};
+    cv::Mat matrix;
+    try {
+      // Files of ROS hold a plain map with `data` in place of OpenCV's typed matrix.
+      if (node.isMap() && node["dt"].empty()) {
+        std::vector<double> values;
+        node["data"] >> values;
+        return values;
+      }
+      node >> matrix;
+      matrix.convertTo(matrix, CV_64F);
+    } catch (const cv::Exception&) {
+      throw refused(file_, *keys.begin(), "this is not a matrix", "export the camera again");
+    }
+    return {matrix.begin<double>(), matrix.end<double>()};
+  }
+
+  [[nodiscard]] int integer(std::initializer_list<const char*> keys) const {
+    const cv::FileNode node = any_of(keys);
+    if (!node.isInt())
+      throw refused(file_, *keys.begin(), "the image size is missing",
+                    "add image_width and image_height (px)");
+    return static_cast<int>(node);
+  }
+
+ private:
+  fs::path file_;
+  cv::FileStorage storage_;
+};
+
+BrownLens lens_of(const Storage& storage, const fs::path& file) {
+  const auto k = storage.numbers({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K"});
+  if (k.size() != 9)
+    throw refused(file, "camera_matrix", "the camera matrix is missing or not 3 x 3",
+                  "give the file that OpenCV's calibration wrote");
+  if (std::abs(k[1]) > 1e-9 * k[0])
+    throw refused(file, "camera_matrix", "the pixels are skewed", "calibrate without skew");
+  auto d =
+      storage.numbers({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D"});
+  for (std::size_t i = 5; i < d.size(); ++i) {
+    if (d[i] != 0)
+      throw refused(file, "distortion_coefficients", "more than Brown's five terms are used",
+                    "calibrate with k1 k2 p1 p2 k3 only");
+  }
+  d.resize(5, 0);
+  return {k[0], k[4], k[2], k[5], d[0], d[1], d[2], d[3], d[4]};
+}
+
+CamFromWorld pose_of(const Storage& storage, const fs::path& file) {
+  const auto matrix = storage.numbers({"cam_from_world_rotation"});
+  const auto vector = storage.numbers({"rvec"});
+  const auto t = storage.numbers({"cam_from_world_translation_m", "tvec"});
+  if ((matrix.size() != 9 && vector.size() != 3) || t.size() != 3)
+    throw refused(file, "cam_from_world_rotation", "the file has no pose",
+                  "add cam_from_world_rotation and cam_from_world_translation_m, or rvec and tvec "
+                  "in metres");
+  CamFromWorld pose;
+  pose.translation_m = {t[0], t[1], t[2]};
+  if (matrix.size() == 9) {
+    pose.rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(matrix.data());
+  } else {
+    pose.rotation = rotation_of({vector[0], vector[1], vector[2]});
+  }
+  return pose;
+}
+
+}  // namespace
+
+std::vector<ExportedFile> opencv_files(const std::vector<BrownCamera>& cameras) {
+  std::vector<ExportedFile> files;
+  for (const BrownCamera& camera : cameras) {
+    const BrownLens& lens = camera.lens;
+    Eigen::Matrix3d k;
+    k << lens.fx_px, 0, lens.cx_px, 0, lens.fy_px, lens.cy_px, 0, 0, 1;
+    Eigen::Matrix<double, 1, 5> distortion;
+    distortion << lens.k1, lens.k2, lens.p1, lens.p2, lens.k3;
+    cv::FileStorage storage(
+        ".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
+    storage << "image_width" << camera.width_px << "image_height" << camera.height_px;
+    storage << "camera_name" << camera.name;
+    storage << "camera_matrix" << matrix_of(k);
+    storage << "distortion_model"
+            << "plumb_bob";
+    storage << "distortion_coefficients" << matrix_of(distortion);
+    storage << "cam_from_world_rotation" << matrix_of(camera.cam_from_world.rotation);
+    storage << "cam_from_world_translation_m" << matrix_of(camera.cam_from_world.translation_m);
+    files.push_back({camera.name + ".yaml", storage.releaseAndGetString()});
+  }
+  return files;
+}
+
+Camera camera_of_opencv(const fs::path& file) {
+  const Storage storage(file);
+  Camera camera;
+  camera.model.lens = lens_of(storage, file);
+  camera.model.width_px = storage.integer({"image_width", "image_Width"});
+  camera.model.height_px = storage.integer({"image_height", "image_Height"});
+  camera.cam_from_world = pose_of(storage, file);
+  return camera;
+}
+
+}  // namespace drape

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint/fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/dot_image.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr int kRounds = 8;
+constexpr double kSettledPx = 1e-6;
+constexpr double kSettledWeight = 1e-4;
+constexpr double kRayleighMedian = 1.1774;
+
+/// Point distance in units of the point's standard deviation.
+double distance_sigmas(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
+  const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
+                           model.bow, point.point_in_target);
+  if (!px) return std::numeric_limits<double>::infinity();
+  return (whitener(point.covariance_px2) * (*px - point.px())).norm();
+}
+
+/// Robust standard deviation of distance_sigmas per coordinate.
+double robust_scale(const JointModel& model) {
+  std::vector<double> distances;
+  for (const JointFrame& frame : model.frames) {
+    for (const TargetPoint& point : frame.points)
+      distances.push_back(distance_sigmas(model, frame, point));
+  }
+  if (distances.empty()) return 0;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle / kRayleighMedian;
+}
+
+/// Centroid of the disc's image minus the image of its centre (Heikkila 2000).
+Vector2d eccentricity_px(const JointCamera& camera, const Placement& placement, const BoardBow& bow,
+                         const Vector3d& point_in_target, double diameter_m) {
+  const CamFromTarget pose = camera.camera.cam_from_world * placement.world_from_target;
+  const Vector3d centre = pose * bow.bent(point_in_target);
+  const auto centre_px = project(camera.camera.model, centre);
+  const auto seen_px = dot_centroid_px(
+      camera.camera.model, {centre, pose.rotation.col(0), pose.rotation.col(1), diameter_m / 2});
+  if (!centre_px || !seen_px) return Vector2d::Zero();
+  return *seen_px - centre_px->px;
+}
+
+/// Returns the largest change in px.
+double update_eccentricity(JointModel& model, double diameter_m) {
+  double largest = 0;
+  for (JointFrame& frame : model.frames) {
+    for (TargetPoint& point : frame.points) {
+      const Vector2d shift =
+          eccentricity_px(model.cameras[frame.camera], model.placements[frame.placement], model.bow,
+                          point.point_in_target, diameter_m);
+      largest = std::max(largest, (shift - point.eccentricity_px).norm());
+      point.eccentricity_px = shift;
+    }
+  }
+  return largest;
+}
+
+/// Returns the largest change.
+double update_weights(JointModel& model, double robust_sigmas) {
+  const double limit = robust_sigmas * robust_scale(model);
+  if (!(limit > 0)) return 0;
+  double largest = 0;
+  for (JointFrame& frame : model.frames) {
+    for (TargetPoint& point : frame.points) {
+      const double distance = distance_sigmas(model, frame, point);
+      const double weight = distance <= limit ? 1 : limit / distance;
+      largest = std::max(largest, std::abs(weight - point.weight));
+      point.weight = weight;
+    }
+  }
+  return largest;
+}
+
+void clear_unused(JointModel& model, LensTerms terms) {
+  for (JointCamera& camera : model.cameras) {
+    auto& lens = std::get<BrownLens>(camera.camera.model.lens);
+    if (terms < LensTerms::k1_k2_p1_p2_k3) lens.k3 = 0;
+    if (terms < LensTerms::k1_k2_p1_p2) lens.p1 = lens.p2 = 0;
+    if (terms < LensTerms::k1_k2) lens.k2 = 0;
+  }
+}
+
+/// Frames of the placements that are (not) in the group.
+JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, bool inside) {
+  JointModel part = model;
+  part.frames.clear();
+  for (const JointFrame& frame : model.frames) {
+    if (in_group[frame.placement] == inside) part.frames.push_back(frame);
+  }
+  return part;
+}
+
+void add_errors(HeldOut& sum, const JointModel& model) {
+  for (const JointFrame& frame : model.frames) {
+    const Camera& camera = model.cameras[frame.camera].camera;
+    const double focal = std::get<BrownLens>(camera.model.lens).fx_px;
+    for (const TargetPoint& point : frame.points) {
+      const double px = distance_px(model, frame, point);
+      const Vector3d in_camera =
+          camera.cam_from_world *
+          (model.placements[frame.placement].world_from_target * point.point_in_target);
+      sum.rms_px += px * px;
+      sum.object_mm += std::pow(px * in_camera.z() / (focal * mm), 2);
+      ++sum.points;
+    }
+  }
+}
+
+}  // namespace
+
+double distance_px(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
+  const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
+                           model.bow, point.point_in_target);
+  return px ? (*px - point.px()).norm() : std::numeric_limits<double>::infinity();
+}
+
+JointSolution fit_joint(const JointModel& start, const JointFit& fit,
+                        const JointCleaning& cleaning) {
+  JointSolution solution;
+  solution.model = start;
+  int iterations = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    solution = solve_joint(std::move(solution.model), fit);
+    iterations += solution.iterations;
+    if (!solution.converged) break;
+    const double shift = cleaning.dot_diameter_m > 0
+                             ? update_eccentricity(solution.model, cleaning.dot_diameter_m)
+                             : 0;
+    const double change = update_weights(solution.model, cleaning.robust_sigmas);
+    if (shift < kSettledPx && change < kSettledWeight) break;
+  }
+  solution.iterations = iterations;
+  return solution;
+}
+
+std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning& cleaning) {
+  const double limit = cleaning.outlier_sigmas * robust_scale(model);
+  std::vector<std::string> rejected;
+  for (JointFrame& frame : model.frames) {
+    std::vector<TargetPoint> kept;
+    for (const TargetPoint& point : frame.points) {
+      const double sigmas = distance_sigmas(model, frame, point);
+      const double px = distance_px(model, frame, point);
+      // A hundredth of a pixel is never an outlier, however good the other points are.
+      if (sigmas <= limit || px <= 0.01) {
+        kept.push_back(point);
+        continue;
+      }
+      rejected.push_back(fmt::format(
+          "set {}, {}, dot ({}, {}): {:.3f} px off, {:.1f} times the limit of {:g} robust sigmas",
+          model.placements[frame.placement].set, model.cameras[frame.camera].camera.name,
+          point.dot.row, point.dot.col, px, sigmas / limit, cleaning.outlier_sigmas));
+    }
+    frame.points = std::move(kept);
+  }
+  return rejected;
+}
+
+HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
+  HeldOut sum;
+  sum.lens = fit.lens;
+  JointModel all = solved;
+  clear_unused(all, fit.lens);
+  std::vector<std::size_t> candidates;
+  bool world_kept = false;
+  for (std::size_t p = 0; p < all.placements.size(); ++p) {
+    if (all.placements[p].known && !world_kept) {
+      world_kept = true;
+    } else {
+      candidates.push_back(p);
+    }
+  }
+  groups = std::min<int>(groups, static_cast<int>(candidates.size()));
+  for (int group = 0; group < groups; ++group) {
+    std::vector<bool> in_group(all.placements.size(), false);
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+      in_group[candidates[i]] = static_cast<int>(i) % groups == group;
+    JointSolution trained = solve_joint(part_of(all, in_group, false), fit);
+    JointModel unseen = part_of(all, in_group, true);
+    unseen.cameras = trained.model.cameras;
+    unseen.bow = trained.model.bow;
+    for (Placement& placement : unseen.placements) placement.known = false;
+    JointFit place_only = fit;
+    place_only.cameras = false;
+    place_only.bow = false;
+    add_errors(sum, solve_joint(std::move(unseen), place_only).model);
+  }
+  if (sum.points > 0) {
+    sum.rms_px = std::sqrt(sum.rms_px / sum.points);
+    sum.object_mm = std::sqrt(sum.object_mm / sum.points);
+  }
+  return sum;
+}
+
+LensTerms choose_lens(const std::vector<HeldOut>& table) {
+  constexpr double kWorthIt = 0.995;
+  const HeldOut* best = &table.front();
+  for (const HeldOut& candidate : table) {
+    if (candidate.rms_px < kWorthIt * best->rms_px) best = &candidate;
+  }
+  return best->lens;
+}
+
+}  // namespace drape

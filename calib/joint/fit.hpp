@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/joint/solve.hpp"
+
+namespace drape {
+
+/// How measured points are cleaned while they are fitted.
+struct JointCleaning {
+  double dot_diameter_m = 0;  ///< 0: corners, which have no eccentricity
+  double robust_sigmas = 3;   ///< beyond, a point's weight falls as 1/distance (Huber 1964)
+  double outlier_sigmas = 6;  ///< beyond, it is rejected by name
+};
+
+/// Fits, predicts each disc's eccentricity and each point's robust weight from the result, and fits
+/// again until neither changes. Distances are in units of the points' standard deviations, their
+/// scale is learned from the median.
+[[nodiscard]] JointSolution fit_joint(const JointModel& start, const JointFit& fit,
+                                      const JointCleaning& cleaning);
+
+/// Takes out the points too far off to be noise; says each by set, camera and index.
+[[nodiscard]] std::vector<std::string> reject_outliers(JointModel& model,
+                                                       const JointCleaning& cleaning);
+
+/// Error of a lens on views that the calibration never saw, each view's placement fitted to it.
+struct HeldOut {
+  LensTerms lens = LensTerms::k1;
+  double rms_px = 0;     ///< point distance
+  double object_mm = 0;  ///< the same at the point's distance from the camera
+  int points = 0;
+};
+
+/// Leaves out one group of placements after the other (`groups` of them, the world's stays).
+[[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
+
+/// The smallest lens whose held-out error no larger one betters by more than half a percent.
+[[nodiscard]] LensTerms choose_lens(const std::vector<HeldOut>& table);
+
+/// Distance (px) of a point from its image; infinite where it does not project.
+[[nodiscard]] double distance_px(const JointModel& model, const JointFrame& frame,
+                                 const TargetPoint& point);
+
+}  // namespace drape

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "calib/tsai/correspondence.hpp"
+#include "calib/joint/start.hpp"
+#include "core/error.hpp"
+
+namespace drape {
+namespace {
+
+constexpr std::size_t kLeastDots = 12;  ///< of a frame: twice what its pose needs
+
+void set_extent(BoardBow& bow, const Target& target) {
+  const Eigen::Vector3d corner =
+      target.point_in_target({target.rows - 1, target.cols - 1}).cwiseAbs();
+  bow.half_m = corner.head<2>();
+  int points = 0;
+  for (int row = 0; row < target.rows; ++row) {
+    for (int col = 0; col < target.cols; ++col, ++points)
+      bow.mean +=
+          target.point_in_target({row, col}).head<2>().cwiseQuotient(bow.half_m).cwiseAbs2();
+  }
+  bow.mean /= points;
+}
+
+std::vector<Placement> placements_of(const Rig& rig) {
+  std::vector<Placement> placements;
+  for (const TargetStage& stage : rig.stages) {
+    Placement placement{stage.set, {}, true};
+    placement.world_from_target.translation_m.z() = stage.z_m;
+    placements.push_back(placement);
+  }
+  for (const std::string& set : rig.free_poses) placements.push_back({set, {}, placements.empty()});
+  return placements;
+}
+
+/// Drops placements that no camera saw; without stages the first that stays defines the world.
+void drop_unseen(JointModel& model, bool has_stages) {
+  std::vector<Placement> seen;
+  std::vector<std::size_t> where(model.placements.size());
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    where[p] = seen.size();
+    if (std::any_of(model.frames.begin(), model.frames.end(),
+                    [&](const JointFrame& frame) { return frame.placement == p; }))
+      seen.push_back(model.placements[p]);
+  }
+  for (JointFrame& frame : model.frames) frame.placement = where[frame.placement];
+  model.placements = std::move(seen);
+  if (!has_stages && !model.placements.empty()) model.placements.front().known = true;
+}
+
+}  // namespace
+
+JointModel joint_frames(const Detections& detections, const Rig& rig, const Target& target,
+                        std::vector<std::string>& notes) {
+  check_lattice(detections, rig, target);
+  JointModel model;
+  set_extent(model.bow, target);
+  model.placements = placements_of(rig);
+  for (const RigCamera& rig_camera : rig.cameras) {
+    JointCamera camera;
+    camera.camera.name = rig_camera.name;
+    camera.camera.model = {BrownLens{}, rig_camera.width_px, rig_camera.height_px};
+    model.cameras.push_back(camera);
+  }
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+      const std::string& set = model.placements[p].set;
+      const std::string& name = rig.cameras[c].name;
+      const FrameDetections* frame = find_frame(detections, set, name);
+      const std::size_t dots = frame == nullptr ? 0 : frame->detections.size();
+      if (dots < kLeastDots) {
+        notes.push_back(fmt::format("set {}, {}: {} dots, not used (a view needs {})", set, name,
+                                    dots, kLeastDots));
+        continue;
+      }
+      check_frame(*frame, rig.cameras[c]);
+      JointFrame used{c, p, {}};
+      for (const Detection& d : frame->detections) {
+        check_detection(d, *frame);
+        used.points.push_back(
+            {d.mark, target.point_in_target(d.mark), d.centre_px, d.covariance_px2});
+      }
+      model.frames.push_back(std::move(used));
+    }
+  }
+  drop_unseen(model, !rig.stages.empty());
+  return model;
+}
+
+}  // namespace drape

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Cholesky>
+
+#include "calib/joint/solve.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// Where the parameters of cameras, bow and placements begin.
+struct Layout {
+  std::vector<int> moved;  ///< of one camera
+  Index bow = 0;           ///< offset
+  Index bow_size = 0;
+  std::vector<Index> placements;  ///< offsets, -1 when known
+  Index size = 0;
+
+  Layout(const JointModel& model, const JointFit& fit) : moved(moved_camera_parameters(fit)) {
+    bow = static_cast<Index>(moved.size() * model.cameras.size());
+    bow_size = fit.bow ? bow_parameters : 0;
+    size = bow + bow_size;
+    for (const Placement& placement : model.placements) {
+      placements.push_back(placement.known ? -1 : size);
+      if (!placement.known) size += placement_parameters;
+    }
+  }
+
+  [[nodiscard]] Index camera(std::size_t i) const { return static_cast<Index>(moved.size() * i); }
+};
+
+/// Whitened derivative of a frame's points by its camera, the bow and its placement, side by side.
+MatrixXd derivative(const JointModel& model, const Layout& layout, const JointFrame& frame,
+                    const Placement& placement) {
+  const auto cameras = static_cast<Index>(layout.moved.size());
+  MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()),
+                              cameras + layout.bow_size + placement_parameters);
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const TargetPoint& point = frame.points[i];
+    const auto image =
+        image_of(model.cameras[frame.camera], placement, model.bow, point.point_in_target);
+    if (!image) continue;
+    const Eigen::Matrix2d w = std::sqrt(point.weight) * whitener(point.covariance_px2);
+    auto rows = d.middleRows<2>(2 * static_cast<Index>(i));
+    rows.leftCols(cameras) = w * image->by_camera(Eigen::all, layout.moved);
+    if (layout.bow_size > 0) rows.middleCols(cameras, layout.bow_size) = w * image->by_bow;
+    rows.rightCols<placement_parameters>() = w * image->by_placement;
+  }
+  return d;
+}
+
+/// Rows (columns) of a frame's derivative and where they stand among all parameters.
+struct Piece {
+  Index from, to, size;
+};
+
+/// `placement_at` is -1 when the placement is known.
+std::vector<Piece> pieces_of(const Layout& layout, std::size_t camera, Index placement_at) {
+  const auto cameras = static_cast<Index>(layout.moved.size());
+  std::vector<Piece> pieces;
+  if (cameras > 0) pieces.push_back({0, layout.camera(camera), cameras});
+  if (layout.bow_size > 0) pieces.push_back({cameras, layout.bow, layout.bow_size});
+  if (placement_at >= 0)
+    pieces.push_back({cameras + layout.bow_size, placement_at, placement_parameters});
+  return pieces;
+}
+
+void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
+               const MatrixXd& derivative, Index placement_at) {
+  const MatrixXd part = derivative.transpose() * derivative;
+  const std::vector<Piece> pieces = pieces_of(layout, frame.camera, placement_at);
+  for (const Piece& a : pieces) {
+    for (const Piece& b : pieces)
+      information.block(a.to, b.to, a.size, b.size) += part.block(a.from, b.from, a.size, b.size);
+  }
+}
+
+/// W d: the disturbance in units of each point's standard deviation, robust weight included.
+MatrixXd whitened(const JointFrame& frame, const MatrixXd& disturbance_px) {
+  MatrixXd result(disturbance_px.rows(), disturbance_px.cols());
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const TargetPoint& point = frame.points[i];
+    const auto row = 2 * static_cast<Index>(i);
+    result.middleRows<2>(row) = std::sqrt(point.weight) * whitener(point.covariance_px2) *
+                                disturbance_px.middleRows<2>(row);
+  }
+  return result;
+}
+
+}  // namespace
+
+int free_parameters(const JointModel& model, const JointFit& fit) {
+  return static_cast<int>(Layout(model, fit).size);
+}
+
+MatrixXd information_of(const JointModel& model, const JointFit& fit) {
+  const Layout layout(model, fit);
+  MatrixXd information = MatrixXd::Zero(layout.size, layout.size);
+  for (const JointFrame& frame : model.frames) {
+    const Placement& placement = model.placements[frame.placement];
+    add_frame(information, layout, frame, derivative(model, layout, frame, placement),
+              layout.placements[frame.placement]);
+  }
+  return information;
+}
+
+MatrixXd pull_of(const JointModel& model, const JointFit& fit, const JointFrame& frame,
+                 const MatrixXd& disturbance_px) {
+  const Layout layout(model, fit);
+  const MatrixXd part =
+      derivative(model, layout, frame, model.placements[frame.placement]).transpose() *
+      whitened(frame, disturbance_px);
+  MatrixXd pull = MatrixXd::Zero(layout.size, disturbance_px.cols());
+  for (const Piece& piece : pieces_of(layout, frame.camera, layout.placements[frame.placement]))
+    pull.middleRows(piece.to, piece.size) += part.middleRows(piece.from, piece.size);
+  return pull;
+}
+
+MatrixXd information_of_view(const JointModel& model, const JointFit& fit,
+                             const Placement& placement, const std::vector<JointFrame>& frames) {
+  const Layout layout(model, fit);
+  const Index shared = layout.bow + layout.bow_size;
+  MatrixXd all = MatrixXd::Zero(shared + placement_parameters, shared + placement_parameters);
+  for (const JointFrame& frame : frames)
+    add_frame(all, layout, frame, derivative(model, layout, frame, placement), shared);
+  const MatrixXd cross = all.topRightCorner(shared, placement_parameters);
+  const MatrixXd own = all.bottomRightCorner<placement_parameters, placement_parameters>();
+  return all.topLeftCorner(shared, shared) - cross * own.ldlt().solve(cross.transpose());
+}
+
+MatrixXd inverse_of_information(const MatrixXd& information) {
+  // Scaled to a unit diagonal, so that the test of its rank does not depend on units.
+  const Eigen::VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return {};
+  const MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
+  const Eigen::LLT<MatrixXd> factor(scaled);
+  if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-14)) return {};
+  const MatrixXd inverse = factor.solve(MatrixXd::Identity(scaled.rows(), scaled.cols()));
+  const MatrixXd result = scale.asDiagonal() * inverse * scale.asDiagonal();
+  return 0.5 * (result + result.transpose());
+}
+
+}  // namespace drape

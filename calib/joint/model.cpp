@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint/model.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "core/camera_derivatives.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Matrix2d;
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+Matrix3d cross(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+const BrownLens& lens_of(const JointCamera& camera) {
+  return std::get<BrownLens>(camera.camera.model.lens);
+}
+
+/// du by dv of the skew: u gains skew * (v - cy) / fy.
+double shear(const JointCamera& camera) {
+  return camera.skew_px / lens_of(camera).fy_px;
+}
+
+}  // namespace
+
+const char* name_of(LensTerms terms) {
+  switch (terms) {
+    case LensTerms::k1:
+      return "k1";
+    case LensTerms::k1_k2:
+      return "k1 k2";
+    case LensTerms::k1_k2_p1_p2:
+      return "k1 k2 p1 p2";
+    case LensTerms::k1_k2_p1_p2_k3:
+      return "k1 k2 p1 p2 k3";
+  }
+  return "";
+}
+
+Vector2d BoardBow::shape(const Vector3d& point_in_target) const {
+  return point_in_target.head<2>().cwiseQuotient(half_m).cwiseAbs2() - mean;
+}
+
+Vector3d BoardBow::bent(const Vector3d& point_in_target) const {
+  return point_in_target + shape(point_in_target).dot(edge_rise_mm) * mm * Vector3d::UnitZ();
+}
+
+std::optional<Vector2d> pixel_of(const JointCamera& camera, const Placement& placement,
+                                 const BoardBow& bow, const Vector3d& point_in_target) {
+  const Vector3d in_world = placement.world_from_target * bow.bent(point_in_target);
+  const auto image = project(camera.camera.model, camera.camera.cam_from_world * in_world);
+  if (!image) return std::nullopt;
+  return Vector2d(image->px.x() + shear(camera) * (image->px.y() - lens_of(camera).cy_px),
+                  image->px.y());
+}
+
+std::optional<TargetImage> image_of(const JointCamera& camera, const Placement& placement,
+                                    const BoardBow& bow, const Vector3d& point_in_target) {
+  const CamFromWorld& cam_from_world = camera.camera.cam_from_world;
+  const WorldFromTarget& world_from_target = placement.world_from_target;
+  const Vector3d turned = world_from_target.rotation * bow.bent(point_in_target);
+  const Vector3d rotated = cam_from_world.rotation * (turned + world_from_target.translation_m);
+  const Vector3d in_camera = rotated + cam_from_world.translation_m;
+  const auto image = project(camera.camera.model, in_camera);
+  if (!image) return std::nullopt;
+  const BrownLens& lens = lens_of(camera);
+  Matrix2d sheared = Matrix2d::Identity();
+  sheared(0, 1) = shear(camera);
+  TargetImage out;
+  out.px = image->px + Vector2d(sheared(0, 1) * (image->px.y() - lens.cy_px), 0);
+  const Eigen::Matrix<double, 2, 3> by_point = sheared * image->d_px_d_point;
+  out.by_camera.leftCols<9>() = sheared * *d_px_d_lens(camera.camera.model, in_camera);
+  // The skew multiplies the distorted y itself, which neither fy nor cy moves.
+  out.by_camera(0, 1) = 0;
+  out.by_camera(0, 3) = 0;
+  out.by_camera.col(9) = Vector2d((image->px.y() - lens.cy_px) / lens.fy_px, 0);
+  out.by_camera.middleCols<3>(lens_parameters) = -by_point * cross(rotated);
+  out.by_camera.rightCols<3>() = by_point * mm;
+  const Eigen::Matrix<double, 2, 3> by_world = by_point * cam_from_world.rotation;
+  out.by_placement.leftCols<3>() = -by_world * cross(turned);
+  out.by_placement.rightCols<3>() = by_world * mm;
+  out.by_bow =
+      by_world * world_from_target.rotation.col(2) * mm * bow.shape(point_in_target).transpose();
+  return out;
+}
+
+Matrix2d whitener(const Matrix2d& covariance_px2) {
+  return Matrix2d(covariance_px2.llt().matrixL()).inverse();
+}
+
+Matrix3d rotation_about(const Vector3d& turn) {
+  const double angle = turn.norm();
+  return angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix()
+                   : Matrix3d::Identity();
+}
+
+JointCamera moved(const JointCamera& camera, const double* p) {
+  JointCamera out = camera;
+  out.camera.model.lens = BrownLens{p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]};
+  out.skew_px = p[9];
+  CamFromWorld& pose = out.camera.cam_from_world;
+  pose.rotation = rotation_about(Eigen::Map<const Vector3d>(p + 10)) * pose.rotation;
+  pose.translation_m = Eigen::Map<const Vector3d>(p + 13) * mm;
+  return out;
+}
+
+Placement moved(const Placement& placement, const double* p) {
+  Placement out = placement;
+  WorldFromTarget& pose = out.world_from_target;
+  pose.rotation = rotation_about(Eigen::Map<const Vector3d>(p)) * pose.rotation;
+  pose.translation_m = Eigen::Map<const Vector3d>(p + 3) * mm;
+  return out;
+}
+
+}  // namespace drape

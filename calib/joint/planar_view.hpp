@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "calib/joint/model.hpp"
+#include "core/pose.hpp"
+
+namespace drape {
+
+/// Homography from the target's plane (metres) to the image (px), smallest algebraic error on
+/// normalised coordinates (Hartley 1997). Nothing when the points lie on a line or are too few.
+[[nodiscard]] std::optional<Eigen::Matrix3d> homography_of(const std::vector<TargetPoint>& points);
+
+/// One focal length (px) for views of a plane with the principal point given, from the right
+/// angle and equal length of the plane's axes (Zhang 1998). Nothing when no view is tilted enough
+/// for its vanishing points to tell a focal length.
+[[nodiscard]] std::optional<double> focal_px_of(const std::vector<Eigen::Matrix3d>& homographies,
+                                                const Eigen::Vector2d& principal_px);
+
+/// Pose of the plane before a camera without distortion. When `z` of the target points away from
+/// the camera the labels are mirrored (or the target is seen from behind).
+struct PlanarPose {
+  CamFromTarget cam_from_target;
+  bool mirrored = false;
+};
+[[nodiscard]] PlanarPose planar_pose(const Eigen::Matrix3d& homography, double focal_px,
+                                     const Eigen::Vector2d& principal_px);
+
+}  // namespace drape

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint/solve.hpp"
+
+#include <ceres/ceres.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/camera_derivatives.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+using CameraBlock = std::array<double, camera_parameters>;
+using PlacementBlock = std::array<double, placement_parameters>;
+
+CameraBlock block_of(const JointCamera& camera) {
+  const auto& l = std::get<BrownLens>(camera.camera.model.lens);
+  const Vector3d t = camera.camera.cam_from_world.translation_m / mm;
+  return {l.fx_px, l.fy_px,        l.cx_px, l.cy_px, l.k1, l.k2,  l.p1,  l.p2,
+          l.k3,    camera.skew_px, 0,       0,       0,    t.x(), t.y(), t.z()};
+}
+
+PlacementBlock block_of(const Placement& placement) {
+  const Vector3d t = placement.world_from_target.translation_m / mm;
+  return {0, 0, 0, t.x(), t.y(), t.z()};
+}
+
+/// All points of one frame: one virtual call for a hundred residuals.
+class FrameResidual : public ceres::CostFunction {
+ public:
+  FrameResidual(const JointModel& model, const JointFrame& frame)
+      : camera_(model.cameras[frame.camera]),
+        placement_(model.placements[frame.placement]),
+        bow_(model.bow),
+        frame_(frame) {
+    set_num_residuals(2 * static_cast<int>(frame.points.size()));
+    *mutable_parameter_block_sizes() = {camera_parameters, placement_parameters, bow_parameters};
+    for (const TargetPoint& point : frame.points)
+      whiteners_.emplace_back(std::sqrt(point.weight) * whitener(point.covariance_px2));
+  }
+
+  bool Evaluate(const double* const* p, double* residuals, double** jacobians) const override {
+    const JointCamera camera = moved(camera_, p[0]);
+    const Placement placement = moved(placement_, p[1]);
+    BoardBow bow = bow_;
+    bow.edge_rise_mm = Eigen::Map<const Vector2d>(p[2]);
+    // d exp(w) q / dw = -[exp(w) q]x J(w): columns of turns are multiplied with J.
+    const Matrix3d camera_turn = left_jacobian(Eigen::Map<const Vector3d>(p[0] + lens_parameters));
+    const Matrix3d placement_turn = left_jacobian(Eigen::Map<const Vector3d>(p[1]));
+    for (std::size_t i = 0; i < frame_.points.size(); ++i) {
+      const TargetPoint& point = frame_.points[i];
+      if (jacobians == nullptr) {
+        const auto px = pixel_of(camera, placement, bow, point.point_in_target);
+        if (!px) return false;  // the solver takes a shorter step
+        Eigen::Map<Vector2d>(residuals + 2 * i) = whiteners_[i] * (*px - point.px());
+        continue;
+      }
+      auto image = image_of(camera, placement, bow, point.point_in_target);
+      if (!image) return false;
+      Eigen::Map<Vector2d>(residuals + 2 * i) = whiteners_[i] * (image->px - point.px());
+      image->by_camera.middleCols<3>(lens_parameters) *= camera_turn;
+      image->by_placement.leftCols<3>() *= placement_turn;
+      write<camera_parameters>(jacobians[0], i, image->by_camera);
+      write<placement_parameters>(jacobians[1], i, image->by_placement);
+      write<bow_parameters>(jacobians[2], i, image->by_bow);
+    }
+    return true;
+  }
+
+ private:
+  template <int columns>
+  void write(double* jacobian, std::size_t i,
+             const Eigen::Matrix<double, 2, columns>& by_block) const {
+    if (jacobian == nullptr) return;
+    Eigen::Map<Eigen::Matrix<double, 2, columns, Eigen::RowMajor>>(jacobian + 2 * columns * i) =
+        whiteners_[i] * by_block;
+  }
+
+  const JointCamera& camera_;
+  const Placement& placement_;
+  const BoardBow& bow_;
+  const JointFrame& frame_;
+  std::vector<Eigen::Matrix2d> whiteners_;
+};
+
+ceres::Solver::Options solver_options(int max_iterations) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = max_iterations;
+  // Far below what a covariance can tell, so that the end point does not depend on the start.
+  options.function_tolerance = 1e-13;
+  options.parameter_tolerance = 1e-12;
+  options.gradient_tolerance = 1e-14;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  return options;
+}
+
+/// Blocks of all parameters and the problem over them.
+struct Blocks {
+  std::vector<CameraBlock> cameras;
+  std::vector<PlacementBlock> placements;
+  std::array<double, bow_parameters> bow{};
+};
+
+void add_frames(ceres::Problem& problem, const JointModel& model, Blocks& blocks) {
+  for (const JointFrame& frame : model.frames) {
+    if (frame.points.empty()) continue;
+    problem.AddResidualBlock(new FrameResidual(model, frame), nullptr,
+                             blocks.cameras[frame.camera].data(),
+                             blocks.placements[frame.placement].data(), blocks.bow.data());
+  }
+}
+
+void hold_what_is_kept(ceres::Problem& problem, const JointModel& model, const JointFit& fit,
+                       Blocks& blocks) {
+  const std::vector<int> moved = moved_camera_parameters(fit);
+  std::vector<int> kept;
+  for (int i = 0; i < camera_parameters; ++i) {
+    if (std::find(moved.begin(), moved.end(), i) == moved.end()) kept.push_back(i);
+  }
+  for (CameraBlock& block : blocks.cameras) {
+    if (!problem.HasParameterBlock(block.data())) continue;
+    if (moved.empty()) {
+      problem.SetParameterBlockConstant(block.data());
+    } else if (!kept.empty()) {
+      problem.SetManifold(block.data(), new ceres::SubsetManifold(camera_parameters, kept));
+    }
+  }
+  for (std::size_t i = 0; i < blocks.placements.size(); ++i) {
+    double* block = blocks.placements[i].data();
+    if (model.placements[i].known && problem.HasParameterBlock(block))
+      problem.SetParameterBlockConstant(block);
+  }
+  if (!fit.bow && problem.HasParameterBlock(blocks.bow.data()))
+    problem.SetParameterBlockConstant(blocks.bow.data());
+}
+
+ceres::ParameterBlockOrdering* placements_first(const ceres::Problem& problem, Blocks& blocks) {
+  auto* ordering = new ceres::ParameterBlockOrdering;
+  for (PlacementBlock& block : blocks.placements) {
+    if (problem.HasParameterBlock(block.data())) ordering->AddElementToGroup(block.data(), 0);
+  }
+  for (CameraBlock& block : blocks.cameras) {
+    if (problem.HasParameterBlock(block.data())) ordering->AddElementToGroup(block.data(), 1);
+  }
+  ordering->AddElementToGroup(blocks.bow.data(), 1);
+  return ordering;
+}
+
+}  // namespace
+
+std::vector<int> moved_camera_parameters(const JointFit& fit) {
+  if (!fit.cameras) return {};
+  std::vector<int> moved = {0, 1, 2, 3, 4};
+  if (fit.lens >= LensTerms::k1_k2) moved.push_back(5);
+  if (fit.lens >= LensTerms::k1_k2_p1_p2) moved.insert(moved.end(), {6, 7});
+  if (fit.lens >= LensTerms::k1_k2_p1_p2_k3) moved.push_back(8);
+  if (fit.skew) moved.push_back(9);
+  for (int i = lens_parameters; i < camera_parameters; ++i) moved.push_back(i);
+  return moved;
+}
+
+JointSolution solve_joint(JointModel start, const JointFit& fit) {
+  Blocks blocks;
+  for (const JointCamera& camera : start.cameras) blocks.cameras.push_back(block_of(camera));
+  for (const Placement& p : start.placements) blocks.placements.push_back(block_of(p));
+  blocks.bow = {start.bow.edge_rise_mm.x(), start.bow.edge_rise_mm.y()};
+  JointSolution solution;
+  {
+    ceres::Problem problem;
+    add_frames(problem, start, blocks);
+    hold_what_is_kept(problem, start, fit, blocks);
+    ceres::Solver::Options options = solver_options(fit.max_iterations);
+    options.linear_solver_ordering.reset(placements_first(problem, blocks));
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    solution.converged = summary.termination_type == ceres::CONVERGENCE;
+    solution.iterations = static_cast<int>(summary.iterations.size());
+    solution.chi2 = 2 * summary.final_cost;
+  }
+  solution.model = std::move(start);
+  JointModel& model = solution.model;
+  for (std::size_t i = 0; i < model.cameras.size(); ++i)
+    model.cameras[i] = moved(model.cameras[i], blocks.cameras[i].data());
+  for (std::size_t i = 0; i < model.placements.size(); ++i)
+    model.placements[i] = moved(model.placements[i], blocks.placements[i].data());
+  model.bow.edge_rise_mm = Vector2d(blocks.bow[0], blocks.bow[1]);
+  return solution;
+}
+
+}  // namespace drape

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <filesystem>
+
+#include "calib/calib.hpp"
+#include "calib/programs/ending.hpp"
+#include "calib/joint.hpp"
+#include "calib/programs/joint_ending.hpp"
+#include "calib/programs/program_options.hpp"
+#include "core/error.hpp"
+#include "core/program.hpp"
+#include "core/run_record.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+
+namespace {
+
+/// The calibration and how the program ends, by either method.
+std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
+                                         const std::string& method, const JointOptions& options,
+                                         const fs::path& out) {
+  const Target target = read_target(rig.target_file);
+  if (method == "tsai") {
+    const CalibResult result = calibrate_tsai(detections, rig, target, options.common);
+    return {result.calibration, ending_of(result, out)};
+  }
+  const JointResult result = calibrate_joint(detections, rig, target, options);
+  return {result.calibration, ending_of(result, out)};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
+  CommonOptions common;
+  JointOptions options;
+  fs::path detections_file, rig_file, out;
+  std::string method = "tsai", lens = "held-out";
+  add_common_options(app, common);
+  app.add_option("DETECTIONS", detections_file, "detections.json of the target")->required();
+  app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
+  app.add_option(
+         "--method", method,
+         "tsai: each camera from the z stages; joint: all cameras from stages and free poses")
+      ->check(CLI::IsMember({"tsai", "joint"}))
+      ->capture_default_str();
+  app.add_option("--out", out, "calibration.json to write")->required();
+  add_options(app, options.common);
+  app.add_option("--lens", lens, "joint: the lens's terms, or held-out to choose by unseen views")
+      ->check(CLI::IsMember({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"}))
+      ->capture_default_str();
+  add_joint_options(app, options);
+  return run_program(app, argc, argv, common, [&] {
+    options.check();
+    options.lens = lens_named(lens);
+    if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
+    RunRecord record("drape-calib", arguments_of(argc, argv));
+    const Rig rig = read_rig(rig_file);
+    record.input(rig.file);
+    record.input(rig.target_file);
+    record.input(detections_file);
+    const auto [calibration, ending] =
+        calibrate(read_detections(detections_file), rig, method, options, out);
+    write_calibration(out, calibration);
+    record.output(out);
+    note_options(record, options.common, method);
+    record.option("lens", lens);
+    note_joint_options(record, options);
+    const int code = finish(ending, common);
+    record.write(run_record_path(out), code);
+    return code;
+  });
+}

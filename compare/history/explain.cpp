@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/explain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "compare/meshes/other_mesh.hpp"
+#include "compare/store/provenance.hpp"
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where the seal says that a sheet lies.
+fs::path sheet_file(const StoreReader& store, const std::string& sha256) {
+  const Seal seal = read_seal(store.file());
+  const fs::path folder =
+      store.file().has_parent_path() ? store.file().parent_path() : fs::path(".");
+  for (const auto& [name, hash] : seal.files) {
+    const fs::path file = (folder / name).lexically_normal();
+    if (hash == sha256) return file;
+    const auto other = other_mesh_id(file);
+    if (other && other->sha256 == sha256) return file;
+  }
+  return {};
+}
+
+void add_chain(const StoreReader& store, RecordBook& book, std::set<fs::path>& followed,
+               const std::string& what, const std::string& sha256, Explanation& result) {
+  const fs::path file = sheet_file(store, sha256);
+  if (file.empty()) {
+    result.chain.add({"0", what,
+                      "another simulator's mesh, or a sheet imported before there were "
+                      "seals",
+                      sha256, "not followed"});
+    result.complete = false;
+    return;
+  }
+  if (const auto other = other_mesh_id(file); other && other->sha256 == sha256) {
+    result.chain.add(
+        {"0", file.generic_string(), "written by people", *book.sha256(file), "unchanged"});
+    result.chain.add({"1", "  " + other->mesh.generic_string(), "another simulator's mesh",
+                      other->mesh_sha256, "unchanged"});
+    return;
+  }
+  for (const ChainLink& link : chain_of(book, file, sha256, followed)) {
+    const std::string indent(2 * static_cast<std::size_t>(link.depth), ' ');
+    result.chain.add({std::to_string(link.depth), indent + link.file.generic_string(), link.made_by,
+                      link.sha256, link.state});
+    result.complete = result.complete && link.state == "unchanged";
+  }
+}
+
+double number_of(const std::string& text) {
+  return text.empty() ? 0 : std::stod(text);
+}
+
+/// What a number belongs to: its row, and the files it was computed from.
+struct Subject {
+  Table row;
+  std::vector<std::pair<std::string, std::string>> roots;  ///< what it is, and its SHA-256
+
+  [[nodiscard]] std::optional<std::string> value(const std::string& name) const {
+    const auto at = std::find(row.names.begin(), row.names.end(), name);
+    if (at == row.names.end() || row.rows.empty()) return std::nullopt;
+    return row.rows[0][static_cast<std::size_t>(at - row.names.begin())];
+  }
+  void add_root(const std::string& what, const std::string& column) {
+    if (const auto sha256 = value(column); sha256 && !sha256->empty())
+      roots.emplace_back(what, *sha256);
+  }
+};
+
+constexpr const char* kComparison =
+    "SELECT c.*, m.sigma_median_mm, m.sigma_max_mm, b.energy_uJ, b.residual_per_particle_weight, "
+    "b.hem_nodes, t.turned_mean_mm, t.turn_deg FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
+    "c.measured_sha256 LEFT JOIN branch AS b ON b.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
+    "branch_turn AS t ON t.comparison_sha256 = c.sha256 WHERE c.sha256 = ?";
+constexpr const char* kMark =
+    "SELECT e.*, c.measured_sha256, c.simulated_sha256 FROM mark_error AS e JOIN comparison AS c "
+    "ON c.id = e.comparison_id WHERE c.sha256 = ? AND e.\"row\" = CAST(? AS INTEGER) AND "
+    "e.\"col\" = CAST(? AS INTEGER)";
+constexpr const char* kSheet =
+    "SELECT s.sha256, s.sigma_median_mm, s.sigma_max_mm, d.* FROM sheet AS s LEFT JOIN drapemeter "
+    "AS d ON d.sheet_sha256 = s.sha256 WHERE s.sha256 = ?";
+constexpr const char* kCamera =
+    "SELECT calibration_sha256, camera, points, rms_px, max_px, object_rms_mm FROM "
+    "calibration_camera WHERE calibration_sha256 = ?1 AND (?2 = '' OR camera = ?2)";
+
+Subject comparison_subject(const StoreReader& store, const std::string& key,
+                           const std::optional<MarkId>& mark) {
+  Subject subject;
+  subject.row =
+      mark ? store.query(kMark, {key, std::to_string(mark->row), std::to_string(mark->col)})
+           : store.query(kComparison, {key});
+  if (subject.row.rows.empty())
+    throw usage_error(fmt::format("mark {}, {} is not in this comparison", mark->row, mark->col),
+                      "see its marks with drape-results show " + key.substr(0, 12));
+  subject.add_root("measured sheet", "measured_sha256");
+  subject.add_root("virtual sheet", "simulated_sha256");
+  return subject;
+}
+
+Subject camera_subject(const StoreReader& store, const std::string& key,
+                       const std::string& camera) {
+  Subject subject{store.query(kCamera, {key, camera}), {}};
+  if (subject.row.rows.size() != 1) {
+    std::string names;
+    for (const auto& row : store.query(kCamera, {key, ""}).rows)
+      names += (names.empty() ? "" : ", ") + row[1];
+    throw usage_error("a residual is that of one camera", "give --camera, one of: " + names);
+  }
+  subject.add_root("calibration", "calibration_sha256");
+  return subject;
+}
+
+Subject subject_of(const StoreReader& store, const StoredKey& stored, const WhyOptions& options) {
+  if (stored.table == "comparison") return comparison_subject(store, stored.sha256, options.mark);
+  if (stored.table == "calibration") return camera_subject(store, stored.sha256, options.camera);
+  Subject subject;
+  if (stored.table == "sheet") {
+    subject.row = store.query(kSheet, {stored.sha256});
+    subject.add_root("sheet", "sha256");
+    return subject;
+  }
+  subject.row = store.query("SELECT * FROM " + stored.table + " WHERE sha256 = ?", {stored.sha256});
+  subject.add_root("measured sheet", "measured_sha256");
+  subject.add_root("virtual sheet", "mesh_sha256");
+  subject.add_root("first virtual sheet", "first_sha256");
+  subject.add_root("second virtual sheet", "second_sha256");
+  return subject;
+}
+
+/// Unit and definition of the metric. Throws Error(usage) naming those that the subject has.
+std::vector<std::string> meaning_of(const StoreReader& store, const Subject& subject,
+                                    const std::string& metric) {
+  std::string names;
+  for (const auto& known : store.query("SELECT name, unit, definition FROM metric").rows) {
+    if (!subject.value(known[0])) continue;
+    if (known[0] == metric) return {known[1], known[2]};
+    names += (names.empty() ? "" : ", ") + known[0];
+  }
+  throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
+}
+
+}  // namespace
+
+Explanation explain(const StoreReader& store, const std::string& key, const std::string& metric,
+                    const WhyOptions& options) {
+  const StoredKey stored = stored_key(
+      store, key, {"comparison", "surface_comparison", "simulation_pair", "sheet", "calibration"});
+  const Subject subject = subject_of(store, stored, options);
+  const std::vector<std::string> meaning = meaning_of(store, subject, metric);
+  Explanation result;
+  result.number.names = {"what", "value"};
+  result.number.numeric = {false, false};
+  const std::string number = *subject.value(metric);
+  result.number.add({metric, number.empty() ? "not known" : number + " " + meaning[0]});
+  result.number.add({"definition", meaning[1]});
+  result.number.add({stored.table, stored.sha256});
+  if (options.mark && stored.table == "comparison") {
+    result.number.add(
+        {"mark", fmt::format("row {}, col {}", options.mark->row, options.mark->col)});
+  } else if (stored.table == "comparison") {
+    result.number.add({"rows", *subject.value("marks") +
+                                   " rows of mark_error (drape-results show " +
+                                   stored.sha256.substr(0, 12) + ")"});
+    result.number.add({"worst mark", fmt::format("row {}, col {}", *subject.value("worst_row"),
+                                                 *subject.value("worst_col"))});
+  }
+  if (const auto camera = subject.value("camera")) result.number.add({"camera", *camera});
+  result.chain.names = {"depth", "file", "made_by", "sha256", "state"};
+  result.chain.numeric = {true, false, false, false, false};
+  RecordBook book;
+  std::set<fs::path> followed;
+  for (const auto& [what, sha256] : subject.roots)
+    add_chain(store, book, followed, what, sha256, result);
+  return result;
+}
+
+Difference difference_of(const StoreReader& store, const std::string& first,
+                         const std::string& second) {
+  const std::string a = full_key(store, first), b = full_key(store, second);
+  const Table rows = store.query(
+      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, "
+      "s.simulator, s.model, c.* FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = "
+      "c.simulated_sha256 WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
+      {a, b});
+  Difference result;
+  result.metrics.names = {"what", "A", "B", "B - A", "unit"};
+  result.metrics.numeric = {false, true, true, true, false};
+  const Table units = store.query("SELECT name, unit FROM metric");
+  const auto& one = rows.rows.front();
+  const auto& two = rows.rows.back();
+  for (std::size_t i = 0; i < rows.names.size(); ++i) {
+    const auto unit = std::find_if(units.rows.begin(), units.rows.end(),
+                                   [&](const auto& u) { return u[0] == rows.names[i]; });
+    if (unit != units.rows.end() && !one[i].empty() && !two[i].empty()) {
+      result.metrics.add({rows.names[i], fmt::format("{:.4f}", number_of(one[i])),
+                          fmt::format("{:.4f}", number_of(two[i])),
+                          fmt::format("{:+.4f}", number_of(two[i]) - number_of(one[i])),
+                          (*unit)[1]});
+    } else if (unit == units.rows.end() && one[i] != two[i] && rows.names[i] != "id") {
+      // Of a hash its beginning, which every command takes.
+      const auto shown = [](const std::string& cell) {
+        return cell.size() == 64 ? cell.substr(0, 12) : cell;
+      };
+      result.metrics.add({rows.names[i], shown(one[i]), shown(two[i]), "", ""});
+    }
+  }
+  result.marks = store.query(
+      "SELECT a.\"row\", a.\"col\", round(a.distance_mm, 3) AS a_mm, round(b.distance_mm, 3) AS "
+      "b_mm, round(b.distance_mm - a.distance_mm, 3) AS b_minus_a_mm FROM mark_error AS a JOIN "
+      "mark_error AS b ON b.\"row\" = a.\"row\" AND b.\"col\" = a.\"col\" WHERE a.comparison_id = "
+      "(SELECT id FROM comparison WHERE sha256 = ?1) AND b.comparison_id = (SELECT id FROM "
+      "comparison WHERE sha256 = ?2) ORDER BY a.\"row\", a.\"col\"",
+      {a, b});
+  return result;
+}
+
+}  // namespace drape::compare

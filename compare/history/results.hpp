@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/store/store.hpp"
+
+namespace drape::compare {
+
+/// Which rows of the store are wanted; empty parts do not filter.
+struct ResultFilter {
+  std::string scene = {};
+  std::string fabric = {};
+  std::string grid = {};  ///< "21x21" or "21"
+  std::optional<int> segments = {};
+  std::string rig = {};
+  std::string model = {};
+  std::string simulator = {};
+  std::string since = {};  ///< ISO date of the recording, inclusive; drops undated ones
+  std::string until = {};
+};
+
+/// A row of the store that has a key.
+struct StoredKey {
+  std::string table;
+  std::string sha256;
+};
+/// The one row of these tables (each with a column sha256) whose key starts so; by default a
+/// comparison of marks or of a mesh without marks. Throws Error(usage) when no or more than one
+/// does.
+[[nodiscard]] StoredKey stored_key(const StoreReader& store, const std::string& key,
+                                   const std::vector<std::string>& tables = {"comparison",
+                                                                             "surface_comparison"});
+
+/// The same for a comparison of marks alone.
+[[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
+
+/// One row per comparison between a measured sheet and a simulation.
+[[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);
+
+/// All that the store knows of one comparison, named by the start of its key: its metrics with
+/// unit and definition, its provenance, and the marks. Throws Error(usage) when no or more than
+/// one comparison starts so.
+struct ShownResult {
+  Table metrics;
+  Table provenance;
+  Table marks;
+};
+[[nodiscard]] ShownResult show_result(const StoreReader& store, const std::string& key);
+
+/// The paper's two tables for each scene and measured sheet in the store.
+[[nodiscard]] std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter);
+
+/// A whole table or view. Throws Error(usage) listing what there is.
+[[nodiscard]] Table export_table(const StoreReader& store, const std::string& name);
+
+/// The store as SQL text that makes it anew; equal content gives equal text.
+[[nodiscard]] std::string dump_sql(const StoreReader& store);
+
+}  // namespace drape::compare

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/results.hpp"
+
+#include <gmock/gmock.h>
+
+#include "compare/store/sheet_folders.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class Results : public testing::Test {
+ protected:
+  Results() {
+    const DrapeInput input = test::drape_of(
+        test::measured_sheet(), {test::simulated_sheet(11, 1), test::simulated_sheet(11, 5),
+                                 test::simulated_sheet(21, 1), test::simulated_sheet(21, 5)});
+    Store store(file());
+    store.add(input, compare_drape(input, {}));
+    store.close();
+  }
+  [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "results.sqlite"; }
+
+  drape::test::TemporaryFolder folder_;
+};
+
+TEST_F(Results, ListFilters) {
+  const StoreReader reader(file());
+  EXPECT_EQ(list_results(reader, {}).rows.size(), 4U);
+  EXPECT_EQ(list_results(reader, {.scene = "A"}).rows.size(), 4U);
+  EXPECT_EQ(list_results(reader, {.scene = "C"}).rows.size(), 0U);
+  EXPECT_EQ(list_results(reader, {.fabric = "cotton-like"}).rows.size(), 4U);
+  EXPECT_EQ(list_results(reader, {.grid = "21"}).rows.size(), 2U);
+  EXPECT_EQ(list_results(reader, {.grid = "21x21", .segments = 5}).rows.size(), 1U);
+  EXPECT_EQ(list_results(reader, {.scene = "A' OR '1"}).rows.size(), 0U) << "values are bound";
+}
+
+TEST_F(Results, TablesHaveThePapersLayout) {
+  const StoreReader reader(file());
+  const auto tables = paper_tables(reader, {});
+  ASSERT_EQ(tables.size(), 2U);
+  EXPECT_THAT(tables[0].names, ElementsAre("grid_size", "segments", "mean_dist_mm"));
+  EXPECT_THAT(tables[1].names, ElementsAre("pair", "mean_dist_mm"));
+  EXPECT_EQ(tables[1].rows[2][0], "1 seg: 11x11 vs 21x21");
+}
+
+TEST_F(Results, ShowNamesUnitsAndDefinitions) {
+  const StoreReader reader(file());
+  const std::string key = list_results(reader, {}).rows[0][0];
+  const ShownResult shown = show_result(reader, key);
+  EXPECT_EQ(shown.marks.rows.size(), 121U);
+  for (const auto& row : shown.metrics.rows) {
+    EXPECT_FALSE(row[2].empty()) << row[0];
+    EXPECT_FALSE(row[3].empty()) << row[0];
+  }
+  EXPECT_THROW((void)show_result(reader, "zzz"), Error);
+  EXPECT_THROW((void)show_result(reader, ""), Error) << "every key starts with nothing";
+}
+
+TEST_F(Results, OnlyQueriesAreRun) {
+  const StoreReader reader(file());
+  for (const char* sql :
+       {"DELETE FROM mark_error", "DROP TABLE rig", "ATTACH 'x' AS y", "PRAGMA query_only = OFF",
+        "VACUUM INTO 'x'", "SELECT 1; DELETE FROM rig",
+        "WITH x AS (SELECT 1) DELETE FROM mark_error", "SELECT nothing FROM rig", ""}) {
+    EXPECT_THROW((void)reader.query(sql), Error) << sql;
+  }
+  EXPECT_EQ(reader.query("SELECT count(*) FROM mark_error").rows[0][0], "484");
+  EXPECT_EQ(reader.query(" select ';' ; ").rows[0][0], ";");
+}
+
+TEST_F(Results, ExportNamesWhatThereIs) {
+  const StoreReader reader(file());
+  EXPECT_EQ(export_table(reader, "mark_error").rows.size(), 484U);
+  try {
+    (void)export_table(reader, "marks");
+    FAIL() << "a table that does not exist was exported";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("mark_error"));
+  }
+}
+
+TEST(Table, TextCsvAndJson) {
+  Table table;
+  table.title = "Title";
+  table.names = {"name", "length_mm"};
+  table.numeric = {false, true};
+  table.add({"a, \"b\"", "1.5"});
+  table.add({"ü", ""});
+  EXPECT_EQ(text_of(table),
+            "Title\n  name     length_mm\n  ------   ---------\n  a, \"b\"         1.5\n  ü\n");
+  EXPECT_EQ(csv_of(table), "name,length_mm\n\"a, \"\"b\"\"\",1.5\nü,\n");
+  EXPECT_EQ(json_of(table).dump(),
+            R"([{"name":"a, \"b\"","length_mm":1.5},{"name":"ü","length_mm":null}])");
+}
+
+TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {
+  const drape::test::TemporaryFolder folder;
+  const auto sheets = test::write_example(folder.path() / "out" / "A");
+  for (const char* name : {"paper/C/consistent/11-1", "paper/C/consistent/11-5"}) {
+    const fs::path to = folder.path() / name;
+    fs::create_directories(to);
+    fs::copy(sheets[1].parent_path(), to);
+  }
+  const auto found = sheets_in({folder.path()});
+  ASSERT_EQ(found.size(), 2 + sheets.size());
+  EXPECT_EQ(found[0], folder.path() / "paper/C/consistent/11-1/sheet.ply");
+  EXPECT_EQ(found[1], folder.path() / "paper/C/consistent/11-5/sheet.ply");
+  EXPECT_EQ(std::vector<fs::path>(found.begin() + 2, found.end()), sheets);
+  EXPECT_TRUE(calibration_in({folder.path()}).empty());
+  fs::create_directories(folder.path() / "nothing");
+  EXPECT_THROW((void)sheets_in({folder.path() / "nothing"}), Error);
+}
+
+}  // namespace
+}  // namespace drape::compare

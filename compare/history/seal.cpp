@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/seal.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "compare/store/provenance.hpp"
+#include "compare/store/sqlite_error.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kSealVersion = 1;
+constexpr const char* kDamaged = "the seal of the results store was changed";
+
+fs::path folder_of(const fs::path& store) {
+  return store.has_parent_path() ? store.parent_path() : fs::path(".");
+}
+
+std::string text_of(const Seal& seal, const fs::path& store) {
+  Json json;
+  json["schema"] = fmt::format("drapebench/seal/{}", kSealVersion);
+  json["store"] = store.filename().string();
+  json["store_sha256"] = seal.store_sha256;
+  json["entries"] = seal.entries;
+  json["head"] = seal.head;
+  json["files"] = Json::array();
+  for (const auto& [file, sha256] : seal.files)
+    json["files"].push_back({{"file", file}, {"sha256", sha256}});
+  json["seal_sha256"] = sha256_of(std::string_view(pretty(json)));
+  return pretty(json);
+}
+
+/// Two programs never seal in the same folder at the same time; the system frees the lock when one
+/// dies.
+class SealLock {
+ public:
+  explicit SealLock(const fs::path& folder)
+      : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (fd_ >= 0) ::flock(fd_, LOCK_EX);
+  }
+  ~SealLock() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  SealLock(const SealLock&) = delete;
+  SealLock& operator=(const SealLock&) = delete;
+
+ private:
+  int fd_;
+};
+
+/// The chain may have grown since it was sealed, but what was sealed must still be its beginning:
+/// else sealing again would hide that rows were removed.
+void check_beginning(SQLite::Database& database, const Seal& before, const fs::path& store) {
+  if (before.entries == 0) return;
+  SQLite::Statement entry(database, "SELECT chain_sha256 FROM ledger WHERE sequence = ?");
+  entry.bind(1, static_cast<int64_t>(before.entries));
+  if (entry.executeStep() && entry.getColumn(0).getString() == before.head) return;
+  throw bad_input("rows of the results store are missing since it was sealed",
+                  {.file = store.string()}, "restore the store and its seal from a backup");
+}
+
+/// Hash of the store while nobody can write it; nothing when somebody still does.
+bool hash_store(const fs::path& store, const Seal& before, Seal& seal) {
+  SQLite::Database database(store.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
+  SQLite::Statement checkpoint(database, "PRAGMA wal_checkpoint(TRUNCATE)");
+  if (!checkpoint.executeStep() || checkpoint.getColumn(0).getInt() != 0) return false;
+  checkpoint.reset();
+  SQLite::Transaction writers_wait(database, SQLite::TransactionBehavior::IMMEDIATE);
+  check_beginning(database, before, store);
+  std::error_code absent;
+  const auto log_size = fs::file_size(store.string() + "-wal", absent);
+  if (!absent && log_size > 0) return false;  // somebody wrote in between and will seal
+  SQLite::Statement last(
+      database, "SELECT sequence, chain_sha256 FROM ledger ORDER BY sequence DESC LIMIT 1");
+  if (last.executeStep()) {
+    seal.entries = last.getColumn(0).getInt64();
+    seal.head = last.getColumn(1).getString();
+  }
+  seal.store_sha256 = sha256_of_file(store);
+  return true;
+}
+
+}  // namespace
+
+fs::path seal_path(const fs::path& store) {
+  return store.string() + ".seal.json";
+}
+
+Seal read_seal(const fs::path& store) {
+  const fs::path file = seal_path(store);
+  if (!fs::is_regular_file(file)) {
+    throw bad_input("the results store has no seal", {.file = file.string()},
+                    "drape-compare and drape-results import write it; a store that only older "
+                    "programs wrote has none");
+  }
+  const std::string text = read_text(file);
+  const Json json = Json::parse(text, nullptr, false);
+  const Where where{.file = file.string()};
+  const char* what_to_do =
+      "restore the store and its seal from a backup; without one, find what changed, remove the "
+      "seal and import again";
+  if (json.is_discarded()) throw bad_input(kDamaged, where, what_to_do);
+  Seal seal;
+  try {
+    seal.store_sha256 = json.at("store_sha256").get<std::string>();
+    seal.entries = json.at("entries").get<long long>();
+    seal.head = json.at("head").get<std::string>();
+    for (const Json& item : json.at("files"))
+      seal.files[item.at("file").get<std::string>()] = item.at("sha256").get<std::string>();
+  } catch (const Json::exception&) {
+    throw bad_input(kDamaged, where, what_to_do);
+  }
+  if (text_of(seal, store) != text) throw bad_input(kDamaged, where, what_to_do);
+  return seal;
+}
+
+void seal_store(const fs::path& store, const std::vector<fs::path>& starts) {
+  const SealLock lock(folder_of(store));
+  Seal seal, before;
+  if (fs::is_regular_file(seal_path(store))) before = read_seal(store);
+  seal.files = before.files;
+  RecordBook book;
+  const fs::path folder = folder_of(store);
+  for (const fs::path& file : files_behind(book, starts)) {
+    if (fs::exists(store) && fs::exists(file) && fs::equivalent(file, store)) continue;
+    if (const auto sha256 = book.sha256(file))
+      seal.files[fs::proximate(file, folder).generic_string()] = *sha256;
+  }
+  try {
+    if (!hash_store(store, before, seal)) return;
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(store, exception);
+  }
+  write_durable(seal_path(store), text_of(seal, store));
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/store/store.hpp"
+
+namespace drape::compare {
+
+/// <store>.seal.json ("drapebench/seal/1"): hashes of the store as a whole and of every file that
+/// stands behind its numbers, run records included. Written after the store; its own hash is its
+/// last line, so that no byte of it can change unseen.
+struct Seal {
+  std::string store_sha256;
+  long long entries = 0;                     ///< of the ledger
+  std::string head;                          ///< chain_sha256 of the last
+  std::map<std::string, std::string> files;  ///< path relative to the store's folder, SHA-256
+};
+
+[[nodiscard]] std::filesystem::path seal_path(const std::filesystem::path& store);
+
+/// Throws Error(bad_input) when there is none or any byte of it was changed.
+[[nodiscard]] Seal read_seal(const std::filesystem::path& store);
+
+/// Seals the store with the files behind `starts` (sheets, calibration, reports), keeping what was
+/// sealed before; a damaged seal is not overwritten but an Error. While another program writes the
+/// store, the seal is left to that one.
+void seal_store(const std::filesystem::path& store,
+                const std::vector<std::filesystem::path>& starts);
+
+/// What was checked and what was found.
+struct Verification {
+  std::vector<std::string> findings;  ///< empty: all is as it was written
+  long long rows = 0;                 ///< entries of the ledger recomputed
+  int files = 0;                      ///< hashed
+  int comparisons = 0;                ///< recomputed from their sheets, bit for bit
+};
+
+/// The seal's own bytes, the store's bytes, every row against the ledger, every sealed file's
+/// bytes, every comparison recomputed from its sheets. With `recompute` off the last is left out.
+[[nodiscard]] Verification verify_store(const std::filesystem::path& store, bool recompute = true);
+
+}  // namespace drape::compare

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compare/history/explain.hpp"
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+/// One series in the order of its imports.
+struct Series {
+  std::string name, unit;
+  std::vector<std::string> labels;
+  std::vector<double> values;
+};
+
+void add_series(std::vector<Series>& list, const Table& rows, const std::string& unit) {
+  for (const auto& row : rows.rows) {
+    if (list.empty() || list.back().name != row[0]) list.push_back({row[0], unit, {}, {}});
+    list.back().labels.push_back(row[1]);
+    list.back().values.push_back(std::stod(row[2]));
+  }
+}
+
+std::vector<Series> all_series(const StoreReader& store, const std::string& specimen) {
+  std::vector<Series> list;
+  if (specimen.empty()) {
+    add_series(
+        list,
+        store.query(
+            "SELECT 'calibration residual ' || k.rig_name || ' ' || c.camera, "
+            "substr(c.calibration_sha256, 1, 12), c.rms_px FROM calibration_camera AS c JOIN "
+            "calibration AS k ON k.sha256 = c.calibration_sha256 JOIN ledger AS l ON l.kind "
+            "= 'calibration_file' AND l.key = c.calibration_sha256 ORDER BY k.rig_name, "
+            "c.camera, l.sequence"),
+        "px");
+  }
+  add_series(list,
+             store.query(
+                 "SELECT 'mean distance ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' || "
+                 "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' "
+                 "|| v.model || ' ' || v.solver AS name, v.comparison, v.mean_dist_mm FROM "
+                 "v_real_vs_virtual AS v WHERE v.branch IS NULL AND (?1 = '' OR v.scene = ?1 OR "
+                 "v.scene || '/' || "
+                 "v.fabric = ?1) ORDER BY name, v.id",
+                 {specimen}),
+             "mm");
+  return list;
+}
+
+}  // namespace
+
+Trend trend_of(const StoreReader& store, const TrendOptions& options) {
+  if (options.least_before < 2 || !(options.alarm_sigmas > 0))
+    throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
+  Trend trend;
+  trend.table.names = {"series",      "n",        "run",    "value", "unit",
+                       "mean_before", "s_before", "sigmas", "alarm"};
+  trend.table.numeric = {false, true, false, true, false, true, true, true, false};
+  for (const Series& series : all_series(store, options.specimen)) {
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < series.values.size(); ++i) {
+      const double value = series.values[i];
+      std::vector<std::string> cells = {series.name,
+                                        std::to_string(i + 1),
+                                        series.labels[i],
+                                        fmt::format("{:.4f}", value),
+                                        series.unit,
+                                        "",
+                                        "",
+                                        "",
+                                        ""};
+      const auto n = static_cast<double>(i);
+      if (i >= static_cast<std::size_t>(options.least_before)) {
+        const double mean = sum / n;
+        const double s = std::sqrt(std::max(0.0, (squares - n * mean * mean) / (n - 1)));
+        const double spread = s * std::sqrt(1 + 1 / n);
+        const double off = value - mean;
+        const bool alarm = std::abs(off) > options.alarm_sigmas * spread;
+        cells[5] = fmt::format("{:.4f}", mean);
+        cells[6] = fmt::format("{:.4f}", s);
+        cells[7] = spread > 0 ? fmt::format("{:+.1f}", off / spread) : off == 0 ? "0" : "";
+        cells[8] = alarm ? "ALARM" : "";
+        trend.alarms += alarm && i + 1 == series.values.size();
+      }
+      trend.table.add(std::move(cells));
+      sum += value;
+      squares += value * value;
+    }
+  }
+  return trend;
+}
+
+}  // namespace drape::compare

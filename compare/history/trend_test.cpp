@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "compare/history/explain.hpp"
+#include "compare/report/history.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using units::mm;
+
+/// A reference drape, imported once for each height: mean distance is the height.
+void import_heights(const std::filesystem::path& file, const std::vector<double>& heights_mm) {
+  Store store(file);
+  for (const double height : heights_mm) {
+    const test::Shape raised = [height](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+      return test::flat(m) + Eigen::Vector3d(0, 0, height * mm);
+    };
+    const DrapeInput input =
+        test::drape_of(test::measured_sheet(raised), {test::simulated_sheet(11, 5)});
+    store.add(input, compare_drape(input, {}));
+  }
+  store.close();
+}
+
+TEST(Trend, JudgesEachValueByThoseBeforeIt) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  import_heights(file, {5.0, 5.2, 4.8, 5.1, 4.9, 5.05, 9.0});
+  const Trend trend = trend_of(StoreReader(file), {});
+  ASSERT_EQ(trend.table.rows.size(), 7U);
+  EXPECT_EQ(trend.table.rows[4][8], "") << "not judged yet";
+  EXPECT_EQ(trend.table.rows[4][5], "");
+  // Mean 5.0 and s = sqrt(0.1 / 4) of the first five.
+  EXPECT_EQ(trend.table.rows[5][5], "5.0000");
+  EXPECT_EQ(trend.table.rows[5][6], "0.1581");
+  EXPECT_EQ(trend.table.rows[5][8], "");
+  EXPECT_EQ(trend.table.rows[6][8], "ALARM");
+  EXPECT_EQ(trend.alarms, 1);
+  EXPECT_EQ(trend_of(StoreReader(file), {.specimen = "A/cotton-like"}).table.rows.size(), 7U);
+  EXPECT_TRUE(trend_of(StoreReader(file), {.specimen = "B"}).table.rows.empty());
+  EXPECT_THROW((void)trend_of(StoreReader(file), {.least_before = 1}), Error);
+}
+
+TEST(Trend, AnOldAlarmIsShownButDoesNotStopTheBenchForever) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  import_heights(file, {5.0, 5.2, 4.8, 5.1, 4.9, 9.0, 5.03});
+  const Trend trend = trend_of(StoreReader(file), {});
+  EXPECT_EQ(trend.table.rows[5][8], "ALARM");
+  EXPECT_EQ(trend.alarms, 0);
+}
+
+TEST(Trend, ADriftOfTheCalibrationResidualIsAnAlarmOfItsCamera) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  {
+    Store store(file);
+    int i = 0;
+    for (const double rms_px : {0.101, 0.099, 0.100, 0.102, 0.098, 0.101, 0.112}) {
+      Calibration calibration;
+      calibration.rig = "bench";
+      calibration.method = "joint";
+      for (const char* name : {"cam0", "cam1"}) {
+        CalibratedCamera camera;
+        camera.camera.name = name;
+        camera.residuals.points = 100;
+        // cam0 drifts, cam1 does not.
+        camera.residuals.rms_px = name == std::string("cam0") || i < 6 ? rms_px : 0.1;
+        calibration.cameras.push_back(camera);
+      }
+      store.add(calibration, sha256_of("calibration " + std::to_string(i++)));
+    }
+    store.close();
+  }
+  const Trend trend = trend_of(StoreReader(file), {});
+  ASSERT_EQ(trend.table.rows.size(), 14U);
+  EXPECT_EQ(trend.alarms, 1);
+  EXPECT_EQ(trend.table.rows[6][0], "calibration residual bench cam0");
+  EXPECT_EQ(trend.table.rows[6][4], "px");
+  EXPECT_EQ(trend.table.rows[6][8], "ALARM");
+  // Mean and standard deviation of the six before: 0.100167 and 0.001472; 7.4 of their sigmas off.
+  EXPECT_EQ(trend.table.rows[6][7], "+7.4");
+  EXPECT_EQ(trend.table.rows[13][8], "");
+}
+
+TEST(History, OnePageWithoutScripts) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  import_heights(file, {5.0, 5.2, 4.8, 5.1, 4.9, 5.05, 9.0});
+  const std::string page = history_page(StoreReader(file), {});
+  EXPECT_THAT(page, HasSubstr("NO-GO"));
+  EXPECT_THAT(page, HasSubstr("alarm</text>"));
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+  EXPECT_EQ(page, history_page(StoreReader(file), {}));
+}
+
+}  // namespace
+}  // namespace drape::compare

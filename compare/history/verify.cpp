@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "compare/compare.hpp"
+#include "compare/meshes/other_mesh.hpp"
+#include "compare/history/seal.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+fs::path folder_of(const fs::path& store) {
+  return store.has_parent_path() ? store.parent_path() : fs::path(".");
+}
+
+/// user_version, which SQLite keeps big-endian in bytes 60 to 63 of the file.
+int version_in_file(const fs::path& store) {
+  const std::vector<unsigned char> bytes = read_bytes(store);
+  if (bytes.size() < 64) return 0;
+  return (bytes[60] << 24) | (bytes[61] << 16) | (bytes[62] << 8) | bytes[63];
+}
+
+/// A store of an older version is read through a copy that was brought to this one, which defines
+/// new metrics: what was sealed must be the beginning of its chain, and only metrics may follow.
+bool grew_by_migration(const StoreReader& reader, const fs::path& store, const Seal& seal) {
+  if (version_in_file(store) >= kStoreVersion) return false;
+  const std::string sealed = std::to_string(seal.entries);
+  const Table head =
+      reader.query("SELECT chain_sha256 FROM ledger WHERE sequence = CAST(? AS INTEGER)", {sealed});
+  const Table others = reader.query(
+      "SELECT 1 FROM ledger WHERE sequence > CAST(? AS INTEGER) AND kind <> 'metric'", {sealed});
+  return head.rows.size() == 1 && head.rows[0][0] == seal.head && others.rows.empty();
+}
+
+void check_bytes(const StoreReader& reader, const fs::path& store, const Seal& seal,
+                 const LedgerCheck& ledger, Verification& result) {
+  std::error_code absent;
+  const auto log_size = fs::file_size(store.string() + "-wal", absent);
+  if (!absent && log_size > 0)
+    result.findings.emplace_back("the store has changes that were not sealed; import once more");
+  if (grew_by_migration(reader, store, seal)) {
+    // The bytes below are those of the older file.
+  } else if (ledger.entries > seal.entries) {
+    result.findings.push_back(fmt::format("the seal is older than the store: {} entries against {}",
+                                          seal.entries, ledger.entries));
+  } else if (ledger.entries < seal.entries || ledger.head != seal.head) {
+    result.findings.push_back(fmt::format(
+        "rows are missing: the seal knows {} entries, the store {}", seal.entries, ledger.entries));
+  }
+  if (sha256_of_file(store) != seal.store_sha256)
+    result.findings.push_back("bytes of " + store.string() + " were changed");
+}
+
+void check_files(const fs::path& folder, const Seal& seal, Verification& result) {
+  for (const auto& [name, sha256] : seal.files) {
+    const fs::path file = (folder / name).lexically_normal();
+    ++result.files;
+    if (!fs::is_regular_file(file)) {
+      result.findings.push_back(file.string() + " is not there");
+    } else if (sha256_of_file(file) != sha256) {
+      result.findings.push_back("bytes of " + file.string() + " were changed");
+    }
+  }
+}
+
+/// Sheets of the seal by the hash that the store knows them by.
+using SheetFiles = std::map<std::string, fs::path>;
+
+double number(const std::string& text) {
+  double value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+/// True when every distance and the mean come out with the same bits.
+bool same_numbers(const StoreReader& reader, const std::string& id, const std::string& mean_mm,
+                  const std::vector<MarkError>& marks) {
+  const Table rows = reader.query(
+      "SELECT \"row\", \"col\", distance_mm FROM mark_error WHERE comparison_id = "
+      "CAST(? AS INTEGER) ORDER BY \"row\", \"col\"",
+      {id});
+  if (rows.rows.size() != marks.size()) return false;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    if (number(rows.rows[i][0]) != marks[i].mark.row ||
+        number(rows.rows[i][1]) != marks[i].mark.col ||
+        number(rows.rows[i][2]) != marks[i].distance_m / mm)
+      return false;
+  }
+  return number(mean_mm) == statistics_of(marks).mean_m / mm;
+}
+
+void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table rows = reader.query(
+      "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER BY id");
+  for (const auto& row : rows.rows) {
+    const auto measured = sheets.find(row[2]), simulated = sheets.find(row[3]);
+    if (measured == sheets.end() || simulated == sheets.end()) continue;
+    try {
+      const Sheet real = read_sheet(measured->second);
+      const Sheet other = simulated->second.extension() == ".toml"
+                              ? read_other_mesh(simulated->second, real).sheet.sheet
+                              : read_sheet(simulated->second);
+      const auto marks = compare_marks(real, Surface(other, simulated->second.string()));
+      ++result.comparisons;
+      if (!same_numbers(reader, row[0], row[4], marks.marks))
+        result.findings.push_back(
+            fmt::format("comparison {} does not come out of its sheets", row[1].substr(0, 12)));
+    } catch (const Error& error) {
+      result.findings.push_back(fmt::format("comparison {} cannot be recomputed: {}",
+                                            row[1].substr(0, 12), error.what()));
+    }
+  }
+}
+
+/// Where two simulations were compared: at the marks of the measured lattice, or at the particles
+/// of the coarsest grid of their group, which is any grid with as many.
+std::vector<Eigen::Vector2d> places_of(const StoreReader& reader, const SheetFiles& sheets,
+                                       const std::string& measured, const std::string& points) {
+  std::vector<Eigen::Vector2d> places;
+  const auto add_marks = [&](const Sheet& sheet) {
+    for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+  };
+  if (const auto file = sheets.find(measured); file != sheets.end()) {
+    const Sheet real = read_sheet(file->second);
+    const auto lattice = LatticeCoordinates::of(real, file->second.string());
+    if (!lattice) {
+      add_marks(real);
+      return places;
+    }
+    for (int row = 0; row < real.rows; ++row)
+      for (int col = 0; col < real.cols; ++col) places.push_back(lattice->at({row, col}));
+    return places;
+  }
+  if (!measured.empty()) return places;
+  const Table grids = reader.query(
+      "SELECT sha256 FROM sheet WHERE kind = 'simulated' AND marks = CAST(? AS INTEGER) ORDER BY "
+      "sha256",
+      {points});
+  for (const auto& grid : grids.rows) {
+    const auto file = sheets.find(grid[0]);
+    if (file == sheets.end() || file->second.extension() != ".json") continue;
+    add_marks(read_sheet(file->second));
+    break;
+  }
+  return places;
+}
+
+/// The same for pairs of simulations.
+void recompute_pairs(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table rows = reader.query(
+      "SELECT sha256, coalesce(measured_sha256, ''), first_sha256, second_sha256, points, mean_mm, "
+      "max_mm FROM simulation_pair ORDER BY sha256");
+  for (const auto& row : rows.rows) {
+    const auto first = sheets.find(row[2]), second = sheets.find(row[3]);
+    if (first == sheets.end() || second == sheets.end()) continue;
+    try {
+      const auto places = places_of(reader, sheets, row[1], row[4]);
+      if (places.empty()) continue;
+      const auto distances =
+          distances_between(Surface(read_sheet(first->second), first->second.string()),
+                            Surface(read_sheet(second->second), second->second.string()), places);
+      ++result.comparisons;
+      const bool same = !distances.empty() &&
+                        number(row[4]) == static_cast<double>(distances.size()) &&
+                        number(row[5]) == statistics_of(distances).mean_m / mm &&
+                        number(row[6]) == statistics_of(distances).max_m / mm;
+      if (!same)
+        result.findings.push_back(
+            fmt::format("pair {} does not come out of its sheets", row[0].substr(0, 12)));
+    } catch (const Error& error) {
+      result.findings.push_back(
+          fmt::format("pair {} cannot be recomputed: {}", row[0].substr(0, 12), error.what()));
+    }
+  }
+}
+
+/// The same for meshes without marks.
+void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table rows = reader.query(
+      "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
+      "coalesce(real_to_mesh_mean_mm, -1), coalesce(mesh_to_real_max_mm, -1) FROM "
+      "surface_comparison ORDER BY sha256");
+  for (const auto& row : rows.rows) {
+    const auto measured = sheets.find(row[1]), mesh = sheets.find(row[2]);
+    if (measured == sheets.end() || mesh == sheets.end()) continue;
+    try {
+      const auto surface = read_other_surface(mesh->second);
+      if (!surface) continue;  // its changed bytes are a finding already
+      const RealSurface found = compare_to_surface(read_sheet(measured->second), surface->mesh);
+      ++result.comparisons;
+      const bool same =
+          number(row[3]) == found.to_surface.mean_m / mm &&
+          number(row[4]) == found.to_surface.max_m / mm &&
+          number(row[5]) == (found.both_ways ? found.both_ways->first_to_second.mean_m / mm : -1) &&
+          number(row[6]) ==
+              (found.both_ways ? found.both_ways->second_to_first.hausdorff_m / mm : -1);
+      if (!same)
+        result.findings.push_back(fmt::format(
+            "surface comparison {} does not come out of its files", row[0].substr(0, 12)));
+    } catch (const Error& error) {
+      result.findings.push_back(fmt::format("surface comparison {} cannot be recomputed: {}",
+                                            row[0].substr(0, 12), error.what()));
+    }
+  }
+}
+
+/// The same for equilibria: what their list says of them, and their best turns.
+void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
+  const Table facts = reader.query(
+      "SELECT sheet_sha256, branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch "
+      "ORDER BY sheet_sha256");
+  for (const auto& row : facts.rows) {
+    const auto sheet = sheets.find(row[0]);
+    if (sheet == sheets.end()) continue;
+    const auto listed = branch_of(sheet->second);
+    const bool same =
+        listed && listed->branch.set_sha256 == row[1] && listed->branch.number == number(row[2]) &&
+        listed->branch.energy_j / 1e-6 == number(row[3]) &&
+        listed->branch.starts == number(row[4]) && listed->branch.hem_nodes == number(row[5]);
+    if (!same)
+      result.findings.push_back(
+          fmt::format("branch {} of {} is not what its list says", row[2], sheet->second.string()));
+  }
+  const Table turns = reader.query(
+      "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, t.turned_mean_mm "
+      "FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = t.comparison_sha256 ORDER BY c.id");
+  for (const auto& row : turns.rows) {
+    const auto measured = sheets.find(row[0]), simulated = sheets.find(row[1]);
+    if (measured == sheets.end() || simulated == sheets.end()) continue;
+    const auto turned =
+        best_turn(read_sheet(measured->second),
+                  Surface(read_sheet(simulated->second), simulated->second.string()),
+                  {number(row[2]) * mm, number(row[3]) * mm});
+    // The axis went through a change of units, which may cost its last bit.
+    if (!turned || std::abs(turned->mean_m / mm - number(row[4])) > 1e-9)
+      result.findings.push_back(fmt::format("the best turn of {} does not come out of its sheets",
+                                            simulated->second.string()));
+  }
+}
+
+}  // namespace
+
+Verification verify_store(const fs::path& store, bool with_recomputation) {
+  Verification result;
+  Seal seal;
+  bool sealed = true;
+  try {
+    seal = read_seal(store);
+  } catch (const Error& error) {
+    result.findings.emplace_back(error.what_failed());
+    sealed = false;
+  }
+  std::optional<StoreReader> reader;
+  try {
+    // Bytes first: opening a store may fold its write-ahead log into it.
+    if (sealed && sha256_of_file(store) != seal.store_sha256)
+      result.findings.push_back("bytes of " + store.string() + " were changed");
+    reader.emplace(store);
+  } catch (const Error& error) {
+    result.findings.emplace_back(error.what_failed());
+    return result;
+  }
+  const LedgerCheck ledger = check_ledger(*reader);
+  result.rows = ledger.entries;
+  result.findings.insert(result.findings.end(), ledger.findings.begin(), ledger.findings.end());
+  if (!sealed) return result;
+  if (result.findings.empty()) check_bytes(*reader, store, seal, ledger, result);
+  check_files(folder_of(store), seal, result);
+  if (!with_recomputation) return result;
+  SheetFiles sheets;
+  for (const auto& [name, sha256] : seal.files) {
+    const fs::path file = folder_of(store) / name;
+    if (name.ends_with(".json")) sheets[sha256] = file;
+    if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
+  }
+  try {
+    recompute(*reader, sheets, result);
+    recompute_surfaces(*reader, sheets, result);
+    recompute_pairs(*reader, sheets, result);
+    recompute_branches(*reader, sheets, result);
+  } catch (const Error& error) {
+    result.findings.emplace_back(error.what_failed());
+  }
+  return result;
+}
+
+}  // namespace drape::compare

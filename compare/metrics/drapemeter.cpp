@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/metrics/drapemeter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace drape::compare {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr int kHarmonics = 24;
+
+/// Raises the outline to where the segment a-b meets the rays, seen from the origin.
+void raise(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a,
+           const Eigen::Vector2d& b) {
+  const auto rays = static_cast<double>(outline.size());
+  const double step = kTurn / rays;
+  const double from = std::atan2(a.y(), a.x());
+  double span = std::atan2(b.y(), b.x()) - from;
+  span -= kTurn * std::round(span / kTurn);
+  const double low = std::min(from, from + span) / step, high = std::max(from, from + span) / step;
+  // A ray within rounding of an end belongs to the segment, so that vertices are never missed.
+  for (double k = std::ceil(low - 1e-9); k <= high + 1e-9; k += 1) {
+    const Eigen::Vector2d ray(std::cos(k * step), std::sin(k * step));
+    const Eigen::Vector2d edge = b - a;
+    const double across = ray.x() * edge.y() - ray.y() * edge.x();
+    const double moment = a.x() * edge.y() - a.y() * edge.x();
+    // An edge that lies along the ray reaches as far as its farther end.
+    const double radius = std::abs(across) > 1e-15 * (1e-9 + edge.norm())
+                              ? std::clamp(moment / across, 0.0, std::max(a.norm(), b.norm()))
+                              : std::max(a.norm(), b.norm());
+    const auto index =
+        static_cast<std::size_t>(std::lround(std::fmod(std::fmod(k, rays) + rays, rays)));
+    auto& slot = outline[index % outline.size()];
+    slot = std::max(slot.value_or(0), radius);
+  }
+}
+
+std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
+                                         const Eigen::Vector2d& centre) {
+  const SheetMark* found = sheet.find(mark);
+  if (found == nullptr) return std::nullopt;
+  return found->point_in_world.head<2>() - centre;
+}
+
+Harmonic harmonic_of(const std::vector<double>& radius, int order) {
+  const auto n = static_cast<double>(radius.size());
+  double c = 0, s = 0;
+  for (std::size_t i = 0; i < radius.size(); ++i) {
+    const double angle = kTurn * order * static_cast<double>(i) / n;
+    c += radius[i] * std::cos(angle);
+    s += radius[i] * std::sin(angle);
+  }
+  c *= 2 / n;
+  s *= 2 / n;
+  const double amplitude = std::hypot(c, s);
+  return {order, amplitude, amplitude > 0 ? std::atan2(s, c) : 0};
+}
+
+/// Crests and valleys that differ by at least `least`, in turn, all the way around: walking on, an
+/// extreme counts once the radius has come back from it by `least`.
+struct Extremes {
+  std::vector<double> crests, valleys;
+
+  Extremes(const std::vector<double>& radius, double least) {
+    // Starting at the lowest point, the first extreme that counts is a crest.
+    const auto start =
+        static_cast<std::size_t>(std::min_element(radius.begin(), radius.end()) - radius.begin());
+    bool climbing = true;
+    double extreme = radius[start];
+    for (std::size_t i = 1; i <= radius.size(); ++i) {
+      const double r = radius[(start + i) % radius.size()];
+      if (climbing ? r > extreme : r < extreme) extreme = r;
+      if (std::abs(extreme - r) < least) continue;
+      (climbing ? crests : valleys).push_back(extreme);
+      climbing = !climbing;
+      extreme = r;
+    }
+    // The walk ends in the valley where it began.
+    if (!climbing) valleys.push_back(extreme);
+  }
+};
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+bool hem_is_complete(const Sheet& sheet) {
+  for (int row = 0; row < sheet.rows; ++row)
+    for (const int col : {0, sheet.cols - 1})
+      if (sheet.find({row, col}) == nullptr) return false;
+  for (int col = 0; col < sheet.cols; ++col)
+    for (const int row : {0, sheet.rows - 1})
+      if (sheet.find({row, col}) == nullptr) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle) {
+  if (const auto* sphere = std::get_if<Sphere>(&obstacle)) return sphere->centre_in_world.head<2>();
+  if (const auto* box = std::get_if<Box>(&obstacle))
+    return box->world_from_box.translation_m.head<2>();
+  if (const auto* cylinder = std::get_if<Cylinder>(&obstacle))
+    return cylinder->world_from_cylinder.translation_m.head<2>();
+  return std::nullopt;
+}
+
+std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
+                                                  const Eigen::Vector2d& centre_m, int rays) {
+  std::vector<std::optional<double>> outline(static_cast<std::size_t>(rays));
+  for (int row = 0; row < sheet.rows; ++row) {
+    for (int col = 0; col < sheet.cols; ++col) {
+      const auto here = projected(sheet, {row, col}, centre_m);
+      if (!here) continue;
+      for (const MarkId next : {MarkId{row + 1, col}, MarkId{row, col + 1}}) {
+        if (const auto there = projected(sheet, next, centre_m)) raise(outline, *here, *there);
+      }
+    }
+  }
+  return outline;
+}
+
+Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m2,
+                         std::optional<double> support_area_m2, const DrapemeterOptions& options) {
+  Drapemeter result;
+  const std::size_t n = radius_m.size();
+  const double wedge = 0.5 * std::sin(kTurn / static_cast<double>(n));
+  for (std::size_t i = 0; i < n; ++i)
+    result.covered_area_m2 += wedge * radius_m[i] * radius_m[(i + 1) % n];
+  result.flat_area_m2 = flat_area_m2;
+  if (support_area_m2 && *support_area_m2 < flat_area_m2)
+    result.drape_coefficient =
+        (result.covered_area_m2 - *support_area_m2) / (flat_area_m2 - *support_area_m2);
+  result.mean_radius_m = mean_of(radius_m);
+  const Extremes extremes(radius_m, options.fold_ratio * result.mean_radius_m);
+  result.folds = static_cast<int>(extremes.crests.size());
+  if (!extremes.crests.empty() && !extremes.valleys.empty())
+    result.fold_depth_m = mean_of(extremes.crests) - mean_of(extremes.valleys);
+  for (int order = 1; order <= kHarmonics; ++order)
+    result.spectrum.push_back(harmonic_of(radius_m, order));
+  return result;
+}
+
+std::optional<double> support_area_m2(const Obstacle& obstacle) {
+  if (const auto* cylinder = std::get_if<Cylinder>(&obstacle)) {
+    if (std::abs(cylinder->world_from_cylinder.rotation(2, 2)) < 1 - 1e-9) return std::nullopt;
+    return std::numbers::pi * cylinder->radius_m * cylinder->radius_m;
+  }
+  const auto* box = std::get_if<Box>(&obstacle);
+  if (box == nullptr) return std::nullopt;
+  const Eigen::Vector3d up = box->world_from_box * Eigen::Vector3d(0, 0, 1) -
+                             box->world_from_box * Eigen::Vector3d(0, 0, 0);
+  if (std::abs(up.z()) < 1 - 1e-9) return std::nullopt;
+  return box->size_m.x() * box->size_m.y();
+}
+
+DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
+                            const DrapemeterOptions& options) {
+  if (scene.obstacles.size() != 1) return {{}, "it needs exactly one object under the cloth"};
+  if (!hem_is_complete(sheet)) return {{}, "the hem was not measured all around"};
+  const Obstacle& obstacle = scene.obstacles.front();
+  const std::optional<Eigen::Vector2d> centre_m = centre_of(obstacle);
+  if (!centre_m) return {{}, "a plane or a mesh has no centre for it"};
+  const auto outline = shadow_outline(sheet, *centre_m, options.rays);
+  std::vector<double> radius;
+  for (const auto& r : outline)
+    if (r) radius.push_back(*r);
+  if (radius.size() != outline.size())
+    return {{}, "the cloth does not lie all around the object's centre"};
+  Drapemeter value =
+      drapemeter_of(radius, sheet.patch_m.prod(), support_area_m2(obstacle), options);
+  value.centre_in_world = *centre_m;
+  return {value, {}};
+}
+
+}  // namespace drape::compare

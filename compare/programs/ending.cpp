@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/programs/ending.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "compare/tables/tables.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+/// Kinds of gaps with their counts, in alphabetical order.
+std::map<std::string, int> counted_gaps(const Sheet& sheet) {
+  std::map<std::string, int> counts;
+  for (const Gap& gap : sheet.gaps) ++counts[kind_of_gap(gap.reason)];
+  return counts;
+}
+
+std::vector<std::string> rejected_marks(const Session& session, const Outcome& outcome) {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    for (const auto& [reason, count] : counted_gaps(session.drapes[i].input.measured.sheet)) {
+      lines.push_back(fmt::format("{}: {} mark{} not measured: {}", outcome.reports[i].name, count,
+                                  count == 1 ? "" : "s", reason));
+    }
+  }
+  return lines;
+}
+
+Ending ending_of(const Session& session, const Outcome& outcome) {
+  Ending ending;
+  ending.go = outcome.go();
+  ending.verdict = outcome.sentence();
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    for (auto& [name, value] : key_numbers(session.drapes[i].input, outcome.reports[i]))
+      ending.numbers.emplace_back(outcome.reports[i].name + ", " + name, value);
+  }
+  if (outcome.stored) {
+    ending.numbers.emplace_back(
+        "store", fmt::format("{}: {} comparisons added, {} were there already", outcome.store,
+                             outcome.stored->added, outcome.stored->present));
+  }
+  if (!outcome.report.empty()) ending.numbers.emplace_back("report", outcome.report);
+  ending.rejected = rejected_marks(session, outcome);
+  if (!outcome.store.empty())
+    ending.next_command = fmt::format("drape results {} --store {}",
+                                      outcome.reports.empty() ? "tables" : "list", outcome.store);
+  return ending;
+}
+
+Json json_of(const Session& session, const Outcome& outcome, const Ending& ending) {
+  Json json;
+  json["verdict"] = ending.go ? "GO" : "NO-GO";
+  json["sentence"] = ending.verdict;
+  json["reasons"] = outcome.reasons();
+  json["warnings"] = outcome.warnings;
+  json["numbers"] = Json::object();
+  for (const auto& [name, value] : ending.numbers) json["numbers"][name] = value;
+  json["drapes"] = Json::array();
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    const DrapeInput& input = session.drapes[i].input;
+    const auto in_mm = [](const std::optional<double>& x) { return x ? Json(*x / mm) : Json(); };
+    Json drape;
+    drape["name"] = report.name;
+    drape["verdict"] = report.go() ? "GO" : "NO-GO";
+    drape["marks"] = report.measurement.marks;
+    drape["gaps"] = report.measurement.gaps;
+    drape["sigma_median_mm"] = in_mm(report.measurement.sigma_median_m);
+    drape["sigma_max_mm"] = in_mm(report.measurement.sigma_max_m);
+    drape["real_vs_virtual"] = json_of(real_virtual_table(input, report));
+    drape["branches"] = Json::array();
+    for (const BranchSet& set : report.branch_sets) {
+      drape["branches"].push_back({{"label", set.label},
+                                   {"branches_sha256", set.sha256},
+                                   {"sentence", branch_sentence(input, set)},
+                                   {"table", json_of(branch_table(input, report, set))}});
+    }
+    drape["real_vs_surface"] = json_of(surface_table(input, report));
+    drape["virtual_vs_virtual"] = json_of(virtual_virtual_table(report));
+    json["drapes"].push_back(std::move(drape));
+  }
+  json["virtual_groups"] = Json::array();
+  for (const VirtualGroup& group : outcome.groups) {
+    json["virtual_groups"].push_back(
+        {{"name", group.name}, {"virtual_vs_virtual", json_of(virtual_group_table(group))}});
+  }
+  json["rejected"] = ending.rejected;
+  json["next_command"] = ending.next_command;
+  return json;
+}
+
+}  // namespace
+
+int print_ending(const Session& session, const Outcome& outcome, const CommonOptions& common) {
+  const Ending ending = ending_of(session, outcome);
+  if (common.json) {
+    fmt::print("{}", pretty(json_of(session, outcome, ending)));
+    return ending.go ? 0 : 1;
+  }
+  if (!common.quiet) {
+    for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+      const DrapeInput& input = session.drapes[i].input;
+      if (!outcome.reports[i].real_virtual.empty())
+        fmt::print("{}\n", text_of(real_virtual_table(input, outcome.reports[i])));
+      for (const BranchSet& set : outcome.reports[i].branch_sets)
+        fmt::print("{}\n", text_of(branch_table(input, outcome.reports[i], set)));
+      if (!outcome.reports[i].real_surface.empty())
+        fmt::print("{}\n", text_of(surface_table(input, outcome.reports[i])));
+      if (!outcome.reports[i].virtual_virtual.empty())
+        fmt::print("{}\n", text_of(virtual_virtual_table(outcome.reports[i])));
+    }
+    for (const VirtualGroup& group : outcome.groups)
+      fmt::print("{}\n", text_of(virtual_group_table(group)));
+    for (const std::string& warning : outcome.warnings) fmt::print("warning: {}\n", warning);
+    for (const std::string& reason : outcome.reasons()) fmt::print("reason: {}\n", reason);
+  }
+  return finish(ending, common);
+}
+
+}  // namespace drape::compare

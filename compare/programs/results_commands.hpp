@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compare/history/explain.hpp"
+#include "compare/history/results.hpp"
+#include "core/program.hpp"
+
+namespace drape::compare {
+
+/// Everything that drape-results can be asked.
+struct ResultsArguments {
+  std::string store = "results.sqlite", key, second_key, metric, format, sql, file;
+  std::filesystem::path calibration = {};
+  std::string table = "v_real_vs_virtual";
+  std::string published;  ///< published.csv; empty: the store's own tables
+  std::vector<int> mark;  ///< row and column, or empty
+  WhyOptions why;
+  bool csv = false;
+  bool no_recompute = false;
+  ResultFilter filter;
+  TrendOptions trend;
+  std::vector<std::filesystem::path> sheets;
+};
+
+/// Adds the commands and their options.
+void add_commands(CLI::App& app, ResultsArguments& arguments);
+
+/// Answers the command that was given; returns the exit code.
+int answer(const CLI::App& app, const ResultsArguments& arguments, const CommonOptions& common);
+
+}  // namespace drape::compare

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pages in a real browser: headless Chromium, skipped where there is none. With
+// DRAPE_SCREENSHOTS=<folder> the pictures of the stage's README are made there, the report's from
+// the output folder of `drape run` in DRAPE_SCREENSHOT_RUN.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include "compare/report/history.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/report/report.hpp"
+#include "compare/store/sheet_folders.hpp"
+#include "compare/report/svg.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class Browser : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v chromium > /dev/null 2>&1") != 0)
+      GTEST_SKIP() << "chromium is absent, so the pages are not looked at";
+  }
+
+  /// What Chromium says on both streams when it opens the page with these options.
+  std::string open(const fs::path& page, const std::string& options) {
+    const fs::path said = folder_.path() / "said.txt";
+    const std::string command = fmt::format(
+        "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+        "--disable-background-networking --disable-component-update --disable-sync "
+        "--use-angle=swiftshader --enable-unsafe-swiftshader --user-data-dir='{}' "
+        "--enable-logging=stderr {} 'file://{}' > '{}' 2>&1",
+        (folder_.path() / "profile").string(), options, page.string(), said.string());
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    // The software renderer remarks on its own speed; that is no fault of the page.
+    std::string heard;
+    std::istringstream lines(read_text(said));
+    for (std::string line; std::getline(lines, line);)
+      if (line.find("GL Driver Message (OpenGL, Performance") == std::string::npos)
+        heard += line + '\n';
+    return heard;
+  }
+
+  fs::path report() {
+    const Session session = read_session(test::write_recorded_example(folder_.path()), {});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    const fs::path page = folder_.path() / "report.html";
+    write_report(page, session, outcome);
+    return page;
+  }
+
+  /// A page with a script of the test at its end.
+  fs::path with_script(const fs::path& page, const std::string& script) {
+    std::string text = read_text(page);
+    text.insert(text.find("</body>"), "<script>" + script + "</script>");
+    const fs::path changed = folder_.path() / "changed.html";
+    write_durable(changed, text);
+    return changed;
+  }
+
+  drape::test::TemporaryFolder folder_;
+};
+
+TEST_F(Browser, DrawsTheTurningViewWithoutErrorsAndObeysTheKeys) {
+  const fs::path page = report();
+  const std::string script =
+      "const c=document.querySelector('.turn canvas');const p=()=>c.toDataURL();const a=p();"
+      "const k=n=>c.dispatchEvent(new KeyboardEvent('keydown',{key:n}));"
+      "k('ArrowLeft');const b=p();k('0');const d=p();k('+');const e=p();k('0');"
+      "document.querySelector('[data-key=cloth]').click();const f=p();"
+      "document.querySelector('[data-key=real]').click();const g=p();"
+      "document.title='turned '+(a!==b)+', reset '+(a===d)+', nearer '+(a!==e)+', without cloth '"
+      "+(a!==f)+', without real '+(f!==g)+', loaded '"
+      "+performance.getEntriesByType('resource').length;";
+  const std::string said = open(with_script(page, script), "--dump-dom");
+  EXPECT_THAT(
+      said,
+      HasSubstr("turned true, reset true, nearer true, without cloth true, without real true, "
+                "loaded 0"));
+  EXPECT_THAT(said, testing::ContainsRegex("data-drawn=\"[1-9][0-9][0-9]"));
+  EXPECT_THAT(said, Not(HasSubstr("CONSOLE")));
+}
+
+TEST_F(Browser, ThisTestSeesScriptErrors) {
+  const std::string said = open(with_script(report(), "nothing.is.here();"), "--dump-dom");
+  EXPECT_THAT(said, HasSubstr("CONSOLE"));
+}
+
+TEST_F(Browser, ReadsWithScriptsOff) {
+  // The page's own policy forbids every script, as a browser with scripts off does.
+  std::string text = read_text(report());
+  EXPECT_THAT(text, HasSubstr("class=\"turn\" hidden")) << "no empty frame either";
+  text.insert(text.find("<head>") + 6,
+              "<meta http-equiv=\"Content-Security-Policy\" content=\"script-src 'none'\"/>");
+  const fs::path page = folder_.path() / "still.html", picture = folder_.path() / "still.png";
+  write_durable(page, text);
+  const std::string said =
+      open(page, fmt::format("--screenshot='{}' --window-size=1200,1500", picture.string()));
+  EXPECT_THAT(said, HasSubstr("Content Security Policy"));
+  ASSERT_TRUE(fs::is_regular_file(picture));
+  EXPECT_GT(fs::file_size(picture), 50000U) << "tables and still pictures are there";
+}
+
+/// A reference drape over the years whose last value is off.
+void fill_history(const fs::path& file) {
+  Store store(file);
+  int i = 0;
+  for (const double height : {5.02, 5.11, 4.93, 5.06, 4.98, 5.04, 5.09, 4.91, 5.03, 5.46}) {
+    for (const int segments : {5, 1}) {
+      const double raised_m = (height + (segments == 1 ? 1.3 + 0.01 * (i % 3) : 0)) * units::mm;
+      const test::Shape shape = [raised_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+        return test::flat(m) + Eigen::Vector3d(0, 0, raised_m);
+      };
+      const DrapeInput input =
+          test::drape_of(test::measured_sheet(shape), {test::simulated_sheet(21, segments)});
+      store.add(input, compare_drape(input, {}));
+    }
+    ++i;
+  }
+  store.close();
+}
+
+TEST_F(Browser, ShowsTheHistory) {
+  const fs::path store = folder_.path() / "results.sqlite", page = folder_.path() / "history.html";
+  fill_history(store);
+  write_durable(page, history_page(StoreReader(store), {}));
+  const char* shots = std::getenv("DRAPE_SCREENSHOTS");
+  const fs::path picture =
+      (shots != nullptr ? fs::path(shots) : folder_.path()) / "history-page.png";
+  const std::string said = open(
+      page,
+      fmt::format("--hide-scrollbars --screenshot='{}' --window-size=1200,1000", picture.string()));
+  EXPECT_THAT(said, Not(HasSubstr("CONSOLE")));
+  EXPECT_GT(fs::file_size(picture), 10000U);
+}
+
+TEST_F(Browser, PrintsOnPaper) {
+  const fs::path paper = folder_.path() / "report.pdf";
+  open(report(), fmt::format("--print-to-pdf='{}'", paper.string()));
+  ASSERT_TRUE(fs::is_regular_file(paper));
+  EXPECT_THAT(read_text(paper), testing::StartsWith("%PDF"));
+  EXPECT_GT(fs::file_size(paper), 50000U);
+}
+
+TEST_F(Browser, MakesTheReadmesPictures) {
+  const char *shots = std::getenv("DRAPE_SCREENSHOTS"), *run = std::getenv("DRAPE_SCREENSHOT_RUN");
+  if (shots == nullptr || run == nullptr)
+    GTEST_SKIP() << "set DRAPE_SCREENSHOTS and DRAPE_SCREENSHOT_RUN to make them";
+  const Session session = read_session(sheets_in({run}), calibration_in({run}));
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  const fs::path page = folder_.path() / "report.html";
+  write_report(page, session, outcome);
+  const auto shoot = [&](const std::string& name, const fs::path& shown, int height) {
+    const fs::path picture = fs::path(shots) / name;
+    const std::string said = open(shown, fmt::format("--hide-scrollbars --screenshot='{}' "
+                                                     "--window-size=1200,{}",
+                                                     picture.string(), height));
+    EXPECT_THAT(said, Not(HasSubstr("CONSOLE")));
+    EXPECT_GT(fs::file_size(picture), 50000U);
+  };
+  shoot("report-page.png", page, 1650);
+  // Headless Chromium takes its picture at the top of a page: only one part of it is kept.
+  const fs::path part =
+      with_script(page,
+                  "const kept=[];let e=document.getElementById('photographs-C');do{kept.push(e);"
+                  "e=e.nextElementSibling;}while(e.tagName!=='H3');"
+                  "document.querySelector('main').replaceChildren(...kept);");
+  shoot("report-photographs.png", part, 1250);
+}
+
+/// Relative luminance of "#rrggbb" (WCAG 2.1).
+double luminance(const std::string& colour) {
+  double sum = 0;
+  const double weights[] = {0.2126, 0.7152, 0.0722};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double c = std::stoi(colour.substr(1 + 2 * k, 2), nullptr, 16) / 255.0;
+    sum += weights[k] * (c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+  }
+  return sum;
+}
+
+TEST(ErrorScale, GrowsInLightnessSoThatItNeedsNoHue) {
+  const ErrorScale scale(10);
+  for (double value = 0.25; value <= 10; value += 0.25)
+    EXPECT_GT(luminance(scale.colour(value)), luminance(scale.colour(value - 0.25))) << value;
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "compare/history/explain.hpp"
+
+namespace drape::compare {
+
+/// The whole store on one self-contained page without scripts: how the calibration residual and
+/// the distances of each drape went over the imports, with alarms, and every comparison. The same
+/// store gives the same bytes.
+[[nodiscard]] std::string history_page(const StoreReader& store, const TrendOptions& options);
+
+}  // namespace drape::compare

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "compare/report/html.hpp"
+#include "compare/store/provenance.hpp"
+#include "core/run_record.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string from_folder(const fs::path& file, const fs::path& folder) {
+  return fs::proximate(file, folder).generic_string();
+}
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-./=,:+%@").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// A path on the command line, as seen from the report's folder; other words stay.
+std::string argument_text(const std::string& argument, const fs::path& folder) {
+  std::error_code ignored;
+  // A word like "drape_A" stays a name even where a folder is called so.
+  const bool path = argument.find('/') != std::string::npos ||
+                    (fs::path(argument).has_extension() && fs::exists(argument, ignored));
+  return shell_word(path && !argument.empty() && argument.front() != '-'
+                        ? from_folder(argument, folder)
+                        : argument);
+}
+
+std::string command(const MadeBy& made_by, const fs::path& folder) {
+  std::string text = made_by.program;
+  for (std::size_t i = 0; i < made_by.arguments.size(); ++i) {
+    const std::string& argument = made_by.arguments[i];
+    if (argument == "--json" || argument == "--quiet") continue;
+    if (argument == "--threads") {
+      ++i;
+      continue;
+    }
+    text += " " + argument_text(argument, folder);
+  }
+  return text;
+}
+
+/// Every step once, in the order in which they run.
+std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
+  std::vector<MadeBy> steps;
+  const auto add = [&](const std::optional<MadeBy>& step) {
+    if (step) steps.push_back(*step);
+  };
+  add(session.calibrated_by);
+  for (const DrapeFiles& drape : session.drapes) {
+    add(drape.detected_by);
+    add(drape.measured_by);
+    for (const auto& simulated_by : drape.simulated_by) add(simulated_by);
+  }
+  steps.push_back({"drape-compare", version(), outcome.arguments});
+  return steps;
+}
+
+std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetFile& sheet,
+                    const fs::path& folder) {
+  fs::path json = sheet.file;
+  json.replace_extension(".json");
+  std::string text;
+  for (const ChainLink& link : chain_of(book, json, sheet.sha256, followed)) {
+    const std::string made = link.made_by.starts_with("drape-")
+                                 ? link.made_by.substr(0, link.made_by.find(' '))
+                                 : link.made_by;
+    text +=
+        fmt::format("{}{}  {}{}  {}\n", std::string(2 * static_cast<std::size_t>(link.depth), ' '),
+                    from_folder(link.file, folder), link.sha256.substr(0, 12),
+                    link.state == "unchanged" ? "" : " (" + link.state + ")", made);
+  }
+  return xml(text);
+}
+
+/// The measured sheet and the best simulation of each drape, back to photographs and curves.
+std::string trees(const Session& session, const Outcome& outcome, const fs::path& folder) {
+  RecordBook book;
+  std::string text;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    if (!report.best) continue;
+    const DrapeInput& input = session.drapes[i].input;
+    std::set<fs::path> followed;
+    const Simulation& best = input.simulations[report.real_virtual[*report.best].simulation];
+    text += "<details><summary>Drape " + xml(report.name) + ": " + xml(best.label()) +
+            " and the measured sheet</summary>\n<pre>";
+    text += tree_of(book, followed, input.measured, folder);
+    if (!best.other_simulator) text += tree_of(book, followed, best.sheet, folder);
+    text += "</pre></details>\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string html_provenance(const Session& session, const Outcome& outcome,
+                            const fs::path& report_folder) {
+  Table files;
+  files.names = {"file", "SHA-256"};
+  files.numeric = {false, false};
+  auto read = session.read;
+  std::sort(read.begin(), read.end());
+  read.erase(std::unique(read.begin(), read.end()), read.end());
+  for (const auto& [file, sha256] : read) files.add({from_folder(file, report_folder), sha256});
+  std::vector<std::string> programs, lines;
+  const auto add_once = [](std::vector<std::string>& list, const std::string& text) {
+    if (std::find(list.begin(), list.end(), text) == list.end()) list.push_back(text);
+  };
+  for (const MadeBy& step : steps_of(session, outcome)) {
+    add_once(programs, step.program + " " + step.version);
+    add_once(lines, xml(command(step, report_folder)) + "\n");  // several sheets may be of one run
+  }
+  std::string commands;
+  for (const std::string& line : lines) commands += line;
+  std::sort(programs.begin(), programs.end());
+  std::string list;
+  for (const std::string& program : programs) list += (list.empty() ? "" : ", ") + program;
+  return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " + xml(list) +
+         ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
+         "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
+         "<p>Run in the folder of this report, these make everything above anew.</p>\n<pre>" +
+         commands + "</pre>\n<h3>From the sheets back to photographs and curves</h3>\n" +
+         trees(session, outcome, report_folder) + "<h3>Files read</h3>\n" +
+         html_table(files, "dense") + "</section>\n";
+}
+
+}  // namespace drape::compare

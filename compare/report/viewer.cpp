@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/report/viewer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "compare/report/figures.hpp"
+#include "compare/meshes/obstacle_mesh.hpp"
+#include "compare/report/viewer_assets.hpp"
+#include "core/json_file.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+/// Tenths of a millimetre are finer than any screen shows.
+void append_point(Json& list, const Eigen::Vector3d& point_m) {
+  for (int k = 0; k < 3; ++k) list.push_back(std::round(point_m[k] / mm * 10) / 10 + 0.0);
+}
+
+Json sheet_json(const Sheet& sheet) {
+  // Sheets of other simulators may be fine: every point of a 41 x 41 grid is enough to look at.
+  const int step = std::max(1, std::max(sheet.rows, sheet.cols) / 40);
+  Json quads = Json::array();
+  for (int row = 0; row + step < sheet.rows; row += step) {
+    for (int col = 0; col + step < sheet.cols; col += step) {
+      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({row + step, col}),
+                      *c = sheet.find({row + step, col + step}), *d = sheet.find({row, col + step});
+      if (!a || !b || !c || !d) continue;
+      for (const SheetMark* corner : {a, b, c, d}) append_point(quads, corner->point_in_world);
+    }
+  }
+  return quads;
+}
+
+/// Cells whose four marks were compared: their corners, and the colours of the four errors.
+Json real_json(const Sheet& sheet, const RealVirtual& comparison, const ErrorScale& scale) {
+  std::map<MarkId, const MarkError*> errors;
+  for (const MarkError& mark : comparison.marks.marks) errors[mark.mark] = &mark;
+  Json cells = Json::array();
+  for (int row = 0; row + 1 < sheet.rows; ++row) {
+    for (int col = 0; col + 1 < sheet.cols; ++col) {
+      Json cell = Json::array(), colours = Json::array();
+      for (const MarkId id : {MarkId{row, col}, MarkId{row + 1, col}, MarkId{row + 1, col + 1},
+                              MarkId{row, col + 1}}) {
+        const auto found = errors.find(id);
+        if (found == errors.end()) break;
+        append_point(cell, found->second->real_in_world);
+        colours.push_back(scale.colour(found->second->distance_m / mm));
+      }
+      if (colours.size() != 4) continue;
+      for (Json& colour : colours) cell.push_back(std::move(colour));
+      cells.push_back(std::move(cell));
+    }
+  }
+  return cells;
+}
+
+}  // namespace
+
+std::string viewer_figure(const std::string& drape, const DrapeInput& input,
+                          const RealVirtual& comparison) {
+  const ErrorScale scale = scale_of(comparison);
+  Json json;
+  json["cloth"] = sheet_json(input.simulations[comparison.simulation].sheet.sheet);
+  json["object"] = Json::array();
+  if (input.scene) {
+    for (const auto& quad : obstacle_quads(*input.scene))
+      for (const Eigen::Vector3d& corner : quad) append_point(json["object"], corner);
+  }
+  json["real"] = real_json(input.measured.sheet, comparison, scale);
+  json["marks"] = Json::array();
+  for (const MarkError& mark : comparison.marks.marks) {
+    Json item = Json::array();
+    append_point(item, mark.real_in_world);
+    append_point(item, mark.virtual_in_world);
+    item.push_back(scale.colour(mark.distance_m / mm));
+    item.push_back(fmt::format("row {}, col {}: {:.2f} mm", mark.mark.row, mark.mark.col,
+                               mark.distance_m / mm));
+    json["marks"].push_back(std::move(item));
+  }
+  const std::string name = xml(drape);
+  return fmt::format(
+      "<figure class=\"turn\" hidden=\"hidden\" data-view=\"view-{0}\"><canvas width=\"1000\" "
+      "height=\"620\" tabindex=\"0\" role=\"img\" aria-label=\"Drape {0}: object, virtual "
+      "cloth and real cloth; arrow keys turn, plus and minus zoom, 0 resets\"></canvas><div "
+      "class=\"keys\"><button type=\"button\" data-key=\"cloth\" "
+      "aria-pressed=\"true\">virtual cloth</button><button type=\"button\" data-key=\"real\" "
+      "aria-pressed=\"true\">real cloth</button><button type=\"button\" data-key=\"object\" "
+      "aria-pressed=\"true\">object</button><button type=\"button\" data-key=\"marks\" "
+      "aria-pressed=\"true\">marks</button><output></output></div><figcaption>Real cloth between "
+      "its marks in the "
+      "colours of their errors, virtual cloth grey. Drag or use the arrow keys to turn, + and - "
+      "(or Ctrl and the wheel) to come nearer, 0 to begin again. Colours as in the pictures "
+      "below; each rod leads from a real mark to its place on the virtual cloth.</figcaption>"
+      "</figure>\n<script type=\"application/json\" id=\"view-{0}\">{1}</script>\n",
+      name, json.dump());
+}
+
+std::string viewer_script() {
+  // The licence asks for its notice beside every copy.
+  constexpr const char* kNotice =
+      "/* three.js, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "
+      "granted, "
+      "free of charge, to any person obtaining a copy of this software and associated "
+      "documentation "
+      "files (the \"Software\"), to deal in the Software without restriction, including without "
+      "limitation the rights to use, copy, modify, merge, publish, distribute, sublicense, and/or "
+      "sell copies of the Software, and to permit persons to whom the Software is furnished to do "
+      "so, subject to the following conditions: The above copyright notice and this permission "
+      "notice shall be included in all copies or substantial portions of the Software. THE "
+      "SOFTWARE "
+      "IS PROVIDED \"AS IS\", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT "
+      "LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND "
+      "NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY "
+      "CLAIM, "
+      "DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
+      "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE "
+      "SOFTWARE. */\n";
+  return std::string("<script id=\"three\">//<![CDATA[\n") + kNotice + three_js() +
+         "\n//]]></script>\n<script>//<![CDATA[\n" + viewer_js() + "//]]></script>\n";
+}
+
+}  // namespace drape::compare

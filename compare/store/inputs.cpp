@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/inputs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "compare/meshes/other_mesh.hpp"
+#include "compare/store/provenance.hpp"
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/recording.hpp"
+#include "core/run_record.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCertificateVersion = 1;
+constexpr int kRunVersion = 1;
+
+std::string scalar_text(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_null()) return "not stated";
+  if (value.is_number_float()) return fmt::format("{:.6g}", value.get<double>());
+  return value.dump();
+}
+
+/// Numbers and words of an array in one line.
+std::string list_text(const Json& array) {
+  std::string text;
+  for (const Json& item : array) {
+    if (!text.empty()) text += "; ";
+    text += scalar_text(item);
+  }
+  return text.empty() ? "none" : text;
+}
+
+/// Every scalar under its path. Objects in an array are called by their first text.
+void flatten(const Json& value, const std::string& path, Certificate& certificate) {
+  if (value.is_object()) {
+    for (const auto& [key, member] : value.items()) {
+      if (path.empty() && key == "schema") continue;
+      flatten(member, path.empty() ? key : fmt::format("{}.{}", path, key), certificate);
+    }
+    return;
+  }
+  if (value.is_array() && !value.empty() && value.front().is_object()) {
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      Json item = value[i];
+      std::string name = std::to_string(i);
+      for (auto member = item.begin(); member != item.end(); ++member) {
+        if (!member->is_string()) continue;
+        name = member->get<std::string>();
+        item.erase(member);
+        break;
+      }
+      flatten(item, fmt::format("{}.{}", path, name), certificate);
+    }
+    return;
+  }
+  if (value.is_array()) {
+    certificate.entries.emplace_back(path, list_text(value));
+    return;
+  }
+  certificate.entries.emplace_back(path, scalar_text(value));
+  const std::string_view name = path;
+  if (value.is_boolean() &&
+      (name.ends_with("penetration_accepted") || name.ends_with("penetration.accepted")))
+    certificate.penetration_accepted = value.get<bool>();
+}
+
+/// From the record beside the output; of a branch, whose run made several sheets, from the one
+/// above it that lists the sheet.
+std::optional<MadeBy> read_made_by(const fs::path& output) {
+  const fs::path record = run_record_path(output);
+  if (!fs::is_regular_file(record)) {
+    RecordBook book;
+    const StepRecord* step = book.maker_of(output);
+    if (step == nullptr) return std::nullopt;
+    return MadeBy{step->program, step->version, step->arguments, step->inputs};
+  }
+  const JsonNode root = JsonNode::open(record, "run", kRunVersion);
+  MadeBy made_by{root.text("program"), root.text("version"), {}, {}};
+  for (const Json& argument : root.at("arguments").raw())
+    made_by.arguments.push_back(argument.get<std::string>());
+  for (const JsonNode& input : root.items("inputs")) {
+    made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
+                                input.text("sha256"));
+  }
+  return made_by;
+}
+
+/// The recording that the detections were found in; its date when its list is still there.
+void find_recording(DrapeFiles& drape) {
+  for (const auto& [file, sha256] : drape.detected_by->inputs) {
+    if (file.filename() != "recording.json") continue;
+    drape.recording = RecordingId{sha256, std::nullopt};
+    if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
+      drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
+  }
+}
+
+SheetFile read_sheet_file(const fs::path& file, Session& session) {
+  fs::path json = file, ply = file;
+  json.replace_extension(".json");
+  ply.replace_extension(".ply");
+  SheetFile sheet{file, {}, {}, read_sheet(file)};
+  sheet.sha256 = sha256_of_file(json);
+  sheet.ply_sha256 = sha256_of_file(ply);
+  session.read.emplace_back(json, sheet.sha256);
+  session.read.emplace_back(ply, sheet.ply_sha256);
+  return sheet;
+}
+
+void read_detections_beside(DrapeFiles& drape, Session& session) {
+  const SheetFile& measured = drape.input.measured;
+  const fs::path file = measured.file.parent_path() / "detections.json";
+  const auto& source = std::get<MeasuredSource>(measured.sheet.source);
+  if (!fs::is_regular_file(file)) {
+    session.warnings.push_back(fmt::format(
+        "no detections.json lies beside the measured sheet of set {}, so there are no photographs",
+        source.set));
+    return;
+  }
+  const std::string sha256 = sha256_of_file(file);
+  if (sha256 != source.detections_sha256) {
+    session.warnings.push_back(
+        fmt::format("the detections.json beside the measured sheet of set {} is not the file that "
+                    "it was made from, so its photographs are left out",
+                    source.set));
+    return;
+  }
+  drape.detections = read_detections(file);
+  drape.detections_file = file;
+  drape.detected_by = read_made_by(file);
+  session.read.emplace_back(file, sha256);
+  if (drape.detected_by) find_recording(drape);
+}
+
+/// `drape sensitivity` writes what it found beside the sheet that it measured distances from; a
+/// file that was made for another sheet says nothing of this one.
+void read_error_split_beside(DrapeFiles& drape, Session& session) {
+  const SheetFile& measured = drape.input.measured;
+  const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
+  if (!fs::is_regular_file(file)) return;
+  const auto made_by = read_made_by(file);
+  const bool of_this_sheet =
+      made_by && std::any_of(made_by->inputs.begin(), made_by->inputs.end(),
+                             [&](const auto& input) { return input.second == measured.sha256; });
+  if (!of_this_sheet) {
+    session.warnings.push_back(fmt::format(
+        "{} was not made from the measured sheet of set {} as it is now, so it is left out; run "
+        "drape sensitivity again",
+        file.string(), std::get<MeasuredSource>(measured.sheet.source).set));
+    return;
+  }
+  drape.error_split = read_error_split(file);
+  session.read.emplace_back(file, drape.error_split->sha256);
+}
+
+DrapeFiles read_measured(SheetFile sheet, Session& session) {
+  DrapeFiles drape;
+  drape.input.measured = std::move(sheet);
+  read_detections_beside(drape, session);
+  read_error_split_beside(drape, session);
+  drape.measured_by = read_made_by(drape.input.measured.file);
+  return drape;
+}
+
+/// The sheet with the files beside it, and the run record of what made it.
+Simulation read_simulated(SheetFile sheet, Session& session) {
+  Simulation simulation;
+  simulation.sheet = std::move(sheet);
+  const fs::path folder = simulation.sheet.file.parent_path();
+  if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
+    simulation.certificate = read_certificate(file);
+    session.read.emplace_back(file, simulation.certificate->sha256);
+  }
+  if (const fs::path file = folder / "history.csv"; fs::is_regular_file(file)) {
+    simulation.history = read_history(file);
+    session.read.emplace_back(file, sha256_of_file(file));
+  }
+  if (const auto listed = branch_of(simulation.sheet.file)) {
+    simulation.branch = listed->branch;
+    session.read.emplace_back(listed->list, listed->branch.set_sha256);
+  }
+  return simulation;
+}
+
+/// The scene file named by the run record, when it is still what the simulation read.
+void find_scene(DrapeFiles& drape, const Simulation& simulation, const MadeBy& made_by,
+                Session& session) {
+  for (const auto& [file, sha256] : made_by.inputs) {
+    if (sha256 != simulation.source().scene_sha256 || drape.input.scene) continue;
+    if (!fs::is_regular_file(file) || sha256_of_file(file) != sha256) continue;
+    drape.input.scene = read_scene(file);
+    session.read.emplace_back(file, sha256);
+  }
+}
+
+void add_simulated(Simulation simulation, DrapeFiles& drape, Session& session) {
+  drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
+  if (drape.simulated_by.back()) find_scene(drape, simulation, *drape.simulated_by.back(), session);
+  drape.input.simulations.push_back(std::move(simulation));
+}
+
+void add_other(const fs::path& file, Session& session) {
+  if (session.drapes.empty()) {
+    throw bad_input("another simulator's mesh stands before any measured sheet",
+                    {.file = file.string()}, "give it after the measured sheet of its drape");
+  }
+  DrapeFiles& drape = session.drapes.back();
+  session.read.emplace_back(file, sha256_of_file(file));
+  if (auto surface = read_other_surface(file)) {
+    session.read.emplace_back(surface->mesh_file, surface->mesh_sha256);
+    drape.input.surfaces.push_back(std::move(*surface));
+    return;
+  }
+  Simulation simulation = read_other_mesh(file, drape.input.measured.sheet);
+  session.read.emplace_back(simulation.other_file, simulation.sheet.ply_sha256);
+  drape.simulated_by.emplace_back();
+  drape.input.simulations.push_back(std::move(simulation));
+}
+
+void add_virtual_only(Simulation simulation, Session& session) {
+  auto& groups = session.virtual_only;
+  const auto same = std::find_if(groups.begin(), groups.end(), [&](const auto& group) {
+    return group.front().source().scene == simulation.source().scene;
+  });
+  if (same != groups.end()) {
+    same->push_back(std::move(simulation));
+  } else {
+    groups.push_back({std::move(simulation)});
+  }
+}
+
+void read_calibration_of(const fs::path& file, Session& session) {
+  session.calibration_file = file;
+  session.calibration = read_calibration(file);
+  session.calibration_sha256 = sha256_of_file(file);
+  session.calibrated_by = read_made_by(file);
+  session.read.emplace_back(file, session.calibration_sha256);
+  for (const DrapeFiles& drape : session.drapes) {
+    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
+    if (source.calibration_sha256 == session.calibration_sha256) continue;
+    throw bad_input(
+        "the sheet was measured with another calibration (SHA-256 " +
+            source.calibration_sha256.substr(0, 12) + "...) than " + file.string(),
+        {.file = drape.input.measured.file.string(), .field = "source.calibration_sha256"},
+        "give that calibration, or triangulate again with this one");
+  }
+}
+
+}  // namespace
+
+Certificate read_certificate(const fs::path& file) {
+  const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
+  Certificate certificate;
+  certificate.sha256 = sha256_of_file(file);
+  flatten(root.raw(), "", certificate);
+  return certificate;
+}
+
+History read_history(const fs::path& file) {
+  const std::string text = read_text(file);
+  std::size_t begin = 0;
+  while (begin < text.size() && text[begin] == '#') {
+    const std::size_t end = text.find('\n', begin);
+    begin = end == std::string::npos ? text.size() : end + 1;
+  }
+  const std::string head = text.substr(begin, text.find_first_of("\r\n", begin) - begin);
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at <= head.size();) {
+    const std::size_t comma = std::min(head.find(',', at), head.size());
+    names.push_back(head.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return {names, read_csv(file, names).columns};
+}
+
+Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file) {
+  Session session;
+  for (const fs::path& file : sheets) {
+    if (file.extension() == ".toml") {
+      add_other(file, session);
+      continue;
+    }
+    SheetFile sheet = read_sheet_file(file, session);
+    if (sheet.sheet.is_measured()) {
+      session.drapes.push_back(read_measured(std::move(sheet), session));
+    } else if (session.drapes.empty()) {
+      add_virtual_only(read_simulated(std::move(sheet), session), session);
+    } else {
+      add_simulated(read_simulated(std::move(sheet), session), session.drapes.back(), session);
+    }
+  }
+  if (session.drapes.empty() && session.virtual_only.empty())
+    throw usage_error("no sheet was given", "name a measured sheet and its simulations");
+  if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
+  return session;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "compare/tables/error_split.hpp"
+#include "compare/store/store.hpp"
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+
+namespace drape::compare {
+
+/// How an output was made, from the run record beside it; clock times are left behind.
+struct MadeBy {
+  std::string program;
+  std::string version;
+  std::vector<std::string> arguments;
+  std::vector<std::pair<std::filesystem::path, std::string>> inputs = {};  ///< file and SHA-256
+};
+
+/// A drape with the files that lie beside its measured sheet.
+struct DrapeFiles {
+  DrapeInput input;
+  std::optional<Detections> detections;  ///< detections.json beside the measured sheet
+  std::filesystem::path detections_file;
+  std::optional<MadeBy> detected_by;
+  std::optional<MadeBy> measured_by;
+  std::optional<RecordingId> recording;             ///< through the record of the detections
+  std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
+  std::optional<ErrorSplitFile> error_split;  ///< sensitivity/sensitivity.json beside the sheet
+};
+
+/// All that one call of drape-compare reads.
+struct Session {
+  std::vector<DrapeFiles> drapes;
+  /// Simulations given before any measured sheet, one group per scene in the order given.
+  std::vector<std::vector<Simulation>> virtual_only;
+  std::optional<Calibration> calibration;
+  std::filesystem::path calibration_file;
+  std::string calibration_sha256;
+  std::optional<MadeBy> calibrated_by;
+  std::vector<std::pair<std::filesystem::path, std::string>> read;  ///< file and SHA-256
+  std::vector<std::string> warnings;
+};
+
+/// Reads the sheets (each measured one opens a group; simulated ones before any of these are only
+/// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
+/// certificate.json, history.csv, the run records and through these the scene, where they exist. A
+/// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
+/// Error(bad_input) when a sheet was measured with another calibration than the one given.
+[[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
+                                   const std::filesystem::path& calibration_file);
+
+/// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
+[[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
+
+/// Reads a CSV of finite numbers with any head. Throws Error naming file, line and column.
+[[nodiscard]] History read_history(const std::filesystem::path& file);
+
+}  // namespace drape::compare

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the store promises over years: nothing changes, nothing is lost, old stores open.
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <iostream>
+
+#include "compare/store/ledger.hpp"
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/store.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::IsEmpty;
+using units::mm;
+
+test::Shape raised(double height_m) {
+  return [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+    return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
+  };
+}
+
+void import_height(const fs::path& file, double height_m) {
+  const DrapeInput input =
+      test::drape_of(test::measured_sheet(), {test::simulated_sheet(11, 1, raised(height_m)),
+                                              test::simulated_sheet(11, 5, raised(height_m))});
+  Store store(file);
+  store.add(input, compare_drape(input, {}));
+  store.close();
+}
+
+std::string one(const StoreReader& reader, const std::string& sql) {
+  return reader.query(sql).rows.at(0).at(0);
+}
+
+TEST(Ledger, HoldsOneEntryForEveryUnit) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite";
+  import_height(file, 5 * mm);
+  const StoreReader reader(file);
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM ledger WHERE kind = 'comparison'"), "2");
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM ledger WHERE kind = 'metric'"),
+            one(reader, "SELECT count(*) FROM metric"));
+}
+
+TEST(Ledger, RowsCannotBeChangedOrRemovedByAccident) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite";
+  import_height(file, 5 * mm);
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+  for (const char* sql :
+       {"UPDATE comparison SET mean_mm = 1", "DELETE FROM mark_error", "DELETE FROM ledger",
+        "UPDATE metric SET unit = 'm'", "UPDATE sheet SET gaps = 0", "DELETE FROM gap"}) {
+    const bool has_rows = std::string(sql) != "DELETE FROM gap";
+    if (has_rows) {
+      EXPECT_THROW(database.exec(sql), SQLite::Exception) << sql;
+    }
+  }
+  EXPECT_THAT(check_ledger(StoreReader(file)).findings, IsEmpty());
+}
+
+TEST(Ledger, FindsEveryChangeMadeAroundTheTriggers) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite", copy = folder.path() / "copy.sqlite";
+  import_height(file, 5 * mm);
+  for (const std::string sql :
+       {"UPDATE mark_error SET distance_mm = distance_mm + 1e-9 WHERE \"row\" = 3 AND \"col\" = 4",
+        "DELETE FROM mark_error WHERE \"row\" = 10 AND \"col\" = 10 AND comparison_id = 1",
+        "UPDATE comparison SET sigma_mean_mm = NULL WHERE id = 2",
+        "UPDATE metric SET definition = definition || '.' WHERE name = 'mean_mm'",
+        "INSERT INTO rig VALUES ('another')",
+        "INSERT INTO gap SELECT sha256, 1, 1, 'invented' FROM sheet WHERE kind = 'measured'",
+        "DELETE FROM ledger WHERE sequence = 4",
+        "UPDATE ledger SET content_sha256 = chain_sha256 WHERE sequence = 4",
+        "UPDATE simulation SET segments = 7 WHERE segments = 5",
+        "DELETE FROM comparison WHERE id = 2"}) {
+    fs::copy_file(file, copy, fs::copy_options::overwrite_existing);
+    {
+      SQLite::Database database(copy.string(), SQLite::OPEN_READWRITE);
+      std::vector<std::string> drops;
+      SQLite::Statement triggers(database, "SELECT name FROM sqlite_master WHERE type = 'trigger'");
+      while (triggers.executeStep()) drops.push_back(triggers.getColumn(0).getString());
+      triggers.reset();
+      for (const std::string& name : drops) database.exec("DROP TRIGGER " + name);
+      database.exec(sql);
+    }
+    EXPECT_FALSE(check_ledger(StoreReader(copy)).findings.empty()) << sql;
+  }
+}
+
+TEST(Ledger, EightWritersAtOnceLoseNothing) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite";
+  constexpr int kWriters = 8, kDrapes = 3;
+  std::vector<pid_t> children;
+  for (int writer = 0; writer < kWriters; ++writer) {
+    const pid_t child = fork();
+    if (child == 0) {
+      try {
+        for (int i = 0; i < kDrapes; ++i) import_height(file, (1 + writer * kDrapes + i) * mm);
+      } catch (const std::exception& error) {
+        std::cerr << "writer " << writer << ": " << error.what() << std::endl;
+        _exit(1);
+      }
+      _exit(0);
+    }
+    children.push_back(child);
+  }
+  for (const pid_t child : children) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  }
+  const StoreReader reader(file);
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM comparison"), std::to_string(2 * kWriters * kDrapes));
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM mark_error"),
+            std::to_string(121 * 2 * kWriters * kDrapes));
+  EXPECT_EQ(one(reader, "SELECT count(DISTINCT round(mean_mm)) FROM comparison"),
+            std::to_string(kWriters * kDrapes));
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+}
+
+/// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
+/// without marks were kept, version 3 before branches were.
+void make_version(int version, const fs::path& file) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  database.exec(read_text(drape::test::source_root() / "compare" / "test_data" /
+                          ("store_v" + std::to_string(version) + ".sql")));
+}
+
+void make_version_1(const fs::path& file) {
+  make_version(1, file);
+}
+
+TEST(Migration, AReaderUnderstandsVersion1AndLeavesItAsItIs) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version_1(file);
+  const std::string before = sha256_of_file(file);
+  const StoreReader reader(file);
+  const Table list = list_results(reader, {});
+  ASSERT_EQ(list.rows.size(), 2U);
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM mark_error"), "156");
+  EXPECT_EQ(sha256_of_file(file), before);
+}
+
+TEST(Migration, Version1KeepsEveryNumber) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version_1(file);
+  const auto numbers = [&](const std::string& table, const std::string& columns) {
+    SQLite::Database database(file.string());
+    SQLite::Statement query(database, "SELECT " + columns + " FROM " + table + " ORDER BY 1, 2, 3");
+    std::string text;
+    while (query.executeStep())
+      for (int i = 0; i < query.getColumnCount(); ++i) text += query.getColumn(i).getString() + "|";
+    return text;
+  };
+  const std::string comparison_columns =
+      "sha256, measured_sha256, simulated_sha256, metrics_version, marks, excluded, mean_mm, "
+      "sigma_mean_mm, median_mm, rms_mm, p95_mm, max_mm, worst_row, worst_col";
+  const std::string mark_columns =
+      "distance_mm, \"row\", \"col\", real_x_mm, virtual_z_mm, along_normal_mm, sigma_mark_mm, "
+      "views";
+  const std::string comparisons = numbers("comparison", comparison_columns);
+  const std::string marks = numbers("mark_error", mark_columns);
+  const std::string cameras = numbers("calibration_camera", "*");
+  const std::string pairs = numbers("simulation_pair", "sha256, label, mean_mm, max_mm");
+  const std::string gaps = numbers("gap", "*");
+  Store(file).close();
+  EXPECT_EQ(numbers("comparison", comparison_columns), comparisons);
+  EXPECT_EQ(numbers("mark_error", mark_columns), marks);
+  EXPECT_EQ(numbers("calibration_camera", "*"), cameras);
+  EXPECT_EQ(numbers("simulation_pair", "sha256, label, mean_mm, max_mm"), pairs);
+  EXPECT_EQ(numbers("gap", "*"), gaps);
+  const StoreReader reader(file);
+  EXPECT_EQ(one(reader, "SELECT user_version FROM pragma_user_version"),
+            std::to_string(kStoreVersion));
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM comparison WHERE mean_low_mm IS NOT NULL"), "0")
+      << "what version 1 did not have is not invented";
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM sqlite_master WHERE name LIKE 'v1_%'"), "0");
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+}
+
+/// Every row of every table that a store of version 2 had, in the order of its columns.
+std::string rows_of_version_2(const fs::path& file) {
+  SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+  std::string text;
+  for (const char* table : {"rig", "calibration", "calibration_file", "calibration_camera",
+                            "recording", "fabric", "sheet", "gap", "simulation", "drapemeter",
+                            "hem_harmonic", "comparison", "mark_error", "simulation_pair"}) {
+    SQLite::Statement query(database, std::string("SELECT * FROM ") + table);
+    while (query.executeStep()) {
+      for (int i = 0; i < query.getColumnCount(); ++i) text += query.getColumn(i).getString() + "|";
+      text += '\n';
+    }
+  }
+  return text;
+}
+
+class KeptVersion : public testing::TestWithParam<int> {};
+
+TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version(GetParam(), file);
+  const std::string before = rows_of_version_2(file);
+  ASSERT_GT(before.size(), 10000U);
+  const auto chain = [&] {
+    return SQLite::Database(file.string())
+        .execAndGet("SELECT chain_sha256 FROM ledger WHERE sequence = 60")
+        .getString();
+  };
+  const std::string head = chain();
+  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), 3U) << "a reader needs no migration";
+  Store(file).close();
+  EXPECT_EQ(rows_of_version_2(file), before);
+  EXPECT_EQ(chain(), head) << "what was sealed is still the beginning of the chain";
+  const StoreReader reader(file);
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"), "1");
+}
+
+TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version(GetParam(), file);
+  seal_store(file, {});
+  EXPECT_THAT(verify_store(file).findings, IsEmpty());
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec("INSERT INTO rig VALUES ('invented')");
+  }
+  EXPECT_FALSE(verify_store(file).findings.empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3));
+
+TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path new_file = folder.path() / "new.sqlite";
+  Store(new_file).close();
+  const char* schema =
+      "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
+  for (const int version : {1, 2, 3}) {
+    const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
+    make_version(version, old_file);
+    const auto had = list_results(StoreReader(old_file), {}).rows.size();
+    Store(old_file).close();
+    EXPECT_EQ(StoreReader(old_file).query(schema).rows, StoreReader(new_file).query(schema).rows);
+    import_height(old_file, 5 * mm);
+    const StoreReader reader(old_file);
+    EXPECT_EQ(list_results(reader, {}).rows.size(), had + 2);
+    EXPECT_EQ(one(reader, "SELECT count(*) FROM metric"),
+              one(StoreReader(new_file), "SELECT count(*) FROM metric"));
+    EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace drape::compare

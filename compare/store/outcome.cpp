@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/outcome.hpp"
+
+#include <fmt/format.h>
+
+#include "compare/tables/tables.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+
+using units::mm;
+
+bool Outcome::go() const {
+  for (const Report& drape : reports)
+    if (!drape.go()) return false;
+  return true;
+}
+
+std::vector<std::string> Outcome::reasons() const {
+  std::vector<std::string> list;
+  for (const Report& drape : reports)
+    for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
+  return list;
+}
+
+std::string Outcome::sentence() const {
+  const std::vector<std::string> list = reasons();
+  if (!list.empty()) {
+    return list.front() + (list.size() > 2 ? fmt::format(" (and {} more reasons)", list.size() - 1)
+                           : list.size() == 2 ? " (and one more reason)"
+                                              : "");
+  }
+  std::string text;
+  for (const VirtualGroup& group : groups)
+    text +=
+        fmt::format("{}{} pairs of {}", text.empty() ? "" : ", ", group.pairs.size(), group.name);
+  if (reports.empty()) return "simulations compared with each other: " + text;
+  text.clear();
+  for (const Report& drape : reports) {
+    text += fmt::format("{}{} {:.2f} mm", text.empty() ? "" : ", ", drape.name,
+                        drape.real_virtual[*drape.best].statistics.mean_m / mm);
+  }
+  return "best mean distance real to virtual: " + text;
+}
+
+std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
+                                                             const Report& report) {
+  std::vector<std::pair<std::string, std::string>> numbers;
+  const Measurement& measurement = report.measurement;
+  if (report.best) {
+    const RealVirtual& best = report.real_virtual[*report.best];
+    std::string value = mm_text(best.statistics.mean_m);
+    if (best.statistics.sigma_mean_m)
+      value += fmt::format(" ± {:.4f}", *best.statistics.sigma_mean_m / mm);
+    numbers.emplace_back(
+        "best mean distance",
+        fmt::format("{} mm ({}; {})", value,
+                    percent_text(best.statistics.mean_m, input.measured.sheet.patch_m),
+                    input.simulations[best.simulation].label()));
+  }
+  for (const BranchSet& set : report.branch_sets)
+    numbers.emplace_back("branches of " + set.label, branch_sentence(input, set));
+  numbers.emplace_back("marks",
+                       fmt::format("{} measured, {} gaps", measurement.marks, measurement.gaps));
+  if (measurement.sigma_median_m) {
+    numbers.emplace_back(
+        "uncertainty of a mark (1 sigma)",
+        fmt::format("median {:.4f} mm, largest {:.4f} mm", *measurement.sigma_median_m / mm,
+                    *measurement.sigma_max_m / mm));
+  }
+  return numbers;
+}
+
+void compare_session(const Session& session, const Options& options, Outcome& outcome) {
+  for (const DrapeFiles& drape : session.drapes) {
+    outcome.reports.push_back(compare_drape(drape.input, options));
+    for (const std::string& warning : outcome.reports.back().warnings)
+      outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
+  }
+  for (const auto& simulations : session.virtual_only) {
+    outcome.groups.push_back(compare_virtual_group(simulations));
+    if (outcome.groups.back().pairs.empty()) {
+      outcome.warnings.push_back(outcome.groups.back().name +
+                                 ": no two simulations make a pair of the paper's tables");
+    }
+  }
+}
+
+ImportCounts import_session(const std::filesystem::path& file, const Session& session,
+                            const Outcome& outcome) {
+  Store results(file);
+  if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
+  ImportCounts sum;
+  const auto count = [&](const ImportCounts& counts) {
+    sum.added += counts.added;
+    sum.present += counts.present;
+  };
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i)
+    count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
+  for (const VirtualGroup& group : outcome.groups) count(results.add(group));
+  results.close();
+  return sum;
+}
+
+std::vector<std::filesystem::path> files_of(const Session& session) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& [file, sha256] : session.read) files.push_back(file);
+  return files;
+}
+
+}  // namespace drape::compare

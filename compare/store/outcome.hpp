@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/store.hpp"
+
+namespace drape::compare {
+
+/// What drape-compare made of one call.
+struct Outcome {
+  std::vector<Report> reports;            ///< as Session::drapes
+  std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
+  std::vector<std::string> warnings;      ///< of the session and of every drape
+  std::optional<ImportCounts> stored;
+  std::string store;                   ///< as given; may be empty
+  std::string report;                  ///< as given; may be empty
+  std::vector<std::string> arguments;  ///< of the program, for the report
+
+  [[nodiscard]] bool go() const;
+  /// "A: only 7 marks could be compared, 10 are asked for"
+  [[nodiscard]] std::vector<std::string> reasons() const;
+  /// One sentence for the verdict line.
+  [[nodiscard]] std::string sentence() const;
+};
+
+/// Marks, uncertainty and best distance of one drape, with units.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
+                                                                           const Report& report);
+
+/// Compares every drape and every group of the session.
+void compare_session(const Session& session, const Options& options, Outcome& outcome);
+
+/// Adds the calibration and every comparison of the session to the store at `file`.
+[[nodiscard]] ImportCounts import_session(const std::filesystem::path& file, const Session& session,
+                                          const Outcome& outcome);
+
+/// The files that seal_store() starts from: every sheet and all that was read with it.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const Session& session);
+
+}  // namespace drape::compare

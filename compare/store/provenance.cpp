@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/provenance.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRunVersion = 1;
+
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
+std::vector<std::pair<fs::path, std::string>> files_in(const JsonNode& root, const std::string& key,
+                                                       const fs::path& folder) {
+  std::vector<std::pair<fs::path, std::string>> files;
+  for (const JsonNode& item : root.items(key))
+    files.emplace_back((folder / item.text("file")).lexically_normal(), item.text("sha256"));
+  return files;
+}
+
+StepRecord read_step(const fs::path& file) {
+  const JsonNode root = JsonNode::open(file, "run", kRunVersion);
+  StepRecord record{file, root.text("program"), root.text("version"), {}, {}, {}, {}};
+  for (const Json& argument : root.at("arguments").raw())
+    record.arguments.push_back(argument.get<std::string>());
+  for (const auto& [name, value] : root.at("options").raw().items())
+    record.options.emplace_back(name, value.get<std::string>());
+  record.inputs = files_in(root, "inputs", folder_of(file));
+  record.outputs = files_in(root, "outputs", folder_of(file));
+  return record;
+}
+
+std::vector<StepRecord> read_folder(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code unreadable;
+  for (const auto& entry : fs::directory_iterator(folder, unreadable))
+    if (entry.path().string().ends_with(".run.json")) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<StepRecord> records;
+  for (const fs::path& file : files) {
+    try {
+      records.push_back(read_step(file));
+    } catch (const std::exception&) {
+      // A record that cannot be read proves nothing about any file; verify finds its bytes.
+    }
+  }
+  return records;
+}
+
+/// What a file that no program of ours made is, with the number of points of a curve.
+std::string original(const fs::path& file) {
+  const std::string end = file.extension().string();
+  if (end == ".png") return "photograph";
+  if (file.filename() == "recording.json") return "list of the photographs";
+  if (end == ".csv") {
+    try {
+      const std::string text = read_text(file);
+      const auto lines = std::count(text.begin(), text.end(), '\n');
+      const auto notes = std::count(text.begin(), text.end(), '#');
+      return fmt::format("curve, {} points", std::max<std::ptrdiff_t>(0, lines - 1 - notes));
+    } catch (const Error&) {
+      return "curve";
+    }
+  }
+  if (end == ".toml") return "written by people";
+  return "no record of how it was made";
+}
+
+void follow(RecordBook& book, const fs::path& file, const std::string& sha256, int depth,
+            std::set<fs::path>& seen, std::vector<ChainLink>& chain) {  // NOLINT(misc-no-recursion)
+  const auto now = book.sha256(file);
+  ChainLink link{depth,
+                 file,
+                 sha256,
+                 !now             ? "not there"
+                 : *now == sha256 ? "unchanged"
+                                  : "altered",
+                 {}};
+  const StepRecord* record = book.maker_of(file);
+  link.made_by = record == nullptr
+                     ? original(file)
+                     : fmt::format("{} {}", record->program, fmt::join(record->arguments, " "));
+  chain.push_back(link);
+  if (!seen.insert(file).second) {
+    if (record != nullptr) chain.back().made_by = "see above";
+    return;
+  }
+  if (record == nullptr) return;
+  for (const auto& [input, hash] : record->inputs)
+    follow(book, input, hash, depth + 1, seen, chain);
+}
+
+}  // namespace
+
+const StepRecord* RecordBook::maker_of(const fs::path& file) {
+  const fs::path beside = folder_of(file), wanted = file.lexically_normal();
+  // A sheet is two files, and some records name only the .ply of it.
+  fs::path twin = wanted;
+  if (wanted.filename() == "sheet.json") twin.replace_extension(".ply");
+  for (const fs::path& folder : {beside, (beside / "..").lexically_normal()}) {
+    auto found = folders_.find(folder);
+    if (found == folders_.end()) found = folders_.emplace(folder, read_folder(folder)).first;
+    for (const StepRecord& record : found->second)
+      for (const auto& [output, sha256] : record.outputs)
+        if (output == wanted || output == twin) return &record;
+  }
+  return nullptr;
+}
+
+std::optional<std::string> RecordBook::sha256(const fs::path& file) {
+  const auto found = hashes_.find(file);
+  if (found != hashes_.end()) return found->second;
+  std::error_code unreadable;
+  std::optional<std::string> hash;
+  if (fs::is_regular_file(file, unreadable)) hash = sha256_of_file(file);
+  return hashes_.emplace(file, hash).first->second;
+}
+
+std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,
+                                std::set<fs::path>& followed) {
+  std::vector<ChainLink> chain;
+  follow(book, file.lexically_normal(), sha256, 0, followed, chain);
+  return chain;
+}
+
+std::vector<fs::path> files_behind(RecordBook& book, const std::vector<fs::path>& files) {
+  std::set<fs::path> known;
+  std::vector<fs::path> open;
+  for (const fs::path& file : files) open.push_back(file.lexically_normal());
+  while (!open.empty()) {
+    const fs::path file = open.back();
+    open.pop_back();
+    if (!known.insert(file).second) continue;
+    const StepRecord* record = book.maker_of(file);
+    if (record == nullptr) continue;
+    known.insert(record->file.lexically_normal());
+    for (const auto* list : {&record->inputs, &record->outputs})
+      for (const auto& [other, sha256] : *list) open.push_back(other);
+  }
+  return {known.begin(), known.end()};
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,466 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/store.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/VariadicBind.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <chrono>
+#include <map>
+#include <thread>
+
+#include "compare/store/ledger.hpp"
+#include "compare/store/migrate.hpp"
+#include "compare/store/sqlite_error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+constexpr double kMicrojoule = 1e-6;
+
+void bind_one(SQLite::Statement& statement, int index, const std::string& value) {
+  statement.bind(index, value);
+}
+void bind_one(SQLite::Statement& statement, int index, int value) {
+  statement.bind(index, value);
+}
+void bind_one(SQLite::Statement& statement, int index, double value) {
+  statement.bind(index, value);
+}
+template <class T>
+void bind_one(SQLite::Statement& statement, int index, const std::optional<T>& value) {
+  if (value) bind_one(statement, index, *value);  // an unbound parameter is NULL
+}
+
+/// One write transaction: prepared statements are kept, and what is new goes into the ledger.
+class Writer {
+ public:
+  explicit Writer(SQLite::Database& database)
+      : database_(database),
+        transaction_(database, SQLite::TransactionBehavior::IMMEDIATE),
+        ledger_(database) {}
+
+  /// Inserts one row; false when it is there already, which leaves it as it is.
+  template <class... Values>
+  bool insert(const std::string& into, const Values&... values) {
+    SQLite::Statement& statement = prepared(into, sizeof...(values));
+    int index = 0;
+    (bind_one(statement, ++index, values), ...);
+    const bool added = statement.exec() > 0;
+    statement.reset();
+    statement.clearBindings();
+    return added;
+  }
+  /// Closes a unit: its row and all that hang on it are there.
+  void enter(const std::string& kind, const std::string& key) { ledger_.append(kind, key); }
+
+  [[nodiscard]] bool has(const std::string& table, const std::string& key) {
+    SQLite::Statement query(database_, fmt::format("SELECT 1 FROM {} WHERE sha256 = ?", table));
+    query.bind(1, key);
+    return query.executeStep();
+  }
+  [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
+  void commit() {
+    statements_.clear();
+    transaction_.commit();
+  }
+
+ private:
+  SQLite::Statement& prepared(const std::string& into, std::size_t count) {
+    const auto found = statements_.find(into);
+    if (found != statements_.end()) return found->second;
+    std::string marks = "?";
+    for (std::size_t i = 1; i < count; ++i) marks += ", ?";
+    return statements_
+        .try_emplace(into, database_,
+                     fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT DO NOTHING", into, marks))
+        .first->second;
+  }
+
+  SQLite::Database& database_;
+  SQLite::Transaction transaction_;
+  LedgerWriter ledger_;
+  std::map<std::string, SQLite::Statement> statements_;
+};
+
+std::optional<double> in_mm(const std::optional<double>& length_m) {
+  return length_m ? std::optional(*length_m / mm) : std::nullopt;
+}
+
+std::optional<double> low_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->low_m / mm) : std::nullopt;
+}
+std::optional<double> high_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->high_m / mm) : std::nullopt;
+}
+std::optional<double> in_percent(const std::optional<double>& ratio) {
+  return ratio ? std::optional(*ratio / units::percent) : std::nullopt;
+}
+
+void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
+  if (writer.insert("rig", rig)) writer.enter("rig", rig);
+  if (writer.insert("calibration", sha256, rig)) writer.enter("calibration", sha256);
+}
+
+void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
+  if (!result.value) return;
+  constexpr double mm2 = mm * mm;
+  const Drapemeter& d = *result.value;
+  if (!writer.insert("drapemeter", sheet, d.centre_in_world.x() / mm, d.centre_in_world.y() / mm,
+                     d.covered_area_m2 / mm2, d.flat_area_m2 / mm2, in_percent(d.drape_coefficient),
+                     d.mean_radius_m / mm, d.folds, d.fold_depth_m / mm))
+    return;
+  for (const Harmonic& harmonic : d.spectrum) {
+    writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
+                  harmonic.phase_rad / units::deg);
+  }
+  writer.enter("drapemeter", sheet);
+}
+
+void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
+                     const std::optional<RecordingId>& recording) {
+  const Sheet& sheet = file.sheet;
+  const auto& source = std::get<MeasuredSource>(sheet.source);
+  insert_calibration(writer, source.calibration_sha256, source.rig);
+  std::optional<std::string> recording_sha256;
+  if (recording) {
+    recording_sha256 = recording->sha256;
+    if (writer.insert("recording", recording->sha256, recording->recorded_on))
+      writer.enter("recording", recording->sha256);
+  }
+  const bool added = writer.insert(
+      "sheet", file.sha256, std::string("measured"), sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+      sheet.patch_m.y() / mm, measurement.marks, measurement.gaps, source.rig, source.set,
+      source.calibration_sha256, source.detections_sha256, recording_sha256,
+      in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m));
+  if (!added) return;
+  for (const Gap& gap : sheet.gaps)
+    writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
+  writer.enter("sheet", file.sha256);
+}
+
+std::optional<std::string> certificate_json(const Simulation& simulation) {
+  if (!simulation.certificate) return std::nullopt;
+  Json json = Json::object();
+  for (const auto& [name, value] : simulation.certificate->entries) json[name] = value;
+  return json.dump();
+}
+
+void insert_simulated(Writer& writer, const Simulation& simulation) {
+  const Sheet& sheet = simulation.sheet.sheet;
+  const SimulatedSource& source = simulation.source();
+  const std::optional<std::string> absent;
+  const bool own = !simulation.other_simulator;
+  if (own && writer.insert("fabric", source.fabric_sha256, source.fabric))
+    writer.enter("fabric", source.fabric_sha256);
+  const std::string& key = simulation.sheet.sha256;
+  const std::optional<double> no_sigma;
+  if (writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
+                    sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
+                    static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()),
+                    absent, absent, absent, absent, absent, no_sigma, no_sigma))
+    writer.enter("sheet", key);
+  if (writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"),
+                    source.scene, own ? std::optional(source.scene_sha256) : absent,
+                    own ? std::optional(source.fabric_sha256) : absent,
+                    own ? absent : std::optional(source.fabric), source.start_sha256, sheet.rows,
+                    sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                    own ? std::optional(source.status == "at rest" ? 1 : 0) : std::optional<int>(),
+                    simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
+                    certificate_json(simulation)))
+    writer.enter("simulation", key);
+  if (const auto& b = simulation.branch) {
+    if (writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                      b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))
+      writer.enter("branch", key);
+  }
+}
+
+void insert_mark(Writer& writer, int id, const MarkError& mark) {
+  const Eigen::Vector3d real = mark.real_in_world / mm, simulated = mark.virtual_in_world / mm;
+  const Eigen::Vector3d parts = mark.warp_weft_normal_m / mm;
+  writer.insert("mark_error", id, mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
+                mark.material_m.y() / mm, real.x(), real.y(), real.z(), simulated.x(),
+                simulated.y(), simulated.z(), mark.distance_m / mm, parts.x(), parts.y(), parts.z(),
+                in_mm(mark.sigma_mark_m), in_mm(mark.sigma_distance_m), mark.views);
+}
+
+void insert_comparison(Writer& writer, const std::string& key, const DrapeInput& input,
+                       const RealVirtual& row) {
+  const Simulation& simulation = input.simulations[row.simulation];
+  const DistanceStatistics& s = row.statistics;
+  const NormalStatistics& n = row.normal;
+  const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
+  const auto aligned = [&](double RigidAlignment::*value, double unit) {
+    return row.aligned ? std::optional((*row.aligned).*value / unit) : std::nullopt;
+  };
+  const auto left = [&](double DistanceStatistics::*value) {
+    return row.aligned ? std::optional(row.aligned->after.*value / mm) : std::nullopt;
+  };
+  const std::optional<int> next_id;
+  writer.insert(
+      "comparison", next_id, key, input.measured.sha256, simulation.sheet.sha256, kMetricsVersion,
+      s.marks, static_cast<int>(row.marks.excluded.size()), s.mean_m / mm, in_mm(s.sigma_mean_m),
+      s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col,
+      percent.x(), percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m),
+      low_mm(s.median), high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms),
+      in_mm(s.p95.sigma_m), low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max),
+      high_mm(s.max), n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean),
+      n.rms_m / mm, row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
+      left(&DistanceStatistics::mean_m), left(&DistanceStatistics::rms_m),
+      left(&DistanceStatistics::max_m), aligned(&RigidAlignment::centroid_shift_m, mm),
+      aligned(&RigidAlignment::turn_rad, units::deg), in_percent(row.strain.difference.warp),
+      in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
+  const int id = writer.last_id();
+  for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
+  writer.enter("comparison", key);
+}
+
+/// False when the comparison is there already.
+bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
+                    const std::optional<TurnedDistance>& turned = {}) {
+  const std::string key =
+      comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  const bool fresh = !writer.has("comparison", key);
+  if (fresh) insert_comparison(writer, key, input, row);
+  if (turned && writer.insert("branch_turn", key, turned->axis_in_world.x() / mm,
+                              turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                              turned->turn_rad / units::deg, turned->half_turn ? 1 : 0))
+    writer.enter("branch_turn", key);
+  return fresh;
+}
+
+bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
+  const OtherSurface& surface = input.surfaces[row.surface];
+  const std::string key =
+      comparison_key({input.measured.sha256, "surface without marks", surface.sha256});
+  if (writer.has("surface_comparison", key)) return false;
+  const DistanceStatistics& s = row.to_surface;
+  const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
+    return row.both_ways ? std::optional((*row.both_ways).*one.*value / mm) : std::nullopt;
+  };
+  writer.insert("surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
+                surface.scene, surface.fabric, kMetricsVersion,
+                static_cast<int>(surface.mesh.points.size()),
+                static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
+                in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
+                s.max_m / mm, way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
+                way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m));
+  writer.enter("surface_comparison", key);
+  return true;
+}
+
+/// `measured` is absent for simulations without a real cloth.
+bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
+                 const std::vector<Simulation>& simulations, bool gaps_filled,
+                 const VirtualVirtual& row) {
+  const std::string &first = simulations[row.first].sheet.sha256,
+                    &second = simulations[row.second].sheet.sha256;
+  const std::string key = comparison_key({measured.value_or("no real cloth"), first, second});
+  if (writer.has("simulation_pair", key)) return false;
+  const DistanceStatistics& s = row.statistics;
+  writer.insert("simulation_pair", key, measured, first, second, row.label,
+                static_cast<int>(row.paper_order), kMetricsVersion, s.marks, gaps_filled ? 1 : 0,
+                s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm,
+                low_mm(s.mean), high_mm(s.mean), row.surface.mean_m() / mm,
+                row.surface.hausdorff_m() / mm);
+  writer.enter("simulation_pair", key);
+  return true;
+}
+
+int pragma_value(SQLite::Database& database, const char* name) {
+  return database.execAndGet(fmt::format("PRAGMA {}", name)).getInt();
+}
+
+[[noreturn]] void refuse_foreign(const fs::path& file) {
+  throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
+                  "name another file with --store");
+}
+
+/// True when the file holds a store of this version, false when it is still empty. The caller holds
+/// a transaction: all is read from one state of the file, whoever writes meanwhile.
+bool check_identity(SQLite::Database& database, const fs::path& file) {
+  const int objects = database.execAndGet("SELECT count(*) FROM sqlite_master").getInt();
+  const int id = pragma_value(database, "application_id");
+  const int version = pragma_value(database, "user_version");
+  if (id == 0 && version == 0 && objects == 0) return false;
+  if (id != kApplicationId) refuse_foreign(file);
+  if (version > kStoreVersion) {
+    throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
+                                version, kStoreVersion),
+                    {.file = file.string(), .field = "user_version"},
+                    "use the newer drapebench that wrote it");
+  }
+  return true;
+}
+
+/// All in one transaction, so that a store is either empty or complete.
+void create_tables(SQLite::Database& database, const fs::path& file) {
+  SQLite::Transaction transaction(database, SQLite::TransactionBehavior::IMMEDIATE);
+  if (check_identity(database, file)) return;  // another program was faster
+  create_store(database);
+  transaction.commit();
+}
+
+fs::path prepare_folder(const fs::path& file) {
+  std::error_code error;
+  if (file.has_parent_path()) fs::create_directories(file.parent_path(), error);
+  if (error) {
+    throw bad_input("the folder of the results store cannot be made: " + error.message(),
+                    {.file = file.string()}, "name a place that can be written with --store");
+  }
+  return file;
+}
+
+bool is_busy(const SQLite::Exception& exception) {
+  const int code = exception.getErrorCode() & 0xFF;
+  return code == SQLITE_BUSY || code == SQLITE_LOCKED;
+}
+
+}  // namespace
+
+struct Store::Connection {
+  fs::path file;
+  SQLite::Database database;
+
+  explicit Connection(const fs::path& path)
+      : file(prepare_folder(path)),
+        database(path.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms) {
+    const bool complete = is_complete();
+    // The mode is kept in the file; asking again would need the write lock for nothing.
+    if (database.execAndGet("PRAGMA journal_mode").getString() != "wal")
+      database.execAndGet("PRAGMA journal_mode = WAL").getString();
+    database.exec("PRAGMA synchronous = FULL");
+    if (!complete) create_tables(database, file);
+    const int version = pragma_value(database, "user_version");
+    if (version < kStoreVersion) migrate(database, version);
+    database.exec("PRAGMA foreign_keys = ON");
+  }
+
+  /// SQLite answers "busy" at once where waiting could be a deadlock, as in the change of the
+  /// journal mode: opening is then begun anew, until the time of the busy timeout is over.
+  static std::unique_ptr<Connection> open_when_free(const fs::path& path) {
+    using Clock = std::chrono::steady_clock;
+    const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);
+    for (;;) {
+      try {
+        return std::make_unique<Connection>(path);
+      } catch (const SQLite::Exception& exception) {
+        if (!is_busy(exception) || Clock::now() > last) throw;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  }
+
+ private:
+  bool is_complete() {
+    const SQLite::Transaction snapshot(database, SQLite::TransactionBehavior::DEFERRED);
+    return check_identity(database, file);
+  }
+};
+
+Store::Store(const fs::path& file) {
+  try {
+    connection_ = Connection::open_when_free(file);
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(file, exception);
+  }
+}
+
+Store::~Store() {
+  try {
+    if (connection_) close();
+  } catch (const Error&) {
+    // Everything acknowledged is safe in the write-ahead log; the next opening moves it.
+  }
+}
+
+void Store::add(const Calibration& calibration, const std::string& sha256) {
+  try {
+    Writer writer(connection_->database);
+    insert_calibration(writer, sha256, calibration.rig);
+    if (writer.insert("calibration_file", sha256, calibration.method)) {
+      for (const CalibratedCamera& camera : calibration.cameras) {
+        const CalibrationResiduals& residuals = camera.residuals;
+        writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
+                      residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
+      }
+      writer.enter("calibration_file", sha256);
+    }
+    writer.commit();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(connection_->file, exception);
+  }
+}
+
+ImportCounts Store::add(const DrapeInput& input, const Report& report,
+                        const std::optional<RecordingId>& recording) {
+  ImportCounts counts;
+  const auto count = [&](bool added) { ++(added ? counts.added : counts.present); };
+  try {
+    Writer writer(connection_->database);
+    insert_measured(writer, input.measured, report.measurement, recording);
+    insert_drapemeter(writer, input.measured.sha256, report.measured_drapemeter);
+    for (std::size_t i = 0; i < input.simulations.size(); ++i) {
+      insert_simulated(writer, input.simulations[i]);
+      insert_drapemeter(writer, input.simulations[i].sheet.sha256, report.drapemeters[i]);
+    }
+    for (const RealVirtual& row : report.real_virtual)
+      if (!input.simulations[row.simulation].branch) count(add_comparison(writer, input, row));
+    for (const BranchSet& set : report.branch_sets)
+      for (const BranchComparison& one : set.branches)
+        count(add_comparison(writer, input, one.as_placed, one.turned));
+    for (const RealSurface& row : report.real_surface) count(insert_surface(writer, input, row));
+    for (const VirtualVirtual& row : report.virtual_virtual)
+      count(insert_pair(writer, input.measured.sha256, input.simulations,
+                        report.lattice_has_gaps_filled, row));
+    writer.commit();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(connection_->file, exception);
+  }
+  return counts;
+}
+
+ImportCounts Store::add(const VirtualGroup& group) {
+  ImportCounts counts;
+  try {
+    Writer writer(connection_->database);
+    for (const Simulation& simulation : group.simulations) insert_simulated(writer, simulation);
+    for (const VirtualVirtual& row : group.pairs) {
+      const bool added = insert_pair(writer, std::nullopt, group.simulations, true, row);
+      ++(added ? counts.added : counts.present);
+    }
+    writer.commit();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(connection_->file, exception);
+  }
+  return counts;
+}
+
+void Store::close() {
+  if (!connection_) return;
+  const fs::path file = connection_->file;
+  try {
+    SQLite::Statement(connection_->database, "PRAGMA wal_checkpoint(TRUNCATE)").executeStep();
+    connection_.reset();
+  } catch (const SQLite::Exception& exception) {
+    connection_.reset();
+    throw store_error(file, exception);
+  }
+}
+
+std::string comparison_key(const std::vector<std::string>& sheet_hashes) {
+  std::string text = fmt::format("drapebench/comparison/{}\n", kMetricsVersion);
+  for (const std::string& hash : sheet_hashes) text += hash + '\n';
+  return sha256_of(std::string_view(text));
+}
+
+}  // namespace drape::compare

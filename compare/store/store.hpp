@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/compare.hpp"
+#include "compare/tables/tables.hpp"
+#include "core/calibration.hpp"
+
+namespace drape::compare {
+
+inline constexpr int kStoreVersion = 4;            ///< PRAGMA user_version
+inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
+inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
+
+/// What an import did.
+struct ImportCounts {
+  int added = 0;    ///< comparisons that are new in the store
+  int present = 0;  ///< comparisons it had already
+};
+
+/// A recording as the store knows it.
+struct RecordingId {
+  std::string sha256;                      ///< of recording.json
+  std::optional<std::string> recorded_on;  ///< ISO date
+};
+
+/// results.sqlite, opened for writing. Rows are keyed by content hashes and carry no clock time, so
+/// importing the same comparison again adds nothing and two undisturbed histories are the same
+/// bytes. Each drape is one durable transaction (WAL, synchronous FULL): killing the program at any
+/// moment loses no drape that was acknowledged and leaves none in half. Rows are only ever added;
+/// the table `ledger` chains their hashes. A store of an older version is brought to this one.
+class Store {
+ public:
+  /// Opens or creates the store. Throws Error(bad_input) when it cannot be written, is not a
+  /// drapebench store, or was made by a newer version.
+  explicit Store(const std::filesystem::path& file);
+  ~Store();
+  Store(const Store&) = delete;
+  Store& operator=(const Store&) = delete;
+
+  /// Residuals of the calibration that measured sheets refer to.
+  void add(const Calibration& calibration, const std::string& sha256);
+  /// All comparisons of one drape. `recording` names where the photographs come from.
+  ImportCounts add(const DrapeInput& input, const Report& report,
+                   const std::optional<RecordingId>& recording = {});
+  /// Pairs of simulations without a real cloth.
+  ImportCounts add(const VirtualGroup& group);
+  /// Moves everything from the write-ahead log into the one file.
+  void close();
+
+ private:
+  struct Connection;
+  std::unique_ptr<Connection> connection_;
+};
+
+/// results.sqlite, opened for questions only; nothing done through it changes the store. A store of
+/// an older version is copied into memory and brought to this one there.
+class StoreReader {
+ public:
+  explicit StoreReader(const std::filesystem::path& file);
+  [[nodiscard]] const std::filesystem::path& file() const;
+  ~StoreReader();
+  StoreReader(const StoreReader&) = delete;
+  StoreReader& operator=(const StoreReader&) = delete;
+
+  /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN, with its parameters
+  /// `?` bound as text. Throws Error(usage) for any other statement or for several.
+  [[nodiscard]] Table query(const std::string& sql,
+                            const std::vector<std::string>& parameters = {}) const;
+
+ private:
+  struct Connection;
+  std::unique_ptr<Connection> connection_;
+
+  friend struct LedgerCheck check_ledger(const StoreReader& store);
+};
+
+/// What the store says about itself: every entry of the ledger recomputed.
+struct LedgerCheck {
+  long long entries = 0;
+  std::string head;                   ///< chain_sha256 of the last entry; empty without one
+  std::vector<std::string> findings;  ///< empty: every row is as it was written
+};
+[[nodiscard]] LedgerCheck check_ledger(const StoreReader& store);
+
+/// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
+[[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);
+
+/// The statements that make the tables of an empty store, and those that make the metric
+/// dictionary, views, indexes and triggers around tables that are there.
+[[nodiscard]] std::vector<std::string> table_statements();
+[[nodiscard]] std::vector<std::string> surrounding_statements();
+
+}  // namespace drape::compare

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/tables/error_split.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+constexpr int kSensitivityVersion = 1;
+
+/// Place of the greatest change among the variants at rest.
+std::optional<std::size_t> greatest(const std::vector<VariantEffect>& variants) {
+  std::optional<std::size_t> best;
+  for (std::size_t k = 0; k < variants.size(); ++k) {
+    if (!variants[k].at_rest) continue;
+    if (!best || std::abs(variants[k].change_m) > std::abs(variants[*best].change_m)) best = k;
+  }
+  return best;
+}
+
+std::string from_text(const VariantEffect& variant) {
+  return variant.continued ? "the drape" : "the start";
+}
+
+}  // namespace
+
+ErrorSplitFile read_error_split(const std::filesystem::path& file) {
+  const JsonNode root = JsonNode::open(file, "sensitivity", kSensitivityVersion);
+  ErrorSplitFile split;
+  split.file = file;
+  split.sha256 = sha256_of_file(file);
+  split.distance_m = root.number("mean_distance_mm") * mm;
+  split.marks = root.integer("marks");
+  if (!root.at("sensitivities").raw().is_null()) {
+    for (const JsonNode& entry : root.items("sensitivities")) {
+      split.values.push_back({entry.text("value"),
+                              entry.number("mean_distance_mm_per_percent") * mm,
+                              entry.number("mean_way_of_marks_mm_per_percent") * mm});
+    }
+  }
+  if (!root.has("variants")) return split;
+  for (const JsonNode& entry : root.items("variants")) {
+    split.variants.push_back(
+        {entry.text("what"), entry.text("from") == "base", entry.boolean("at_rest"),
+         entry.number("mean_distance_mm") * mm, entry.number("change_mm") * mm,
+         entry.number("mean_way_of_marks_mm") * mm, entry.integer("hem_folds")});
+  }
+  return split;
+}
+
+Table value_effect_table(const ErrorSplitFile& split) {
+  Table table;
+  table.title = "One per cent more of a fabric value, to first order";
+  table.names = {"value", "change_mm_per_percent", "marks_move_mm_per_percent"};
+  table.heads = {"fabric value", "mean dist changes (mm per %)", "marks move (mm per %)"};
+  table.numeric = {false, true, true};
+  std::vector<ValueEffect> values = split.values;
+  std::stable_sort(values.begin(), values.end(), [](const ValueEffect& a, const ValueEffect& b) {
+    return std::abs(a.change_m) > std::abs(b.change_m);
+  });
+  for (const ValueEffect& one : values) {
+    std::string name = one.value;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    table.add(
+        {name, fmt::format("{:+.4f}", one.change_m / mm), fmt::format("{:.4f}", one.way_m / mm)});
+  }
+  return table;
+}
+
+Table variant_effect_table(const ErrorSplitFile& split) {
+  Table table;
+  table.title = "One part of the model changed";
+  table.names = {"variant",       "from",      "mean_dist_mm", "change_mm",
+                 "marks_move_mm", "hem_folds", "at_rest"};
+  table.heads = {"changed",         "draped anew from", "mean dist (mm)", "change (mm)",
+                 "marks move (mm)", "folds of the hem", "at rest"};
+  table.numeric = {false, false, true, true, true, true, false};
+  for (const VariantEffect& one : split.variants) {
+    table.add({one.what, from_text(one), fmt::format("{:.3f}", one.distance_m / mm),
+               fmt::format("{:+.3f}", one.change_m / mm), fmt::format("{:.3f}", one.way_m / mm),
+               std::to_string(one.folds), one.at_rest ? "yes" : "no"});
+  }
+  table.marked_row = greatest(split.variants);
+  return table;
+}
+
+std::string error_split_sentence(const ErrorSplitFile& split) {
+  const auto best = greatest(split.variants);
+  if (!best) return {};
+  const VariantEffect& one = split.variants[*best];
+  return fmt::format(
+      "of the changes, {} (draped anew from {}) moves the mean distance most, by "
+      "{:+.3f} mm from {:.3f} mm",
+      one.what, from_text(one), one.change_m / mm, split.distance_m / mm);
+}
+
+}  // namespace drape::compare

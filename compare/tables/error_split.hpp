@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/tables/tables.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// What one per cent more of a fabric value does to the drape, to first order.
+struct ValueEffect {
+  std::string value;    ///< e.g. "bending_warp"
+  double change_m = 0;  ///< of the mean distance
+  double way_m = 0;     ///< mean way of the marks
+};
+
+/// The same drape with one part of the model changed.
+struct VariantEffect {
+  std::string what;        ///< e.g. "mass rule paper"
+  bool continued = false;  ///< from the base's equilibrium, so on its branch; else from the start
+  bool at_rest = false;
+  double distance_m = 0;  ///< mean over the marks
+  double change_m = 0;    ///< against the base
+  double way_m = 0;       ///< mean way of the marks from the base
+  int folds = 0;          ///< of the hem
+};
+
+/// What `drape sensitivity` says of a drape: where its millimetres come from.
+struct ErrorSplitFile {
+  std::filesystem::path file;
+  std::string sha256;
+  double distance_m = 0;  ///< of the base, mean over the marks
+  int marks = 0;
+  std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
+  std::vector<VariantEffect> variants;
+};
+
+/// Reads sensitivity.json ("drapebench/sensitivity/1"). Throws Error(bad_input).
+[[nodiscard]] ErrorSplitFile read_error_split(const std::filesystem::path& file);
+
+/// Fabric values, the greatest change first.
+[[nodiscard]] Table value_effect_table(const ErrorSplitFile& split);
+/// Changed models in the order of the file; the greatest change among those at rest is marked.
+[[nodiscard]] Table variant_effect_table(const ErrorSplitFile& split);
+/// Which change moves the mean distance most: one sentence without a full stop; empty when nothing
+/// was changed.
+[[nodiscard]] std::string error_split_sentence(const ErrorSplitFile& split);
+
+}  // namespace drape::compare

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/tables/error_split.hpp"
+
+#include <gmock/gmock.h>
+
+#include "compare/store/inputs.hpp"
+#include "compare/report/report.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/run_record.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using units::mm;
+
+Json variant(const char* what, const char* from, bool at_rest, double change_mm) {
+  return {{"what", what},           {"from", from},
+          {"at_rest", at_rest},     {"mean_distance_mm", 1.5 + change_mm},
+          {"change_mm", change_mm}, {"mean_way_of_marks_mm", 2 * std::abs(change_mm)},
+          {"hem_folds", 4}};
+}
+
+/// A run of drape-sensitivity as it leaves its files beside a measured sheet.
+fs::path write_split(const fs::path& measured) {
+  const fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
+  Json json = {
+      {"schema", "drapebench/sensitivity/1"},
+      {"marks", 119},
+      {"mean_distance_mm", 1.5},
+      {"sensitivities", Json::array()},
+      {"variants",
+       {variant("mass rule paper", "base", true, 0.25), variant("grid 11x11", "start", false, 9),
+        variant("twist < none", "start", true, -0.75)}}};
+  for (const char* value : {"bending_warp", "areal_density"}) {
+    json["sensitivities"].push_back(
+        {{"value", value},
+         {"mean_distance_mm_per_percent", value[0] == 'b' ? 0.01 : -0.02},
+         {"mean_way_of_marks_mm_per_percent", 0.05}});
+  }
+  write_json(file, json);
+  RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"});
+  record.input(fs::path(measured).replace_extension(".json"));
+  record.output(file);
+  record.write(run_record_path(file), 0);
+  return file;
+}
+
+struct Example {
+  drape::test::TemporaryFolder folder;
+  std::vector<fs::path> sheets = test::write_example(folder.path() / "A");
+  fs::path split = write_split(sheets.front());
+};
+
+TEST(ErrorSplit, IsReadBesideTheSheetItWasMadeFrom) {
+  const Example example;
+  const Session session = read_session(example.sheets, {});
+  const auto& split = session.drapes.front().error_split;
+  ASSERT_TRUE(split);
+  EXPECT_EQ(split->marks, 119);
+  EXPECT_DOUBLE_EQ(split->distance_m, 1.5 * mm);
+  ASSERT_EQ(split->variants.size(), 3U);
+  EXPECT_TRUE(split->variants[0].continued);
+  EXPECT_FALSE(split->variants[1].at_rest);
+  EXPECT_DOUBLE_EQ(split->variants[2].change_m, -0.75 * mm);
+}
+
+TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {
+  const Example example;
+  write_sheet(example.sheets.front(), test::measured_sheet());
+  const Session session = read_session(example.sheets, {});
+  EXPECT_FALSE(session.drapes.front().error_split);
+  EXPECT_THAT(session.warnings, testing::Contains(HasSubstr("run drape sensitivity again")));
+}
+
+TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
+  const Example example;
+  std::string text = read_text(example.split);
+  text.replace(text.find("change_mm"), 9, "change_um");
+  write_durable(example.split, text);
+  try {
+    static_cast<void>(read_error_split(example.split));
+    FAIL() << "a file with a misspelt key was read";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("sensitivity.json"));
+    EXPECT_THAT(error.what(), HasSubstr("change_mm"));
+  }
+}
+
+TEST(ErrorSplit, TheGreatestChangeAtRestIsNamed) {
+  const Example example;
+  const ErrorSplitFile split = read_error_split(example.split);
+  EXPECT_EQ(variant_effect_table(split).marked_row, 2U) << "the greatest of all is not at rest";
+  EXPECT_EQ(value_effect_table(split).rows.front()[0], "areal density");
+  EXPECT_THAT(error_split_sentence(split), HasSubstr("twist < none"));
+  EXPECT_THAT(error_split_sentence(split), HasSubstr("-0.750 mm"));
+  EXPECT_THAT(error_split_sentence({}), IsEmpty());
+}
+
+TEST(ErrorSplit, StandsInTheReportAndInTablesBesideIt) {
+  const Example example;
+  const Session session = read_session(example.sheets, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  const fs::path report = example.folder.path() / "report.html";
+  static_cast<void>(write_report(report, session, outcome));
+  const std::string html = read_text(report);
+  EXPECT_THAT(html, HasSubstr("Where the millimetres come from"));
+  EXPECT_THAT(html, HasSubstr("twist &lt; none"));
+  EXPECT_THAT(html, Not(HasSubstr("twist < none")));
+  EXPECT_TRUE(fs::is_regular_file(example.folder.path() / "report" / "A-fabric-values.csv"));
+  EXPECT_THAT(read_text(example.folder.path() / "report" / "A-model-changes.csv"),
+              HasSubstr("twist < none,the start,0.750,-0.750,1.500,4,yes"));
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/dots/blobs.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "detect/dots/regions.hpp"
+
+namespace drape {
+namespace {
+
+constexpr double least_fill = 0.80;
+constexpr double most_dark_ring = 0.45;
+constexpr int ring_samples = 32;
+constexpr double full_core = 0.4;  // where a dot is dark, in its radii
+constexpr double ring_core = 0.7;  // the same with a light centre
+
+/// The light that falls on the unprinted surface: a morphological closing, which fills whatever is
+/// too small to hold the square and keeps shadow edges. At half scale, from the brightest of each
+/// 2x2 pixels, for speed.
+cv::Mat surface_light(const cv::Mat& picture, int side_px) {
+  cv::Mat half((picture.rows + 1) / 2, (picture.cols + 1) / 2, CV_8U);
+  std::vector<std::uint8_t> pairs(2 * static_cast<std::size_t>(half.cols));
+  for (int y = 0; y < half.rows; ++y) {
+    const auto* const __restrict upper = picture.ptr<std::uint8_t>(2 * y);
+    const auto* const __restrict lower =
+        picture.ptr<std::uint8_t>(std::min(2 * y + 1, picture.rows - 1));
+    std::uint8_t* const __restrict pair = pairs.data();
+    const int width = picture.cols;
+    for (int x = 0; x < width; ++x) pair[x] = std::max(upper[x], lower[x]);
+    pairs.back() = pair[width - 1];
+    auto* const __restrict out = half.ptr<std::uint8_t>(y);
+    const int half_width = half.cols;
+    for (int x = 0; x < half_width; ++x) out[x] = std::max(pair[2 * x], pair[2 * x + 1]);
+  }
+  const int side = std::max(3, (side_px / 2) | 1);
+  cv::morphologyEx(half, half, cv::MORPH_CLOSE, cv::Mat::ones(side, side, CV_8U));
+  return half;
+}
+
+/// Regions of pixels darker than half the surface's light, by more than noise can be.
+std::vector<Region> dark_regions(const cv::Mat& picture, const NoiseModel& noise, int side_px,
+                                 DarkMap& map) {
+  std::array<std::uint8_t, 256> limit = {};
+  for (int light = 0; light < 256; ++light) {
+    const double least_contrast = std::max(6.0, 5.0 * noise.sigma(light));
+    const double darkest = std::floor(std::min(0.5 * light, light - least_contrast));
+    limit[light] = static_cast<std::uint8_t>(std::max(0.0, darkest));
+  }
+  const cv::Mat light = surface_light(picture, side_px);
+  std::vector<std::uint8_t> mask(picture.cols);
+  std::vector<std::uint8_t> half_limits(light.cols), limits(2 * half_limits.size());
+  RegionFinder finder(picture.cols, picture.rows);
+  for (int y = 0; y < picture.rows; ++y) {
+    std::uint8_t* const __restrict darkest = limits.data();
+    if (y % 2 == 0) {
+      const auto* const __restrict above = light.ptr<std::uint8_t>(y / 2);
+      std::uint8_t* const __restrict once = half_limits.data();
+      const int half_width = light.cols;
+      for (int x = 0; x < half_width; ++x) once[x] = limit[above[x]];
+      for (int x = 0; x < half_width; ++x) darkest[2 * x] = darkest[2 * x + 1] = once[x];
+    }
+    const auto* const __restrict line = picture.ptr<std::uint8_t>(y);
+    std::uint8_t* const __restrict out = mask.data();
+    const int width = picture.cols;
+    for (int x = 0; x < width; ++x) out[x] = line[x] < darkest[x] ? 1 : 0;
+    finder.add_row(mask.data());
+  }
+  return finder.finish(map);
+}
+
+bool plausible_size(const Region& region, const DotSizes& sizes) {
+  const double largest = sizes.largest_px;
+  return region.area >= 6 && region.width <= 2 * largest + 2 && region.height <= 2 * largest + 2 &&
+         std::max(region.width, region.height) >= sizes.smallest_px;
+}
+
+/// First pixel of a region in a row, and the one after its last; the same for none.
+std::pair<int, int> row_ends(const DarkMap& map, const Region& region, std::int32_t label, int y) {
+  int first = region.left + region.width, end = first;
+  for (const DarkRun& run : map.row_from(region.left, y)) {
+    if (run.from >= region.left + region.width) break;
+    if (run.label != label) continue;
+    first = std::min(first, run.from);
+    end = run.to;
+  }
+  return {first, end};
+}
+
+/// Centre and shape from second moments: a filled ellipse has J J^T = 4 times its covariance.
+/// Answers with the pixel count; with `fill` what lies between a row's ends belongs to it.
+double moments(const DarkMap& map, const Region& region, bool fill, Blob& blob) {
+  double count = 0;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d square = Eigen::Matrix2d::Zero();
+  const auto add = [&](int from, int to, int y) {
+    for (int x = from; x < to; ++x) {
+      const Eigen::Vector2d p(x - region.left, y - region.top);
+      count += 1;
+      sum += p;
+      square += p * p.transpose();
+    }
+  };
+  for (int y = region.top; y < region.top + region.height; ++y) {
+    if (fill) {
+      const auto [first, end] = row_ends(map, region, blob.label, y);
+      add(first, end, y);
+      continue;
+    }
+    for (const DarkRun& run : map.row_from(region.left, y)) {
+      if (run.from >= region.left + region.width) break;
+      if (run.label == blob.label) add(run.from, run.to, y);
+    }
+  }
+  const Eigen::Vector2d mean = sum / count;
+  blob.centre_px = mean + Eigen::Vector2d(region.left, region.top);
+  // A pixel has an extent of its own: 1/12 per axis keeps thin regions from becoming lines.
+  blob.shape_px2 =
+      4 * (square / count - mean * mean.transpose() + Eigen::Matrix2d::Identity() / 12.0);
+  return count;
+}
+
+/// Brightness inside and just outside, and how much of the outside is dark itself.
+void look_around(const GreyImage& image, const DarkMap& map, double core_radius, Blob& blob) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2);
+  const Eigen::Vector2d axes = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  std::vector<float> ring;
+  double core = 0;
+  for (int k = 0; k < ring_samples; ++k) {
+    const double angle = 2 * std::numbers::pi * k / ring_samples;
+    const Eigen::Vector2d unit(std::cos(angle), std::sin(angle));
+    const Eigen::Vector2d out =
+        blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(axes + Eigen::Vector2d(2.5, 2.5));
+    const Eigen::Vector2d in =
+        blob.centre_px + eigen.eigenvectors() * unit.cwiseProduct(core_radius * axes);
+    const int x = static_cast<int>(std::lround(out.x()));
+    const int y = static_cast<int>(std::lround(out.y()));
+    core +=
+        image.level(static_cast<int>(std::lround(in.x())), static_cast<int>(std::lround(in.y()))) /
+        ring_samples;
+    if (x < 0 || y < 0 || x >= image.width_px || y >= image.height_px) continue;
+    ring.push_back(map.at(x, y) != 0 ? 0.0F : image.level(x, y));
+  }
+  blob.dark = core;
+  blob.dark_ring = 1.0;
+  if (ring.empty()) return;
+  std::sort(ring.begin(), ring.end());
+  blob.bright = ring[ring.size() * 2 / 3];
+  const auto half = static_cast<float>(0.5 * (blob.dark + blob.bright));
+  blob.dark_ring =
+      static_cast<double>(std::lower_bound(ring.begin(), ring.end(), half) - ring.begin()) /
+      static_cast<double>(ring.size());
+}
+
+bool dot_like(const Blob& blob, double area, const DotSizes& sizes) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(blob.shape_px2,
+                                                             Eigen::EigenvaluesOnly);
+  const double major = std::sqrt(eigen.eigenvalues()(1));
+  const double minor = std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
+  const double fill = area / (std::numbers::pi * major * minor);
+  return major >= sizes.smallest_px && major <= sizes.largest_px && fill >= least_fill &&
+         blob.dark_ring <= most_dark_ring && blob.bright > blob.dark;
+}
+
+}  // namespace
+
+Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes& sizes,
+                 bool light_centres) {
+  const cv::Mat picture(image.height_px, image.width_px, CV_8U,
+                        const_cast<std::uint8_t*>(image.bytes.data()));
+  // Wide enough for the largest dot: a square inside a circle has 1.41 radii.
+  const int side_px = static_cast<int>(std::ceil(1.5 * sizes.largest_px)) + 2;
+  Blobs result;
+  const std::vector<Region> regions = dark_regions(picture, noise, side_px, result.map);
+  for (std::size_t k = 0; k < regions.size(); ++k) {
+    if (!plausible_size(regions[k], sizes)) continue;
+    Blob blob;
+    blob.label = static_cast<std::int32_t>(k) + 1;
+    const double area = moments(result.map, regions[k], light_centres, blob);
+    look_around(image, result.map, light_centres ? ring_core : full_core, blob);
+    if (dot_like(blob, area, sizes)) result.blobs.push_back(blob);
+  }
+  return result;
+}
+
+}  // namespace drape

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "detect/dots/dark_map.hpp"
+#include "detect/image/image.hpp"
+#include "detect/dots/noise.hpp"
+
+namespace drape {
+
+/// A dark region with the size and outline of a dot.
+struct Blob {
+  std::int32_t label = 0;
+  Eigen::Vector2d centre_px;
+  Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse: squared semi-axes as eigenvalues
+  double bright = 0;          ///< grey level that a third of the ring around it exceeds
+  double dark = 0;            ///< mean of its core
+  double dark_ring = 0;       ///< share of the ring that is printed or as dark as the blob
+};
+
+struct Blobs {
+  DarkMap map;
+  std::vector<Blob> blobs;  ///< in raster order
+};
+
+/// Semi-major axes that a dot may have in a frame.
+struct DotSizes {
+  double smallest_px = 0, largest_px = 0;
+
+  /// Around the unforeshortened radius of a dot: half to 1.7 times, since depth varies.
+  static DotSizes around(double radius_px) { return {0.5 * radius_px, 1.7 * radius_px}; }
+};
+
+/// Finds dots of these sizes; with `light_centres` also such as are rings.
+[[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise,
+                               const DotSizes& sizes, bool light_centres = false);
+
+}  // namespace drape

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "detect/ellipses/blurred_ellipse.hpp"
+#include "detect/dots/noise.hpp"
+#include "detect/ellipses/patch.hpp"
+#include "detect/ellipses/pixel_columns.hpp"
+
+namespace drape {
+
+/// What the bright ring around a dot says of the cloth's texture: residuals in units of the noise,
+/// as sums over pairs of pixels by their distance.
+struct RingResiduals {
+  static constexpr std::array<int, 10> distances = {0, 1, 2, 4, 5, 8, 9, 10, 13, 18};  ///< squared
+  static constexpr int count = static_cast<int>(distances.size());
+  using Sums = Eigen::Matrix<double, count, 1>;
+  Sums product = Sums::Zero();
+  double pixels = 0;
+  /// Expected products (rows) per unit of the texture's correlation (columns): the fit follows a
+  /// part of what it is to tell of.
+  Eigen::Matrix<double, count, count> seen = Eigen::Matrix<double, count, count>::Zero();
+};
+
+/// Residuals near the outline, where the centre is sensitive, summed over pixel pairs by squared
+/// distance in px^2 (0: each pixel with itself).
+struct EdgeResiduals {
+  static constexpr int classes = 19;  ///< pairs up to 3 pixels apart in both directions
+  double chi2 = 0;  ///< weighted by what a pixel does to the centre; 1: pure noise
+  std::array<double, classes> product = {};  ///< of residuals in units of noise
+  std::array<double, classes> pairs = {};
+  std::array<double, classes> influence = {};  ///< products of the centre's sensitivities
+  double light = 1;                   ///< texture there over that of the ring, as variances
+  std::optional<RingResiduals> ring;  ///< of the fits that were asked for it
+};
+
+/// A finished fit of a patch.
+struct FittedPatch {
+  const Patch& patch;
+  const PixelColumns& pixels;
+  const NoiseModel& noise;
+  const BlurredEllipse& model;
+  const BlurredEllipse::Matrix& covariance;
+};
+
+[[nodiscard]] EdgeResiduals edge_residuals(const FittedPatch& fit, bool with_ring);
+
+/// Correlation of the noise in a frame, pooled over its fits: cloth texture and lens blur correlate
+/// neighbouring pixels.
+struct Correlation {
+  /// Of residuals near outlines by squared distance, as they are.
+  std::array<double, EdgeResiduals::classes> at = {};
+  /// Texture beyond the frame's white noise, in its variances, from the rings.
+  RingResiduals::Sums texture = RingResiduals::Sums::Zero();
+};
+[[nodiscard]] Correlation correlation_of(const std::vector<const EdgeResiduals*>& dots);
+
+/// By how much a centre's variance exceeds what white noise gives: the sandwich of generalised
+/// least squares, with what the outline's residuals show or with the ring's texture, whichever says
+/// more. The outline's residuals know of misfits but lose the texture that the fit has followed;
+/// the ring's do not.
+[[nodiscard]] double excess_of(const EdgeResiduals& dot, const Correlation& correlation);
+
+}  // namespace drape

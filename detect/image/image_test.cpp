@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/image/image.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+
+#include "core/files.hpp"
+#include "detect/dots/noise.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+const Where place{.file = "recording/drape_A/cam1.png", .camera = "cam1", .set = "drape_A"};
+
+std::vector<unsigned char> encoded(const cv::Mat& picture, const char* format = ".png") {
+  std::vector<unsigned char> bytes;
+  cv::imencode(format, picture, bytes);
+  return bytes;
+}
+
+std::string complaint(const std::vector<unsigned char>& bytes, int width, int height) {
+  try {
+    (void)decode_image(bytes, width, height, place);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_EQ(error.where().camera, "cam1");
+    EXPECT_EQ(error.where().set, "drape_A");
+    EXPECT_FALSE(error.what_to_do().empty());
+    return error.what();
+  }
+  return {};
+}
+
+TEST(DecodeImage, ReadsGreyColourAndSixteenBit) {
+  const cv::Mat grey(6, 8, CV_8U, cv::Scalar(77));
+  EXPECT_EQ(decode_image(encoded(grey), 8, 6, place).level(3, 2), 77.0F);
+  const cv::Mat colour(6, 8, CV_8UC3, cv::Scalar(90, 90, 90));
+  EXPECT_EQ(decode_image(encoded(colour), 8, 6, place).level(7, 5), 90.0F);
+  const cv::Mat deep(6, 8, CV_16U, cv::Scalar(1000));
+  const GreyImage image = decode_image(encoded(deep), 8, 6, place);
+  EXPECT_NEAR(image.level(0, 0), 1000 * 255.0 / 65535, 1e-4);
+}
+
+TEST(DecodeImage, RefusesWhatIsNoImageOfTheCamera) {
+  const cv::Mat grey(6, 8, CV_8U, cv::Scalar(77));
+  EXPECT_THAT(complaint(encoded(grey), 8, 7), HasSubstr("8x6 px, the rig's camera has 8x7 px"));
+  EXPECT_THAT(complaint(encoded(grey, ".tiff"), 9, 6), HasSubstr("8x6 px"));
+  EXPECT_THAT(complaint({}, 8, 6), HasSubstr("not a readable image"));
+  EXPECT_THAT(complaint({'n', 'o', 't', ' ', 'a', 'n', ' ', 'i', 'm', 'a', 'g', 'e'}, 8, 6),
+              HasSubstr("not a readable image"));
+  const cv::Mat real(6, 8, CV_32F, cv::Scalar(0.5));
+  EXPECT_THAT(complaint(encoded(real, ".tiff"), 8, 6), HasSubstr("neither 8 nor 16 bit"));
+}
+
+TEST(DecodeImage, NeverCrashesOnSpoiltBytes) {
+  // Reliability R5: whatever the bytes, an image of the asked size or one Error.
+  const auto good = read_bytes(source_root() / "rigs/bench1/recording/drape_A/cam0.png");
+  std::mt19937 random(11);
+  int refused = 0;
+  for (int k = 0; k < 40; ++k) {
+    std::vector<unsigned char> bytes = good;
+    if (k % 2 == 0) {
+      bytes.resize(random() % bytes.size());
+    } else {
+      bytes[random() % 2000] ^= static_cast<unsigned char>(1U << (random() % 8));
+    }
+    try {
+      EXPECT_EQ(decode_image(bytes, 1600, 1200, place).bytes.size(), 1600U * 1200U);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GE(refused, 20);
+}
+
+TEST(Noise, IsReadFromTheFrameWithItsDependenceOnBrightness) {
+  // Variance 1 + level / 50 on a ramp from 20 to 220.
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal(0, 1);
+  GreyImage image{800, 400, std::vector<std::uint8_t>(800 * 400), {}};
+  for (int y = 0; y < 400; ++y) {
+    for (int x = 0; x < 800; ++x) {
+      const double level = 20 + 0.25 * x;
+      const double noisy = level + std::sqrt(1 + level / 50) * normal(random);
+      image.bytes[y * 800 + x] = static_cast<std::uint8_t>(std::lround(noisy));
+    }
+  }
+  const NoiseModel noise = estimate_noise(image);
+  for (const double level : {40.0, 128.0, 200.0}) {
+    // Rounding adds 1/12; medians of some thousand samples per band are good to 3 % in sigma.
+    EXPECT_NEAR(noise.sigma(level), std::sqrt(1 + level / 50 + 1.0 / 12),
+                0.08 * noise.sigma(level));
+  }
+}
+
+TEST(Noise, AFlatFrameHasAtLeastItsRounding) {
+  const GreyImage image{100, 100, std::vector<std::uint8_t>(100 * 100, 90), {}};
+  EXPECT_GE(estimate_noise(image).variance(90), 1.0 / 12 - 1e-12);
+}
+
+TEST(Preview, IsDeterministic) {
+  const GreyImage image{64, 48, std::vector<std::uint8_t>(64 * 48, 120), {}};
+  EXPECT_EQ(half_scale_jpeg(image), half_scale_jpeg(image));
+  const cv::Mat half = cv::imdecode(half_scale_jpeg(image), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(half.cols, 32);
+  EXPECT_EQ(half.rows, 24);
+}
+
+}  // namespace
+}  // namespace drape::test

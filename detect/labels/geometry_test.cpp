@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "core/rig.hpp"
+#include "detect/dots/local_map.hpp"
+#include "detect/dots/noise.hpp"
+#include "detect/labels/print_plane.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+TEST(LocalMap, HomographyGivesItsDerivativeAtTheCentre) {
+  // A projective map with a known derivative: p = (300 + 4000 x + 500 y, 200 - 300 x + 3500 y) / w.
+  const auto project = [](const Eigen::Vector2d& m) -> Eigen::Vector2d {
+    const double w = 1 + 2.0 * m.x() - 1.5 * m.y();
+    return {(300 + 4000 * m.x() + 500 * m.y()) / w, (200 - 300 * m.x() + 3500 * m.y()) / w};
+  };
+  const Eigen::Vector2d centre(0.03, 0.05);
+  std::array<Eigen::Vector2d, 4> print;
+  Eigen::Matrix<double, 2, 4> seen;
+  const std::array<Eigen::Vector2d, 4> corners = {
+      {{-0.006, -0.006}, {0.006, -0.006}, {0.006, 0.006}, {-0.006, 0.006}}};
+  for (int k = 0; k < 4; ++k) {
+    print[k] = centre + corners[k];
+    seen.col(k) = project(print[k]);
+  }
+  const auto map = map_at_centre(print, seen, centre);
+  ASSERT_TRUE(map.has_value());
+  EXPECT_LT((map->centre_px - project(centre)).norm(), 1e-9);
+  const double h = 1e-6;
+  Eigen::Matrix2d numeric;
+  numeric.col(0) =
+      (project(centre + Eigen::Vector2d(h, 0)) - project(centre - Eigen::Vector2d(h, 0))) / (2 * h);
+  numeric.col(1) =
+      (project(centre + Eigen::Vector2d(0, h)) - project(centre - Eigen::Vector2d(0, h))) / (2 * h);
+  EXPECT_LT((map->px_per_m - numeric).norm() / numeric.norm(), 1e-6);
+  seen.setConstant(5);
+  EXPECT_FALSE(map_at_centre(print, seen, centre).has_value());
+}
+
+TEST(LocalMap, DotTakesItsRotationFromANeighbourAlsoWhenMirrored) {
+  for (const double mirror : {1.0, -1.0}) {
+    Eigen::Matrix2d map;
+    map << 3000, 800, -500, 1500 * mirror;
+    const double radius = 0.002;
+    const LocalMap dot =
+        map_of_dot({10, 20}, map * map.transpose() * radius * radius, radius, 1.1 * map);
+    EXPECT_LT((dot.px_per_m - map).norm() / map.norm(), 1e-9);
+  }
+}
+
+TEST(LocalMap, StepErrorIsZeroForConstantCurvatureAndOneForTheNextButOne) {
+  // Position quadratic in the print coordinate: the trapezoid rule is exact.
+  const auto map_at = [](double x) {
+    LocalMap map;
+    map.centre_px = {4000 * x - 20000 * x * x, 100 * x};
+    map.px_per_m << 4000 - 40000 * x, 0, 100, 3500;
+    return map;
+  };
+  EXPECT_LT(step_error(map_at(0), map_at(0.02), {0.02, 0}), 1e-9);
+  EXPECT_GT(step_error(map_at(0), map_at(0.04), {0.02, 0}), 0.4);
+}
+
+TEST(LocalMap, ACreaseOnTheWayIsExplained) {
+  // Flat, then folded down about the y axis 8 mm along a 20 mm step: x shrinks to a third.
+  LocalMap from, to;
+  from.centre_px = {0, 0};
+  from.px_per_m << 4000, 0, 0, 4000;
+  to.px_per_m << 1300, 0, 200, 4000;
+  to.centre_px =
+      from.px_per_m * Eigen::Vector2d(0.008, 0) + to.px_per_m * Eigen::Vector2d(0.012, 0);
+  EXPECT_LT(crease_step(from, to, {0.02, 0}).error, 0.01);
+  to.centre_px += Eigen::Vector2d(0, 60);
+  EXPECT_GT(crease_step(from, to, {0.02, 0}).error, 0.3);
+}
+
+TEST(PrintPlane, ClothAndTargetShareOneFrameWithTheRightHandedness) {
+  const Rig rig = read_rig(source_root() / "rigs/bench1/rig.toml");
+  const PrintPlane cloth = plane_of(read_print(rig.print_file));
+  const PrintPlane target = plane_of(read_target(rig.target_file));
+  EXPECT_EQ(cloth.tags.size(), 50U);
+  EXPECT_LT((cloth.point_m({0, 0}) - Eigen::Vector2d(0.01, 0.01)).norm(), 1e-12);
+  // Tag 1 lies in the cell right of (0, 2): x runs along the columns.
+  EXPECT_LT((cloth.tags.at(1) - Eigen::Vector2d(0.06, 0.02)).norm(), 1e-12);
+  EXPECT_TRUE(cloth.has_tag_in_cell({0, 2}));
+  EXPECT_FALSE(cloth.has_tag_in_cell({0, 1}));
+  EXPECT_EQ(cloth.marks_around(1).size(), 4U);
+  EXPECT_LT((target.point_m({0, 0}) - Eigen::Vector2d(-0.11, -0.08)).norm(), 1e-12);
+  // Upper left corner of a target's tag has the larger y, of a cloth's tag the smaller one.
+  EXPECT_GT(target.tag_corners_m(400)[0].y(), target.tag_corners_m(400)[3].y());
+  EXPECT_LT(cloth.tag_corners_m(1)[0].y(), cloth.tag_corners_m(1)[3].y());
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/labels/labels.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <queue>
+#include <set>
+#include <tuple>
+
+#include "detect/dots/local_map.hpp"
+
+namespace drape {
+namespace {
+
+// A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
+constexpr double tag_print_share = 0.35;
+constexpr double bare_print_share = 0.10;
+
+constexpr double contradicting_error = 0.15;  // of a step to a dot that is another mark
+constexpr double most_flat_change = 0.12;     // of the map along a step on flat cloth
+constexpr double least_readable_px = 22;      // edge of a tag across its shorter direction
+
+// At the rim of what is seen; set after a look at 25 drawn cloths in folds of 60 degrees and
+// bench1.
+constexpr int most_doubtful_votes = 0;   // of the four cells around a dot
+constexpr double most_rim_error = 0.25;  // of a step to a dot that is seen askew
+constexpr double askew = 0.16;           // det / trace^2 of an ellipse whose axes are as 1 to 2
+
+constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};
+constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
+
+/// A proposal that dot `dot` is mark `mark`.
+struct Proposal {
+  double error = 0;
+  MarkId mark;
+  std::size_t dot = 0;
+  Eigen::Matrix2d px_per_m;
+};
+
+struct Later {
+  bool operator()(const Proposal& a, const Proposal& b) const {
+    return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
+  }
+};
+
+struct CellVotes {
+  int cells = 0;  ///< that the print has around the mark
+  int sum = 0;
+};
+
+class Labeller {
+ public:
+  Labeller(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots, const DarkMap& map)
+      : plane_(plane),
+        dots_(dots),
+        map_(map),
+        steps_(dots, plane.dot_radius_m),
+        labels_(dots.size()),
+        taken_(dots.size(), 0),
+        certain_(dots.size(), 0) {}
+
+  /// What the tags say comes before any step from dot to dot: a cloth folded flat upon itself may
+  /// show the column after the next where the next one would be. A dot that tags name differently
+  /// gets no label.
+  void seed(const std::vector<TagDetection>& tags) {
+    std::vector<std::map<MarkId, int>> names(dots_.size());
+    std::vector<Proposal> proposals;
+    for (const TagDetection& tag : tags) {
+      const Eigen::Vector2d centre_m = plane_.tags.at(tag.id);
+      const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
+      if (!map || map->px_per_m.determinant() * plane_.row_sign <= 0) continue;
+      const std::vector<MarkId> around = plane_.marks_around(tag.id);
+      if (!around.empty()) read_cells_.insert(*std::min_element(around.begin(), around.end()));
+      for (const MarkId mark : around) {
+        const BestStep best = steps_.best(*map, plane_.point_m(mark) - centre_m, taken_);
+        if (!best.is_clear()) continue;
+        ++names[best.dot][mark];
+        proposals.push_back({best.error, mark, best.dot, best.to.px_per_m});
+      }
+    }
+    for (std::size_t dot = 0; dot < dots_.size(); ++dot) {
+      if (names[dot].size() > 1) {
+        taken_[dot] = 1;
+        disputed_.push_back(dot);
+        labels_[dot].reason = "no label: the tags beside it name it differently";
+      }
+      certain_[dot] = names[dot].size() == 1 && names[dot].begin()->second > 1;
+    }
+    for (const Proposal& proposal : proposals) queue_.push(proposal);
+    while (!queue_.empty()) (void)take_next();
+  }
+
+  /// Takes proposals, best first, until none is left; then asks all labelled dots again, since a
+  /// rival that has found its own label no longer makes a step doubtful.
+  void grow() {
+    std::size_t before = 0;
+    do {
+      before = by_mark_.size();
+      drain();
+      for (const auto& [mark, dot] : std::map<MarkId, std::size_t>(by_mark_)) lead_on(mark);
+      drain();
+    } while (by_mark_.size() > before);
+  }
+
+  /// Where two labelled dots side by side stand one step from two others that are not their
+  /// neighbours, cloth is folded flat upon itself: on which side labels are right cannot be told,
+  /// so that only dots whose two tags agree keep theirs.
+  std::vector<DotLabel> finish() {
+    while (withdraw_at_rim()) {
+    }
+    std::map<MarkId, std::vector<MarkId>> seams;
+    for (const auto& [mark, dot] : by_mark_) seams[mark] = contradictions(mark, maps_.at(mark));
+    for (const auto& [mark, dot] : by_mark_) {
+      if (certain_[dot] != 0 || seams.at(mark).empty()) continue;
+      if (!runs_along(seams, mark) && !beside_disputed(mark)) continue;
+      labels_[dot] = {std::nullopt, "no label: another mark stands where its neighbour must be"};
+    }
+    for (DotLabel& label : labels_) {
+      if (!label.mark && label.reason.empty()) {
+        label.reason = "no label: no tag or labelled neighbour leads to it";
+      }
+    }
+    return labels_;
+  }
+
+ private:
+  void drain() {
+    while (!queue_.empty()) {
+      if (const auto mark = take_next()) lead_on(*mark);
+    }
+  }
+
+  std::optional<MarkId> take_next() {
+    const Proposal next = queue_.top();
+    queue_.pop();
+    if (taken_[next.dot] != 0 || by_mark_.count(next.mark) != 0 || !credible(next)) {
+      return std::nullopt;
+    }
+    labels_[next.dot].mark = next.mark;
+    taken_[next.dot] = 1;
+    by_mark_[next.mark] = next.dot;
+    maps_[next.mark] = {dots_[next.dot].centre_px, next.px_per_m};
+    return next.mark;
+  }
+
+  void lead_on(MarkId from) {
+    for (const MarkId step : neighbours) {
+      const MarkId mark{from.row + step.row, from.col + step.col};
+      if (!plane_.contains(mark) || by_mark_.count(mark) != 0) continue;
+      const LocalMap& here = maps_[from];
+      const BestStep best = steps_.best(here, plane_.point_m(mark) - plane_.point_m(from), taken_);
+      if (!best.is_clear() || may_be_seam(from, mark, here, best.to)) continue;
+      queue_.push({best.error, mark, best.dot, best.to.px_per_m});
+    }
+  }
+
+  /// A step may miss by more the better the cells around the dot, and other labelled neighbours,
+  /// speak for the label.
+  bool credible(const Proposal& proposal) const {
+    const auto& light = dots_[proposal.dot].light_centre;
+    if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
+    const CellVotes votes = cell_votes(proposal);
+    const int sum = votes.sum + other_supporters(proposal) -
+                    static_cast<int>(contradictions(proposal.mark, {dots_[proposal.dot].centre_px,
+                                                                    proposal.px_per_m})
+                                         .size());
+    if (sum < 0) return false;
+    const double support = std::min(1.0, sum / std::max(2.0, static_cast<double>(votes.cells)));
+    return proposal.error <= blind_step_error + (most_step_error - blind_step_error) * support;
+  }
+
+  /// Labelled neighbours beyond the first from which the dot is one good step away.
+  int other_supporters(const Proposal& proposal) const {
+    int supporters = 0;
+    for (const MarkId step : neighbours) {
+      const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
+      if (from == maps_.end()) continue;
+      const LocalMap to = steps_.map_at(proposal.dot, from->second);
+      const Eigen::Vector2d step_m = plane_.point_m(proposal.mark) - plane_.point_m(from->first);
+      supporters += step_error(from->second, to, step_m) <= most_step_error &&
+                    !may_be_seam(from->first, proposal.mark, from->second, to);
+    }
+    return std::max(0, supporters - 1);
+  }
+
+  /// Labelled dots that stand where a neighbour must be and are another mark.
+  std::vector<MarkId> contradictions(MarkId mark, const LocalMap& here) const {
+    const double reach = 1.5 * plane_.pitch_m * here.px_per_m.norm();
+    std::vector<MarkId> found;
+    for (const auto& [other, map] : maps_) {
+      if ((map.centre_px - here.centre_px).squaredNorm() > reach * reach) continue;
+      for (const MarkId step : neighbours) {
+        const MarkId expected{mark.row + step.row, mark.col + step.col};
+        if (other == mark || other == expected) continue;
+        const Eigen::Vector2d step_m = plane_.point_m(expected) - plane_.point_m(mark);
+        if (step_error(here, map, step_m) <= contradicting_error) found.push_back(other);
+      }
+    }
+    return found;
+  }
+
+  /// Takes labels back that stand alone; true when there were any.
+  bool withdraw_at_rim() {
+    std::vector<MarkId> alone;
+    for (const auto& [mark, dot] : by_mark_) {
+      if (stands_alone(mark, dot)) alone.push_back(mark);
+    }
+    for (const MarkId mark : alone) {
+      labels_[by_mark_.at(mark)] = {
+          std::nullopt, "no label: at the rim of what is seen, and little around it speaks for it"};
+      by_mark_.erase(mark);
+      maps_.erase(mark);
+    }
+    return !alone.empty();
+  }
+
+  /// A corner of the cloth that looks out behind a fold may fit the lattice some places off. Such a
+  /// dot lies at the rim of what is seen though not at the print's, no tag was read beside it, and
+  /// the cells around it do not speak for it, or it is seen at more than 60 degrees and the step
+  /// from a labelled neighbour hardly fits, or it has but one.
+  bool stands_alone(MarkId mark, std::size_t dot) const {
+    if (mark.row == 0 || mark.col == 0 || mark.row == plane_.rows - 1 ||
+        mark.col == plane_.cols - 1) {
+      return false;
+    }
+    for (const MarkId corner : corners) {
+      if (read_cells_.count({mark.row + corner.row, mark.col + corner.col}) != 0) return false;
+    }
+    int around = 0;
+    double worst = 0;
+    for (const MarkId step : neighbours) {
+      const auto from = maps_.find({mark.row + step.row, mark.col + step.col});
+      if (from == maps_.end()) continue;
+      ++around;
+      const Eigen::Vector2d step_m = plane_.point_m(mark) - plane_.point_m(from->first);
+      worst = std::max(worst, step_error(from->second, steps_.map_at(dot, from->second), step_m));
+    }
+    if (around == static_cast<int>(neighbours.size())) return false;
+    if (around < 2) return true;
+    const CellVotes votes = cell_votes({0, mark, dot, maps_.at(mark).px_per_m});
+    if (votes.sum <= most_doubtful_votes) return true;
+    const Eigen::Matrix2d& shape = dots_[dot].shape_px2;
+    const bool is_askew = shape.determinant() < askew * shape.trace() * shape.trace();
+    return is_askew && worst > most_rim_error;
+  }
+
+  /// True when a neighbour of the mark is contradicted too, by a neighbour of what contradicts it.
+  static bool runs_along(const std::map<MarkId, std::vector<MarkId>>& seams, MarkId mark) {
+    for (const MarkId other : seams.at(mark)) {
+      for (const MarkId step : neighbours) {
+        const auto beside = seams.find({mark.row + step.row, mark.col + step.col});
+        if (beside == seams.end()) continue;
+        const MarkId expected{other.row + step.row, other.col + step.col};
+        const auto& there = beside->second;
+        if (std::find(there.begin(), there.end(), expected) != there.end()) return true;
+      }
+    }
+    return false;
+  }
+
+  /// True when a dot that tags name differently stands one step away.
+  bool beside_disputed(MarkId mark) const {
+    const LocalMap& here = maps_.at(mark);
+    for (const std::size_t dot : disputed_) {
+      const LocalMap there = steps_.map_at(dot, here);
+      for (const MarkId step : neighbours) {
+        const Eigen::Vector2d step_m =
+            plane_.point_m({mark.row + step.row, mark.col + step.col}) - plane_.point_m(mark);
+        if (step_error(here, there, step_m) <= contradicting_error) return true;
+      }
+    }
+    return false;
+  }
+
+  /// A step along flat cloth beside the place of a tag that is large enough to be read, where
+  /// something is printed and no tag was read: two layers may meet there.
+  bool may_be_seam(MarkId from, MarkId to, const LocalMap& at, const LocalMap& there) const {
+    const double size = at.px_per_m.norm();
+    if ((at.px_per_m - there.px_per_m).norm() > most_flat_change * size) return false;
+    const double least_px_per_m = std::abs(at.px_per_m.determinant()) / size;
+    if (least_px_per_m * plane_.tag_edge_m < least_readable_px) return false;
+    const MarkId first = std::min(from, to);
+    for (const MarkId beside : {MarkId{0, 0}, from.row == to.row ? MarkId{-1, 0} : MarkId{0, -1}}) {
+      const MarkId cell{first.row + beside.row, first.col + beside.col};
+      if (!plane_.has_tag_in_cell(cell) || read_cells_.count(cell) != 0) continue;
+      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
+                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
+                                       plane_.point_m(from);
+      if (printed_share(at, centre_m) > bare_print_share) return true;
+    }
+    return false;
+  }
+
+  /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
+  /// as the print has it, -1 for each that contradicts.
+  CellVotes cell_votes(const Proposal& proposal) const {
+    CellVotes votes;
+    for (const MarkId corner : corners) {
+      const MarkId cell{proposal.mark.row + corner.row, proposal.mark.col + corner.col};
+      if (!plane_.contains(cell) || !plane_.contains({cell.row + 1, cell.col + 1})) continue;
+      const Eigen::Vector2d centre_m = plane_.point_m(cell) +
+                                       0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
+                                       plane_.point_m(proposal.mark);
+      const double printed =
+          printed_share({dots_[proposal.dot].centre_px, proposal.px_per_m}, centre_m);
+      ++votes.cells;
+      const bool tag = plane_.has_tag_in_cell(cell);
+      if (printed > tag_print_share) votes.sum += tag ? 1 : -1;
+      if (printed < bare_print_share) votes.sum += tag ? -1 : 1;
+    }
+    return votes;
+  }
+
+  /// Share of printed pixels where a tag would be, seen from a dot through its local map.
+  double printed_share(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
+    constexpr int half = 3;
+    int printed = 0;
+    for (int y = -half; y <= half; ++y) {
+      for (int x = -half; x <= half; ++x) {
+        const Eigen::Vector2d at_m =
+            centre_m + 0.4 * plane_.tag_edge_m / half * Eigen::Vector2d(x, y);
+        const Eigen::Vector2d px = from.centre_px + from.px_per_m * at_m;
+        printed += map_.at(static_cast<int>(std::floor(px.x() + 0.5)),
+                           static_cast<int>(std::floor(px.y() + 0.5))) != 0;
+      }
+    }
+    return printed / static_cast<double>((2 * half + 1) * (2 * half + 1));
+  }
+
+  const PrintPlane& plane_;
+  const std::vector<UnlabelledDot>& dots_;
+  const DarkMap& map_;
+  DotSteps steps_;
+  std::vector<DotLabel> labels_;
+  std::vector<char> taken_;  ///< dots that have a label or must have none
+  std::set<MarkId> read_cells_;
+  std::vector<std::size_t> disputed_;  ///< dots that tags name differently
+  std::vector<char> certain_;          ///< dots that two tags name alike
+  std::map<MarkId, std::size_t> by_mark_;
+  std::map<MarkId, LocalMap> maps_;
+  std::priority_queue<Proposal, std::vector<Proposal>, Later> queue_;
+};
+
+}  // namespace
+
+std::vector<DotLabel> label_dots(const PrintPlane& plane, const std::vector<TagDetection>& tags,
+                                 const std::vector<UnlabelledDot>& dots, const DarkMap& map) {
+  Labeller labeller(plane, dots, map);
+  labeller.seed(tags);
+  labeller.grow();
+  return labeller.finish();
+}
+
+}  // namespace drape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "core/marks.hpp"
+#include "detect/dots/dot_steps.hpp"
+#include "detect/labels/print_plane.hpp"
+
+namespace drape {
+
+/// Dots that stand as a piece of the print's lattice. Rows and columns count from 0 in the piece
+/// and are right up to a shift and quarter turns; they are never mirrored, since only one side of a
+/// print can be seen.
+using LatticePiece = std::map<MarkId, std::size_t>;  ///< place in the piece -> index of the dot
+
+/// Grows pieces from the dots that are not `taken`, with neither tags nor labels: a dot whose
+/// neighbours stand where its own ellipse says that they must is a start, and each clear step from
+/// it must agree with all neighbours that the piece already has. Largest piece first; pieces of
+/// fewer than four dots are left out.
+[[nodiscard]] std::vector<LatticePiece> grow_pieces(const PrintPlane& plane,
+                                                    const std::vector<UnlabelledDot>& dots,
+                                                    const std::vector<char>& taken);
+
+/// A piece of a print that is flat and stiff reaches over holes: the plane's projective map through
+/// its dots says where the others must be. Lens distortion may move them by a fifth of a pitch.
+void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
+                     LatticePiece& piece);
+
+/// The piece turned by a quarter: its columns to the right become rows downwards.
+[[nodiscard]] LatticePiece quarter_turn(const LatticePiece& piece);
+
+/// Where two looks of dots make every window of 3 x 3 unique, a piece may find its own place: the
+/// one at which the classes of its dots agree and at every other place do not. Dots that disagree
+/// there are left out. Nothing when too few dots show their class or two places fit nearly as well.
+[[nodiscard]] std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
+                                                           const std::vector<UnlabelledDot>& dots,
+                                                           const LatticePiece& piece);
+
+/// A piece that spans the whole print has only the print's own symmetry left: half a turn, or
+/// quarter turns for as many rows as columns. Of these the one is taken whose columns run to the
+/// right in the picture. Nothing for a piece that could also lie elsewhere on the print.
+[[nodiscard]] std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
+                                                            const std::vector<UnlabelledDot>& dots,
+                                                            const LatticePiece& piece);
+
+}  // namespace drape

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "detect/detect.hpp"
+#include "detect/frame.hpp"
+#include "detect/prints/layout.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using units::mm;
+
+constexpr double kPxPerMm = 10;
+
+Print print_named(const std::string& name) {
+  return read_print(test::source_root() / "rigs" / name);
+}
+
+Target bench1_target() {
+  return read_target(test::source_root() / "rigs/bench1/target.toml");
+}
+
+bool has_rasteriser() {
+  return std::system("pdftoppm -v >/dev/null 2>&1") == 0;
+}
+
+/// The PDF as poppler draws it at 10 px/mm, as a camera might see it: no pure black or white, a
+/// lens's blur, noise.
+GreyImage seen(const Page& page) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "page.pdf", pdf_of(page));
+  const std::string line =
+      fmt::format("pdftoppm -r {} -gray -png -singlefile '{}' '{}'", kPxPerMm * 25.4,
+                  (folder.path() / "page.pdf").string(), (folder.path() / "page").string());
+  EXPECT_EQ(std::system(line.c_str()), 0);
+  cv::Mat drawn = cv::imread((folder.path() / "page.png").string(), cv::IMREAD_GRAYSCALE);
+  EXPECT_FALSE(drawn.empty());
+  cv::Mat blurred;
+  cv::GaussianBlur(drawn, blurred, {}, 0.8);
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0, 1.5);
+  GreyImage image;
+  image.width_px = blurred.cols;
+  image.height_px = blurred.rows;
+  for (int y = 0; y < blurred.rows; ++y) {
+    for (int x = 0; x < blurred.cols; ++x) {
+      const double level = 40 + 0.6 * blurred.at<unsigned char>(y, x) + noise(random);
+      image.bytes.push_back(static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L)));
+    }
+  }
+  return image;
+}
+
+FrameDetections found_on(const Page& page, const PrintPlane& plane) {
+  const FrameLimits limits = limits_of(DetectOptions{});
+  TagFinder finder(plane.tag_family);
+  return detect_frame(seen(page), plane, finder, limits);
+}
+
+/// Every dot and tag found, each where the description puts it on the paper.
+void expect_exact(const PrintedPage& printed, const PrintPlane& plane, const std::string& name) {
+  const FrameDetections found = found_on(printed.page, plane);
+  EXPECT_EQ(found.detections.size(), static_cast<std::size_t>(plane.rows) * plane.cols) << name;
+  EXPECT_EQ(found.tags.size(), plane.tags.size()) << name;
+  const auto upright =
+      std::count_if(found.tags.begin(), found.tags.end(), [](const TagDetection& tag) {
+        return (tag.corners_px.col(2) - tag.corners_px.col(0)).minCoeff() > 0;
+      });
+  EXPECT_EQ(upright, static_cast<std::ptrdiff_t>(plane.tags.size())) << name;
+  double worst = 0, sum = 0;
+  for (const Detection& d : found.detections) {
+    const Eigen::Vector2d on_paper =
+        printed.first_m + d.mark.row * printed.by_row_m + d.mark.col * printed.by_col_m;
+    // The first pixel's centre is half a pixel from the paper's edge.
+    const Eigen::Vector2d measured = (d.centre_px.array() + 0.5).matrix() / kPxPerMm * mm;
+    worst = std::max(worst, (measured - on_paper).norm() / mm);
+    sum += (measured - on_paper).squaredNorm() / (mm * mm);
+  }
+  std::printf("%s on %s: %zu dots, %zu tags, RMS %.4f mm, worst %.4f mm\n", name.c_str(),
+              printed.paper.c_str(), found.detections.size(), found.tags.size(),
+              std::sqrt(sum / static_cast<double>(found.detections.size())), worst);
+  EXPECT_LE(worst, 0.02) << name;
+}
+
+TEST(PrintedPage, IsFoundByTheDetectorWhereItShouldBe) {
+  if (!has_rasteriser()) GTEST_SKIP() << "pdftoppm is not installed (poppler-utils)";
+  for (const std::string name :
+       {"bench1/print.toml", "prints/patch-11.toml", "prints/patch-21.toml"}) {
+    const Print print = print_named(name);
+    expect_exact(page_of(print, {}), plane_of(print), name);
+  }
+  const Target target = bench1_target();
+  expect_exact(page_of(target, "target", {}), plane_of(target), "bench1/target.toml");
+}
+
+TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
+  const Print print = print_named("prints/patch-11.toml");
+  const PrintedPage printed = page_of(print, {});
+  EXPECT_EQ(printed.paper, "a4");
+  EXPECT_NEAR(printed.check_m, 190 * mm, 1e-12);
+  const std::string pdf = pdf_of(printed.page), svg = svg_of(printed.page);
+  EXPECT_THAT(pdf, AllOf(HasSubstr("/MediaBox [0 0 595.275591 841.889764]"),
+                         HasSubstr("/PrintScaling /None"), HasSubstr("2.8346456693 0 0")));
+  EXPECT_THAT(svg, AllOf(HasSubstr("width=\"210mm\" height=\"297mm\" viewBox=\"0 0 210 297\""),
+                         HasSubstr("<circle cx=\"10\" cy=\"10\" r=\"1.5\"/>"),
+                         HasSubstr("<circle cx=\"200\" cy=\"200\" r=\"1.5\"/>")));
+  EXPECT_EQ(pdf, pdf_of(page_of(print, {}).page));
+  // The file's table of places must be right to the byte.
+  const std::size_t table = pdf.find("xref\n");
+  EXPECT_THAT(pdf, HasSubstr(fmt::format("startxref\n{}\n", table)));
+  for (int object = 1; object <= 6; ++object) {
+    const std::string place = pdf.substr(table + 4 + 1 + 4 + 20 * object, 10);
+    EXPECT_EQ(pdf.compare(std::stoul(place), 6, fmt::format("{} 0 ob", object)), 0) << object;
+  }
+}
+
+/// A window of 3 x 3 signs turned by a quarter.
+std::string turned(const std::string& w) {
+  return {w[6], w[3], w[0], w[7], w[4], w[1], w[8], w[5], w[2]};
+}
+
+TEST(PrintedPage, EveryWindowOfTheClassesOccursOnce) {
+  const DotClasses fine = *print_named("prints/patch-21-classes.toml").dot_classes;
+  check_windows(fine);
+  const DotClasses classes = *print_named("prints/patch-11-classes.toml").dot_classes;
+  check_windows(classes);
+  std::set<std::string> seen;
+  for (std::size_t row = 0; row + 2 < classes.rows.size(); ++row) {
+    for (std::size_t col = 0; col + 2 < classes.rows[row].size(); ++col) {
+      std::string window;
+      for (std::size_t i = 0; i < 3; ++i) window += classes.rows[row + i].substr(col, 3);
+      for (int quarter = 0; quarter < 4; ++quarter, window = turned(window))
+        EXPECT_TRUE(seen.insert(window).second) << row << " " << col << " turned " << quarter;
+    }
+  }
+  EXPECT_EQ(seen.size(), 4U * 81);
+  const std::string svg = svg_of(page_of(print_named("prints/patch-11-classes.toml"), {}).page);
+  // In row 0, col 0 is full and col 1 has a light centre of 1.2 mm.
+  EXPECT_THAT(svg, testing::Not(HasSubstr("<circle cx=\"10\" cy=\"10\" r=\"0.6\"")));
+  EXPECT_THAT(svg, HasSubstr("<circle cx=\"29\" cy=\"10\" r=\"0.6\" fill=\"#fff\"/>"));
+}
+
+TEST(PrintedPage, AChessboardHasADarkSquareAboveItsFirstCorner) {
+  Target board;
+  board.kind = TargetKind::chessboard;
+  board.rows = 6;
+  board.cols = 9;
+  board.pitch_m = 20 * mm;
+  const PrintedPage printed = page_of(board, "board", {});
+  EXPECT_EQ(printed.paper, "a4 landscape");
+  EXPECT_NEAR(printed.check_m, 160 * mm, 1e-12);
+  const auto has_board = [&](const auto& item) {
+    const auto* area = std::get_if<PageArea>(&item);
+    return area != nullptr && area->boxes.size() == 35;
+  };
+  const auto& items = printed.page.items;
+  const auto found = std::find_if(items.begin(), items.end(), has_board);
+  ASSERT_NE(found, items.end()) << "7 x 10 squares, half of them dark";
+  const auto& boxes = std::get<PageArea>(*found).boxes;
+  const Eigen::Vector2d above = printed.first_m + Eigen::Vector2d(0, -20 * mm);
+  EXPECT_TRUE(std::any_of(boxes.begin(), boxes.end(), [&](const PageBox& box) {
+    return (box.corner_m - above).norm() < 1e-12;
+  }));
+}
+
+template <class F>
+std::string refusal(F&& call) {
+  try {
+    static_cast<void>(call());
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PrintedPage, RefusesByName) {
+  const Print good = print_named("prints/patch-11.toml");
+  PrintOptions a4;
+  a4.paper = "a4";
+  EXPECT_EQ(refusal([&] { return page_of(good, a4); }), "");
+  Print large = good;
+  large.patch_m.x() = 280 * mm;
+  EXPECT_THAT(refusal([&] { return page_of(large, a4); }),
+              AllOf(HasSubstr("210.0 x 306.0 mm"), HasSubstr("a4"), HasSubstr("--paper fit")));
+  EXPECT_EQ(page_of(large, {}).paper, "a3");
+  PrintOptions fit;
+  fit.paper = "fit";
+  EXPECT_NEAR(page_of(large, fit).page.size_m.y(), 306 * mm, 1e-12);
+  fit.paper = "a5";
+  EXPECT_THAT(refusal([&] { return page_of(good, fit); }), HasSubstr("`a5` is not known"));
+  Print twice = print_named("prints/patch-11-classes.toml");
+  twice.dot_classes->rows[8] = twice.dot_classes->rows[5];
+  twice.dot_classes->rows[9] = twice.dot_classes->rows[6];
+  twice.dot_classes->rows[10] = twice.dot_classes->rows[7];
+  EXPECT_THAT(refusal([&] { return page_of(twice, {}); }),
+              AllOf(HasSubstr("(8, 0) look like those from (5, 0)"), HasSubstr("dot_classes")));
+  Print crowded = good;
+  crowded.tag_edge_m = 17 * mm;
+  EXPECT_THAT(refusal([&] { return page_of(crowded, {}); }),
+              AllOf(HasSubstr("tags.edge_mm"), HasSubstr("nearest dot")));
+  Print unknown = good;
+  unknown.tag_family = "tag99h1";
+  EXPECT_THAT(refusal([&] { return page_of(unknown, {}); }), HasSubstr("tag36h11"));
+  Print no_tag = good;
+  no_tag.tags[0].id = 100000;
+  EXPECT_THAT(refusal([&] { return page_of(no_tag, {}); }), HasSubstr("no tag 100000"));
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/programs/ending.hpp"
+
+#include <fmt/format.h>
+
+namespace drape {
+
+Ending ending_of(const DetectReport& report, Surface surface, const std::string& out) {
+  Ending ending;
+  ending.go = report.frames_without_marks.empty();
+  ending.verdict = ending.go
+                       ? fmt::format("{} marks measured in {} frames", report.marks, report.frames)
+                       : fmt::format("no mark in {} of {} frames, the first is {}",
+                                     report.frames_without_marks.size(), report.frames,
+                                     report.frames_without_marks.front());
+  ending.numbers.emplace_back("marks per frame",
+                              fmt::format("{:.1f}", report.marks / double(report.frames)));
+  if (report.median_sigma_px) {
+    ending.numbers.emplace_back("median standard deviation",
+                                fmt::format("{:.4f} px", *report.median_sigma_px));
+  }
+  if (report.islands > 0) {
+    ending.numbers.emplace_back("marks in islands, without a label",
+                                fmt::format("{}", report.islands));
+  }
+  ending.numbers.emplace_back("tags recognised", fmt::format("{}", report.tags));
+  for (const auto& [reason, count] : report.rejections_by_reason) {
+    ending.rejected.push_back(fmt::format("{} x {}", count, reason));
+  }
+  for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
+  if (!ending.go) {
+    ending.next_command = "look at the frames: run the same command with --overlay DIR";
+  } else if (surface == Surface::target) {
+    ending.next_command =
+        fmt::format("drape calib {} --rig RIG --method joint --out calibration.json", out);
+  } else {
+    ending.next_command = fmt::format(
+        "drape triangulate {} --calibration calibration.json --set NAME --out sheet.ply", out);
+  }
+  return ending;
+}
+
+}  // namespace drape

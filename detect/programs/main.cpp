@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/files.hpp"
+#include "core/program.hpp"
+#include "core/progress.hpp"
+#include "core/run_record.hpp"
+#include "detect/detect.hpp"
+#include "detect/programs/ending.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+
+namespace {
+
+void write_pictures(const std::vector<Picture>& pictures, const fs::path& folder,
+                    RunRecord& record) {
+  for (const Picture& picture : pictures) {
+    const fs::path file = folder / picture.file_name;
+    write_durable(file,
+                  {reinterpret_cast<const char*>(picture.bytes.data()), picture.bytes.size()});
+    record.output(file);
+  }
+}
+
+void note_inputs(const DetectResult& result, const Recording& recording, const Rig& rig,
+                 Surface surface, RunRecord& record) {
+  record.input(rig.file);
+  record.input(surface == Surface::target ? rig.target_file : rig.print_file);
+  record.input(recording.folder / "recording.json");
+  for (const FrameDetections& frame : result.detections.frames) {
+    for (const RecordedFrame& recorded : recording.set(frame.set).frames) {
+      if (recorded.camera == frame.camera) {
+        record.input(recording.folder / recorded.file, recorded.sha256);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Finds, labels and measures the printed marks of a recording", "drape-detect");
+  CommonOptions common;
+  DetectOptions options;
+  fs::path recording_folder, rig_file, out, overlay_folder;
+  add_common_options(app, common);
+  app.add_option("RECORDING", recording_folder, "folder with recording.json")->required();
+  app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
+  app.add_option("--surface", options.surface, "what the frames show: target or cloth")
+      ->required()
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Surface>{{"target", Surface::target}, {"cloth", Surface::cloth}}));
+  app.add_option("--sets", options.sets, "frame sets a,b,c (default: all the rig names)")
+      ->delimiter(',');
+  app.add_option("--out", out, "detections.json to write")->required();
+  app.add_option("--overlay", overlay_folder, "folder for PNGs with the marks drawn in");
+  return run_program(app, argc, argv, common, [&] {
+    if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
+    RunRecord record("drape-detect", arguments_of(argc, argv));
+    const Rig rig = read_rig(rig_file);
+    const Recording recording = read_recording(recording_folder);
+    if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
+    options.threads = thread_count(common);
+    options.overlays = !overlay_folder.empty();
+    Progress progress("detect", common.quiet);
+    const DetectResult result =
+        detect(recording, rig, options,
+               [&](double fraction, const std::string& what) { progress.update(fraction, what); });
+    const fs::path folder = out.parent_path();
+    write_pictures(result.previews, folder, record);
+    write_pictures(result.overlays, overlay_folder, record);
+    write_detections(out, result.detections);
+    record.output(out);
+    note_inputs(result, recording, rig, options.surface, record);
+    record.option("surface", options.surface == Surface::target ? "target" : "cloth");
+    record.option("sets", fmt::format("{}", fmt::join(options.sets, ",")));
+    const int code = finish(ending_of(result.report, options.surface, out.string()), common);
+    record.write(run_record_path(out), code);
+    return code;
+  });
+}

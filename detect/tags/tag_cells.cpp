@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/tags/tag_cells.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "detect/tags/cell_map.hpp"
+#include "detect/dots/local_map.hpp"
+
+namespace drape {
+namespace {
+
+// Seen from a dot through its own ellipse a neighbour lies one pitch away, less where the cloth
+// turns away on the way.
+constexpr double nearest_in_pitches = 0.55;
+constexpr double farthest_in_pitches = 1.45;
+constexpr double most_cosine = 0.5;          // between the two sides of a cell
+constexpr double most_fourth_corner = 0.45;  // miss of the parallelogram, in sides
+constexpr int most_wrong_pairs = 2;          // of eight places on the frame
+constexpr double least_frame_share = 0.8;    // of the frame's modules that must have their colour
+
+/// Four corners, clockwise as seen; the third one may have no dot of its own.
+struct Corners {
+  std::size_t first = 0, right = 0, down = 0;
+  std::optional<std::size_t> opposite;
+};
+
+struct Neighbour {
+  std::size_t dot;
+  Eigen::Vector2d in_pitches;
+};
+
+/// Which dots may be each other's neighbours.
+class Cells {
+ public:
+  Cells(const std::vector<UnlabelledDot>& dots, const PrintPlane& plane)
+      : dots_(dots), neighbours_(dots.size()) {
+    for (std::size_t i = 0; i < dots.size(); ++i) {
+      const Eigen::Matrix2d root =
+          symmetric_root(dots[i].shape_px2) * (plane.pitch_m / plane.dot_radius_m);
+      const Eigen::Matrix2d undo = root.inverse();
+      const double reach = farthest_in_pitches * root.norm();
+      for (std::size_t j = 0; j < dots.size(); ++j) {
+        const Eigen::Vector2d away = dots[j].centre_px - dots[i].centre_px;
+        if (i == j || away.squaredNorm() > reach * reach) continue;
+        const Eigen::Vector2d p = undo * away;
+        const double distance = p.norm();
+        if (distance < nearest_in_pitches || distance > farthest_in_pitches) continue;
+        neighbours_[i].push_back({j, p});
+      }
+    }
+  }
+
+  /// Each four dots that may be a cell's corners, once; then each three.
+  [[nodiscard]] std::vector<Corners> all() const {
+    std::vector<Corners> whole, broken;
+    for (std::size_t i = 0; i < dots_.size(); ++i) {
+      for (const Neighbour& right : neighbours_[i]) {
+        for (const Neighbour& down : neighbours_[i]) {
+          const Eigen::Vector2d &a = right.in_pitches, &b = down.in_pitches;
+          if (a.x() * b.y() - a.y() * b.x() <= 0) continue;
+          if (std::abs(a.dot(b)) > most_cosine * a.norm() * b.norm()) continue;
+          const auto fourth = opposite(i, right, down);
+          broken.push_back({i, right.dot, down.dot, std::nullopt});
+          if (fourth && i < std::min({right.dot, down.dot, *fourth})) {
+            whole.push_back({i, right.dot, down.dot, fourth});
+          }
+        }
+      }
+    }
+    whole.insert(whole.end(), broken.begin(), broken.end());
+    return whole;
+  }
+
+ private:
+  [[nodiscard]] std::optional<std::size_t> opposite(std::size_t from, const Neighbour& right,
+                                                    const Neighbour& down) const {
+    const Eigen::Vector2d origin = dots_[from].centre_px;
+    const Eigen::Vector2d along = dots_[right.dot].centre_px - origin;
+    const Eigen::Vector2d across = dots_[down.dot].centre_px - origin;
+    std::optional<std::size_t> best;
+    double least = most_fourth_corner * 0.5 * (along.norm() + across.norm());
+    for (const Neighbour& candidate : neighbours_[right.dot]) {
+      const std::size_t k = candidate.dot;
+      if (k == from || k == down.dot || !are_neighbours(down.dot, k)) continue;
+      const double miss = (dots_[k].centre_px - origin - along - across).norm();
+      if (miss >= least) continue;
+      least = miss;
+      best = k;
+    }
+    return best;
+  }
+
+  [[nodiscard]] bool are_neighbours(std::size_t from, std::size_t to) const {
+    return std::any_of(neighbours_[from].begin(), neighbours_[from].end(),
+                       [&](const Neighbour& n) { return n.dot == to; });
+  }
+
+  const std::vector<UnlabelledDot>& dots_;
+  std::vector<std::vector<Neighbour>> neighbours_;
+};
+
+/// Level between pixels; nothing outside the image.
+std::optional<double> level_at(const GreyImage& image, const Eigen::Vector2d& p) {
+  const int u = static_cast<int>(std::floor(p.x())), v = static_cast<int>(std::floor(p.y()));
+  if (!(p.x() >= 0 && p.y() >= 0) || u + 1 >= image.width_px || v + 1 >= image.height_px) {
+    return std::nullopt;
+  }
+  const double a = p.x() - u, b = p.y() - v;
+  const double upper = (1 - a) * image.level(u, v) + a * image.level(u + 1, v);
+  const double lower = (1 - a) * image.level(u, v + 1) + a * image.level(u + 1, v + 1);
+  return (1 - b) * upper + b * lower;
+}
+
+/// Grey levels at the middles of a tag's modules and of the white ones around it.
+struct Modules {
+  int side = 0;  ///< with the white ones
+  std::vector<double> levels;
+  [[nodiscard]] double at(int x, int y) const { return levels[y * side + x]; }
+};
+
+/// Position in the cell of a place that is given in modules from the tag's corner.
+Eigen::Vector2d in_cell(double x, double y, double tag_share, int modules) {
+  return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_share +
+         Eigen::Vector2d::Constant(0.5);
+}
+
+/// A quick look at the corners and the middles of the sides: does black lie inside white?
+bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, int modules,
+                double least_contrast) {
+  const double last = modules, middle = 0.5 * modules;
+  int wrong = 0;
+  for (const Eigen::Vector2d& at :
+       {Eigen::Vector2d(0, 0), Eigen::Vector2d(middle, 0), Eigen::Vector2d(last, 0),
+        Eigen::Vector2d(last, middle), Eigen::Vector2d(last, last), Eigen::Vector2d(middle, last),
+        Eigen::Vector2d(0, last), Eigen::Vector2d(0, middle)}) {
+    const Eigen::Vector2d out = (at.array() - middle).sign() * 0.5;
+    const Eigen::Vector2d w = at + out, b = at - out;
+    const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_share, modules)));
+    const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_share, modules)));
+    wrong += !(white && black && *white - *black > least_contrast);
+    if (wrong > most_wrong_pairs) return false;
+  }
+  return true;
+}
+
+std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_share,
+                              int modules) {
+  Modules result{modules + 2, {}};
+  for (int y = -1; y <= modules; ++y) {
+    for (int x = -1; x <= modules; ++x) {
+      const auto level = level_at(image, cell(in_cell(x + 0.5, y + 0.5, tag_share, modules)));
+      if (!level) return std::nullopt;
+      result.levels.push_back(*level);
+    }
+  }
+  return result;
+}
+
+/// Level over a square ring of modules as a plane; a ring's symmetry makes its sums independent.
+class Ring {
+ public:
+  Ring(const Modules& modules, int first) : first_(first), last_(modules.side - 1 - first) {
+    const double middle = 0.5 * (modules.side - 1);
+    double square = 0, count = 0;
+    each([&](int x, int y) {
+      mean_ += modules.at(x, y);
+      slope_x_ += (x - middle) * modules.at(x, y);
+      slope_y_ += (y - middle) * modules.at(x, y);
+      square += (x - middle) * (x - middle);
+      ++count;
+    });
+    mean_ /= count;
+    slope_x_ /= square;
+    slope_y_ /= square;
+    middle_ = middle;
+  }
+
+  template <class Visit>
+  void each(const Visit& visit) const {
+    for (int k = first_; k < last_; ++k) {
+      visit(k, first_);
+      visit(last_, k);
+      visit(last_ - (k - first_), last_);
+      visit(first_, last_ - (k - first_));
+    }
+  }
+
+  [[nodiscard]] double mean() const { return mean_; }
+  [[nodiscard]] double at(double x, double y) const {
+    return mean_ + slope_x_ * (x - middle_) + slope_y_ * (y - middle_);
+  }
+
+ private:
+  int first_, last_;
+  double middle_ = 0, mean_ = 0, slope_x_ = 0, slope_y_ = 0;
+};
+
+/// The tag's modules, white as 1, when a black frame in a white one is there.
+std::optional<std::vector<char>> bits_of(const Modules& modules, double least_contrast) {
+  const Ring white(modules, 0), black(modules, 1);
+  if (white.mean() - black.mean() < least_contrast) return std::nullopt;
+  const auto is_white = [&](int x, int y) {
+    return modules.at(x, y) > 0.5 * (black.at(x, y) + white.at(x, y));
+  };
+  int right = 0, count = 0;
+  white.each([&](int x, int y) { right += is_white(x, y), ++count; });
+  black.each([&](int x, int y) { right += !is_white(x, y), ++count; });
+  if (right < least_frame_share * count) return std::nullopt;
+  std::vector<char> bits;
+  for (int y = 1; y + 1 < modules.side; ++y) {
+    for (int x = 1; x + 1 < modules.side; ++x) bits.push_back(is_white(x, y) ? 1 : 0);
+  }
+  return bits;
+}
+
+struct Reading {
+  int id = 0;
+  int turns = 0;  ///< quarter turns from the cell's first corner to the tag's upper left one
+};
+
+/// The word that the modules say, read with the cell's corner `turns` as the upper left one.
+std::uint64_t word_of(const std::vector<char>& bits, const TagCode& code, int turns) {
+  std::uint64_t word = 0;
+  for (const std::array<int, 2>& bit : code.bits) {
+    int x = bit[0], y = bit[1];
+    for (int k = 0; k < turns; ++k) {
+      const int before = x;
+      x = code.modules - 1 - y;
+      y = before;
+    }
+    word = (word << 1U) | static_cast<std::uint64_t>(bits[y * code.modules + x]);
+  }
+  return word;
+}
+
+/// Wrong bits that a reading may have: one fewer than the usual families' words can bear (36h11
+/// bears five, 25h9 four), since only the print's ids are looked for.
+int most_wrong_bits(const TagCode& code) {
+  if (code.bits.size() >= 36) return 4;
+  return code.bits.size() >= 25 ? 3 : 2;
+}
+
+/// The id of the print whose word is near enough in one of four orientations.
+std::optional<Reading> decode(const std::vector<char>& bits, const TagCode& code,
+                              const PrintPlane& plane) {
+  std::optional<Reading> best;
+  int least = most_wrong_bits(code) + 1;
+  for (int turns = 0; turns < 4; ++turns) {
+    const std::uint64_t word = word_of(bits, code, turns);
+    for (const auto& [id, centre] : plane.tags) {
+      if (id < 0 || id >= static_cast<int>(code.words.size())) continue;
+      const int wrong = std::popcount(word ^ code.words[id]);
+      if (wrong >= least) continue;
+      least = wrong;
+      best = Reading{id, turns};
+    }
+  }
+  return best;
+}
+
+std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& cell,
+                                         const PrintPlane& plane, const TagCode& code,
+                                         double noise_sigma) {
+  const double share = plane.tag_edge_m / plane.pitch_m;
+  const double least_contrast = std::max(12.0, 6 * noise_sigma);
+  if (!may_be_tag(image, cell, share, code.modules, 0.5 * least_contrast)) return std::nullopt;
+  const auto modules = sample(image, cell, share, code.modules);
+  if (!modules) return std::nullopt;
+  const auto bits = bits_of(*modules, least_contrast);
+  if (!bits) return std::nullopt;
+  const auto reading = decode(*bits, code, plane);
+  if (!reading) return std::nullopt;
+  TagDetection tag;
+  tag.id = reading->id;
+  const double n = code.modules;
+  const std::array<Eigen::Vector2d, 4> outline = {
+      cell(in_cell(0, 0, share, code.modules)), cell(in_cell(n, 0, share, code.modules)),
+      cell(in_cell(n, n, share, code.modules)), cell(in_cell(0, n, share, code.modules))};
+  // The library's words stand on their heads when a tag is upright (see TagFinder::find).
+  for (int k = 0; k < 4; ++k) tag.corners_px.col(k) = outline[(k + reading->turns + 2) % 4];
+  return tag;
+}
+
+std::optional<TagDetection> read_cell(const GreyImage& image, const Corners& at,
+                                      const std::vector<UnlabelledDot>& dots,
+                                      const PrintPlane& plane, const TagCode& code,
+                                      double noise_sigma) {
+  const auto centre = [&](std::size_t dot) { return dots[dot].centre_px; };
+  const auto root = [&](std::size_t dot) -> Eigen::Matrix2d {
+    return symmetric_root(dots[dot].shape_px2) * (plane.pitch_m / plane.dot_radius_m);
+  };
+  std::array<Eigen::Vector2d, 4> corners = {centre(at.first), centre(at.right),
+                                            Eigen::Vector2d::Zero(), centre(at.down)};
+  std::array<Eigen::Matrix2d, 4> maps = {root(at.first), root(at.right), Eigen::Matrix2d::Zero(),
+                                         root(at.down)};
+  if (at.opposite) {
+    corners[2] = centre(*at.opposite);
+    maps[2] = root(*at.opposite);
+  } else {
+    // Where the maps of its two neighbours put the corner that has no dot.
+    Eigen::Matrix2d rough;
+    rough << corners[1] - corners[0], corners[3] - corners[0];
+    for (const int k : {1, 3}) maps[k] = turned_root(maps[k], rough);
+    corners[2] = 0.5 * (corners[1] + maps[1].col(1) + corners[3] + maps[3].col(0));
+    maps[2] = 0.5 * (maps[1] + maps[3]);
+  }
+  for (const auto& cell : {CellMap::flat(corners), CellMap::bent(corners, maps)}) {
+    if (!cell) continue;
+    if (auto tag = read_through(image, *cell, plane, code, noise_sigma)) return tag;
+  }
+  return std::nullopt;
+}
+
+/// The first reading of an id, unless it was also read elsewhere.
+std::optional<TagDetection> one_place(const std::vector<TagDetection>& readings) {
+  const auto middle = [](const TagDetection& tag) -> Eigen::Vector2d {
+    return tag.corners_px.rowwise().mean();
+  };
+  const double reach = 0.5 * (readings.front().corners_px.col(2) - middle(readings.front())).norm();
+  for (const TagDetection& other : readings) {
+    if ((middle(other) - middle(readings.front())).norm() > reach) return std::nullopt;
+  }
+  return readings.front();
+}
+
+}  // namespace
+
+bool tags_sit_between_dots(const PrintPlane& plane) {
+  return !plane.tags.empty() &&
+         std::all_of(plane.tags.begin(), plane.tags.end(), [&](const auto& tag) {
+           const Eigen::Vector2d at = (tag.second - plane.first_m) / plane.pitch_m;
+           const Eigen::Vector2d rest = at.array() - at.array().floor();
+           return (rest.array() - 0.5).abs().maxCoeff() < 1e-3;
+         });
+}
+
+std::vector<TagDetection> read_tags_between_dots(const GreyImage& image, const PrintPlane& plane,
+                                                 const TagCode& code,
+                                                 const std::vector<UnlabelledDot>& dots,
+                                                 double noise_sigma) {
+  std::map<int, std::vector<TagDetection>> by_id;
+  std::set<std::array<std::size_t, 3>> read;  // corners of cells that have been read
+  for (const Corners& at : Cells(dots, plane).all()) {
+    if (!at.opposite && read.count({at.first, at.right, at.down}) != 0) continue;
+    const auto tag = read_cell(image, at, dots, plane, code, noise_sigma);
+    if (!tag) continue;
+    by_id[tag->id].push_back(*tag);
+    if (!at.opposite) continue;
+    const std::size_t a = at.first, b = at.right, c = *at.opposite, d = at.down;
+    for (const auto& three :
+         std::array<std::array<std::size_t, 3>, 4>{{{a, b, d}, {b, c, a}, {c, d, b}, {d, a, c}}}) {
+      read.insert(three);
+    }
+  }
+  std::vector<TagDetection> result;
+  for (const auto& [id, readings] : by_id) {
+    if (const auto tag = one_place(readings)) result.push_back(*tag);
+  }
+  return result;
+}
+
+}  // namespace drape

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/detections.hpp"
+#include "core/rig.hpp"
+#include "detect/image/image.hpp"
+
+namespace drape {
+
+/// Corners of a target that is no dot grid. A chessboard must be seen whole (chessboard.hpp). Of a
+/// ChArUco board or an AprilGrid any part will do: its tags say where each corner must be, and
+/// Foerstner and Guelch's operator (1987) places it in a window that no tag reaches into. Tags are
+/// told by their ids and places, so it does not matter which of the four ways up they were printed.
+/// A corner that is covered, or where the tags' corner meets nothing, is rejected with the reason.
+/// Throws Error(bad_input) for a tag family that is not known.
+[[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);
+
+}  // namespace drape

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "detect/targets/chessboard.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <random>
+
+namespace drape {
+namespace {
+
+Target board(int rows, int cols) {
+  Target target;
+  target.kind = TargetKind::chessboard;
+  target.rows = rows;
+  target.cols = cols;
+  target.pitch_m = 1;
+  return target;
+}
+
+/// Picture of a board whose corner (row, col) lies at image_from_board (col, row, 1): dark between
+/// the corners (0, 0) and (1, 1), sampled 8 x 8 per pixel, with noise of 2 grey levels.
+GreyImage picture_of(const Target& target, const Eigen::Matrix3d& image_from_board) {
+  constexpr int kSamples = 8;
+  GreyImage image{640, 480, {}, {}};
+  const Eigen::Matrix3d board_from_image = image_from_board.inverse();
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0, 2);
+  for (int v = 0; v < image.height_px; ++v) {
+    for (int u = 0; u < image.width_px; ++u) {
+      double light = 0;
+      for (int k = 0; k < kSamples * kSamples; ++k) {
+        const Eigen::Vector3d px(u - 0.5 + (k % kSamples + 0.5) / kSamples,
+                                 v - 0.5 + (k / kSamples + 0.5) / kSamples, 1);
+        const Eigen::Vector2d place = (board_from_image * px).hnormalized();
+        const int col = static_cast<int>(std::floor(place.x()));
+        const int row = static_cast<int>(std::floor(place.y()));
+        const bool on_board = col >= -1 && row >= -1 && col < target.cols && row < target.rows;
+        light += on_board && (row + col) % 2 == 0 ? 40 : 200;
+      }
+      const double level = light / (kSamples * kSamples) + noise(random);
+      image.bytes.push_back(static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0)));
+    }
+  }
+  return image;
+}
+
+/// Columns to the right and rows up, turned by `angle_deg`, with perspective.
+Eigen::Matrix3d view(double angle_deg, double pitch_px) {
+  const double angle = angle_deg * std::acos(-1.0) / 180;
+  Eigen::Matrix3d centred = Eigen::Matrix3d::Identity();
+  centred.topRightCorner<2, 1>() << -4, -2.5;
+  Eigen::Matrix3d scaled;
+  scaled << pitch_px * std::cos(angle), pitch_px * std::sin(angle), 320.3,  //
+      pitch_px * std::sin(angle), -pitch_px * std::cos(angle), 240.7,       //
+      0.0, 0.0, 1.0;
+  Eigen::Matrix3d tilted = Eigen::Matrix3d::Identity();
+  tilted(2, 0) = 0.02;
+  return scaled * tilted * centred;
+}
+
+double rms_error_px(const FrameDetections& frame, const Eigen::Matrix3d& image_from_board) {
+  double squares = 0;
+  for (const Detection& corner : frame.detections) {
+    const Eigen::Vector3d place(corner.mark.col, corner.mark.row, 1);
+    squares += (corner.centre_px - (image_from_board * place).hnormalized()).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(frame.detections.size()));
+}
+
+TEST(Chessboard, CornersKeepTheirLabelsHoweverTheBoardIsTurned) {
+  const Target target = board(6, 9);
+  for (const double angle_deg : {0.0, 35.0, 90.0, 180.0, 250.0}) {
+    const Eigen::Matrix3d image_from_board = view(angle_deg, 36);
+    const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
+    ASSERT_EQ(frame.detections.size(), 54U) << angle_deg;
+    // A wrong label is off by a square, 30 px or more.
+    EXPECT_LT(rms_error_px(frame, image_from_board), 0.1) << angle_deg;
+  }
+}
+
+TEST(Chessboard, TheStatedUncertaintyIsThatOfTheErrors) {
+  const Target target = board(6, 9);
+  double normalised = 0;
+  int corners = 0;
+  for (const double angle_deg : {3.0, 20.0, 41.0, 75.0}) {
+    const Eigen::Matrix3d image_from_board = view(angle_deg, 30);
+    const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
+    for (const Detection& corner : frame.detections) {
+      const Eigen::Vector3d place(corner.mark.col, corner.mark.row, 1);
+      const Eigen::Vector2d error = corner.centre_px - (image_from_board * place).hnormalized();
+      normalised += error.dot(corner.covariance_px2.inverse() * error) / 2;
+      ++corners;
+    }
+  }
+  ASSERT_EQ(corners, 4 * 54);
+  // Mean of 216 values with unit mean, the scale itself known from some 80 differences a frame.
+  EXPECT_NEAR(normalised / corners, 1, 0.5);
+}
+
+TEST(Chessboard, ABoardThatIsCutOffIsRefusedByName) {
+  const Target target = board(6, 9);
+  Eigen::Matrix3d image_from_board = view(0, 36);
+  image_from_board.row(0) += 250 * image_from_board.row(2);
+  const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
+  EXPECT_TRUE(frame.detections.empty());
+  ASSERT_EQ(frame.rejections.size(), 1U);
+  EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("no whole chessboard"));
+}
+
+TEST(Chessboard, KnowsWhenItsSidesLookAlike) {
+  EXPECT_FALSE(is_ambiguous(board(6, 9)));
+  EXPECT_TRUE(is_ambiguous(board(6, 8)));
+}
+
+}  // namespace
+}  // namespace drape

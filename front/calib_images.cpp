@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/calib_images.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <regex>
+#include <set>
+
+#include "front/process.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/recording.hpp"
+#include "core/run_record.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Board {
+  int cols = 0, rows = 0;
+};
+
+Board board_of(const std::string& text) {
+  std::smatch parts;
+  if (!std::regex_match(text, parts, std::regex("([0-9]{1,3})x([0-9]{1,3})"))) {
+    throw usage_error(fmt::format("`{}` is no board", text),
+                      "give its inner corners as COLSxROWS, e.g. --board 9x6");
+  }
+  return {std::stoi(parts[1]), std::stoi(parts[2])};
+}
+
+bool has_folders(const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.is_directory()) return true;
+  return false;
+}
+
+/// left01.jpg is camera `left`, view `01`.
+std::map<std::string, std::map<std::string, fs::path>> flat_images(const fs::path& folder) {
+  static const std::regex kName("(.*?)[-_. ]*([0-9]+)\\.(png|jpg|jpeg|tif|tiff)",
+                                std::regex::icase);
+  std::map<std::string, std::map<std::string, fs::path>> views;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    if (!entry.is_regular_file() || !std::regex_match(name, parts, kName)) continue;
+    const std::string camera = parts[1].length() == 0 ? "camera" : parts[1].str();
+    if (!views["view_" + parts[2].str()].emplace(camera, fs::canonical(entry.path())).second) {
+      throw bad_input("two images of one camera and view", {.file = entry.path().string()},
+                      "keep one of them");
+    }
+  }
+  return views;
+}
+
+/// The folder in the layout of `drape import`: itself, or links in the output folder.
+fs::path import_layout(const CalibImagesOptions& options) {
+  if (!fs::is_directory(options.folder)) {
+    throw bad_input("the folder of images is missing", {.file = options.folder.string()},
+                    "name a folder of images such as left01.jpg, right01.jpg");
+  }
+  if (has_folders(options.folder)) return options.folder;
+  const auto views = flat_images(options.folder);
+  if (views.empty()) {
+    throw bad_input("no image is named like left01.jpg", {.file = options.folder.string()},
+                    "name images <camera><number>.png|jpg|tif, or <view>/<camera>.png|jpg|tif");
+  }
+  const fs::path staged = options.out / "images";
+  fs::remove_all(staged);
+  for (const auto& [view, cameras] : views) {
+    fs::create_directories(staged / view);
+    for (const auto& [camera, file] : cameras) {
+      fs::create_symlink(file, staged / view / (camera + file.extension().string()));
+    }
+  }
+  return staged;
+}
+
+/// Makes the output folder ours, so that a second run may replace what the first one made and a
+/// folder of somebody's own is never touched.
+void claim(const fs::path& out) {
+  const fs::path mark = out / "calib-images.txt";
+  if (fs::exists(out) && !fs::is_empty(out) && !fs::exists(mark)) {
+    throw bad_input("the output folder holds other files", {.file = out.string()},
+                    "give a new folder with --out");
+  }
+  write_durable(mark, "This folder was made by `drape calib-images`, which replaces its files.\n");
+}
+
+std::string rig_text(const Recording& recording) {
+  std::vector<std::string> views;
+  for (const FrameSet& set : recording.sets) views.push_back(set.name);
+  std::string text = fmt::format(
+      "schema = \"drapebench/rig/1\"\nname = \"chessboard\"\ntarget = \"target.toml\"\n"
+      "recording = \"recording\"\n\n[calibration]\nfree_poses = [\"{}\"]\n",
+      fmt::join(views, "\", \""));
+  for (const RecordedFrame& frame : recording.sets.front().frames) {
+    text += fmt::format(
+        "\n[[camera]]\nname = \"{}\"\nwidth_px = {}\nheight_px = {}\n"
+        "# Nominal: it only scales a focal length in mm.\npixel_pitch_um = [1.0, 1.0]\n",
+        frame.camera, frame.width_px, frame.height_px);
+  }
+  return text;
+}
+
+std::string target_text(const Board& board, double square_mm) {
+  return fmt::format(
+      "schema = \"drapebench/target/1\"\nkind = \"chessboard\"\n"
+      "# Inner corners, where four squares meet.\nrows = {}\ncols = {}\npitch_mm = {}\n",
+      board.rows, board.cols, square_mm);
+}
+
+/// Runs one stage and shows what it prints. Returns its exit code.
+int run_stage(const std::string& stage, std::vector<std::string> arguments,
+              const CommonOptions& common) {
+  if (common.quiet) arguments.emplace_back("--quiet");
+  const Step step{stage, stage, stage_program(stage), std::move(arguments), {}, 1};
+  const StepResult result =
+      run_steps({step}, 1, [](std::size_t, double, const std::string&) {}).at(0);
+  if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
+  std::fflush(stdout);
+  return result.exit_code;
+}
+
+}  // namespace
+
+int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common) {
+  const Board board = board_of(options.board);
+  const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
+  const fs::path detections = options.out / "detections.json";
+  const fs::path calibration = options.out / "calibration.json";
+  claim(options.out);
+  write_durable(options.out / "target.toml", target_text(board, options.square_mm));
+  fs::remove_all(recording);  // Ours alone, made from the folder of images each time.
+  const std::string images = import_layout(options).string();
+  if (const int code =
+          run_stage("capture", {"import", images, "--out", recording.string()}, common);
+      code > 1) {
+    return code;
+  }
+  write_durable(rig, rig_text(read_recording(recording)));
+  // A view without the whole board is a NO-GO of detect, and only one view less for calib.
+  if (const int code = run_stage("detect",
+                                 {recording.string(), "--rig", rig.string(), "--surface", "target",
+                                  "--out", detections.string()},
+                                 common);
+      code > 1) {
+    return code;
+  }
+  const int code = run_stage("calib",
+                             {detections.string(), "--rig", rig.string(), "--method", "joint",
+                              "--out", calibration.string()},
+                             common);
+  if (code > 1) return code;
+  Ending ending;
+  ending.go = code == 0;
+  ending.verdict = ending.go ? "the cameras are calibrated" : "see calib's verdict above";
+  ending.numbers = {{"calibration", calibration.string()}, {"rig", rig.string()}};
+  ending.next_command = fmt::format("drape calib-convert --help");
+  return finish(ending, common);
+}
+
+}  // namespace drape

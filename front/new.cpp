@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/new.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <regex>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRig = R"(schema = "drapebench/rig/1"
+name = "{name}"
+target = "target.toml"
+print = "print.toml"
+recording = "recording"
+scenes = [{scenes}]
+
+# What `drape run` simulates: particles per side, and line segments per Kawabata curve.
+grids = [11, 21, 31]
+segments = [1, 5]
+
+[calibration]
+# Frame sets that show the target anywhere: tilted by 20 to 40 degrees, all over the images.
+free_poses = [{poses}]
+
+# Stages: the target parallel to the table, raised by z_mm; z_mm = 0 defines the world.
+)";
+
+constexpr const char* kStage = R"(
+[[calibration.stage]]
+set = "stage_{index:02}"
+z_mm = {z}
+)";
+
+constexpr const char* kCamera = R"(
+[[camera]]
+name = "{name}"
+width_px = {width}
+height_px = {height}
+# From the sensor's data sheet: it only scales the focal length in mm, no measured point depends on it.
+# pixel_pitch_um = [3.45, 3.45]
+)";
+
+constexpr const char* kTarget = R"(schema = "drapebench/target/1"
+# `drape print target target.toml --out target.pdf` prints it to scale. Glue it to a flat plate, then measure
+# the print: printers scale. Frame: origin at the centre of the grid, x along the columns, y along the rows,
+# z out of the printed face.
+kind = "dot-grid"
+rows = 9
+cols = 12
+# Measured over as many dots as a ruler or caliper spans, divided by their number.
+# pitch_mm = 20.0
+dot_diameter_mm = 8.0
+
+[tags]
+family = "tag36h11"
+edge_mm = 10.0
+)";
+
+constexpr double kTargetTags_mm[][2] = {{-80, -50}, {80, -50}, {0, 10},
+                                        {-80, 50},  {80, 50},  {100, -10}};
+constexpr int kFirstTargetTag = 400;
+
+constexpr const char* kPrint = R"(schema = "drapebench/print/1"
+# `drape print cloth print.toml --out cloth.pdf` prints it to scale on transfer paper. A patch of 20 x 20 cm.
+# Seen from the printed side with row 0 at the top: col 0 is at the left, tags are upright.
+# Rows follow each other along the warp, columns along the weft.
+rows = 11
+cols = 11
+pitch_mm = 19.0
+dot_diameter_mm = 3.0
+patch_mm = [200.0, 200.0]   # along (warp, weft)
+margin_mm = [5.0, 5.0]      # from the patch corner to mark (0, 0), along (warp, weft)
+
+[tags]
+family = "tag36h11"
+edge_mm = 9.0
+# Tag k sits in the centre of the cell between marks (row, col) and (row + 1, col + 1); its id is first_id + k.
+first_id = 0
+cells = [
+)";
+
+constexpr const char* kScene = R"(schema = "drapebench/scene/1"
+name = "{name}"
+set = "drape_{name}"
+fabric = "../fabrics/cloth.toml"
+print = "../print.toml"
+# The table's height in the world frame of the target's reference pose: minus the thickness of its plate.
+# table_z_mm = -6.0
+# Coulomb's coefficient of cloth on the object, from a tilting plane; 0 is the paper's case.
+# friction = 0.4
+)";
+
+constexpr const char* kFlatStart = R"(
+[start]
+mode = "flat-from-measured"   # flat and horizontal above the object, placed by the measured marks
+clearance_mm = 3.0
+)";
+
+constexpr const char* kSphere = R"(
+[[object]]
+kind = "sphere"
+diameter_mm = {size}
+# x_mm = 0.0         # centre, measured in the world frame
+# y_mm = 0.0
+# z_bottom_mm = -6.0 # where it stands
+)";
+
+constexpr const char* kBox = R"(
+[[object]]
+kind = "box"
+size_mm = [{size}, {size}, {size}]
+edge_radius_mm = 1.0   # no edge is sharp
+# x_mm = 0.0         # centre of the base, measured in the world frame
+# y_mm = 0.0
+# z_bottom_mm = -6.0 # where it stands
+yaw_deg = 0.0
+)";
+
+constexpr const char* kHung = R"(
+[start]
+mode = "measured"   # the measured sheet itself; its pinned marks stay where they were measured
+
+# Two marks held {size} mm apart.
+[[pin]]
+row = 0
+col = 0
+
+[[pin]]
+row = 0
+col = 10
+)";
+
+constexpr const char* kFabric = R"(schema = "drapebench/fabric/1"
+name = "cloth"
+# areal_density_g_per_m2 = 138
+# Name what was not measured on this very fabric, e.g. stand_ins = ["shear curves"]; reports show it.
+
+# Kawabata curves (KES-FB), loading and unloading branch; each file begins with the heads of its columns.
+[tensile]
+warp = "cloth/tensile_warp.csv"
+weft = "cloth/tensile_weft.csv"
+
+[shear]
+warp = "cloth/shear_warp.csv"
+weft = "cloth/shear_weft.csv"
+
+[bending]
+warp = "cloth/bending_warp.csv"
+weft = "cloth/bending_weft.csv"
+)";
+
+struct Curve {
+  const char* name;
+  const char* heads;
+};
+constexpr Curve kCurves[] = {
+    {"tensile", "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
+    {"shear", "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
+    {"bending", "curvature_per_cm,loading_moment_gf_cm_per_cm,unloading_moment_gf_cm_per_cm\n"},
+};
+
+struct NewDrape {
+  std::string name, kind;
+  double size_mm = 0;
+};
+
+void check_name(const std::string& name, const char* what) {
+  if (!std::regex_match(name, std::regex("[A-Za-z0-9][A-Za-z0-9_-]*"))) {
+    throw usage_error(fmt::format("`{}` cannot name a {}", name, what),
+                      "use letters, digits, - and _");
+  }
+}
+
+NewDrape drape_of(const std::string& text) {
+  std::smatch parts;
+  static const std::regex kForm("([^=]+)=(sphere|box|hung):([0-9]+(?:\\.[0-9]+)?)");
+  if (!std::regex_match(text, parts, kForm) || std::stod(parts[3]) <= 0) {
+    throw usage_error(fmt::format("`{}` is no drape", text),
+                      "write NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM, "
+                      "e.g. A=sphere:90");
+  }
+  check_name(parts[1], "drape");
+  return {parts[1], parts[2], std::stod(parts[3])};
+}
+
+std::vector<NewDrape> drapes_of(const NewRigOptions& options) {
+  std::vector<NewDrape> drapes;
+  std::set<std::string> names;
+  for (const std::string& text : options.drapes) {
+    drapes.push_back(drape_of(text));
+    if (!names.insert(drapes.back().name).second) {
+      throw usage_error(fmt::format("two drapes are called `{}`", drapes.back().name),
+                        "give each its own name");
+    }
+  }
+  return drapes;
+}
+
+/// "stem_00", "stem_01", ... as TOML texts.
+std::vector<std::string> numbered(const std::string& stem, int count) {
+  std::vector<std::string> texts;
+  for (int i = 0; i < count; ++i) texts.push_back(fmt::format("\"{}_{:02}\"", stem, i));
+  return texts;
+}
+
+std::string rig_text(const NewRigOptions& options, const std::string& name,
+                     const std::vector<NewDrape>& drapes) {
+  std::smatch size;
+  static const std::regex kSize("([1-9][0-9]{0,5})x([1-9][0-9]{0,5})");
+  if (!std::regex_match(options.size_px, size, kSize)) {
+    throw usage_error(fmt::format("`{}` is no image size", options.size_px),
+                      "write WIDTHxHEIGHT in pixels, e.g. 1600x1200");
+  }
+  std::vector<std::string> scenes;
+  for (const NewDrape& drape : drapes)
+    scenes.push_back(fmt::format("\"scenes/{}.toml\"", drape.name));
+  std::string text =
+      fmt::format(kRig, fmt::arg("name", name), fmt::arg("scenes", fmt::join(scenes, ", ")),
+                  fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
+  int index = 0;
+  for (const double z_mm : options.stage_z_mm)
+    text += fmt::format(kStage, fmt::arg("index", index++), fmt::arg("z", z_mm));
+  std::set<std::string> names;
+  for (const std::string& camera : options.cameras) {
+    check_name(camera, "camera");
+    if (!names.insert(camera).second) {
+      throw usage_error(fmt::format("two cameras are called `{}`", camera),
+                        "give each its own name");
+    }
+    text += fmt::format(kCamera, fmt::arg("name", camera), fmt::arg("width", size[1].str()),
+                        fmt::arg("height", size[2].str()));
+  }
+  return text;
+}
+
+std::string target_text() {
+  std::string text = kTarget;
+  int id = kFirstTargetTag;
+  for (const auto& centre : kTargetTags_mm) {
+    text += fmt::format("\n[[tags.tag]]\nid = {}\ncentre_mm = [{:.1f}, {:.1f}]\n", id++, centre[0],
+                        centre[1]);
+  }
+  return text;
+}
+
+std::string print_text() {
+  std::string text = kPrint;
+  for (int row = 0; row < 10; ++row) {
+    std::vector<std::string> cells;
+    for (int col = row % 2; col < 10; col += 2) cells.push_back(fmt::format("[{}, {}]", row, col));
+    text += fmt::format("  {},\n", fmt::join(cells, ", "));
+  }
+  return text + "]\n";
+}
+
+std::string scene_text(const NewDrape& drape) {
+  const std::string head = fmt::format(kScene, fmt::arg("name", drape.name));
+  if (drape.kind == "hung") return head + fmt::format(kHung, fmt::arg("size", drape.size_mm));
+  const std::string size = fmt::format("{:.1f}", drape.size_mm);
+  return head + kFlatStart +
+         fmt::format(fmt::runtime(drape.kind == "sphere" ? kSphere : kBox), fmt::arg("size", size));
+}
+
+void write_fabric(const fs::path& folder) {
+  write_durable(folder / "cloth.toml", kFabric);
+  for (const Curve& curve : kCurves) {
+    for (const char* direction : {"warp", "weft"})
+      write_durable(folder / "cloth" / fmt::format("{}_{}.csv", curve.name, direction),
+                    curve.heads);
+  }
+}
+
+}  // namespace
+
+int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
+  const fs::path folder =
+      options.folder.has_filename() ? options.folder : options.folder.parent_path();
+  const std::string name = folder.filename().string();
+  check_name(name, "rig");
+  const std::vector<NewDrape> drapes = drapes_of(options);
+  const std::string rig = rig_text(options, name, drapes);
+  if (fs::exists(folder)) {
+    throw bad_input("the folder exists", {.file = folder.string()},
+                    "name a new folder; nothing in this one was changed");
+  }
+  write_durable(folder / "target.toml", target_text());
+  write_durable(folder / "print.toml", print_text());
+  for (const NewDrape& drape : drapes)
+    write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape));
+  write_fabric(folder / "fabrics");
+  write_durable(folder / "rig.toml", rig);
+  Ending ending;
+  ending.verdict = "the files of a new bench are written";
+  ending.numbers = {{"rig", folder.string()},
+                    {"to fill in",
+                     "the lines that begin with `# name = value`: what only you can "
+                     "measure; readers name the first that is missing"},
+                    {"curves", (folder / "fabrics" / "cloth").string()}};
+  ending.next_command =
+      fmt::format("drape print target {} --out target.pdf", (folder / "target.toml").string());
+  return finish(ending, common);
+}
+
+}  // namespace drape

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/new.hpp"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using units::mm;
+
+NewRigOptions three_drapes(const fs::path& folder) {
+  NewRigOptions options;
+  options.folder = folder;
+  options.cameras = {"left", "right"};
+  options.size_px = "1280x1024";
+  options.drapes = {"A=sphere:90", "C=box:128", "D=hung:155"};
+  return options;
+}
+
+int make(const NewRigOptions& options) {
+  CommonOptions common;
+  common.quiet = true;
+  return make_new_rig(options, common);
+}
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+/// What an operator does with `# name = value`: measures it and removes the sign.
+void fill_in(const fs::path& file) {
+  std::string text = read_text(file), filled;
+  std::size_t begin = 0;
+  while (begin < text.size()) {
+    const std::size_t end = text.find('\n', begin);
+    std::string line = text.substr(begin, end - begin);
+    const bool value = line.starts_with("# ") && line.find(" = ") != std::string::npos &&
+                       line.find(' ', 2) == line.find(" = ");
+    filled += (value ? line.substr(2) : line) + '\n';
+    begin = end + 1;
+  }
+  write_durable(file, filled);
+}
+
+TEST(NewRig, IsReadOnceEveryMeasuredValueIsFilledIn) {
+  const test::TemporaryFolder place;
+  const fs::path folder = place.path() / "my-rig";
+  ASSERT_EQ(make(three_drapes(folder)), 0);
+  for (const char* file : {"rig.toml", "target.toml", "scenes/A.toml", "scenes/C.toml",
+                           "scenes/D.toml", "fabrics/cloth.toml"})
+    fill_in(folder / file);
+  const Rig rig = read_rig(folder / "rig.toml");
+  EXPECT_EQ(rig.name, "my-rig");
+  ASSERT_EQ(rig.cameras.size(), 2U);
+  EXPECT_EQ(rig.camera("right").height_px, 1024);
+  EXPECT_EQ(rig.stages.size(), 4U);
+  EXPECT_EQ(rig.free_poses.size(), 15U);
+  EXPECT_EQ(read_target(rig.target_file).tags.size(), 6U);
+  EXPECT_EQ(read_print(rig.print_file).tags.size(), 50U);
+  ASSERT_EQ(rig.scenes.size(), 3U);
+  const Scene sphere = read_scene(rig.scenes[0]), box = read_scene(rig.scenes[1]),
+              hung = read_scene(rig.scenes[2]);
+  EXPECT_DOUBLE_EQ(std::get<Sphere>(sphere.obstacles.at(0)).radius_m, 45 * mm);
+  EXPECT_DOUBLE_EQ(std::get<Box>(box.obstacles.at(0)).size_m.z(), 128 * mm);
+  EXPECT_EQ(hung.pins.size(), 2U);
+  EXPECT_EQ(hung.start.mode, StartMode::measured);
+}
+
+TEST(NewRig, WhatNobodyMeasuredIsNamedByTheFirstReader) {
+  const test::TemporaryFolder place;
+  const fs::path folder = place.path() / "my-rig";
+  ASSERT_EQ(make(three_drapes(folder)), 0);
+  EXPECT_THAT(message_of([&] { static_cast<void>(read_rig(folder / "rig.toml")); }),
+              HasSubstr("pixel_pitch_um"));
+  EXPECT_THAT(message_of([&] { static_cast<void>(read_target(folder / "target.toml")); }),
+              HasSubstr("pitch_mm"));
+  EXPECT_THAT(message_of([&] { static_cast<void>(read_scene(folder / "scenes" / "A.toml")); }),
+              HasSubstr("table_z_mm"));
+}
+
+TEST(NewRig, AFolderThatExistsIsNotTouched) {
+  const test::TemporaryFolder place;
+  write_durable(place.path() / "old" / "rig.toml", "mine\n");
+  EXPECT_THAT(message_of([&] { make(three_drapes(place.path() / "old")); }), HasSubstr("exists"));
+  EXPECT_EQ(read_text(place.path() / "old" / "rig.toml"), "mine\n");
+  EXPECT_FALSE(fs::exists(place.path() / "old" / "target.toml"));
+}
+
+TEST(NewRig, WhatCannotBeUnderstoodIsAUsageErrorAndWritesNothing) {
+  const test::TemporaryFolder place;
+  const fs::path folder = place.path() / "new";
+  for (const auto& [spoil, named] :
+       std::vector<std::pair<std::function<void(NewRigOptions&)>, std::string>>{
+           {[](auto& o) { o.drapes = {"A=cone:90"}; }, "A=cone:90"},
+           {[](auto& o) { o.drapes = {"A=sphere:0"}; }, "A=sphere:0"},
+           {[](auto& o) { o.drapes.push_back("A=box:80"); }, "two drapes"},
+           {[](auto& o) {
+              o.cameras = {"a", "a"};
+            },
+            "two cameras"},
+           {[](auto& o) {
+              o.cameras = {"a/b", "c"};
+            },
+            "a/b"},
+           {[](auto& o) { o.size_px = "1600"; }, "1600"}}) {
+    NewRigOptions options = three_drapes(folder);
+    spoil(options);
+    EXPECT_THAT(message_of([&] { make(options); }), HasSubstr(named));
+    EXPECT_FALSE(fs::exists(folder)) << named;
+  }
+}
+
+}  // namespace
+}  // namespace drape

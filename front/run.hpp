@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "front/plan.hpp"
+#include "core/program.hpp"
+
+namespace drape {
+
+/// `drape run`: every stage in order, skipping what is up to date by content. Returns the exit
+/// code: 0 GO, 1 when a stage's verdict is NO-GO, else that of the stage that failed.
+[[nodiscard]] int run_bench(const RunOptions& options, const CommonOptions& common);
+
+}  // namespace drape

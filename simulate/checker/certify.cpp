@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/checker/certify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/json_file.hpp"
+#include "core/units.hpp"
+#include "simulate/checker/edges.hpp"
+#include "simulate/checker/layers.hpp"
+#include "simulate/checker/scene.hpp"
+#include "simulate/checker/sheet.hpp"
+
+namespace drape {
+namespace {
+
+using certify_detail::Mechanics;
+using certify_detail::Objects;
+using certify_detail::Point;
+using certify_detail::Real;
+using certify_detail::SheetSpec;
+using certify_detail::Support;
+
+constexpr Real kSunk = 0.1e-3L;  // m; a particle deeper than this in an object cannot rest
+constexpr Real kResidualMargin =
+    1.05L;                      // of the tolerance: rounding of the file, places of contact
+constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may press on it
+// What presses a sharp edge or corner sinks in elastically, so it may lie this deep.
+constexpr Real kPressedEdge = 0.1e-3L;  // m
+constexpr int kRounds = 400;
+constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
+constexpr double kStrainAllowed = 1e-9;
+constexpr double kGapAllowed_m = 1e-6;
+constexpr double kPinAllowed_m = 1e-6;
+
+std::vector<Point> points_of(const Sheet& sheet) {
+  std::vector<Point> points;
+  for (const SheetMark& mark : sheet.marks) {
+    const Eigen::Vector3d& p = mark.point_in_world;
+    points.push_back({p.x(), p.y(), p.z()});
+  }
+  return points;
+}
+
+SheetSpec spec_of(const Sheet& sheet, const Fabric& fabric, const CertificateClaim& claim) {
+  SimulateReport ignored;
+  SheetSpec spec;
+  spec.rows = sheet.rows;
+  spec.cols = sheet.cols;
+  spec.patch_warp_m = sheet.patch_m.x();
+  spec.patch_weft_m = sheet.patch_m.y();
+  spec.paper_model = claim.model == "paper";
+  spec.paper_mass = claim.paper_mass;
+  spec.laws = make_laws(fabric, claim.segments, ignored);
+  if (spec.paper_model) spec.laws.twist_n_m = 0;
+  return spec;
+}
+
+void compare(CertifyReport& report, const std::string& what, double claimed, Real found,
+             double allowed) {
+  report.lines.push_back({what, claimed, static_cast<double>(found), allowed, false});
+}
+
+void limit(CertifyReport& report, const std::string& what, double claimed, Real found, Real most) {
+  report.lines.push_back(
+      {what, claimed, static_cast<double>(found), static_cast<double>(most), true});
+}
+
+void compare_energies(CertifyReport& report, const CertificateClaim& claim, const Mechanics& found,
+                      Real gravity_j) {
+  if (!claim.gravity_j) return;
+  const double sum = std::abs(*claim.gravity_j) + std::abs(*claim.stretch_j) +
+                     std::abs(*claim.shear_j) + std::abs(*claim.bending_j) +
+                     std::abs(*claim.twist_j);
+  const double allowed = kEnergyShare * sum;
+  compare(report, "gravity energy (J)", *claim.gravity_j, gravity_j, allowed);
+  compare(report, "stretch energy (J)", *claim.stretch_j, found.stretch_j, allowed);
+  compare(report, "shear energy (J)", *claim.shear_j, found.shear_j, allowed);
+  compare(report, "bending energy (J)", *claim.bending_j, found.bending_j, allowed);
+  compare(report, "twist energy (J)", *claim.twist_j, found.twist_j, allowed);
+}
+
+/// The certificate's extremes include the strain 0.
+void compare_strains(CertifyReport& report, const CertificateClaim& claim, const Mechanics& found) {
+  compare(report, "least warp strain", claim.warp_least, std::min<Real>(0, found.strain_least[0]),
+          kStrainAllowed);
+  compare(report, "largest warp strain", claim.warp_most, std::max<Real>(0, found.strain_most[0]),
+          kStrainAllowed);
+  compare(report, "least weft strain", claim.weft_least, std::min<Real>(0, found.strain_least[1]),
+          kStrainAllowed);
+  compare(report, "largest weft strain", claim.weft_most, std::max<Real>(0, found.strain_most[1]),
+          kStrainAllowed);
+}
+
+void judge_distances(CertifyReport& report, const CertificateClaim& claim, const Objects& objects,
+                     const std::vector<Point>& points, int rows, int cols) {
+  const certify_detail::Distances found = distances_of(objects, points, rows, cols);
+  if (claim.least_gap_object_m && found.least_to_object) {
+    compare(report, "least distance of a particle to an object (m)", *claim.least_gap_object_m,
+            *found.least_to_object, kGapAllowed_m);
+  }
+  compare(report, "deepest between particles (m)", claim.deepest_between_m, found.deepest_between,
+          kGapAllowed_m);
+  if (claim.at_rest) {
+    limit(report, "depth of a particle in an object or the table (m)", 0, found.deepest_particle,
+          kSunk);
+    limit(report, "depth between particles (m)", claim.deepest_between_m, found.deepest_between,
+          Real(claim.penetration_tolerance_m) + Real(kGapAllowed_m));
+    limit(report, "places where the sheet passes through itself", 0,
+          certify_detail::crossings_of(points, rows, cols), 0);
+  }
+}
+
+/// The place of a material point as a bilinear mixture of the particles around it.
+Support place_of(const Sheet& sheet, const Eigen::Vector2d& material_m) {
+  const Real row = Real(material_m.x()) / Real(sheet.patch_m.x()) * (sheet.rows - 1);
+  const Real col = Real(material_m.y()) / Real(sheet.patch_m.y()) * (sheet.cols - 1);
+  const int r = std::clamp(static_cast<int>(std::floor(row)), 0, sheet.rows - 2);
+  const int c = std::clamp(static_cast<int>(std::floor(col)), 0, sheet.cols - 2);
+  const Real u = row - r;
+  const Real v = col - c;
+  const int i = r * sheet.cols + c;
+  return {{i, i + 1, i + sheet.cols, i + sheet.cols + 1},
+          {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v},
+          {},
+          true};
+}
+
+std::vector<Support> pins_of(CertifyReport& report, const Scene& scene, const Print& print,
+                             const Sheet& sheet, const std::vector<Point>& points) {
+  std::vector<Support> pins;
+  for (const Pin& pin : scene.pins) {
+    pins.push_back(place_of(sheet, print.material_m(pin.mark)));
+    if (!pin.point_in_world) continue;
+    Real distance2 = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      Real off = -Real((*pin.point_in_world)[axis]);
+      for (int k = 0; k < 4; ++k)
+        off += pins.back().weight[k] * points[pins.back().particle[k]][axis];
+      distance2 += off * off;
+    }
+    limit(report, "distance of a pinned point from its place (m)", 0, std::sqrt(distance2),
+          kPinAllowed_m);
+  }
+  return pins;
+}
+
+/// Weight is added to the internal forces; returns the gravity energy (J).
+Real add_weight(Mechanics& mechanics, const std::vector<Point>& points, const Scene& scene) {
+  Real energy = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real weight = mechanics.mass[i] * Real(scene.gravity_m_per_s2[axis]);
+      mechanics.force[i][axis] += weight;
+      energy -= weight * points[i][axis];
+    }
+  }
+  return energy;
+}
+
+void judge_balance(CertifyReport& report, const CertificateClaim& claim, const Scene& scene,
+                   const Mechanics& mechanics, const std::vector<Support>& supports) {
+  Real mass = 0;
+  for (const Real m : mechanics.mass) mass += m;
+  const Real mean_weight =
+      mass * Real(scene.gravity_m_per_s2.norm()) / static_cast<Real>(mechanics.mass.size());
+  const Real most = kResidualMargin * Real(claim.residual_tolerance);
+  const certify_detail::Balance found = certify_detail::balance(
+      mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
+  report.contacts = static_cast<int>(supports.size());
+  report.rounds = found.rounds;
+  report.residual = static_cast<double>(found.largest / mean_weight);
+  limit(report, "residual force (of a particle's weight)", claim.residual,
+        found.largest / mean_weight, most);
+}
+
+void find_refusals(CertifyReport& report, const Sheet& sheet, const CertificateClaim& claim) {
+  if (sheet.is_measured()) report.refusals.emplace_back("the sheet is a measured one");
+  if (sheet.rows != claim.rows || sheet.cols != claim.cols)
+    report.refusals.push_back(fmt::format("the sheet has {}x{} points, the certificate {}x{}",
+                                          sheet.rows, sheet.cols, claim.rows, claim.cols));
+  const std::size_t whole = static_cast<std::size_t>(sheet.rows) * sheet.cols;
+  if (sheet.marks.size() != whole) {
+    report.refusals.push_back(
+        fmt::format("{} of {} points are missing", whole - sheet.marks.size(), whole));
+  }
+  if (claim.at_rest && !(claim.residual <= claim.residual_tolerance))
+    report.refusals.emplace_back("the claimed residual is above the tolerance");
+}
+
+}  // namespace
+
+bool CertifyLine::passes() const {
+  return is_limit ? found <= allowed : std::abs(found - claimed) <= allowed;
+}
+
+bool CertifyReport::accepted() const {
+  return refusals.empty() && std::all_of(lines.begin(), lines.end(),
+                                         [](const CertifyLine& line) { return line.passes(); });
+}
+
+CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabric,
+                      const Print& print, const CertificateClaim& claim) {
+  CertifyReport report;
+  find_refusals(report, sheet, claim);
+  if (!report.refusals.empty()) return report;
+  const std::vector<Point> points = points_of(sheet);
+  Mechanics mechanics = mechanics_of(spec_of(sheet, fabric, claim), points);
+  const Real gravity_j = add_weight(mechanics, points, scene);
+  compare_energies(report, claim, mechanics, gravity_j);
+  compare_strains(report, claim, mechanics);
+  const Objects objects(scene);
+  judge_distances(report, claim, objects, points, sheet.rows, sheet.cols);
+  std::vector<Support> supports = pins_of(report, scene, print, sheet, points);
+  if (!claim.at_rest) return report;
+  const std::vector<Support> touching =
+      supports_of(objects, points, sheet.rows, sheet.cols, kTouch);
+  supports.insert(supports.end(), touching.begin(), touching.end());
+  const std::vector<Support> edges =
+      certify_detail::edge_supports_of(objects, points, sheet.rows, sheet.cols, kPressedEdge);
+  supports.insert(supports.end(), edges.begin(), edges.end());
+  if (claim.cloth_thickness_m > 0) {
+    const std::vector<Support> layers = certify_detail::layer_supports_of(
+        points, sheet.rows, sheet.cols, Real(claim.cloth_thickness_m) + kTouch);
+    supports.insert(supports.end(), layers.begin(), layers.end());
+  }
+  judge_balance(report, claim, scene, mechanics, supports);
+  return report;
+}
+
+CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& options) {
+  const SimulateReport& report = result.report;
+  CertificateClaim claim;
+  claim.at_rest = report.status == RestStatus::at_rest;
+  claim.rows = options.rows;
+  claim.cols = options.cols;
+  claim.segments = options.segments;
+  claim.model = options.model;
+  claim.paper_mass = options.mass == sim::MassRule::paper;
+  claim.residual = report.residual;
+  claim.residual_tolerance = report.residual_tolerance;
+  claim.warp_least = report.strains.warp_least;
+  claim.warp_most = report.strains.warp_most;
+  claim.weft_least = report.strains.weft_least;
+  claim.weft_most = report.strains.weft_most;
+  claim.least_gap_object_m = report.least_gap_object_m;
+  claim.deepest_between_m = report.deepest_between_m;
+  claim.penetration_tolerance_m = report.penetration_tolerance_m;
+  claim.cloth_thickness_m = report.cloth_thickness_m;
+  if (!result.history.empty()) {
+    const HistoryRow& last = result.history.back();
+    claim.gravity_j = last.gravity_j;
+    claim.stretch_j = last.stretch_j;
+    claim.shear_j = last.shear_j;
+    claim.bending_j = last.bending_j;
+    claim.twist_j = last.twist_j;
+  }
+  return claim;
+}
+
+CertificateClaim read_claim(const std::filesystem::path& folder) {
+  using units::mm;
+  using units::percent;
+  const JsonNode root = JsonNode::open(folder / "certificate.json", "certificate", 1);
+  const JsonNode options = root.at("options");
+  const JsonNode strain = root.at("strain");
+  const JsonNode distance = root.at("distance");
+  CertificateClaim claim;
+  claim.at_rest = root.boolean("at_rest");
+  claim.rows = options.integer("rows");
+  claim.cols = options.integer("cols");
+  claim.segments = options.integer("segments");
+  claim.model = options.text("model");
+  claim.paper_mass = options.text("mass") == "paper";
+  claim.residual = root.number("largest_residual_per_particle_weight");
+  claim.residual_tolerance = root.number("residual_tolerance");
+  const Eigen::Vector2d warp = strain.vector2("warp_percent") * percent;
+  const Eigen::Vector2d weft = strain.vector2("weft_percent") * percent;
+  claim.warp_least = warp[0];
+  claim.warp_most = warp[1];
+  claim.weft_least = weft[0];
+  claim.weft_most = weft[1];
+  if (const auto gap = distance.optional_number("least_particle_to_object_mm"))
+    claim.least_gap_object_m = *gap * mm;
+  claim.deepest_between_m = distance.number("deepest_between_particles_mm") * mm;
+  // Certificates of before these were options.
+  claim.penetration_tolerance_m =
+      options.optional_number("penetration_tolerance_mm").value_or(0.5) * mm;
+  claim.cloth_thickness_m = options.optional_number("cloth_thickness_mm").value_or(0) * mm;
+  const Csv history = read_csv(folder / "history.csv", history_columns());
+  if (!history.lines.empty()) {
+    constexpr double kMicro = 1e-6;
+    claim.gravity_j = history.columns[2].back() * kMicro;
+    claim.stretch_j = history.columns[3].back() * kMicro;
+    claim.shear_j = history.columns[4].back() * kMicro;
+    claim.bending_j = history.columns[5].back() * kMicro;
+    claim.twist_j = history.columns[6].back() * kMicro;
+  }
+  return claim;
+}
+
+}  // namespace drape

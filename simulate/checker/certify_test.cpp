@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/checker/certify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/units.hpp"
+#include "simulate/checker/sheet.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+using units::mm;
+
+/// A drape of rigs/paper at rest and all that is needed to judge it.
+struct Case {
+  explicit Case(const std::string& name, const std::string& model)
+      : scene(read_scene(test::source_root() / "rigs/paper/scenes" / (name + ".toml"))),
+        fabric(read_fabric(scene.fabric_file)),
+        print(read_print(scene.print_file)) {
+    options.rows = options.cols = 11;
+    options.model = model;
+    result = simulate(scene, fabric, print, std::nullopt, options);
+    claim = claim_of(result, options);
+  }
+  [[nodiscard]] CertifyReport judge() const {
+    return certify(result.sheet, scene, fabric, print, claim);
+  }
+
+  Scene scene;
+  Fabric fabric;
+  Print print;
+  SimulateOptions options;
+  SimulateResult result;
+  CertificateClaim claim;
+};
+
+std::string told(const CertifyReport& report) {
+  std::string text;
+  for (const CertifyLine& line : report.lines) {
+    if (!line.passes())
+      text += line.what + ": found " + std::to_string(line.found) + " claimed " +
+              std::to_string(line.claimed) + " allowed " + std::to_string(line.allowed) + "\n";
+  }
+  for (const std::string& refusal : report.refusals) text += refusal + "\n";
+  return text;
+}
+
+TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
+  for (const char* model : {"consistent", "paper"}) {
+    for (const char* name : {"A", "D"}) {
+      const Case drape(name, model);
+      ASSERT_TRUE(drape.claim.at_rest) << name << " " << model;
+      const CertifyReport report = drape.judge();
+      EXPECT_TRUE(report.accepted()) << name << " " << model << "\n" << told(report);
+      EXPECT_GT(report.contacts, 0);
+    }
+  }
+}
+
+TEST(Certify, AResultIsAtRestOnlyIfItIsAccepted) {
+  Case drape("C", "consistent");
+  judge_rest(drape.result, drape.scene, drape.fabric, drape.print, drape.options);
+  EXPECT_EQ(drape.result.report.status, RestStatus::at_rest);
+  ASSERT_TRUE(drape.result.report.check.has_value());
+  EXPECT_TRUE(drape.result.report.check->accepted);
+  EXPECT_TRUE(drape.result.report.check->refused.empty());
+  drape.result.sheet.marks[37].point_in_world.z() += 0.02 * mm;
+  judge_rest(drape.result, drape.scene, drape.fabric, drape.print, drape.options);
+  EXPECT_EQ(drape.result.report.status, RestStatus::refused);
+  EXPECT_FALSE(drape.result.report.check->accepted);
+  EXPECT_FALSE(drape.result.report.check->refused.empty());
+  EXPECT_NE(std::get<SimulatedSource>(drape.result.sheet.source).status, "at rest");
+}
+
+/// Random places of a sheet of 30 particles, some of them cells, and forces in their cones.
+struct Pressed {
+  std::vector<certify_detail::Point> force;
+  std::vector<certify_detail::Support> supports;
+
+  Pressed(unsigned seed, long double friction) : force(30) {
+    std::mt19937 engine(seed);
+    const auto random = [&] { return 2.0L * engine() / 4294967295.0L - 1; };
+    for (int s = 0; s < 60; ++s) {
+      certify_detail::Support support;
+      long double sum = 0;
+      for (int k = 0; k < 4; ++k) {
+        support.particle[k] = s % 3 == 0 ? s / 2 : (s / 2 + k) % 30;
+        support.weight[k] = s % 3 == 0 ? (k == 0 ? 1 : 0) : 0.1L + std::abs(random());
+        sum += support.weight[k];
+      }
+      for (long double& w : support.weight) w /= sum;
+      support.normal = {0.3L * random(), 0.3L * random(), 1};
+      const long double size = std::sqrt(support.normal[0] * support.normal[0] +
+                                         support.normal[1] * support.normal[1] + 1);
+      for (long double& n : support.normal) n /= size;
+      // Every second one slides: its force lies on the cone. One third presses nothing.
+      const long double pressing = s % 3 == 1 ? 0 : 1 + random();
+      const certify_detail::Point& n = support.normal;
+      const certify_detail::Point along = {n[2] / std::hypot(n[0], n[2]), 0,
+                                           -n[0] / std::hypot(n[0], n[2])};
+      const long double share = s % 2 == 0 ? 1 : random();
+      for (int k = 0; k < 4; ++k) {
+        for (int axis = 0; axis < 3; ++axis)
+          force[support.particle[k]][axis] -=
+              support.weight[k] * pressing * (n[axis] + friction * share * along[axis]);
+      }
+      supports.push_back(support);
+    }
+  }
+};
+
+TEST(Certify, ForcesInTheConesAreFoundWhereThereAreAny) {
+  for (const long double friction : {0.0L, 1e-3L, 0.4L, 3.0L}) {
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      const Pressed pressed(seed, friction);
+      const certify_detail::Balance found =
+          certify_detail::balance(pressed.force, pressed.supports, friction, 1e-7L, 400);
+      EXPECT_LE(found.largest, 1e-7L) << friction << " " << seed;
+    }
+  }
+}
+
+TEST(Certify, NoForcesAreFoundWhereThereAreNone) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Pressed pressed(seed, 0.4L);
+    // Surfaces that do not pull: the sum of all forces up would have to be a pull.
+    pressed.force[0][2] += 200;
+    EXPECT_GT(certify_detail::balance(pressed.force, pressed.supports, 0.4L, 1e-3L, 400).largest,
+              1.0L);
+  }
+}
+
+TEST(Certify, WrongOnesAreRefused) {
+  const Case good("A", "consistent");
+  ASSERT_TRUE(good.judge().accepted());
+  Case moved = good;
+  moved.result.sheet.marks[37].point_in_world.z() += 0.02 * mm;
+  EXPECT_FALSE(moved.judge().accepted());
+  Case energy = good;
+  *energy.claim.bending_j *= 1.001;
+  EXPECT_FALSE(energy.judge().accepted());
+  Case strain = good;
+  strain.claim.warp_most += 1e-6;
+  EXPECT_FALSE(strain.judge().accepted());
+  Case gap = good;
+  gap.claim.deepest_between_m = 0;
+  EXPECT_FALSE(gap.judge().accepted());
+  Case law = good;
+  law.fabric.areal_density_kg_per_m2 *= 1.01;  // heavier than the forces bear
+  EXPECT_FALSE(law.judge().accepted());
+  Case slippery = good;
+  slippery.scene.friction = 0.01;
+  EXPECT_FALSE(slippery.judge().accepted());
+  Case lost = good;
+  lost.result.sheet.marks.pop_back();
+  EXPECT_FALSE(lost.judge().accepted());
+}
+
+TEST(Certify, AMovingSheetThatClaimsRestIsRefused) {
+  Case early("D", "consistent");
+  early.options.max_steps = 3000;
+  early.result = simulate(early.scene, early.fabric, early.print, std::nullopt, early.options);
+  early.claim = claim_of(early.result, early.options);
+  ASSERT_FALSE(early.claim.at_rest);
+  EXPECT_TRUE(early.judge().accepted()) << told(early.judge());  // its numbers are true
+  early.claim.at_rest = true;
+  early.claim.residual = 1e-4;
+  EXPECT_FALSE(early.judge().accepted());
+}
+
+}  // namespace
+}  // namespace drape

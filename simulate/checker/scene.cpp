@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/checker/scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace drape::certify_detail {
+namespace {
+
+Real length_of(Real a, Real b, Real c = 0) {
+  return std::sqrt(a * a + b * b + c * c);
+}
+
+/// Coordinates of p in an object's frame.
+Point in_frame(const WorldFromObject& frame, const Point& p) {
+  Point q{};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      q[i] += Real(frame.rotation(j, i)) * (p[j] - Real(frame.translation_m[j]));
+  }
+  return q;
+}
+
+/// Distance from a body shrunk by `radius` along each direction, then grown by it again.
+Real rounded(Real a, Real b, Real c, Real radius) {
+  const Real outside = length_of(std::max<Real>(a, 0), std::max<Real>(b, 0), std::max<Real>(c, 0));
+  return outside + std::min<Real>(0, std::max({a, b, c})) - radius;
+}
+
+struct Gap {
+  const Objects& objects;
+  std::size_t k;
+  const Point& p;
+
+  Real operator()(const Sphere& s) const {
+    return length_of(p[0] - Real(s.centre_in_world[0]), p[1] - Real(s.centre_in_world[1]),
+                     p[2] - Real(s.centre_in_world[2])) -
+           Real(s.radius_m);
+  }
+  Real operator()(const Box& box) const {
+    const Point q = in_frame(box.world_from_box, p);
+    Point over{};
+    for (int i = 0; i < 3; ++i)
+      over[i] = std::abs(q[i]) - Real(box.size_m[i]) / 2 + Real(box.edge_radius_m);
+    return rounded(over[0], over[1], over[2], box.edge_radius_m);
+  }
+  Real operator()(const Cylinder& body) const {
+    const Point q = in_frame(body.world_from_cylinder, p);
+    const Real across = length_of(q[0], q[1]) - Real(body.radius_m) + Real(body.edge_radius_m);
+    const Real along = std::abs(q[2]) - Real(body.height_m) / 2 + Real(body.edge_radius_m);
+    return rounded(across, along, std::min({across, along, Real(0)}), body.edge_radius_m);
+  }
+  Real operator()(const Plane& plane) const {
+    Real sum = 0;
+    for (int i = 0; i < 3; ++i)
+      sum += Real(plane.normal_in_world[i]) * (p[i] - Real(plane.point_in_world[i]));
+    return sum;
+  }
+  Real operator()(const MeshObject&) const {
+    return objects.meshes[k]->gap_m(
+        0, {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
+  }
+};
+
+Point mix(const std::vector<Point>& points, Support support) {
+  Point sum{};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int k = 0; k < 4; ++k) sum[axis] += support.weight[k] * points[support.particle[k]][axis];
+  }
+  return sum;
+}
+
+Support cell_place(int corner, int cols, Real u, Real v) {
+  return {{corner, corner + 1, corner + cols, corner + cols + 1},
+          {(1 - u) * (1 - v), (1 - u) * v, u * (1 - v), u * v},
+          {},
+          false};
+}
+
+Support line_place(int a, int b, Real t) {
+  Support place;
+  place.particle = {a, b, a, b};
+  place.weight[0] = 1 - t;
+  place.weight[1] = t;
+  return place;
+}
+
+constexpr std::array<std::pair<int, int>, 4> kBesides{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+
+/// Collects the places where the sheet may touch.
+class Finder {
+ public:
+  Finder(const Objects& objects, const std::vector<Point>& points, Real touch_m)
+      : objects_(objects), points_(points), touch_m_(touch_m) {}
+
+  Real gap(std::size_t k, const Support& place) const {
+    return gap_of(objects_, k, mix(points_, place));
+  }
+  void add(std::size_t k, Support place) {
+    const Point p = mix(points_, place);
+    place.normal = normal_of(objects_, k, p);
+    last_ = found_.size();
+    found_.push_back(place);
+    last_end_ = found_.size();
+    if (!is_sharp(k)) return;
+    // At a sharp edge every direction between its faces' normals may press.
+    constexpr Real kAround = 20e-6L;
+    const std::size_t first = last_;
+    for (int way = 0; way < 27; ++way) {
+      const Point off{Real(way % 3 - 1), Real(way / 3 % 3 - 1), Real(way / 9 - 1)};
+      place.normal = normal_of(
+          objects_, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]});
+      bool known = false;
+      for (std::size_t s = first; s < found_.size(); ++s) {
+        const Point& n = found_[s].normal;
+        known = known ||
+                n[0] * place.normal[0] + n[1] * place.normal[1] + n[2] * place.normal[2] > 0.999L;
+      }
+      if (!known) found_.push_back(place);
+    }
+    last_end_ = found_.size();
+  }
+  /// A place beside the last one added, which presses in that one's directions and in its own: on a
+  /// narrow rounding they differ.
+  void beside(std::size_t shape, const Support& place) {
+    Support other = place;
+    for (std::size_t s = last_; s < last_end_; ++s) {
+      other.normal = found_[s].normal;
+      found_.push_back(other);
+    }
+    other.normal = normal_of(objects_, shape, mix(points_, place));
+    found_.push_back(other);
+  }
+  /// Where the cell is deepest, and its neighbours, as for a line.
+  void try_deepest(std::size_t k, int corner, int cols) {
+    const auto at = [corner, cols](Real u, Real v) { return cell_place(corner, cols, u, v); };
+    Real u = 0.5L, v = 0.5L, least = gap(k, at(u, v));
+    if (least > touch_m_ + length_between(at(0, 0), at(1, 1)) + length_between(at(0, 1), at(1, 0)))
+      return;
+    for (Real way = 0.25L; way > 1e-4L;) {
+      bool moved = false;
+      for (const auto& [du, dv] : kBesides) {
+        const Real s = std::clamp<Real>(u + du * way, 0, 1),
+                   t = std::clamp<Real>(v + dv * way, 0, 1);
+        const Real here = gap(k, at(s, t));
+        if (here >= least) continue;
+        least = here;
+        u = s;
+        v = t;
+        moved = true;
+      }
+      if (!moved) way /= 2;
+    }
+    if (least > touch_m_) return;
+    add(k, at(u, v));
+    // The simulator's place is as deep to within its contacts' sinking.
+    for (const Real by : {0.02L, 0.06L}) {
+      for (const auto& [du, dv] : kBesides)
+        beside(k, at(std::clamp<Real>(u + du * by, 0, 1), std::clamp<Real>(v + dv * by, 0, 1)));
+    }
+  }
+  [[nodiscard]] Real length_between(const Support& one, const Support& two) const {
+    const Point p = mix(points_, one), q = mix(points_, two);
+    return length_of(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+  }
+  void try_place(std::size_t k, const Support& place) {
+    if (gap(k, place) <= touch_m_) add(k, place);
+  }
+  /// The nearest place by samples and golden sections, and its neighbours, so that a contact whose
+  /// place along the line is known to a hundredth can be made up of two.
+  void try_line(std::size_t k, int a, int b) {
+    const auto at = [a, b](Real t) { return line_place(a, b, t); };
+    constexpr int kSamples = 16;
+    int best = 1;
+    Real least = 1e9L;
+    for (int s = 1; s < kSamples; ++s) {
+      const Real here = gap(k, at(Real(s) / kSamples));
+      if (here < least) {
+        least = here;
+        best = s;
+      }
+    }
+    // Distances change by no more than the way along the line.
+    if (least > touch_m_ + length_between(at(0), at(1)) / kSamples) return;
+    // Where the line lies along a face, any place of it may press.
+    for (int s = 1; s < kSamples; ++s) try_place(k, at(Real(s) / kSamples));
+    Real low = Real(best - 1) / kSamples;
+    Real high = Real(best + 1) / kSamples;
+    constexpr Real kGolden = 0.618033988749894848L;
+    for (int step = 0; step < 24; ++step) {
+      const Real one = high - kGolden * (high - low);
+      const Real two = low + kGolden * (high - low);
+      if (gap(k, at(one)) < gap(k, at(two))) {
+        high = two;
+      } else {
+        low = one;
+      }
+    }
+    const Real t = (low + high) / 2;
+    if (gap(k, at(t)) > touch_m_) return;
+    add(k, at(t));
+    for (const Real shift : {-0.01L, 0.01L}) beside(k, at(std::clamp<Real>(t + shift, 0, 1)));
+    // All of the piece that is near enough may press, each place in its own direction: on a narrow
+    // rounding the direction changes within a small part of a millimetre.
+    for (const Real way : {-1.0L / kSamples, 1.0L / kSamples}) {
+      const Real end = reach_of([&](Real share) { return gap(k, at(t + share * way)); });
+      constexpr int kPlaces = 4;
+      for (int place = 1; place <= kPlaces; ++place)
+        try_place(k, at(std::clamp<Real>(t + way * end * place / kPlaces, 0, 1)));
+    }
+  }
+  /// The largest share up to 1 at which a gap, near enough at 0, is near enough still.
+  template <class GapAt>
+  [[nodiscard]] Real reach_of(GapAt gap_at) const {
+    Real near = 0, far = 1;
+    if (gap_at(far) <= touch_m_) return far;
+    for (int halving = 0; halving < 24; ++halving) {
+      const Real middle = (near + far) / 2;
+      (gap_at(middle) <= touch_m_ ? near : far) = middle;
+    }
+    return near;
+  }
+  /// Whether the object has edges without a radius.
+  [[nodiscard]] bool is_sharp(std::size_t k) const {
+    if (k == objects_.scene->obstacles.size()) return false;
+    const Obstacle& object = objects_.scene->obstacles[k];
+    const auto* box = std::get_if<Box>(&object);
+    const auto* cylinder = std::get_if<Cylinder>(&object);
+    return std::holds_alternative<MeshObject>(object) ||
+           (box != nullptr && box->edge_radius_m == 0) ||
+           (cylinder != nullptr && cylinder->edge_radius_m == 0);
+  }
+  [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
+
+ private:
+  const Objects& objects_;
+  const std::vector<Point>& points_;
+  Real touch_m_;
+  std::vector<Support> found_;
+  std::size_t last_ = 0, last_end_ = 0;  ///< the supports of the last place added
+};
+
+}  // namespace
+
+Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
+  for (const Obstacle& obstacle : objects_of.obstacles) {
+    meshes.emplace_back();
+    if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
+      meshes.back() = std::make_shared<sim::Surroundings>();
+      meshes.back()->add(*mesh);
+    }
+  }
+}
+
+Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
+  if (k == objects.scene->obstacles.size()) return p[2] - Real(objects.scene->table_z_m);
+  return std::visit(Gap{objects, k, p}, objects.scene->obstacles[k]);
+}
+
+Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
+  // Mesh distances are doubles: their differences need a longer way.
+  const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
+  const Real way = mesh ? 1e-6L : 1e-9L;
+  Point normal{};
+  for (int axis = 0; axis < 3; ++axis) {
+    Point before = p, after = p;
+    before[axis] -= way;
+    after[axis] += way;
+    normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
+  }
+  const Real size = length_of(normal[0], normal[1], normal[2]);
+  if (!(size > 0)) return {0, 0, 1};  // in the middle of an object, where no direction leads out
+  for (Real& n : normal) n /= size;
+  return normal;
+}
+
+Distances distances_of(const Objects& objects, const std::vector<Point>& points, int rows,
+                       int cols) {
+  constexpr int kPlaces = 8;
+  Distances found;
+  const std::size_t count = objects.scene->obstacles.size();
+  for (std::size_t k = 0; k <= count; ++k) {
+    for (const Point& p : points) {
+      const Real gap = gap_of(objects, k, p);
+      found.deepest_particle = std::max(found.deepest_particle, -gap);
+      if (k < count) found.least_to_object = std::min(found.least_to_object.value_or(gap), gap);
+    }
+    for (int r = 0; r + 1 < rows; ++r) {
+      for (int c = 0; c + 1 < cols; ++c) {
+        for (int u = 0; u <= kPlaces; ++u) {
+          for (int v = 0; v <= kPlaces; ++v) {
+            const Support place =
+                cell_place(r * cols + c, cols, Real(u) / kPlaces, Real(v) / kPlaces);
+            found.deepest_between =
+                std::max(found.deepest_between, -gap_of(objects, k, mix(points, place)));
+          }
+        }
+      }
+    }
+  }
+  return found;
+}
+
+std::vector<Support> supports_of(const Objects& objects, const std::vector<Point>& points, int rows,
+                                 int cols, Real touch_m) {
+  Finder finder(objects, points, touch_m);
+  // Particles come first: they bear most, and the search for forces starts with them.
+  for (std::size_t k = 0; k <= objects.scene->obstacles.size(); ++k) {
+    for (int i = 0; i < rows * cols; ++i)
+      finder.try_place(k, {{i, i, i, i}, {1, 0, 0, 0}, {}, false});
+  }
+  for (std::size_t k = 0; k <= objects.scene->obstacles.size(); ++k) {
+    for (int r = 0; r < rows; ++r) {
+      for (int c = 0; c < cols; ++c) {
+        const int i = r * cols + c;
+        if (r + 1 < rows) finder.try_line(k, i, i + cols);
+        if (c + 1 < cols) finder.try_line(k, i, i + 1);
+        if (r + 1 == rows || c + 1 == cols) continue;
+        for (int u = 1; u <= 3; ++u) {
+          for (int v = 1; v <= 3; ++v)
+            finder.try_place(k, cell_place(i, cols, Real(u) / 4, Real(v) / 4));
+        }
+        finder.try_deepest(k, i, cols);
+        if (finder.is_sharp(k)) finder.try_line(k, i + 1, i + cols);
+      }
+    }
+  }
+  return finder.take();
+}
+
+}  // namespace drape::certify_detail

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "simulate/checker/sheet.hpp"
+#include "simulate/contact/surroundings.hpp"
+
+/// The checker's own distances to the objects of a scene, in long double.
+namespace drape::certify_detail {
+
+struct Objects {
+  explicit Objects(const Scene& objects_of);
+
+  const Scene* scene;
+  std::vector<std::shared_ptr<sim::Surroundings>> meshes;  ///< one per mesh, else absent
+};
+
+/// Signed distance from object `k`, or from the table for k = number of obstacles.
+[[nodiscard]] Real gap_of(const Objects& objects, std::size_t k, const Point& p);
+/// Its gradient by central differences.
+[[nodiscard]] Point normal_of(const Objects& objects, std::size_t k, const Point& p);
+
+struct Distances {
+  std::optional<Real> least_to_object;  ///< of a particle
+  Real deepest_particle = 0;            ///< in an object or the table
+  Real deepest_between = 0;             ///< of 9 x 9 places in each cell
+};
+[[nodiscard]] Distances distances_of(const Objects& objects, const std::vector<Point>& points,
+                                     int rows, int cols);
+
+/// Places of the sheet nearer than `touch_m` to an object: particles, the nearest places of grid
+/// line pieces, and nine places in each cell.
+[[nodiscard]] std::vector<Support> supports_of(const Objects& objects,
+                                               const std::vector<Point>& points, int rows, int cols,
+                                               Real touch_m);
+
+}  // namespace drape::certify_detail

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/checker/sheet.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace drape::certify_detail {
+namespace {
+
+/// A number with its derivatives to the coordinates of an element.
+template <int N>
+struct Dual {
+  Real v = 0;
+  std::array<Real, N> d{};
+};
+
+template <int N>
+Dual<N> chain(const Dual<N>& x, Real value, Real slope) {
+  Dual<N> y;
+  y.v = value;
+  for (int k = 0; k < N; ++k) y.d[k] = slope * x.d[k];
+  return y;
+}
+template <int N>
+Dual<N> operator+(const Dual<N>& a, const Dual<N>& b) {
+  Dual<N> y = a;
+  y.v += b.v;
+  for (int k = 0; k < N; ++k) y.d[k] += b.d[k];
+  return y;
+}
+template <int N>
+Dual<N> operator*(Real s, const Dual<N>& a) {
+  return chain(a, s * a.v, s);
+}
+template <int N>
+Dual<N> operator-(const Dual<N>& a, const Dual<N>& b) {
+  return a + Real(-1) * b;
+}
+template <int N>
+Dual<N> operator*(const Dual<N>& a, const Dual<N>& b) {
+  Dual<N> y;
+  y.v = a.v * b.v;
+  for (int k = 0; k < N; ++k) y.d[k] = a.v * b.d[k] + b.v * a.d[k];
+  return y;
+}
+template <int N>
+Dual<N> root(const Dual<N>& a) {
+  const Real r = std::sqrt(a.v);
+  return chain(a, r, r > 0 ? 1 / (2 * r) : 0);
+}
+
+template <int N>
+using Vector = std::array<Dual<N>, 3>;
+
+template <int N>
+Vector<N> combine(const std::vector<Vector<N>>& corners, const std::vector<Real>& weights) {
+  Vector<N> sum;
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    for (int axis = 0; axis < 3; ++axis) sum[axis] = sum[axis] + weights[c] * corners[c][axis];
+  }
+  return sum;
+}
+template <int N>
+Dual<N> dot(const Vector<N>& a, const Vector<N>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+Real law_value(const sim::ForceCurve& law, Real x) {
+  Real f = Real(law.slope) * x;
+  for (const auto& hinge : law.hinges) {
+    if (x > hinge.at) f += Real(hinge.change) * (x - Real(hinge.at));
+  }
+  return f;
+}
+
+Real law_work(const sim::ForceCurve& law, Real x) {
+  Real w = Real(law.slope) * x * x / 2;
+  for (const auto& hinge : law.hinges) {
+    const Real over = x - Real(hinge.at);
+    if (over > 0) w += Real(hinge.change) * over * over / 2;
+  }
+  return w;
+}
+
+template <int N>
+Dual<N> work_under(const sim::ForceCurve& law, const Dual<N>& x) {
+  return chain(x, law_work(law, x.v), law_value(law, x.v));
+}
+
+class Builder {
+ public:
+  Builder(const SheetSpec& spec, const std::vector<Point>& points)
+      : spec_(spec),
+        points_(points),
+        warp_(spec.patch_warp_m / (spec.rows - 1)),
+        weft_(spec.patch_weft_m / (spec.cols - 1)) {
+    result_.force.assign(points.size(), Point{});
+    result_.strain_least = {1e9L, 1e9L};
+    result_.strain_most = {-1e9L, -1e9L};
+  }
+
+  Mechanics build() {
+    for (int r = 0; r < spec_.rows; ++r) {
+      for (int c = 0; c < spec_.cols; ++c) at_particle(r, c);
+    }
+    if (spec_.paper_model) {
+      for (int r = 0; r < spec_.rows; ++r) {
+        for (int c = 0; c < spec_.cols; ++c) paper_lines(r, c);
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] int index(int r, int c) const { return r * spec_.cols + c; }
+  [[nodiscard]] bool inside(int r, int c) const {
+    return r >= 0 && c >= 0 && r < spec_.rows && c < spec_.cols;
+  }
+  [[nodiscard]] bool has_cell(int r, int c) const { return inside(r, c) && inside(r + 1, c + 1); }
+  /// Cloth width across a line at position i of n.
+  [[nodiscard]] Real width(int i, int n, Real spacing) const {
+    return !spec_.paper_model && (i == 0 || i == n - 1) ? spacing / 2 : spacing;
+  }
+
+  template <int N>
+  std::vector<Vector<N>> duals(const std::vector<int>& particles) const {
+    std::vector<Vector<N>> corners(particles.size());
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      for (int axis = 0; axis < 3; ++axis) {
+        corners[k][axis].v = points_[particles[k]][axis];
+        corners[k][axis].d[3 * k + axis] = 1;
+      }
+    }
+    return corners;
+  }
+
+  template <int N>
+  void book(Real& energy, const Dual<N>& element, const std::vector<int>& particles) {
+    energy += element.v;
+    for (std::size_t k = 0; k < particles.size(); ++k) {
+      for (int axis = 0; axis < 3; ++axis)
+        result_.force[particles[k]][axis] -= element.d[3 * k + axis];
+    }
+  }
+
+  void at_particle(int r, int c) {
+    const Real across_weft = r == 0 || r == spec_.rows - 1 ? warp_ / 2 : warp_;
+    const Real across_warp = c == 0 || c == spec_.cols - 1 ? weft_ / 2 : weft_;
+    const Real density = spec_.laws.density_kg_per_m2;
+    const bool by_number = spec_.paper_model || spec_.paper_mass;
+    result_.mass.push_back(by_number ? density * spec_.patch_warp_m * spec_.patch_weft_m /
+                                           (spec_.rows * spec_.cols)
+                                     : density * across_weft * across_warp);
+    if (inside(r + 1, c))
+      spring(0, {index(r, c), index(r + 1, c)}, warp_, width(c, spec_.cols, weft_));
+    if (inside(r, c + 1))
+      spring(1, {index(r, c), index(r, c + 1)}, weft_, width(r, spec_.rows, warp_));
+    if (inside(r - 1, c) && inside(r + 1, c))
+      triple(0, {index(r - 1, c), index(r, c), index(r + 1, c)}, warp_,
+             width(c, spec_.cols, weft_));
+    if (inside(r, c - 1) && inside(r, c + 1))
+      triple(1, {index(r, c - 1), index(r, c), index(r, c + 1)}, weft_,
+             width(r, spec_.rows, warp_));
+    if (has_cell(r, c)) cell({index(r, c), index(r, c + 1), index(r + 1, c), index(r + 1, c + 1)});
+  }
+
+  void spring(int d, const std::vector<int>& ends, Real rest, Real cloth_width) {
+    const auto corners = duals<6>(ends);
+    const Vector<6> way = combine(corners, {-1, 1});
+    Dual<6> strain = (1 / rest) * root(dot(way, way));
+    strain.v -= 1;
+    result_.strain_least[d] = std::min(result_.strain_least[d], strain.v);
+    result_.strain_most[d] = std::max(result_.strain_most[d], strain.v);
+    book(result_.stretch_j, cloth_width * rest * work_under(spec_.laws.tensile[d], strain), ends);
+  }
+
+  void triple(int d, const std::vector<int>& three, Real rest, Real cloth_width) {
+    const auto corners = duals<9>(three);
+    const Vector<9> bend = combine(corners, {1, -2, 1});
+    const Dual<9> curvature = (1 / (rest * rest)) * root(dot(bend, bend));
+    book(result_.bending_j, cloth_width * rest * work_under(spec_.laws.bending[d], curvature),
+         three);
+  }
+
+  [[nodiscard]] Dual<12> sine_of(const std::vector<Vector<12>>& corners) const {
+    const Vector<12> along_warp = combine(corners, {-1, -1, 1, 1});
+    const Vector<12> along_weft = combine(corners, {-1, 1, -1, 1});
+    const Dual<12> size = root(dot(along_warp, along_warp) * dot(along_weft, along_weft));
+    const Dual<12> inverse = chain(size, 1 / size.v, -1 / (size.v * size.v));
+    return dot(along_warp, along_weft) * inverse;
+  }
+
+  void cell(const std::vector<int>& four) {
+    const auto corners = duals<12>(four);
+    const Dual<12> sine = sine_of(corners);
+    if (spec_.paper_model) {
+      diagonals(four, k_diag(sine.v));
+      return;
+    }
+    const Real s = std::clamp<Real>(sine.v, -1, 1);
+    // The floor of the simulator's model: a cell folded flat upon itself has no shear angle.
+    const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
+    const Real sign = s < 0 ? -1 : 1;
+    const Dual<12> angle = chain(sine, sign * std::asin(s), sign / cosine);
+    book(result_.shear_j, warp_ * weft_ * work_under(spec_.laws.shear, angle), four);
+    const Vector<12> twist = combine(corners, {1, -1, -1, 1});
+    book(result_.twist_j, (Real(spec_.laws.twist_n_m) / (2 * warp_ * weft_)) * dot(twist, twist),
+         four);
+  }
+
+  /// Paper section 4.1: f_sh(a) / sin a.
+  [[nodiscard]] Real k_diag(Real sine) const {
+    const Real s = std::abs(sine);
+    return s < 1e-9L ? Real(spec_.laws.shear.slope)
+                     : law_value(spec_.laws.shear, std::asin(std::min<Real>(1, s))) / s;
+  }
+
+  /// A straight pull of stiffness k between two particles that are `rest` apart without it.
+  Real pull(int a, int b, Real k, Real rest) {
+    Point way{};
+    Real length = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      way[axis] = points_[b][axis] - points_[a][axis];
+      length += way[axis] * way[axis];
+    }
+    length = std::sqrt(length);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real f = k * (length - rest) * way[axis] / length;
+      result_.force[a][axis] += f;
+      result_.force[b][axis] -= f;
+    }
+    return k * (length - rest) * (length - rest) / 2;
+  }
+
+  void diagonals(const std::vector<int>& four, Real k) {
+    const Real rest = std::sqrt(warp_ * warp_ + weft_ * weft_);
+    const Real oblong = rest * rest / (2 * warp_ * weft_);
+    result_.shear_j += pull(four[0], four[3], k * oblong, rest);
+    result_.shear_j += pull(four[1], four[2], k * oblong, rest);
+  }
+
+  /// K'_st = K_st - K_diag, not below 0: what the diagonals take off the grid lines.
+  void paper_lines(int r, int c) {
+    if (inside(r + 1, c))
+      take_off(0, index(r, c), index(r + 1, c), cells_at({{{r, c - 1}, {r, c}}}));
+    if (inside(r, c + 1))
+      take_off(1, index(r, c), index(r, c + 1), cells_at({{{r - 1, c}, {r, c}}}));
+  }
+
+  [[nodiscard]] Real cells_at(const std::array<std::array<int, 2>, 2>& cells) const {
+    Real sum = 0;
+    int count = 0;
+    for (const auto& [r, c] : cells) {
+      if (!has_cell(r, c)) continue;
+      sum += k_diag(
+          sine_of(duals<12>({index(r, c), index(r, c + 1), index(r + 1, c), index(r + 1, c + 1)}))
+              .v);
+      ++count;
+    }
+    return sum / count;
+  }
+
+  void take_off(int d, int a, int b, Real mean_k_diag) {
+    const Real rest = d == 0 ? warp_ : weft_;
+    const Real across = d == 0 ? weft_ : warp_;
+    Real length = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      length += (points_[b][axis] - points_[a][axis]) * (points_[b][axis] - points_[a][axis]);
+    const Real strain = std::sqrt(length) / rest - 1;
+    const Real k_st = std::abs(strain) < 1e-9L ? Real(spec_.laws.tensile[d].slope)
+                                               : law_value(spec_.laws.tensile[d], strain) / strain;
+    const Real share = mean_k_diag * rest * rest / (across * across);
+    result_.stretch_j += pull(a, b, -std::min(share, k_st) * across / rest, rest);
+  }
+
+  const SheetSpec& spec_;
+  const std::vector<Point>& points_;
+  Real warp_, weft_;
+  Mechanics result_;
+};
+
+}  // namespace
+
+Mechanics mechanics_of(const SheetSpec& spec, const std::vector<Point>& points) {
+  return Builder(spec, points).build();
+}
+
+}  // namespace drape::certify_detail

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "simulate/cloth/cloth.hpp"
+
+/// The checker's own mechanics of a sheet, in long double; shares no code with Cloth.
+namespace drape::certify_detail {
+
+using Real = long double;
+using Point = std::array<Real, 3>;
+
+struct SheetSpec {
+  int rows = 0, cols = 0;
+  Real patch_warp_m = 0, patch_weft_m = 0;
+  bool paper_model = false;
+  bool paper_mass = false;
+  sim::ClothLaws laws;
+};
+
+struct Mechanics {
+  Real stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
+  std::array<Real, 2> strain_least{}, strain_most{};  ///< warp, weft
+  std::vector<Point> force;                           ///< internal, N
+  std::vector<Real> mass;                             ///< kg
+};
+
+/// Points by row, then column.
+[[nodiscard]] Mechanics mechanics_of(const SheetSpec& spec, const std::vector<Point>& points);
+
+/// A place of the sheet where an object or a pin may push: weights of up to four particles.
+struct Support {
+  std::array<int, 4> particle{};
+  std::array<Real, 4> weight{};
+  Point normal{};    ///< unit, out of the object
+  bool pin = false;  ///< holds in every direction
+};
+
+struct Balance {
+  Real largest = 0;  ///< of what is left on a particle, N
+  int rounds = 0;    ///< steps of Newton's method
+};
+/// Looks for forces at the supports, in the friction cones, that leave at most `tolerance` N on any
+/// particle, by an interior point method that ends at such forces wherever there are any (up to
+/// rounding); given up after `most_rounds`.
+[[nodiscard]] Balance balance(const std::vector<Point>& force, const std::vector<Support>& supports,
+                              Real friction, Real tolerance, int most_rounds);
+
+}  // namespace drape::certify_detail

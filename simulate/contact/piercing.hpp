@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "simulate/cloth/cloth.hpp"
+#include "simulate/contact/surroundings.hpp"
+
+namespace drape::sim {
+
+/// How far (m) a convex edge of a sharp solid stands through the sheet, 0 for none: where an edge
+/// passes through one of a cell's two triangles, the height above that triangle of its lower end,
+/// each end taken at most one grid spacing away. A needle's point that has pierced the sheet is
+/// seen so, where distances at places of the sheet miss it; a sheet pressed a few micrometres into
+/// an edge counts with these. Spikes whose every edge is shorter than the way they reach through
+/// are underrated.
+[[nodiscard]] double pierced_m(const GridSpec& grid, const Field& position,
+                               const Surroundings& surroundings);
+
+/// How far (m) a grid line of the sheet reaches over the rim of a body that it passes through, in
+/// on one side and out on the opposite one; 0 for none. So a thin plate or disc is seen that stands
+/// through the sheet, of which no place of the sheet is deep inside. At most the length of that
+/// piece of line. Between grid lines a rim is not seen.
+[[nodiscard]] double rim_through_m(const GridSpec& grid, const Field& position,
+                                   const Surroundings& surroundings);
+
+}  // namespace drape::sim

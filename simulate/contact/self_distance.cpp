@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/contact/self_distance.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kNeighbourSteps = 3;
+constexpr double kMostStrips = 1e6;
+
+struct Triangle {
+  std::array<Vector3d, 3> corner;
+  Vector3d centre;
+  int row = 0, col = 0;  ///< of its cell
+};
+
+Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
+  std::vector<Triangle> all;
+  for (int r = 0; r + 1 < grid.rows; ++r) {
+    for (int c = 0; c + 1 < grid.cols; ++c) {
+      if (!grid.has_cell(r, c)) continue;
+      const int i = grid.index(r, c);
+      const Vector3d a = at(x, i), b = at(x, i + 1), d = at(x, i + grid.cols),
+                     e = at(x, i + grid.cols + 1);
+      all.push_back({{a, b, d}, (a + b + d) / 3, r, c});
+      all.push_back({{b, e, d}, (b + e + d) / 3, r, c});
+    }
+  }
+  return all;
+}
+
+/// Nearest point of a triangle (after Ericson, Real-Time Collision Detection, by Voronoi regions:
+/// the plane's foot when it lies inside, else the nearest edge).
+double point_triangle(const Vector3d& p, const Triangle& t) {
+  const Vector3d u = t.corner[1] - t.corner[0], v = t.corner[2] - t.corner[0];
+  const Vector3d normal = u.cross(v);
+  const double area2 = normal.squaredNorm();
+  double least = 1e300;
+  if (area2 > 0) {
+    const Vector3d w = p - t.corner[0];
+    const double beta = w.cross(v).dot(normal) / area2;
+    const double gamma = u.cross(w).dot(normal) / area2;
+    if (beta >= 0 && gamma >= 0 && beta + gamma <= 1)
+      return std::abs(w.dot(normal)) / std::sqrt(area2);
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d edge = t.corner[(k + 1) % 3] - t.corner[k];
+    const double share =
+        std::clamp((p - t.corner[k]).dot(edge) / std::max(1e-300, edge.squaredNorm()), 0.0, 1.0);
+    least = std::min(least, (t.corner[k] + share * edge - p).norm());
+  }
+  return least;
+}
+
+/// Distance of two segments where their nearest points lie inside both; else large: then the
+/// nearest point is an end, which point_triangle() sees.
+double edge_edge(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  const Vector3d u = b - a, v = d - c, w = a - c;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), uv = u.dot(v);
+  const double det = uu * vv - uv * uv;
+  if (det <= 1e-12 * uu * vv) return 1e300;
+  const double s = (uv * v.dot(w) - vv * u.dot(w)) / det;
+  const double t = (uu * v.dot(w) - uv * u.dot(w)) / det;
+  if (s < 0 || s > 1 || t < 0 || t > 1) return 1e300;
+  return (w + s * u - t * v).norm();
+}
+
+/// Whether the segment a, b passes through the triangle.
+bool pierces(const Vector3d& a, const Vector3d& b, const Triangle& t) {
+  const Vector3d normal = (t.corner[1] - t.corner[0]).cross(t.corner[2] - t.corner[0]);
+  const double before = (a - t.corner[0]).dot(normal), after = (b - t.corner[0]).dot(normal);
+  if (before * after >= 0) return false;
+  const Vector3d p = a + before / (before - after) * (b - a);
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d edge = t.corner[(k + 1) % 3] - t.corner[k];
+    if (edge.cross(p - t.corner[k]).dot(normal) < 0) return false;
+  }
+  return true;
+}
+
+void judge_pair(const Triangle& one, const Triangle& two, double& least, int& crossings) {
+  bool crossing = false;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
+    const Vector3d &c = two.corner[k], &d = two.corner[(k + 1) % 3];
+    least = std::min({least, point_triangle(a, two), point_triangle(c, one)});
+    for (int m = 0; m < 3; ++m)
+      least = std::min(least, edge_edge(a, b, two.corner[m], two.corner[(m + 1) % 3]));
+    crossing = crossing || pierces(a, b, two) || pierces(c, d, one);
+  }
+  if (crossing) {
+    ++crossings;
+    least = 0;
+  }
+}
+
+/// Centres of triangles in strips across the sheet's second longest extent, sorted along its
+/// longest, so that only near ones are met.
+class Strips {
+ public:
+  /// No pair farther apart than `width` is asked for.
+  Strips(const std::vector<Triangle>& triangles, double width);
+  /// Calls `use` with the places of two triangles whose centres are within reach() at that time.
+  template <class Reach, class Use>
+  void for_each_pair(const Reach& reach, const Use& use) const;
+
+ private:
+  struct Place {
+    Vector3d centre;
+    int triangle = 0;
+    int strip = 0;
+  };
+  Eigen::Index along_ = 0;
+  std::vector<Place> places_;
+};
+
+Strips::Strips(const std::vector<Triangle>& triangles, double width) {
+  Eigen::AlignedBox3d extent;
+  for (const Triangle& t : triangles) extent.extend(t.centre);
+  Vector3d sizes = extent.sizes();
+  sizes.maxCoeff(&along_);
+  sizes[along_] = -1;
+  Eigen::Index across = 0;
+  sizes.maxCoeff(&across);
+  const bool apart = !(sizes[across] < kMostStrips * width);  // one strip for a sheet flown apart
+  for (const Triangle& t : triangles) {
+    const double strip = apart ? 0 : (t.centre[across] - extent.min()[across]) / width;
+    places_.push_back({t.centre, static_cast<int>(places_.size()), static_cast<int>(strip)});
+  }
+  std::stable_sort(places_.begin(), places_.end(), [&](const Place& a, const Place& b) {
+    return a.strip != b.strip ? a.strip < b.strip : a.centre[along_] < b.centre[along_];
+  });
+}
+
+template <class Reach, class Use>
+void Strips::for_each_pair(const Reach& reach, const Use& use) const {
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    const Place& one = places_[i];
+    const auto meet = [&](std::size_t from, int strip) {
+      for (std::size_t j = from; j < places_.size() && places_[j].strip == strip; ++j) {
+        const Place& two = places_[j];
+        const double near = reach();
+        if (two.centre[along_] - one.centre[along_] > near) break;
+        if ((one.centre - two.centre).squaredNorm() <= near * near) use(one.triangle, two.triangle);
+      }
+    };
+    meet(i + 1, one.strip);
+    const auto before = [&](const Place& p) {
+      return p.strip <= one.strip ||
+             (p.strip == one.strip + 1 && p.centre[along_] < one.centre[along_] - reach());
+    };
+    const auto next = std::partition_point(places_.begin(), places_.end(), before);
+    meet(static_cast<std::size_t>(next - places_.begin()), one.strip + 1);
+  }
+}
+
+}  // namespace
+
+SelfDistance self_distance(const GridSpec& grid, const Field& position) {
+  const std::vector<Triangle> triangles = triangles_of(grid, position);
+  double radius = 0;
+  for (const Triangle& t : triangles) {
+    for (const Vector3d& corner : t.corner) radius = std::max(radius, (corner - t.centre).norm());
+  }
+  const double cap = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
+  const Strips strips(triangles, cap + 2 * radius);
+  SelfDistance found;
+  double least = cap;
+  strips.for_each_pair([&] { return least + 2 * radius; },
+                       [&](int i, int j) {
+                         const Triangle &one = triangles[i], &two = triangles[j];
+                         if (std::abs(one.row - two.row) < kNeighbourSteps &&
+                             std::abs(one.col - two.col) < kNeighbourSteps)
+                           return;
+                         judge_pair(one, two, least, found.crossings);
+                       });
+  if (least < cap) found.least_m = least;
+  return found;
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include "simulate/cloth/cloth.hpp"
+
+namespace drape::sim {
+
+/// How near a sheet comes to itself. Each cell counts as two triangles; triangles less than three
+/// grid steps apart along the sheet are neighbours and are left out.
+struct SelfDistance {
+  std::optional<double> least_m;  ///< absent: nothing is nearer than one grid spacing
+  int crossings = 0;              ///< pairs of triangles that pass through each other
+};
+[[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
+
+}  // namespace drape::sim

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "simulate/contact/triangle_mesh.hpp"
+
+namespace drape::sim {
+
+/// Horizontal plane that the cloth may lie on.
+struct Table {
+  double z_m = 0;
+};
+
+/// A closed mesh placed in the world.
+struct PlacedMesh {
+  std::shared_ptr<const TriangleMesh> mesh;
+  WorldFromObject world_from_mesh;
+};
+
+/// Everything rigid around the cloth. Signed distances are exact outside and near the surface. All
+/// shapes but meshes are convex: the distance along a straight line has one minimum.
+class Surroundings {
+ public:
+  Surroundings() = default;
+  explicit Surroundings(const Scene& scene);
+
+  void add(const Sphere& sphere) { shapes_.emplace_back(sphere); }
+  void add(const Box& box) { shapes_.emplace_back(box); }
+  void add(const Cylinder& cylinder) { shapes_.emplace_back(cylinder); }
+  void add(const Plane& plane) { shapes_.emplace_back(plane); }
+  void add(const Table& table) { shapes_.emplace_back(table); }
+  void add(const PlacedMesh& mesh) { shapes_.emplace_back(mesh); }
+  /// Reads the mesh; throws Error naming the file when it is not a closed triangle mesh.
+  void add(const MeshObject& object);
+
+  [[nodiscard]] int count() const { return static_cast<int>(shapes_.size()); }
+  [[nodiscard]] bool is_table(int shape) const {
+    return std::holds_alternative<Table>(shapes_[shape]);
+  }
+  /// Flat: what the particles do not enter, nothing between them does.
+  [[nodiscard]] bool is_flat(int shape) const {
+    return is_table(shape) || std::holds_alternative<Plane>(shapes_[shape]);
+  }
+  /// The shape where it is of that kind, else null.
+  [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
+  [[nodiscard]] const PlacedMesh* mesh(int shape) const {
+    return std::get_if<PlacedMesh>(&shapes_[shape]);
+  }
+  [[nodiscard]] bool is_convex(int shape) const {
+    return !std::holds_alternative<PlacedMesh>(shapes_[shape]);
+  }
+  /// Signed distance of a world point from the surface (m), negative inside.
+  [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
+  /// Outward unit normal at the nearest surface point, world frame.
+  [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
+  /// The first place on the straight way between two points that lies deeper than `deep_m` in the
+  /// shape, as a share of that way; nothing when there is none. The way is walked by the distance
+  /// that is free around each place (Hart 1996); what is thinner than 0.1 mm or a thousandth of
+  /// the way may be missed.
+  [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
+                                                  const Eigen::Vector3d& to_in_world,
+                                                  double deep_m) const;
+  /// Whether the surfaces nearest to two places look away from each other: what goes in at one of
+  /// them and comes out at the other has passed through the body, not round an edge of it.
+  [[nodiscard]] bool on_opposite_sides(int shape, const Eigen::Vector3d& a_in_world,
+                                       const Eigen::Vector3d& b_in_world) const;
+  /// Highest point of all objects but planes and the table (m), or the table when there is none.
+  [[nodiscard]] double top_z_m() const;
+
+ private:
+  std::vector<std::variant<Sphere, Box, Table, Cylinder, Plane, PlacedMesh>> shapes_;
+};
+
+}  // namespace drape::sim

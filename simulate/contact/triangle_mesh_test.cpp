@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/contact/triangle_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "simulate/contact/surroundings.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+/// A cube of 20 mm around the origin, faces as quads.
+const char* const kCube =
+    "v -10 -10 -10\nv 10 -10 -10\nv 10 10 -10\nv -10 10 -10\n"
+    "v -10 -10 10\nv 10 -10 10\nv 10 10 10\nv -10 10 10\n"
+    "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+TEST(TriangleMesh, CubeHasTheDistancesOfABox) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "cube.obj", kCube);
+  Surroundings shapes;
+  shapes.add(MeshObject{folder.path() / "cube.obj", {}});
+  shapes.add(Box{{}, {0.02, 0.02, 0.02}, 0});
+  for (int k = 0; k < 2000; ++k) {
+    const Vector3d p(0.02 * std::sin(1.1 * k), 0.02 * std::sin(2.3 * k + 1),
+                     0.02 * std::sin(0.7 * k + 2));
+    EXPECT_NEAR(shapes.gap_m(0, p), shapes.gap_m(1, p), 1e-12);
+    if (shapes.gap_m(1, p) > 1e-6) {
+      EXPECT_LT((shapes.normal(0, p) - shapes.normal(1, p)).norm(), 1e-9);
+    }
+  }
+  EXPECT_NEAR(shapes.top_z_m(), 0.01, 1e-15);
+}
+
+TEST(TriangleMesh, OpenAndInvertedMeshesAreRefused) {
+  const test::TemporaryFolder folder;
+  const std::string cube = kCube;
+  write_durable(folder.path() / "open.obj", cube.substr(0, cube.find("f 4 1 5 8")));
+  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "open.obj"), Error);
+  write_durable(folder.path() / "lost.obj", cube + "f 1 2 99\n");
+  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "lost.obj"), Error);
+  write_durable(folder.path() / "cube.stl", cube);
+  EXPECT_THROW((void)TriangleMesh::read(folder.path() / "cube.stl"), Error);
+}
+
+TEST(TriangleMesh, AsciiPlyIsRead) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "tetra.ply",
+                "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n10 0 0\n0 10 0\n0 0 10\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
+  const TriangleMesh mesh = TriangleMesh::read(folder.path() / "tetra.ply");
+  EXPECT_EQ(mesh.triangles().size(), 4U);
+  EXPECT_NEAR(mesh.distance({0.001, 0.002, -0.003}).gap_m, 0.003, 1e-12);
+  EXPECT_NEAR(mesh.distance({0.001, 0.002, 0.0005}).gap_m, -0.0005, 1e-12);
+}
+
+TEST(Cylinder, DistancesAreExact) {
+  Surroundings shapes;
+  shapes.add(drape::Cylinder{{}, 0.02, 0.1, 0.005});
+  EXPECT_NEAR(shapes.gap_m(0, {0.03, 0, 0}), 0.01, 1e-15);
+  EXPECT_NEAR(shapes.gap_m(0, {0, 0, 0.06}), 0.01, 1e-15);
+  EXPECT_NEAR(shapes.gap_m(0, {0.02, 0, 0.05}), 0.005 * (std::sqrt(2.0) - 1), 1e-15);
+  EXPECT_LT((shapes.normal(0, {0, -0.03, 0}) - Vector3d(0, -1, 0)).norm(), 1e-15);
+  EXPECT_NEAR(shapes.top_z_m(), 0.05, 1e-15);
+}
+
+}  // namespace
+}  // namespace drape::sim

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The quadratic model of contact and friction within a step.
+#include <algorithm>
+#include <cmath>
+
+#include "simulate/equilibrium/contacts.hpp"
+#include "simulate/equilibrium/mixture.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kNormalStep = 1e-7;  // m; for the curvature of a surface
+
+/// Second derivative of the distance from a shape.
+Matrix3d distance_curvature(const Surroundings& surroundings, int shape, const Vector3d& p) {
+  Matrix3d sum;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector3d step = kNormalStep * Vector3d::Unit(axis);
+    sum.col(axis) = (surroundings.normal(shape, p + step) - surroundings.normal(shape, p - step)) /
+                    (2 * kNormalStep);
+  }
+  return 0.5 * (sum + sum.transpose());
+}
+
+}  // namespace
+
+Matrix3d StaticContacts::model_block(const Contact& contact, const Field& position,
+                                     bool convex) const {
+  const double pressing = pressing_n(contact, contact.gap);
+  Matrix3d block = Matrix3d::Zero();
+  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
+  if (pressing > 0 || contact.change == Change::lands) {
+    block += contact.stiffness * contact.normal * contact.normal.transpose();
+  }
+  if (pressing > 0 && !convex) {
+    block -= pressing * distance_curvature(*surroundings_, contact.shape, mix(position, contact));
+  }
+  if (contact.limit == 0) return block;
+  if (contact.change == Change::yields) {
+    block += contact.yield.block;
+  } else if (contact.slips && contact.change != Change::holds) {
+    const Vector3d way = spring(contact, mix(position, contact)).normalized();
+    const double length = std::max(contact.slip_m, contact.limit / shear_stiffness_);
+    block += contact.limit / length * (across - way * way.transpose());
+  } else {
+    block += shear_stiffness_ * across;
+  }
+  return block;
+}
+
+void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    contact.reviewed = false;
+    contact.block.setZero();
+    if (contact.limit == 0 && contact.change != Change::lands &&
+        pressing_n(contact, contact.gap) == 0) {
+      continue;
+    }
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block, hessian);
+  }
+  for (const Hold& hold : holds_) {
+    add_mixture(hold, hold_stiffness_ * Matrix3d::Identity(), hessian);
+  }
+}
+
+void StaticContacts::change_hessian(const Field& position, bool convex, GridMatrix& hessian) {
+  for (Contact& contact : contacts_) {
+    if (!contact.reviewed) continue;
+    contact.reviewed = false;
+    const Matrix3d before = contact.block;
+    contact.block = model_block(contact, position, convex);
+    add_mixture(contact, contact.block - before, hessian);
+  }
+}
+
+void StaticContacts::add_changes(Eigen::VectorXd& gradient) const {
+  for (const Contact& contact : contacts_) {
+    if (contact.change == Change::lands) {
+      const double pull = contact.stiffness * contact.gap - contact.multiplier;
+      gradient.segment<3>(3 * contact.particle[0]) += pull * contact.normal;
+    } else if (contact.change == Change::yields) {
+      spread_step(contact, contact.yield.pull, gradient);
+    }
+  }
+}
+
+double StaticContacts::excess_curve(const Eigen::VectorXd& step) const {
+  double sum = 0;
+  for (const Contact& contact : contacts_) {
+    if (contact.change == Change::lands) {
+      const double along = mix_step(step, contact).dot(contact.normal);
+      sum += contact.stiffness * along * along;
+    } else if (contact.change == Change::yields) {
+      const Yield& yield = contact.yield;
+      const Vector3d way = mix_step(step, contact);
+      const Vector3d end = yield.spring + way - way.dot(contact.normal) * contact.normal;
+      const double gained = friction_j(contact, end.norm()) -
+                            friction_j(contact, yield.spring.norm()) -
+                            shear_stiffness_ * yield.spring.dot(way);
+      sum += way.dot(yield.block * way) - 2 * gained;
+    }
+  }
+  return sum;
+}
+
+/// Whether friction that holds changed between holding and yielding on the way of its place.
+bool StaticContacts::review_yield(Contact& contact, const Vector3d& start,
+                                  const Vector3d& end) const {
+  const Vector3d stretched = spring(contact, end);
+  const double size = stretched.norm();
+  const bool beyond = size > contact.limit / shear_stiffness_;
+  const bool changed = beyond != (contact.change == Change::yields);
+  contact.change = beyond ? Change::yields : Change::none;
+  contact.reviewed = contact.reviewed || changed || beyond;
+  if (!beyond) return changed;
+  const Vector3d unit = stretched / size;
+  const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
+  Yield& yield = contact.yield;
+  yield.spring = spring(contact, start);
+  yield.block = contact.limit / size * (across - unit * unit.transpose());
+  // Tangent at the end: limit * unit there, so this much more than the spring pulls at the start.
+  yield.pull = contact.limit * unit + yield.block * yield.spring - shear_stiffness_ * yield.spring;
+  return changed;
+}
+
+int StaticContacts::review(const Field& from, const Field& to, double deep_m) {
+  int changed = 0;
+  for (Contact& contact : contacts_) {
+    const Vector3d start = mix(from, contact);
+    const Vector3d end = mix(to, contact);
+    const double pressing = pressing_n(contact, contact.gap);
+    if (pressing == 0 && contact.change == Change::none && contact.rigid) {
+      if (!caught(contact.shape, start, end, deep_m)) continue;
+      contact.change = Change::lands;
+      contact.reviewed = true;
+      ++changed;
+      continue;
+    }
+    const bool holds = contact.limit > 0 && !contact.slips && contact.change != Change::lands;
+    if (yields_ && holds) {
+      changed += review_yield(contact, start, end) ? 1 : 0;
+      continue;
+    }
+    if (contact.slips && contact.change == Change::none &&
+        (end - start).dot(spring(contact, start)) < 0) {
+      contact.change = Change::holds;
+      contact.reviewed = true;
+      ++changed;
+    }
+  }
+  return changed;
+}
+
+void StaticContacts::relinearise(const Field& position) {
+  before_ = contacts_;
+  for (Contact& contact : contacts_) {
+    const Vector3d p = mix(position, contact);
+    contact.gap = surroundings_->gap_m(contact.shape, p);
+    contact.normal = surroundings_->normal(contact.shape, p);
+    contact.change = Change::none;
+    if (contact.limit == 0) continue;
+    const double size = spring(contact, p).norm();
+    const double most = contact.limit / shear_stiffness_;
+    contact.slips = size > most;
+    contact.slip_m = std::max(size, most);
+  }
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Newton iterations within a step of the static solver.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/equilibrium/solver.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr int kIterations = 3;
+constexpr double kGood = 0.7;    // ratio of energy change from which the step will do
+constexpr double kLonger = 1.2;  // gain in that ratio that a way twice as long must bring
+
+}  // namespace
+
+/// Factors the matrix of the step at trial_, its springs as trial_strains_ say.
+bool StaticSolver::factorise_trial(StaticReport& report) {
+  contacts_.relinearise(trial_);
+  bool definite = false;
+  for (const bool convex : {false, true}) {
+    if (definite || (convex_ && !convex)) continue;
+    hessian_.set_zero();
+    add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
+    contacts_.add_hessian(trial_, convex, hessian_);
+    ++report.factorisations;
+    definite = factorise(convex);
+    if (!definite) ++report.indefinite;
+  }
+  contacts_.restore();
+  return definite;
+}
+
+/// Goes on from trial_ while the potential of the step falls too little. Straight ways stretch the
+/// springs that turn, by the square of the turn, soon more than they are stretched at rest; that
+/// tension makes the next matrix far too stiff across the springs. With the tension of the linear
+/// model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017). The
+/// potential may rise in between; the best trial is taken.
+void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio, VectorXd& way) {
+  const int n = cloth_.count();
+  Field best = trial_;
+  VectorXd best_way = way;
+  SpringStrains best_strains = trial_strains_;
+  if (!std::isfinite(ratio)) ratio = std::numeric_limits<double>::lowest();
+  factor_serves_ = false;
+  for (int k = 0; k < kIterations && ratio < kGood; ++k) {
+    find_forces(trial_, trial_force_);
+    const VectorXd here = way_to_trial();
+    VectorXd step(3 * n);
+    for (int i = 0; i < n; ++i) {
+      step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * here.segment<3>(3 * i);
+    }
+    if (!step.allFinite() || !factorise_trial(report)) break;
+    factor_.solve(step);
+    if (!step.allFinite()) break;
+    step *= std::min(1.0, cap_m_ / std::max(largest_of(step), 1e-300));
+    const Field from = trial_;
+    trial_strains_ = linear_strains(cloth_, from, step);
+    move(from, step);
+    contacts_.retract(position, trial_);
+    VectorXd now = way_to_trial();
+    const double reached = -potential_change(now) / predicted;
+    if (!(reached > ratio)) continue;
+    ratio = reached;
+    best = trial_;
+    best_way = std::move(now);
+    best_strains = trial_strains_;
+  }
+  trial_ = std::move(best);
+  way = std::move(best_way);
+  trial_strains_ = std::move(best_strains);
+}
+
+/// Doubles a way by the convex matrix as long as the potential falls well on. Near a saddle the
+/// sheet leaves in a direction that has no stiffness, while that matrix has some and would creep.
+void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
+  while (2 * largest_of(way) <= cap_m_) {
+    const Field before = trial_;
+    move(position, 2 * way);
+    contacts_.retract(position, trial_);
+    VectorXd longer = way_to_trial();
+    const double reached = -potential_change(longer) / predicted;
+    if (!(reached > kLonger * ratio)) {
+      trial_ = before;
+      return;
+    }
+    ratio = reached;
+    way = std::move(longer);
+    trial_strains_ = {};  // no linear model led there
+  }
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/equilibrium/run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "simulate/start/start_check.hpp"
+#include "simulate/equilibrium/prolong.hpp"
+
+namespace drape::sim {
+namespace {
+
+constexpr int kDirect = 41;    // particles per side; without a coarser grid before
+constexpr int kCoarsest = 21;  // particles per side
+// Particles per side above which a grid's start has 0.7 times as many, not half: there a step costs
+// much, and Richardson's start is the better the nearer two grids are.
+constexpr int kGentle = 70;
+// Of a particle's weight; enough to start a finer grid. The first finds the fold, the others are
+// far from the finer one's rest whatever their own: those between only have to take out what
+// carrying over brought in.
+constexpr double kFirstResidual = 1e-2;
+constexpr double kBetweenResidual = 1000;
+constexpr double kLastCoarseResidual = 10;
+// Of all but the first; a worse start costs a large grid more than that.
+constexpr double kBeforeLarge = 1;
+constexpr int kLarge = 121;            // particles per side
+constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
+constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
+
+int larger_side(const GridSpec& grid) {
+  return std::max(grid.rows, grid.cols);
+}
+
+void book_start(const StartReport& start, SimulateReport& report) {
+  report.placed_yaw_rad = start.flat.yaw_rad;
+  report.placed_centre_in_world = start.flat.centre_in_world;
+  report.placed_by_marks = start.marks_used;
+  report.placement_rms_mm = start.placement_rms_mm;
+  report.warnings.insert(report.warnings.end(), start.warnings.begin(), start.warnings.end());
+}
+
+/// How near its rest a coarser grid has to come.
+double start_residual(std::size_t level, const std::vector<GridSpec>& levels) {
+  if (level == 0) return kFirstResidual;
+  if (larger_side(levels.back()) >= kLarge) return kBeforeLarge;
+  return level + 2 == levels.size() ? kLastCoarseResidual : kBetweenResidual;
+}
+
+/// Where a finer grid starts: where the coarser one ended, moved on by what the finer spacing will
+/// do more, as the ends of two grids tell (Richardson 1911; the model is of order 2).
+Field finer_start(const Field& rest, const GridSpec& grid, const Field& before,
+                  const GridSpec& coarser, const GridSpec& finer) {
+  if (std::min(coarser.rows, coarser.cols) < kAsymptotic) return prolong(rest, grid, finer);
+  const auto square = [](const GridSpec& g) { return g.warp_spacing_m() * g.warp_spacing_m(); };
+  const double share = (square(grid) - square(finer)) / (square(coarser) - square(grid));
+  const Field from = prolong(before, coarser, grid);
+  Field ahead = rest;
+  for (std::size_t k = 0; k < ahead.size(); ++k) ahead[k] += share * (rest[k] - from[k]);
+  return prolong(ahead, grid, finer);
+}
+
+std::string sentence_of(const StaticReport& found, int iterations) {
+  switch (found.status) {
+    case StaticStatus::at_rest:
+      return "at rest";
+    case StaticStatus::diverged:
+      return fmt::format("diverged after {} iterations", iterations);
+    case StaticStatus::iteration_limit:
+      break;
+  }
+  return fmt::format("not at rest after {} iterations: residual {:.2g} of a particle's weight",
+                     iterations, found.residual);
+}
+
+}  // namespace
+
+std::vector<GridSpec> static_levels(const GridSpec& grid) {
+  std::vector<GridSpec> levels{grid};
+  for (;;) {
+    const GridSpec& last = levels.back();
+    const bool gently = larger_side(last) > kGentle;
+    const auto fewer = [&](int points) {
+      const int pieces = points - 1;
+      return 1 + (gently ? static_cast<int>(std::lround(pieces / std::numbers::sqrt2))
+                         : (pieces + 1) / 2);
+    };
+    const GridSpec next{fewer(last.rows), fewer(last.cols), grid.patch_m};
+    if (std::min(next.rows, next.cols) < kCoarsest) break;
+    levels.push_back(next);
+  }
+  std::reverse(levels.begin(), levels.end());
+  return levels;
+}
+
+StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
+                             const StaticOptions& options, const StartChange& change) {
+  const Scene& scene = the_case.scene;
+  std::vector<GridSpec> levels = static_levels(grid);
+  if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured) levels = {grid};
+  StaticDrape drape;
+  GridSpec coarse, coarser;  // the two grids before, nothing at first
+  Field before;
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    const GridSpec& here = levels[level];
+    const bool first = level == 0;
+    const bool last = level + 1 == levels.size();
+    Cloth cloth(here, the_case.laws, the_case.mass);
+    StaticOptions now = options;
+    if (!last) {
+      now.only_a_start = true;
+      now.residual_tolerance = std::max(start_residual(level, levels), options.residual_tolerance);
+    }
+    now.judge_stability = last;
+    if (!first) {
+      now.first_step_s = kFinerStep_s;
+      now.paced = false;
+    }
+    const StartState state = make_start(scene, the_case.print, here, the_case.measured,
+                                        the_case.surroundings.top_z_m(), 1e-6);
+    StaticSolver solver(cloth, the_case.surroundings, now);
+    solver.contacts().hold(state.holds, state.hold_in_world);
+    solver.position =
+        first ? state.position : finer_start(drape.position, coarse, before, coarser, here);
+    if (first) {
+      drape.start = state;
+      for (std::string& fault : faults_of_start(here, state.position, the_case.surroundings)) {
+        drape.start.report.warnings.push_back(std::move(fault));
+      }
+      if (change) change(here, solver.position);
+    }
+    const int lifted = lift_out(the_case.surroundings, solver.position);
+    if (first && lifted > 0) drape.start.report.warnings.push_back(told_of_lifted(lifted));
+    drape.report = solver.solve();
+    before.swap(drape.position);
+    drape.position = solver.position;
+    drape.iterations += drape.report.iterations;
+    coarser = coarse;
+    coarse = here;
+    if (drape.report.status == StaticStatus::diverged) break;
+  }
+  if (coarse.count() != grid.count()) drape.position = prolong(drape.position, coarse, grid);
+  return drape;
+}
+
+StaticOptions static_options(const Scene& scene, const SimulateOptions& options) {
+  StaticOptions how;
+  how.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  how.friction = scene.friction;
+  how.contact_between_particles = options.contact_between_particles;
+  how.residual_tolerance = options.static_tolerance;
+  how.threads = options.threads;
+  how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
+  return how;
+}
+
+void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
+                 const StaticDrape& drape, SimulateResult& result) {
+  SimulateReport& report = result.report;
+  const StaticReport& found = drape.report;
+  book_start(drape.start.report, report);
+  for (const StaticIteration& row : found.history) {
+    result.history.push_back({row.pseudo_time_s, 0, row.gravity_j, row.inner.stretch_j,
+                              row.inner.shear_j, row.inner.bending_j, row.inner.twist_j,
+                              row.contact_j, row.residual, row.touching});
+  }
+  report.status = found.status == StaticStatus::at_rest    ? RestStatus::at_rest
+                  : found.status == StaticStatus::diverged ? RestStatus::diverged
+                                                           : RestStatus::step_limit;
+  report.sentence = sentence_of(found, drape.iterations);
+  report.steps = drape.iterations;
+  report.residual = found.residual;
+  report.residual_rms = found.residual_rms;
+  report.residual_tolerance = how.residual_tolerance;
+  report.contacts = found.touching;
+  report.contacts_between = found.between;
+  report.hold_error_m = found.pin_error_m;
+  report.time_s = found.history.empty() ? 0 : found.history.back().pseudo_time_s;
+  if (!found.history.empty()) {
+    report.energy_start_j = found.history.front().sum_j();
+    report.energy_end_j = found.history.back().sum_j();
+  }
+  if (found.status == StaticStatus::at_rest && !found.stable) {
+    report.warnings.emplace_back(
+        "the equilibrium is a saddle: the stiffness of the sheet on its contacts is not positive "
+        "definite");
+  }
+  report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/simulate.hpp"
+#include "simulate/start/start.hpp"
+#include "simulate/equilibrium/solver.hpp"
+
+namespace drape::sim {
+
+/// What a static run on a scene is made of; the references must outlive it.
+struct StaticCase {
+  const Scene& scene;
+  const Print& print;
+  const std::optional<Sheet>& measured;
+  const Surroundings& surroundings;
+  const ClothLaws& laws;
+  MassRule mass = MassRule::area;
+};
+
+/// Grids from coarse to fine, ending with `grid`: each has about twice the spacing of the next,
+/// before one of more than 70 particles per side 1.4 times.
+[[nodiscard]] std::vector<GridSpec> static_levels(const GridSpec& grid);
+
+/// Changes the start positions of the coarsest grid.
+using StartChange = std::function<void(const GridSpec& grid, Field& position)>;
+
+struct StaticDrape {
+  StartState start;  ///< of the coarsest grid
+  Field position;
+  StaticReport report;  ///< of the finest grid
+  int iterations = 0;   ///< of all grids together
+};
+
+/// Drapes from the scene's start. Up to 41 particles per side on the grid itself, because a coarse
+/// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation over
+/// finer ones, each only as near to rest as the next needs. A start from the measured sheet stays
+/// on the finest grid.
+[[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
+                                           const StaticOptions& options,
+                                           const StartChange& change = {});
+
+[[nodiscard]] StaticOptions static_options(const Scene& scene, const SimulateOptions& options);
+
+/// Fills the report, history and strains of `result` with what a drape found.
+void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
+                 const StaticDrape& drape, SimulateResult& result);
+
+}  // namespace drape::sim
+
+namespace drape {
+
+/// What simulate() makes of a drape that the static solver found: report with gaps and overlaps
+/// judged, history, sheet and its source. `options` as given to simulate(), solver "static".
+void finish_static(const sim::StaticCase& the_case, const Fabric& fabric, const sim::GridSpec& grid,
+                   const SimulateOptions& options, const sim::StaticDrape& drape,
+                   SimulateResult& result);
+
+}  // namespace drape

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulate/cloth/cloth.hpp"
+#include "simulate/dynamics/motion.hpp"
+#include "simulate/equilibrium/contacts.hpp"
+#include "simulate/equilibrium/hessian.hpp"
+#include "simulate/sparse/mixed_factor.hpp"
+#include "simulate/contact/surroundings.hpp"
+
+namespace drape::sim {
+
+struct StaticOptions {
+  Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
+  double friction = 0;  ///< Coulomb coefficient
+  bool contact_between_particles = true;
+  double residual_tolerance = 1e-6;  ///< of the mean particle's weight
+  int max_iterations = 2000;         ///< per level
+  double first_step_s = 5e-3;        ///< pseudo-time step at the start
+  bool paced = true;                 ///< short steps while the sheet falls, see StaticSolver
+  bool only_a_start = false;         ///< ends at that residual, whatever gaps are left
+  bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
+  int threads = 1;                   ///< of factors and second derivatives; never changes a result
+};
+
+/// One Newton iteration.
+struct StaticIteration {
+  double pseudo_time_s = 0, residual = 0, gravity_j = 0, contact_j = 0;
+  InternalEnergies inner;
+  int touching = 0;
+  [[nodiscard]] double sum_j() const { return gravity_j + contact_j + inner.sum_j(); }
+};
+
+enum class StaticStatus { at_rest, iteration_limit, diverged };
+
+struct StaticReport {
+  StaticStatus status = StaticStatus::iteration_limit;
+  int iterations = 0, factorisations = 0, indefinite = 0;
+  int reused = 0;       ///< solves with a factor of a matrix before
+  double residual = 0;  ///< largest net force over the mean particle's weight
+  double residual_rms = 0;
+  bool stable = false;  ///< the exact Hessian on the free directions is positive definite
+  double pin_error_m = 0, gap_error_m = 0;
+  int touching = 0, between = 0;
+  double contact_energy_j = 0;
+  std::vector<StaticIteration> history;
+};
+
+/// Finds an equilibrium of a sheet. Each iteration is a step of implicit pseudo-time (backward
+/// Euler without inertia): one Newton iteration on the potential of cloth, gravity, contact and
+/// friction plus mu / 2 times mass times way squared, taken only when it lowers that potential. So
+/// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
+/// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
+/// Hessian is tried first, but in the first steps of a finer grid; where it is indefinite the
+/// element-wise convex one takes its place.
+/// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
+/// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
+/// of a spacing. Late steps of a finer grid take friction's limits from where they end.
+class StaticSolver {
+ public:
+  StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
+
+  Field position;  ///< blocks x, y, z (m)
+
+  [[nodiscard]] StaticContacts& contacts() { return contacts_; }
+  /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
+  /// forces ask for.
+  void lean(double reach_m);
+  /// Goes to rest from `position`.
+  StaticReport solve();
+
+  [[nodiscard]] double gravity_energy_j() const;
+  [[nodiscard]] double mean_weight_n() const { return weight_n_; }
+  /// First-order way of the sheet, x, y, z of each particle in turn, when `force` (N, in the same
+  /// order) begins to act at the equilibrium. What slides and would be drawn back sticks, found
+  /// by solving anew until nothing changes; so the way for minus the force is another one.
+  /// Nothing where the stiffness is not positive definite.
+  [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
+
+ private:
+  void find_forces(const Field& x, Field& force) const;
+  void add_outer_forces(const Field& x, Field& force) const;
+  void begin_step();
+  void begin_again(StaticContacts::Limits limits);
+  bool factorise_here();
+  bool factorise(bool convex);
+  enum class Solve { anew, changed };  ///< changed: again, after review()
+  void newton_matrix(bool convex);
+  void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
+  bool find_step(StaticReport& report, Solve solve);
+  bool solve_by_factor(StaticReport& report);
+  bool solve_by_gradients(const Eigen::VectorXd& guess, StaticReport& report);
+  [[nodiscard]] bool follows_pressing() const;
+  bool solve_following(const Eigen::VectorXd& guess, StaticReport& report);
+  void follow_pressing(double share);
+  bool take_step(StaticReport& report);
+  void move(const Field& from, const Eigen::VectorXd& way);
+  double potential_change(const Eigen::VectorXd& way);
+  void correct();
+  [[nodiscard]] bool falling() const;
+  void stretch(double predicted, double& ratio, Eigen::VectorXd& way);
+  void improve(double predicted, double& ratio, Eigen::VectorXd& way);
+  static double largest_of(const Eigen::VectorXd& way);
+  [[nodiscard]] bool mixes() const;
+  bool factorise_trial(StaticReport& report);
+  void iterate(StaticReport& report, double predicted, double& ratio, Eigen::VectorXd& way);
+  [[nodiscard]] Eigen::VectorXd way_to_trial() const;
+  void plan_next(double ratio, bool whole);
+  void note(StaticReport& report);
+  void finish(StaticReport& report);
+
+  Cloth& cloth_;
+  const Surroundings& surroundings_;
+  StaticOptions options_;
+  StaticContacts contacts_;
+  GridMatrix hessian_;
+  MixedFactor factor_;
+  Field force_, trial_, trial_force_;
+  Field inner_force_;       ///< the sheet's own at `position`
+  InternalEnergies inner_;  ///< and its energies
+  Eigen::VectorXd step_, gradient_, model_gradient_, product_;
+  std::vector<double> shift_;
+  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
+  SpringStrains strains_, trial_strains_;  ///< by the linear model of what led there
+  bool factor_serves_ = false;             ///< factor_ is of a matrix like the present one
+  bool convex_ = false;                    ///< and that matrix was the convex one
+};
+
+}  // namespace drape::sim

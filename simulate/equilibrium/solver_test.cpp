@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/equilibrium/solver.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/units.hpp"
+#include "simulate/dynamics/motion.hpp"
+#include "simulate/simulate.hpp"
+#include "simulate/equilibrium/prolong.hpp"
+#include "simulate/equilibrium/run.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+using units::mm;
+
+Scene bench_scene(const std::string& name) {
+  Scene scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (name + ".toml"));
+  const Surroundings objects(scene);
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
+  scene.start.yaw_rad = 0.2;
+  return scene;
+}
+
+SimulateResult run(const Scene& scene, int grid, const std::string& solver, int segments = 1) {
+  SimulateOptions options;
+  options.rows = options.cols = grid;
+  options.segments = segments;
+  options.solver = solver;
+  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
+                  options);
+}
+
+double distance_m(const Field& a, const Field& b) {
+  const std::size_t n = a.size() / 3;
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    largest = std::max(
+        largest, Vector3d(a[i] - b[i], a[n + i] - b[n + i], a[2 * n + i] - b[2 * n + i]).norm());
+  }
+  return largest;
+}
+
+TEST(StaticSolver, DrapesOverTheSphereToRest) {
+  for (const int grid : {11, 21}) {
+    const SimulateResult result = run(bench_scene("A"), grid, "static");
+    EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
+    EXPECT_LE(result.report.residual, 1e-6);
+    EXPECT_GT(*result.report.least_gap_object_m, -1e-8);
+    EXPECT_LT(result.report.energy_end_j, result.report.energy_start_j);
+    EXPECT_FALSE(result.history.empty());
+    EXPECT_TRUE(std::none_of(result.report.warnings.begin(), result.report.warnings.end(),
+                             [](const std::string& w) { return w.find("saddle") != w.npos; }));
+  }
+}
+
+TEST(StaticSolver, TheSameAgainGivesTheSameBytes) {
+  const Scene scene = bench_scene("A");
+  const SimulateResult one = run(scene, 11, "static", 5);
+  const SimulateResult two = run(scene, 11, "static", 5);
+  for (std::size_t i = 0; i < one.sheet.marks.size(); ++i) {
+    EXPECT_EQ(one.sheet.marks[i].point_in_world, two.sheet.marks[i].point_in_world);
+  }
+}
+
+TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
+  Scene scene = bench_scene("A");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
+  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
+  const SimulateResult result = run(scene, 12, "static");
+  EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
+  EXPECT_LT(result.report.hold_error_m, 1e-8);
+}
+
+TEST(StaticSolver, TooFewIterationsAreNotCalledRest) {
+  const Scene scene = bench_scene("C");
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.solver = "static";
+  options.max_steps = 5;
+  const SimulateResult result = simulate(scene, read_fabric(scene.fabric_file),
+                                         read_print(scene.print_file), std::nullopt, options);
+  EXPECT_EQ(result.report.status, RestStatus::step_limit);
+  EXPECT_GT(result.report.residual, 1e-6);
+  EXPECT_EQ(std::get<SimulatedSource>(result.sheet.source).status, result.report.sentence);
+}
+
+/// Moves a sheet by Runge-Kutta, velocities zeroed at peaks of kinetic energy, until it rests.
+void bring_to_rest(Motion& motion, double residual) {
+  double before = 0;
+  bool rising = false;
+  for (int step = 0; step < 200000; ++step) {
+    motion.step(motion.stable_step_s(0.9));
+    const double kinetic = motion.kinetic_energy_j();
+    if (kinetic < before && rising && step > 2000) motion.stop();
+    rising = kinetic > before;
+    before = kinetic;
+    if (step % 100 != 0 || kinetic >= 1e-13 || motion.residual() >= residual) continue;
+    motion.seek_contacts();
+    if (motion.residual() < residual) return;
+  }
+  ADD_FAILURE() << "not at rest: " << motion.residual();
+}
+
+/// The largest way of a particle when the static solver starts from the rest of Runge-Kutta.
+double way_from_runge_kutta_rest_m(const std::string& name, int side) {
+  const Scene scene = bench_scene(name);
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const Print print = read_print(scene.print_file);
+  const GridSpec grid{side, side, print.patch_m};
+  SimulateReport ignored;
+  ClothLaws laws = make_laws(fabric, 1, ignored);
+  laws.stretch_damping_s = 1e-5;
+  Cloth cloth(grid, laws, MassRule::area);
+  const Surroundings surroundings(scene);
+  Motion motion(cloth, surroundings, {.damping_per_s = 20, .friction = scene.friction});
+  motion.position =
+      make_start(scene, print, grid, std::nullopt, surroundings.top_z_m(), 1e-6).position;
+  bring_to_rest(motion, 1e-5);
+  StaticOptions how;
+  how.friction = scene.friction;
+  how.first_step_s = 10;
+  StaticSolver solver(cloth, surroundings, how);
+  solver.position = motion.position;
+  solver.contacts().take_springs(motion.line_contacts(), motion.position);
+  solver.lean(2e-7);
+  const StaticReport report = solver.solve();
+  EXPECT_EQ(report.status, StaticStatus::at_rest);
+  EXPECT_LE(report.residual, 1e-6);
+  return distance_m(solver.position, motion.position);
+}
+
+TEST(StaticSolver, RestOfRungeKuttaStaysRest) {
+  for (const char* name : {"A", "C"}) {
+    const double way_m = way_from_runge_kutta_rest_m(name, 11);
+    RecordProperty(std::string("way_um_") + name, std::to_string(way_m * 1e6));
+    EXPECT_LT(way_m, 0.01 * mm) << name;
+  }
+}
+
+TEST(StaticSolver, HostileScenesNeitherCrashNorLie) {
+  const Scene usual = bench_scene("A");
+  std::vector<Scene> scenes;
+  scenes.push_back(usual);  // inside the sphere
+  scenes.back().start.centre_in_world = Vector3d(0.004, -0.003, 0.03);
+  scenes.push_back(usual);  // nothing to lie on but the table far below
+  scenes.back().obstacles.clear();
+  scenes.push_back(usual);  // no friction: slides off
+  scenes.back().friction = 0;
+  scenes.push_back(usual);  // a needle
+  scenes.back().obstacles = {Sphere{Vector3d(0, 0, 0.08), 1e-3}};
+  scenes.push_back(usual);  // no gravity
+  scenes.back().gravity_m_per_s2.setZero();
+  scenes.push_back(usual);  // sideways gravity
+  scenes.back().gravity_m_per_s2 = Vector3d(-50, 0, 0);
+  for (std::size_t k = 0; k < scenes.size(); ++k) {
+    SimulateOptions options;
+    options.rows = options.cols = 9;
+    options.solver = "static";
+    options.max_steps = 150;
+    const SimulateResult result = simulate(scenes[k], read_fabric(usual.fabric_file),
+                                           read_print(usual.print_file), std::nullopt, options);
+    for (const SheetMark& mark : result.sheet.marks) {
+      ASSERT_TRUE(mark.point_in_world.allFinite()) << "scene " << k;
+    }
+    if (result.report.status == RestStatus::at_rest) {
+      EXPECT_LE(result.report.residual, 1e-6) << "scene " << k;
+    }
+  }
+}
+
+TEST(Prolong, KeepsCubicSheets) {
+  const GridSpec coarse{8, 6, {0.2, 0.1}};
+  const GridSpec fine{15, 21, {0.2, 0.1}};
+  const auto sheet = [](const GridSpec& grid) {
+    const int n = grid.count();
+    Field x(3 * static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) {
+      const double u = (i / grid.cols) * grid.warp_spacing_m();
+      const double v = (i % grid.cols) * grid.weft_spacing_m();
+      x[i] = u;
+      x[n + i] = v + u * u * v;
+      x[2 * n + i] = 3 * u * u * u - v * v * v + u * v;
+    }
+    return x;
+  };
+  EXPECT_LT(distance_m(prolong(sheet(coarse), coarse, fine), sheet(fine)), 1e-15);
+}
+
+std::string sizes_of(const std::vector<GridSpec>& levels) {
+  std::string all;
+  for (const GridSpec& grid : levels)
+    all += std::to_string(grid.rows) + "x" + std::to_string(grid.cols) + " ";
+  return all;
+}
+
+TEST(StaticLevels, HalveAndGoGentlyToLargeGrids) {
+  const auto levels = [](int rows, int cols) {
+    return sizes_of(static_levels(GridSpec{rows, cols, {0.2, 0.2}}));
+  };
+  EXPECT_EQ(levels(31, 31), "31x31 ");
+  EXPECT_EQ(levels(61, 61), "31x31 61x61 ");
+  EXPECT_EQ(levels(101, 101), "26x26 51x51 72x72 101x101 ");
+  EXPECT_EQ(levels(101, 51), "51x26 72x36 101x51 ");
+  EXPECT_EQ(levels(201, 201), "26x26 51x51 72x72 101x101 142x142 201x201 ");
+  EXPECT_EQ(levels(201, 101), "51x26 72x36 101x51 142x72 201x101 ");
+}
+
+}  // namespace
+}  // namespace drape::sim

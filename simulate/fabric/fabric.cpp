@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/fabric/fabric.hpp"
+
+#include <fmt/format.h>
+
+#include "core/csv.hpp"
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/toml_file.hpp"
+#include "core/units.hpp"
+#include "simulate/fabric/kes.hpp"
+
+namespace drape {
+namespace {
+
+/// One kind of Kawabata test: column heads, their units, and what textiles give.
+struct TestKind {
+  std::vector<std::string> columns;
+  double x_unit, f_unit;
+  double x_least, x_most;          ///< of the largest abscissa, in file units
+  const char* x_mistake;           ///< likely cause when it lies below or above
+  double slope_least, slope_most;  ///< of the chord to the largest abscissa, in file units
+  const char* slope_mistake;
+  bool one_sided;  ///< the test starts at the origin
+};
+
+const TestKind& tensile_kind() {
+  static const TestKind kind = {
+      {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+      units::percent,
+      units::gf_per_cm,
+      0.3,
+      100,
+      "is the strain a fraction instead of percent?",
+      0.5,
+      3000,
+      "is the force in N/m or N instead of gf/cm?",
+      true};
+  return kind;
+}
+
+const TestKind& shear_kind() {
+  static const TestKind kind = {
+      {"shear_angle_deg", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+      units::deg,
+      units::gf_per_cm,
+      1.5,
+      60,
+      "is the angle in rad instead of degrees?",
+      0.02,
+      20,
+      "is the force in N/m instead of gf/cm, or divided by the angle in rad?",
+      false};
+  return kind;
+}
+
+const TestKind& bending_kind() {
+  static const TestKind kind = {
+      {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"},
+      units::per_cm,
+      units::gf_cm_per_cm,
+      0.2,
+      20,
+      "is the curvature in 1/m or 1/mm instead of 1/cm?",
+      5e-4,
+      20,
+      "is the moment in N or uN instead of gf cm/cm?",
+      false};
+  return kind;
+}
+
+void check_abscissae(const Csv& csv, const TestKind& kind) {
+  const std::vector<double>& x = csv.columns[0];
+  if (x.size() < 3) {
+    throw bad_input(fmt::format("{} points in the curve", x.size()), {.file = csv.file.string()},
+                    "give at least three");
+  }
+  for (std::size_t i = 1; i < x.size(); ++i) {
+    if (x[i] <= x[i - 1]) {
+      throw bad_input(fmt::format("{} follows {}: the column does not increase", x[i], x[i - 1]),
+                      {.file = csv.file.string(), .line = csv.lines[i], .field = kind.columns[0]},
+                      "order the points; both branches stand in the same row");
+    }
+  }
+  if (kind.one_sided && x.front() != 0.0) {
+    throw bad_input(
+        fmt::format("the curve starts at {}", x.front()),
+        {.file = csv.file.string(), .line = csv.lines.front(), .field = kind.columns[0]},
+        "a tensile test starts at strain 0");
+  }
+  if (!kind.one_sided && (x.front() >= 0.0 || x.back() <= 0.0)) {
+    throw bad_input("the curve lies on one side of 0",
+                    {.file = csv.file.string(), .field = kind.columns[0]},
+                    "give both signs: the test swings from one side to the other");
+  }
+}
+
+void check_range(const Csv& csv, const TestKind& kind) {
+  const double reach = csv.columns[0].back();
+  const Where last{.file = csv.file.string(), .line = csv.lines.back(), .field = kind.columns[0]};
+  if (reach < kind.x_least || reach > kind.x_most) {
+    throw bad_input(fmt::format("the test ends at {}; textiles are tested to {} .. {}", reach,
+                                kind.x_least, kind.x_most),
+                    last, kind.x_mistake);
+  }
+  const double first = kind.one_sided ? 0.0 : csv.columns[1].front();
+  const double span = kind.one_sided ? reach : reach - csv.columns[0].front();
+  const double slope = (csv.columns[1].back() - first) / span;
+  if (!(slope >= kind.slope_least && slope <= kind.slope_most)) {
+    throw bad_input(fmt::format("the mean slope is {:.4g}; textiles have {} .. {}", slope,
+                                kind.slope_least, kind.slope_most),
+                    {.file = last.file, .line = last.line, .field = kind.columns[1]},
+                    kind.slope_mistake);
+  }
+}
+
+KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind) {
+  const Csv csv = read_csv(file, kind.columns);
+  check_abscissae(csv, kind);
+  check_range(csv, kind);
+  KawabataCurve curve{file, csv.columns[0], csv.columns[1], csv.columns[2]};
+  for (double& x : curve.x) x *= kind.x_unit;
+  for (double& f : curve.loading) f *= kind.f_unit;
+  for (double& f : curve.unloading) f *= kind.f_unit;
+  return curve;
+}
+
+double read_density(const TomlTable& root) {
+  const std::string key = "areal_density_g_per_m2";
+  const double density = root.positive(key);
+  if (density < 5) {
+    root.reject(key, fmt::format("no textile weighs {} g/m2", density),
+                "is the value in kg/m2? Multiply by 1000");
+  }
+  if (density > 3000) {
+    root.reject(key, fmt::format("no textile weighs {} g/m2", density),
+                "is it the density per volume, or in mg/m2?");
+  }
+  return density * units::g_per_m2;
+}
+
+/// A curve per direction from `warp` and `weft` (CSV files) or `warp_kes` and `weft_kes` (numbers).
+template <class FromNumbers>
+void read_pair(const TomlTable& table, const TestKind& kind, KawabataCurve (&curves)[2],
+               const FromNumbers& from_numbers) {
+  static const char* const kDirections[2] = {"warp", "weft"};
+  for (int d = 0; d < 2; ++d) {
+    const std::string numbers = fmt::format("{}_kes", kDirections[d]);
+    const bool both = table.has(numbers) && table.has(kDirections[d]);
+    if (both) {
+      table.reject(numbers, fmt::format("`{}` gives the same curve as a file", kDirections[d]),
+                   "keep one of the two");
+    }
+    curves[d] = table.has(numbers) ? from_numbers(table.table(numbers))
+                                   : read_curve(table.file_path(kDirections[d]), kind);
+  }
+}
+
+}  // namespace
+
+std::vector<std::filesystem::path> Fabric::files() const {
+  std::vector<std::filesystem::path> all = {file};
+  for (const auto* curve :
+       {&tensile[0], &tensile[1], &shear[0], &shear[1], &bending[0], &bending[1]}) {
+    if (curve->file != file) all.push_back(curve->file);  // else made from the file's numbers
+  }
+  return all;
+}
+
+Fabric read_fabric(const std::filesystem::path& file) {
+  const TomlTable root = TomlTable::open(file, "fabric");
+  Fabric fabric;
+  fabric.file = file;
+  fabric.name = root.text("name");
+  fabric.areal_density_kg_per_m2 = read_density(root);
+  if (root.has("stand_ins")) fabric.stand_ins = root.texts("stand_ins");
+  const TomlTable bending = root.table("bending");
+  const std::string bias = "bias_stiffness_gf_cm2_per_cm";
+  if (bending.has(bias)) fabric.bias_bending_n_m = bending.positive(bias) * units::gf_cm2_per_cm;
+  read_pair(bending, bending_kind(), fabric.bending, bending_from_kes);
+  if (root.has("tensile")) {
+    read_pair(root.table("tensile"), tensile_kind(), fabric.tensile, tensile_from_kes);
+  } else {
+    fabric.tensile[0] = fabric.tensile[1] = usual_tensile(file);
+    fabric.stand_ins.emplace_back("tensile curves: EMT 3 %, LT 0.7, RT 60 %");
+  }
+  read_pair(root.table("shear"), shear_kind(), fabric.shear, shear_from_kes);
+  root.finish();
+  return fabric;
+}
+
+std::string fabric_sha256(const Fabric& fabric) {
+  std::string all;
+  for (const std::filesystem::path& file : fabric.files()) all += sha256_of_file(file) + "\n";
+  return sha256_of(all);
+}
+
+namespace sim {
+
+SampledCurve merged_tensile(const KawabataCurve& curve) {
+  SampledCurve merged{curve.x, curve.loading};
+  const double offset = merged.f.front();
+  for (double& f : merged.f) f -= offset;
+  return merged;
+}
+
+SampledCurve merged_loop(const KawabataCurve& curve) {
+  SampledCurve mean{curve.x, {}};
+  for (std::size_t i = 0; i < curve.x.size(); ++i) {
+    mean.f.push_back(0.5 * (curve.loading[i] + curve.unloading[i]));
+  }
+  const double reach = std::min(curve.x.back(), -curve.x.front());
+  SampledCurve odd{{0.0}, {0.0}};
+  for (const double x : curve.x) {
+    if (x <= 0 || x > reach) continue;
+    odd.x.push_back(x);
+    odd.f.push_back(0.5 * (mean.at(x) - mean.at(-x)));
+  }
+  return odd;
+}
+
+double half_hysteresis(const KawabataCurve& curve) {
+  const double middle = 0.5 * (curve.x.front() + curve.x.back());
+  const double quarter = 0.25 * (curve.x.back() - curve.x.front());
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < curve.x.size(); ++i) {
+    if (std::abs(curve.x[i] - middle) > quarter) continue;
+    sum += 0.5 * std::abs(curve.loading[i] - curve.unloading[i]);
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+}  // namespace sim
+}  // namespace drape

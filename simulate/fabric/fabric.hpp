@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "simulate/fabric/curve.hpp"
+
+namespace drape {
+
+/// Both branches of a Kawabata test in SI: strain (1), angle (rad) or curvature (1/m) against
+/// force per width (N/m) or moment per width (N).
+struct KawabataCurve {
+  std::filesystem::path file;
+  std::vector<double> x;          ///< strictly increasing
+  std::vector<double> loading;    ///< at x
+  std::vector<double> unloading;  ///< at x
+};
+
+/// A fabric (fabric.toml and one CSV per Kawabata curve; paper section 2.1). Index 0 warp, 1 weft.
+struct Fabric {
+  std::filesystem::path file;
+  std::string name;
+  double areal_density_kg_per_m2 = 0;
+  KawabataCurve tensile[2];
+  KawabataCurve shear[2];
+  KawabataCurve bending[2];
+  std::optional<double> bias_bending_n_m;  ///< bending stiffness at 45 degrees (N m)
+  std::vector<std::string> stand_ins;      ///< what nobody measured
+
+  /// The fabric file and its curves, in a fixed order.
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
+};
+
+/// Reads and checks. Throws Error naming file, line and column for a value that is not a number,
+/// abscissae that do not increase, a column head with another unit, and values no textile has.
+[[nodiscard]] Fabric read_fabric(const std::filesystem::path& file);
+
+/// One SHA-256 over the fabric file and its curves together.
+[[nodiscard]] std::string fabric_sha256(const Fabric& fabric);
+
+namespace sim {
+
+/// The hysteresis loop of a tensile test as one curve: the loading branch, because gravity loads
+/// the cloth from its relaxed state and the unloading branch does not start at the origin.
+[[nodiscard]] SampledCurve merged_tensile(const KawabataCurve& curve);
+
+/// The loop of a shear or bending test as one odd curve on x >= 0: the mean of both branches
+/// and of both signs (paper section 5).
+[[nodiscard]] SampledCurve merged_loop(const KawabataCurve& curve);
+
+/// Half the mean distance of the branches over the middle half of the test: what merging hides.
+[[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
+
+}  // namespace sim
+}  // namespace drape

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/fabric/fabric.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/units.hpp"
+#include "simulate/fabric/plot.hpp"
+#include "simulate/simulate.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A copy of bench1's fabric A that a test may spoil.
+class SpoiledFabric : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    fs::copy(test::source_root() / "rigs/bench1/fabrics", folder_.path(),
+             fs::copy_options::recursive);
+  }
+  void replace(const std::string& file, const std::string& old, const std::string& now) {
+    std::string text = read_text(folder_.path() / file);
+    const auto place = text.find(old);
+    ASSERT_NE(place, std::string::npos) << old;
+    text.replace(place, old.size(), now);
+    write_durable(folder_.path() / file, text);
+  }
+  Error error_of() {
+    try {
+      (void)read_fabric(folder_.path() / "A.toml");
+    } catch (const Error& error) {
+      return error;
+    }
+    ADD_FAILURE() << "the fabric was accepted";
+    return internal_error("none");
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
+  const double stiffness[2] = {7.7e-6, 20.4e-6};
+  const double density[2] = {0.138, 0.291};
+  for (int k = 0; k < 2; ++k) {
+    const Fabric fabric =
+        read_fabric(test::source_root() / "rigs/bench1/fabrics" / (k == 0 ? "A.toml" : "B.toml"));
+    EXPECT_DOUBLE_EQ(fabric.areal_density_kg_per_m2, density[k]);
+    for (const int segments : {1, 5}) {
+      SimulateReport report;
+      const sim::ClothLaws laws = make_laws(fabric, segments, report);
+      for (const auto& bending : laws.bending) {
+        EXPECT_NEAR(bending.slope, stiffness[k], 1e-3 * stiffness[k]);
+        EXPECT_TRUE(bending.hinges.empty());
+      }
+      // The same stiffness at 45 degrees: J = 2 B.
+      EXPECT_NEAR(laws.twist_n_m, 2 * stiffness[k], 4e-3 * stiffness[k]);
+      EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-3 * 33.7);
+      EXPECT_EQ(report.curves.size(), 5u);
+    }
+    EXPECT_THAT(fabric.stand_ins, ::testing::Contains("tensile curves"));
+  }
+}
+
+TEST(Fabric, UnitConversionsAgreeWithTheReferenceTable) {
+  DRAPE_REQUIRE_REFERENCE(folder, "fabrics");
+  const std::string table = read_text(folder / "unit_conversions.csv");
+  const auto factor = [&table](const std::string& row) {
+    const auto line = table.substr(table.find(row + ","));
+    const auto end = line.find('\n');
+    return std::stod(line.substr(line.rfind(',', end) + 1, end));
+  };
+  EXPECT_NEAR(units::gf_per_cm, factor("tension"), 1e-9);
+  EXPECT_NEAR(units::gf_per_cm_deg, factor("G"), 1e-7);
+  EXPECT_NEAR(units::gf_cm2_per_cm, factor("B"), 1e-12);
+  EXPECT_NEAR(units::gf_cm_per_cm, factor("2HB"), 1e-9);
+}
+
+TEST_F(SpoiledFabric, NotANumberNamesFileLineAndColumn) {
+  replace("A/bending_warp.csv", "-2.4,-0.180944", "-2.4,nan");
+  const Error error = error_of();
+  EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+  EXPECT_THAT(error.where().file, ::testing::HasSubstr("bending_warp.csv"));
+  EXPECT_EQ(error.where().line, 5);
+  EXPECT_EQ(error.where().field, "loading_moment_gf_cm_per_cm");
+}
+
+TEST_F(SpoiledFabric, NegativeDensityNamesTheKey) {
+  replace("A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = -138");
+  const Error error = error_of();
+  EXPECT_EQ(error.where().field, "areal_density_g_per_m2");
+  EXPECT_EQ(error.where().line, 5);
+}
+
+TEST_F(SpoiledFabric, DensityInKilogramsIsGuessed) {
+  replace("A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 0.138");
+  EXPECT_THAT(error_of().what_to_do(), ::testing::HasSubstr("kg/m2"));
+}
+
+TEST_F(SpoiledFabric, WrongUnitSuffixInTheTomlIsNamed) {
+  replace("A.toml", "areal_density_g_per_m2", "areal_density_kg_per_m2");
+  EXPECT_THAT(error_of().what(), ::testing::HasSubstr("areal_density"));
+}
+
+TEST_F(SpoiledFabric, WrongUnitInAColumnHeadIsNamed) {
+  replace("A/shear_weft.csv", "shear_angle_deg", "shear_angle_rad");
+  const Error error = error_of();
+  EXPECT_THAT(error.where().file, ::testing::HasSubstr("shear_weft.csv"));
+  EXPECT_EQ(error.where().line, 2);
+  EXPECT_THAT(error.what_to_do(), ::testing::HasSubstr("shear_angle_deg"));
+}
+
+TEST_F(SpoiledFabric, AbscissaThatDoesNotIncreaseNamesTheLine) {
+  replace("A/shear_warp.csv", "\n-7.5,", "\n-8.5,");
+  const Error error = error_of();
+  EXPECT_EQ(error.where().line, 4);
+  EXPECT_EQ(error.where().field, "shear_angle_deg");
+}
+
+TEST_F(SpoiledFabric, AnglesInRadiansAreGuessed) {
+  std::string text = "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n";
+  for (const char* row : {"-0.14,-4.8,-4.8\n", "0,0.5,-0.5\n", "0.14,4.8,4.8\n"}) text += row;
+  write_durable(folder_.path() / "A/shear_warp.csv", text);
+  EXPECT_THAT(error_of().what_to_do(), ::testing::HasSubstr("rad"));
+}
+
+TEST_F(SpoiledFabric, UnknownKeyIsRefused) {
+  replace("A.toml", "[tensile]", "[tensile]\nbias = \"x.csv\"");
+  EXPECT_THAT(error_of().what(), ::testing::HasSubstr("bias"));
+}
+
+TEST_F(SpoiledFabric, HashCoversTheCurves) {
+  const std::string before = fabric_sha256(read_fabric(folder_.path() / "A.toml"));
+  replace("A/tensile_weft.csv", "STAND-IN", "stand-in");
+  EXPECT_NE(fabric_sha256(read_fabric(folder_.path() / "A.toml")), before);
+}
+
+TEST(Merging, LoopsBecomeTheMeanOfTheirBranches) {
+  KawabataCurve loop{"", {-2, -1, 0, 1, 2}, {-2, -0.8, 0.2, 1.2, 2}, {-2, -1.2, -0.2, 0.8, 2}};
+  const sim::SampledCurve merged = sim::merged_loop(loop);
+  for (const double x : {0.0, 0.5, 1.0, 2.0}) EXPECT_NEAR(merged.at(x), x, 1e-12);
+  EXPECT_NEAR(sim::half_hysteresis(loop), 0.2, 1e-12);
+}
+
+/// A fabric of KES numbers alone; tests spoil single lines.
+class KesNumbers : public ::testing::Test {
+ protected:
+  Fabric read(const std::string& tensile, const std::string& shear, const std::string& bending) {
+    const fs::path file = folder_.path() / "kes.toml";
+    write_durable(file,
+                  "schema = \"drapebench/fabric/1\"\nname = \"kes\"\n"
+                  "areal_density_g_per_m2 = 150\n" +
+                      tensile + "[shear]\nwarp_kes = { " + shear + " }\nweft_kes = { " + shear +
+                      " }\n" + "[bending]\nwarp_kes = { " + bending + " }\nweft_kes = { " +
+                      bending + " }\n");
+    return read_fabric(file);
+  }
+  std::string advice(const std::string& tensile, const std::string& shear,
+                     const std::string& bending) {
+    try {
+      (void)read(tensile, shear, bending);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  const std::string tensile_ =
+      "[tensile]\nwarp_kes = { emt_percent = 4, lt = 0.7, wt_gf_cm_per_cm2 = 7.0, rt_percent = 55 "
+      "}\nweft_kes = { emt_percent = 8, lt = 0.6 }\n";
+  const std::string shear_ = "g_gf_per_cm_deg = 0.6, hg2_gf_per_cm = 0.5, hg5_gf_per_cm = 1.4";
+  const std::string bending_ = "b_gf_cm2_per_cm = 0.088, hb2_gf_cm_per_cm = 0.04";
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
+  const Fabric fabric = read(tensile_, shear_, bending_);
+  EXPECT_EQ(fabric.files().size(), 1U);
+  const KawabataCurve& warp = fabric.tensile[0];
+  EXPECT_NEAR(warp.x.back(), 0.04, 1e-15);
+  EXPECT_NEAR(warp.loading.back(), 500 * units::gf_per_cm, 1e-9);
+  double loading = 0, unloading = 0;
+  for (std::size_t i = 1; i < warp.x.size(); ++i) {
+    const double step = 0.5 * (warp.x[i] - warp.x[i - 1]);
+    loading += step * (warp.loading[i] + warp.loading[i - 1]);
+    unloading += step * (warp.unloading[i] + warp.unloading[i - 1]);
+  }
+  EXPECT_NEAR(loading, 7.0 * units::gf_per_cm, 2e-3 * loading);  // WT; trapezoids of 50 points
+  EXPECT_NEAR(unloading / loading, 0.55, 3e-3);                  // RT
+  SimulateReport report;
+  const sim::ClothLaws laws = make_laws(fabric, 1, report);
+  EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-9);
+  EXPECT_NEAR(laws.bending[0].slope, 0.088 * units::gf_cm2_per_cm, 1e-15);
+  EXPECT_NEAR(sim::half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
+}
+
+TEST_F(KesNumbers, BAndGAloneAreEnoughAndTheRestIsMarked) {
+  const Fabric fabric = read("", "g_gf_per_cm_deg = 0.6", "b_gf_cm2_per_cm = 0.088");
+  EXPECT_THAT(fabric.stand_ins, testing::Contains(testing::HasSubstr("tensile curves")));
+  SimulateReport report;
+  EXPECT_GT(make_laws(fabric, 5, report).tensile[0].slope, 1000);
+}
+
+TEST_F(KesNumbers, WrongUnitsAreNamed) {
+  using testing::HasSubstr;
+  EXPECT_THAT(advice(tensile_, shear_, "b_gf_cm2_per_cm = 86.3"),
+              testing::AllOf(HasSubstr("981 times too large"), HasSubstr("dyn cm2/cm")));
+  EXPECT_THAT(advice(tensile_, shear_, "b_gf_cm2_per_cm = 8.6e-6"), HasSubstr("in N m?"));
+  EXPECT_THAT(advice(tensile_, "g_gf_per_cm_deg = 33.7", bending_), HasSubstr("N/(m rad)"));
+  EXPECT_THAT(advice("[tensile]\nwarp_kes = { emt_percent = 0.04, lt = 0.7 }\n"
+                     "weft_kes = { emt_percent = 4, lt = 0.7 }\n",
+                     shear_, bending_),
+              HasSubstr("a fraction instead of percent"));
+  EXPECT_THAT(advice("[tensile]\nwarp_kes = { emt_percent = 4, lt = 0.7, wt_gf_cm_per_cm2 = 9 }\n"
+                     "weft_kes = { emt_percent = 4, lt = 0.7 }\n",
+                     shear_, bending_),
+              HasSubstr("LT and EMT give 7"));
+  EXPECT_THAT(
+      advice("[tensile]\nwarp_kes = { lt = 0.7 }\nweft_kes = { lt = 0.7 }\n", shear_, bending_),
+      HasSubstr("two of EMT, LT, WT"));
+}
+
+TEST_F(KesNumbers, ThePlotShowsEveryCurveWithItsApproximation) {
+  const std::string svg = curves_svg(read(tensile_, shear_, bending_), 5);
+  for (const char* what :
+       {"tensile warp", "tensile weft", "shear warp", "shear weft", "bending warp", "bending weft",
+        "strain (%)", "angle (degrees)", "curvature (1/cm)", "5 segments"}) {
+    EXPECT_THAT(svg, testing::HasSubstr(what));
+  }
+  EXPECT_THAT(svg, testing::Not(testing::HasSubstr("nan")));
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "simulate/fabric/fabric.hpp"
+
+namespace drape {
+
+/// An SVG of the six Kawabata curves, both branches, each with the line (one segment) and the
+/// piecewise linear curve of `segments` that the simulator uses in its place.
+[[nodiscard]] std::string curves_svg(const Fabric& fabric, int segments);
+
+}  // namespace drape

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/program.hpp"
+#include "core/run_record.hpp"
+#include "simulate/programs/run_inputs.hpp"
+#include "simulate/study/branches.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments : drape::RunArguments {
+  drape::sim::BranchOptions branches;
+};
+
+int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+  if (args.scene.empty() || args.out.empty())
+    throw drape::usage_error("SCENE or --out is missing", "give both");
+  if (args.branches.starts < 1 || args.branches.starts > 10000)
+    throw drape::usage_error("--starts is not in 1 .. 10000", "give --starts 20");
+  drape::RunRecord record("drape-branches", std::move(words));
+  const drape::RunInputs inputs = read_run_inputs(args, record);
+  args.options.solver = "static";
+  args.options.threads = drape::thread_count(common);
+  const drape::BranchResult result = drape::simulate_branches(
+      inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options, args.branches);
+  drape::write_json(args.out / "branches.json", drape::sim::branches_json(result.branches));
+  record.output(args.out / "branches.json");
+  drape::Ending ending;
+  for (std::size_t k = 0; k < result.sheets.size(); ++k) {
+    const fs::path file = args.out / fmt::format("branch-{:02}", k + 1) / "sheet.ply";
+    drape::write_sheet(file, result.sheets[k]);
+    record.output(file);
+    const drape::sim::Branch& branch = result.branches.found[k];
+    ending.numbers.push_back(
+        {fmt::format("branch {}", k + 1),
+         fmt::format("{:.2f} uJ, {} folds, {} starts{}", branch.energy_j / 1e-6, branch.hem.nodes,
+                     branch.starts.size(), branch.report.stable ? "" : ", a saddle")});
+  }
+  for (const int start : result.branches.not_at_rest)
+    ending.rejected.push_back(fmt::format("start {} did not come to rest", start));
+  for (const drape::sim::RefusedStarts& one : result.branches.refused)
+    ending.rejected.push_back(fmt::format("start{} {}: {}", one.starts.size() == 1 ? "" : "s",
+                                          fmt::join(one.starts, ", "), one.why));
+  ending.go = !result.sheets.empty();
+  ending.verdict =
+      fmt::format("{} equilibria from {} starts", result.sheets.size(), args.branches.starts);
+  ending.next_command = fmt::format(
+      "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
+      "--store results.sqlite --report report.html",
+      args.out.string());
+  record.write(args.out / "branches.run.json", ending.go ? 0 : 1);
+  return finish(ending, common);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Finds the equilibria of a drape from many starts.", "drape-branches");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  Arguments args;
+  add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
+  app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
+      ->capture_default_str();
+  return drape::run_program(app, argc, argv, common,
+                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/programs/ending.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+
+using units::mm;
+
+Ending ending_of(const SimulateResult& result, const std::filesystem::path& out) {
+  const SimulateReport& report = result.report;
+  Ending ending;
+  ending.go = report.status == RestStatus::at_rest;
+  ending.verdict =
+      fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)", result.sheet.rows,
+                  result.sheet.cols, report.sentence, report.time_s, report.steps);
+  ending.numbers = {
+      {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
+      {"strain warp, weft",
+       fmt::format("{:.2f} to {:.2f} %, {:.2f} to {:.2f} %", 1e2 * report.strains.warp_least,
+                   1e2 * report.strains.warp_most, 1e2 * report.strains.weft_least,
+                   1e2 * report.strains.weft_most)},
+      {"deepest between particles", fmt::format("{:.3f} mm", report.deepest_between_m / mm)},
+      {"particles touching", fmt::format("{}", report.contacts)}};
+  if (report.check) {
+    ending.numbers.emplace_back(
+        "independent check",
+        report.check->accepted
+            ? fmt::format("accepted, {:.2g} of a particle's weight left", report.check->residual)
+            : "refused");
+  }
+  if (report.drape_coefficient) {
+    ending.numbers.emplace_back("drape coefficient",
+                                fmt::format("{:.1f} %", 1e2 * *report.drape_coefficient));
+  }
+  ending.rejected = report.warnings;
+  if (report.check)
+    ending.rejected.insert(ending.rejected.end(), report.check->refused.begin(),
+                           report.check->refused.end());
+  ending.next_command = fmt::format(
+      "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
+      "report.html",
+      (out / "sheet.ply").string());
+  return ending;
+}
+
+void require_scene_and_out(const std::filesystem::path& scene, const std::filesystem::path& out) {
+  if (scene.empty() || out.empty())
+    throw usage_error("SCENE or --out is missing", "give both, or --validate alone");
+}
+
+int run_checks(const CommonOptions& common) {
+  const sim::Checks checks = sim::validate();
+  if (!common.json) fmt::print("{}", sim::validation_table(checks));
+  return finish(ending_of(checks), common);
+}
+
+Ending ending_of(const sim::Checks& checks) {
+  Ending ending;
+  int passed = 0;
+  for (const sim::Check& check : checks) {
+    passed += check.passes();
+    ending.go = ending.go && check.as_expected();
+    if (check.passes()) continue;
+    ending.rejected.push_back(fmt::format("test {}: {}, {} particles: error {:.2g}, goal {:g}",
+                                          check.test, check.what, check.grid, check.error,
+                                          check.goal));
+  }
+  ending.verdict =
+      fmt::format("{} of {} closed-form checks meet their goal", passed, checks.size());
+  ending.next_command = "drape-simulate SCENE --out DIR";
+  return ending;
+}
+
+}  // namespace drape

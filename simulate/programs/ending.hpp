@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "core/program.hpp"
+#include "simulate/simulate.hpp"
+#include "simulate/validation/validation.hpp"
+
+namespace drape {
+
+/// The last lines of drape-simulate: NO-GO when the cloth did not come to rest.
+[[nodiscard]] Ending ending_of(const SimulateResult& result, const std::filesystem::path& out);
+
+/// Throws Error(usage) when one of the two is missing: only --validate needs neither.
+void require_scene_and_out(const std::filesystem::path& scene, const std::filesystem::path& out);
+
+/// Runs the closed-form checks and prints their table (not with --json) and ending; exit code.
+[[nodiscard]] int run_checks(const CommonOptions& common);
+
+/// GO when every check meets its goal or misses it for a known reason within its known bound.
+[[nodiscard]] Ending ending_of(const sim::Checks& checks);
+
+}  // namespace drape

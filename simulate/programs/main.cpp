@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "core/files.hpp"
+#include "core/program.hpp"
+#include "core/progress.hpp"
+#include "core/run_record.hpp"
+#include "simulate/checker/certify.hpp"
+#include "simulate/programs/ending.hpp"
+#include "simulate/programs/run_inputs.hpp"
+#include "simulate/study/study.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments : drape::RunArguments {
+  double thickness_mm = 0.5;
+  std::string mass = "area";
+  bool validate = false;
+};
+
+int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+  if (args.validate) return drape::run_checks(common);
+  drape::require_scene_and_out(args.scene, args.out);
+  drape::RunRecord record("drape-simulate", std::move(words));
+  const drape::RunInputs inputs = read_run_inputs(args, record);
+  args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
+  args.options.mass =
+      args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
+  args.options.threads = drape::thread_count(common);
+  drape::Progress progress("simulate", common.quiet);
+  args.options.progress = [&](double fraction, double residual) {
+    progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));
+  };
+  drape::SimulateResult result =
+      simulate_checked(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
+  if (args.start) {
+    std::get<drape::SimulatedSource>(result.sheet.source).start_sha256 =
+        drape::sha256_of_file(fs::path(*args.start).replace_extension(".json"));
+  }
+  drape::write_outputs(args.out, result, args.options, record);
+  const drape::Ending ending = drape::ending_of(result, args.out);
+  record.write(drape::run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
+  return finish(ending, common);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
+  drape::CommonOptions common;
+  add_common_options(app, common);
+  Arguments args;
+  add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
+  app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
+  app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
+  app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
+      ->check(CLI::IsMember({"rk4", "static"}))
+      ->capture_default_str();
+  app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
+      ->check(CLI::IsMember({"area", "paper"}))
+      ->capture_default_str();
+  app.add_option("--tolerance", args.options.residual_tolerance,
+                 "rest: largest residual force over a particle's weight")
+      ->capture_default_str();
+  app.add_option("--static-tolerance", args.options.static_tolerance,
+                 "the same for --solver static")
+      ->capture_default_str();
+  app.add_option("--max-steps", args.options.max_steps, "step limit")->capture_default_str();
+  app.add_option("--damping-per-s", args.options.damping_per_s, "beta/m")->capture_default_str();
+  app.add_option("--natural-time-s", args.options.natural_time_s,
+                 "motion before kinetic damping sets in")
+      ->capture_default_str();
+  app.add_flag("!--no-kinetic-damping", args.options.kinetic_damping, "damping forces only");
+  app.add_option("--thickness-mm", args.thickness_mm,
+                 "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
+      ->capture_default_str();
+  app.add_flag("--round", args.options.round,
+               "cut the specimen to the disc in the patch (Cusick's drapemeter)");
+  app.add_flag("!--particles-only", args.options.contact_between_particles,
+               "no contact between the particles");
+  return drape::run_program(app, argc, argv, common,
+                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/programs/run_inputs.hpp"
+
+namespace drape {
+
+namespace fs = std::filesystem;
+
+void add_run_options(CLI::App& app, RunArguments& args, const std::string& out_holds) {
+  app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start");
+  app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
+  app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
+  app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
+      ->capture_default_str();
+  app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
+  app.add_option("--out", args.out, out_holds);
+}
+
+RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
+  const Scene scene = read_scene(args.scene);
+  RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
+                   read_print(scene.print_file), std::nullopt};
+  if (args.start) inputs.measured = read_sheet(*args.start);
+  record.input(args.scene);
+  for (const fs::path& file : inputs.fabric.files()) record.input(file);
+  record.input(scene.print_file);
+  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
+  args.options.rows = args.options.cols = args.grid;
+  return inputs;
+}
+
+}  // namespace drape

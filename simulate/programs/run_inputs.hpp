@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "core/program.hpp"
+#include "core/rig.hpp"
+#include "core/run_record.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/fabric/fabric.hpp"
+#include "simulate/simulate.hpp"
+
+namespace drape {
+
+/// What the programs that simulate one scene are given alike.
+struct RunArguments {
+  std::filesystem::path scene, out;
+  std::optional<std::filesystem::path> fabric, start;
+  int grid = 21;
+  SimulateOptions options;
+};
+
+/// SCENE, --fabric, --grid, --segments, --start-from; --out with its own words.
+void add_run_options(CLI::App& app, RunArguments& args, const std::string& out_holds);
+
+/// The files behind them.
+struct RunInputs {
+  Scene scene;
+  Fabric fabric;
+  Print print;
+  std::optional<Sheet> measured;
+};
+
+/// Reads them, books them in the record and sets the grid of the options. Throws Error.
+[[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
+
+}  // namespace drape

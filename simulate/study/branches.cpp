@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/branches.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+#include <numbers>
+
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
+constexpr int kHemSamples = 256;
+constexpr double kSameAxis = 1e-6;  // m
+constexpr int kStartsAtOnce = 16;   // drapes kept until they are compared
+
+Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
+double random_share(std::uint64_t index) {
+  std::uint64_t z = (index + 1) * 0x9E3779B97F4A7C15ULL;
+  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
+  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
+  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+Vector3d middle_of(const Field& x) {
+  const int n = static_cast<int>(x.size() / 3);
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 0; i < n; ++i) sum += at(x, i);
+  return sum / n;
+}
+
+/// Particles along the border, once round.
+std::vector<int> border_of(const GridSpec& grid) {
+  std::vector<int> border;
+  for (int c = 0; c + 1 < grid.cols; ++c) border.push_back(grid.index(0, c));
+  for (int r = 0; r + 1 < grid.rows; ++r) border.push_back(grid.index(r, grid.cols - 1));
+  for (int c = grid.cols - 1; c > 0; --c) border.push_back(grid.index(grid.rows - 1, c));
+  for (int r = grid.rows - 1; r > 0; --r) border.push_back(grid.index(r, 0));
+  return border;
+}
+
+/// Maxima that stand out by kFold from the lowest value on both ways to a higher one.
+int count_folds(const std::vector<double>& radius) {
+  const auto n = static_cast<int>(radius.size());
+  const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
+  int folds = 0;
+  for (int i = 0; i < n; ++i) {
+    if (value(i) <= value(i - 1) || value(i) < value(i + 1)) continue;
+    double drop[2] = {0, 0};
+    for (int side = 0; side < 2; ++side) {
+      for (int k = 1; k < n; ++k) {
+        const double other = value(side == 0 ? i - k : i + k);
+        if (other > value(i)) break;
+        drop[side] = std::max(drop[side], value(i) - other);
+      }
+    }
+    folds += std::min(drop[0], drop[1]) > kFold;
+  }
+  return folds;
+}
+
+std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
+  if (const auto* sphere = std::get_if<Sphere>(&obstacle)) {
+    return sphere->centre_in_world.head<2>();
+  }
+  if (const auto* body = std::get_if<Cylinder>(&obstacle)) {
+    const Vector3d axis = body->world_from_cylinder.rotation.col(2);
+    if (axis.head<2>().norm() < kSameAxis) return body->world_from_cylinder.translation_m.head<2>();
+  }
+  return std::nullopt;
+}
+
+/// After the turn about the vertical and the horizontal shift that fit best.
+double distance_after_turn(const Field& a, const Field& b, bool reversed) {
+  const int n = static_cast<int>(a.size() / 3);
+  const Vector3d ma = middle_of(a);
+  const Vector3d mb = middle_of(b);
+  double dot = 0;
+  double cross = 0;
+  for (int i = 0; i < n; ++i) {
+    const Vector3d p = at(a, i) - ma;
+    const Vector3d q = at(b, reversed ? n - 1 - i : i) - mb;
+    dot += q.x() * p.x() + q.y() * p.y();
+    cross += q.x() * p.y() - q.y() * p.x();
+  }
+  const Eigen::Rotation2Dd turn(std::atan2(cross, dot));
+  double sum = 0;
+  for (int i = 0; i < n; ++i) {
+    const Vector3d q = at(b, reversed ? n - 1 - i : i) - mb;
+    const Vector2d flat = turn * q.head<2>() + ma.head<2>();
+    sum += (at(a, i) - Vector3d(flat.x(), flat.y(), q.z() + mb.z())).norm();
+  }
+  return sum / n;
+}
+
+}  // namespace
+
+StartVariation variation_of(int index) {
+  StartVariation v;
+  if (index == 0) return v;
+  const auto pick = [&](int what, double low, double high) {
+    return low + (high - low) * random_share(static_cast<std::uint64_t>(index) * 16 + what);
+  };
+  v.noise_m = std::pow(10.0, pick(0, -6, -3.5));
+  v.tilt_rad = pick(1, 0, 0.08);
+  v.tilt_axis_rad = pick(2, 0, 2 * std::numbers::pi);
+  v.yaw_rad = pick(3, -0.03, 0.03);
+  v.lift_m = pick(4, 0, 0.01);
+  v.folds = 2 + static_cast<int>(pick(5, 0, 6.999));
+  v.fold_m = pick(6, 0, 6e-3);
+  v.fold_phase_rad = pick(7, 0, 2 * std::numbers::pi);
+  return v;
+}
+
+void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
+  const Vector3d middle = middle_of(position);
+  const Vector3d axis(std::cos(v.tilt_axis_rad), std::sin(v.tilt_axis_rad), 0);
+  const Eigen::Matrix3d turn =
+      (Eigen::AngleAxisd(v.tilt_rad, axis) * Eigen::AngleAxisd(v.yaw_rad, Vector3d::UnitZ()))
+          .toRotationMatrix();
+  const double reach = 0.5 * grid.patch_m.norm();
+  const std::size_t n = grid.count();
+  double lowest = 0;
+  std::vector<Vector3d> moved(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector3d flat = at(position, static_cast<int>(i)) - middle;
+    const double out = flat.head<2>().norm() / reach;
+    const double angle = std::atan2(flat.y(), flat.x());
+    const double noise = v.noise_m * (2 * random_share(7919 * (i + 1)) - 1);
+    const double wave = v.fold_m * out * out * std::cos(v.folds * angle - v.fold_phase_rad);
+    moved[i] = turn * (flat + Vector3d(0, 0, noise + wave));
+    lowest = std::min(lowest, moved[i].z());
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    moved[i] += middle + Vector3d(0, 0, v.lift_m - lowest);
+    for (std::size_t a = 0; a < 3; ++a) position[a * n + i] = moved[i][static_cast<int>(a)];
+  }
+}
+
+HemLabel label_hem(const GridSpec& grid, const Field& position) {
+  const std::vector<int> border = border_of(grid);
+  const Vector2d middle = middle_of(position).head<2>();
+  const auto count = static_cast<double>(border.size());
+  HemLabel label;
+  std::vector<double> radius(kHemSamples);
+  for (int k = 0; k < kHemSamples; ++k) {
+    const double place = k * count / kHemSamples;
+    const auto first = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(first);
+    const Vector3d p = (1 - share) * at(position, border[first]) +
+                       share * at(position, border[(first + 1) % border.size()]);
+    radius[k] = (p.head<2>() - middle).norm();
+  }
+  for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {
+    std::complex<double> sum = 0;
+    for (int k = 0; k < kHemSamples; ++k) {
+      sum +=
+          std::polar(radius[k], -2 * std::numbers::pi * static_cast<double>(m) * k / kHemSamples);
+    }
+    label.amplitude_m[m] = (m == 0 ? 1.0 : 2.0) * std::abs(sum) / kHemSamples;
+  }
+  label.nodes = count_folds(radius);
+  return label;
+}
+
+bool is_round(const Scene& scene) {
+  if (!scene.pins.empty()) return false;
+  std::optional<Vector2d> common;
+  for (const Obstacle& obstacle : scene.obstacles) {
+    const std::optional<Vector2d> axis = axis_of(obstacle);
+    if (!axis || (common && (*axis - *common).norm() > kSameAxis)) return false;
+    common = axis;
+  }
+  return common.has_value() && scene.gravity_m_per_s2.head<2>().isZero(0);
+}
+
+double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b, bool round) {
+  if (round) return std::min(distance_after_turn(a, b, false), distance_after_turn(a, b, true));
+  double sum = 0;
+  for (int i = 0; i < grid.count(); ++i) sum += (at(a, i) - at(b, i)).norm();
+  return sum / grid.count();
+}
+
+namespace {
+
+/// Puts a rest with the branch that it is, or as a new one.
+void book(Branch branch, const GridSpec& grid, double same_m, Branches& branches) {
+  const auto same =
+      std::find_if(branches.found.begin(), branches.found.end(), [&](const Branch& other) {
+        return mean_distance_m(grid, other.position, branch.position, branches.round) < same_m;
+      });
+  if (same == branches.found.end()) {
+    branches.found.push_back(std::move(branch));
+    return;
+  }
+  branch.starts.insert(branch.starts.begin(), same->starts.begin(), same->starts.end());
+  if (same->energy_j <= branch.energy_j) {
+    same->starts = branch.starts;
+  } else {
+    *same = std::move(branch);
+  }
+}
+
+}  // namespace
+
+Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
+                       const StaticOptions& options, const BranchOptions& how) {
+  Branches branches;
+  branches.round = is_round(the_case.scene);
+  StaticOptions alone = options;
+  alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
+  for (int first = 0; first < how.starts; first += kStartsAtOnce) {
+    std::vector<StaticDrape> drapes(std::min(kStartsAtOnce, how.starts - first));
+    parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
+      const int start = first + static_cast<int>(k);
+      drapes[k] =
+          drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
+            if (start > 0) apply(variation_of(start), here, position);
+          });
+    });
+    for (std::size_t k = 0; k < drapes.size(); ++k) {
+      StaticDrape& drape = drapes[k];
+      const int start = first + static_cast<int>(k);
+      if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
+        branches.not_at_rest.push_back(start);
+        continue;
+      }
+      const double energy_j = drape.report.history.back().sum_j();
+      const HemLabel hem = label_hem(grid, drape.position);
+      book({std::move(drape.position), std::move(drape.report), energy_j, hem, {start}}, grid,
+           how.same_m, branches);
+    }
+  }
+  std::stable_sort(branches.found.begin(), branches.found.end(),
+                   [](const Branch& a, const Branch& b) { return a.energy_j < b.energy_j; });
+  return branches;
+}
+
+Json branches_json(const Branches& branches) {
+  Json json;
+  json["schema"] = "drapebench/branches/1";
+  json["scene_round_about_the_vertical"] = branches.round;
+  json["starts_not_at_rest"] = branches.not_at_rest;
+  json["refused"] = Json::array();
+  for (const RefusedStarts& one : branches.refused) {
+    json["refused"].push_back({{"starts", one.starts}, {"why", one.why}});
+  }
+  Json list = Json::array();
+  for (std::size_t k = 0; k < branches.found.size(); ++k) {
+    const Branch& branch = branches.found[k];
+    Json one;
+    one["branch"] = k + 1;
+    one["sheet"] = fmt::format("branch-{:02}/sheet.ply", k + 1);
+    one["energy_uJ"] = branch.energy_j / 1e-6;
+    one["largest_residual_per_particle_weight"] = branch.report.residual;
+    one["stable"] = branch.report.stable;
+    one["starts"] = branch.starts;
+    one["hem_nodes"] = branch.hem.nodes;
+    Json spectrum = Json::array();
+    for (const double amplitude : branch.hem.amplitude_m) spectrum.push_back(amplitude / mm);
+    one["hem_radius_spectrum_mm"] = spectrum;
+    list.push_back(one);
+  }
+  json["branches"] = list;
+  return json;
+}
+
+}  // namespace drape::sim
+
+namespace drape {
+
+BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const Print& print,
+                               const std::optional<Sheet>& measured, const SimulateOptions& options,
+                               const sim::BranchOptions& how) {
+  options.check();
+  const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
+  SimulateReport report;
+  const sim::ClothLaws laws = make_laws(fabric, options.segments, report);
+  const sim::Surroundings surroundings(scene);
+  const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+  BranchResult result;
+  sim::Branches& branches = result.branches;
+  branches = sim::find_branches(the_case, grid, sim::static_options(scene, options), how);
+  std::vector<sim::Branch> found;
+  found.swap(branches.found);
+  SimulateOptions by_static = options;
+  by_static.solver = "static";
+  for (sim::Branch& branch : found) {
+    SimulateResult judged;
+    judged.report = report;
+    finish_static(the_case, fabric, grid, by_static,
+                  {{}, branch.position, branch.report, branch.report.iterations}, judged);
+    judge_rest(judged, scene, fabric, print, by_static);
+    if (judged.report.status != RestStatus::at_rest) {
+      branches.refused.push_back({branch.starts, judged.report.sentence});
+      continue;
+    }
+    result.sheets.push_back(std::move(judged.sheet));
+    branches.found.push_back(std::move(branch));
+  }
+  return result;
+}
+
+}  // namespace drape

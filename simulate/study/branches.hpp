@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "core/json_file.hpp"
+#include "simulate/equilibrium/run.hpp"
+
+namespace drape::sim {
+
+/// How one start departs from the scene's; all zero: the scene's own.
+struct StartVariation {
+  double noise_m = 0;   ///< height of random waves
+  double tilt_rad = 0;  ///< about a horizontal axis
+  double tilt_axis_rad = 0;
+  double yaw_rad = 0;
+  double lift_m = 0;  ///< added drop height
+  int folds = 0;      ///< waves seeded around the sheet
+  double fold_m = 0;  ///< their height at the corners' distance
+  double fold_phase_rad = 0;
+};
+
+/// Start `index` of a seeded sequence; 0 is the scene's own start. The same for every run.
+[[nodiscard]] StartVariation variation_of(int index);
+void apply(const StartVariation& variation, const GridSpec& grid, Field& position);
+
+/// Folds of the sheet's border: its horizontal distance from the vertical through the sheet's
+/// middle, over the share of the border's length.
+struct HemLabel {
+  int nodes = 0;                        ///< folds: maxima that stand out by 3 mm
+  std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of that distance
+};
+[[nodiscard]] HemLabel label_hem(const GridSpec& grid, const Field& position);
+
+/// One equilibrium, found from one or more starts.
+struct Branch {
+  Field position;
+  StaticReport report;
+  double energy_j = 0;  ///< gravity, elastic and contact, against the world origin
+  HemLabel hem;
+  std::vector<int> starts;
+};
+
+struct BranchOptions {
+  int starts = 20;
+  /// Equilibria nearer than this (mean over the particles, after the best turn when the scene is
+  /// round about a vertical axis) are one branch.
+  double same_m = 1e-3;
+};
+
+/// Starts that ended still, but where no sheet can rest.
+struct RefusedStarts {
+  std::vector<int> starts;
+  std::string why;
+};
+
+struct Branches {
+  std::vector<Branch> found;           ///< by energy, lowest first
+  std::vector<int> not_at_rest;        ///< starts that did not come to rest
+  std::vector<RefusedStarts> refused;  ///< still, but in an object or refused by the checker
+  bool round = false;  ///< the scene looks the same when turned about a vertical axis
+};
+
+/// Whether all objects are round about one vertical axis.
+[[nodiscard]] bool is_round(const Scene& scene);
+/// Mean distance of two sheets' particles; `round`: after the best turn about the vertical and
+/// shift along it none, and with the sheet turned by half a turn in its own plane as well.
+[[nodiscard]] double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b,
+                                     bool round);
+[[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
+                                     const StaticOptions& options, const BranchOptions& how);
+/// Schema drapebench/branches/1.
+[[nodiscard]] Json branches_json(const Branches& branches);
+
+}  // namespace drape::sim
+
+namespace drape {
+
+struct BranchResult {
+  sim::Branches branches;
+  std::vector<Sheet> sheets;  ///< of branches.found
+};
+
+/// Equilibria of a drape, each judged as simulate_checked() does; `options` as for simulate() with
+/// the solver "static". Throws Error for wrong input.
+[[nodiscard]] BranchResult simulate_branches(const Scene& scene, const Fabric& fabric,
+                                             const Print& print,
+                                             const std::optional<Sheet>& measured,
+                                             const SimulateOptions& options,
+                                             const sim::BranchOptions& how);
+
+}  // namespace drape

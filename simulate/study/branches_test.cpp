@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/branches.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::sim {
+namespace {
+
+using units::mm;
+
+struct Case {
+  Scene scene;
+  Fabric fabric;
+  Print print;
+};
+
+Case case_of(const std::string& scene) {
+  Case c;
+  c.scene = read_scene(test::source_root() / "rigs/bench1/scenes" / (scene + ".toml"));
+  const Surroundings objects(c.scene);
+  c.scene.start.mode = StartMode::flat;
+  c.scene.start.centre_in_world = Eigen::Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
+  c.fabric = read_fabric(c.scene.fabric_file);
+  c.print = read_print(c.scene.print_file);
+  return c;
+}
+
+BranchResult search(const Case& c, int starts, int threads = 1) {
+  SimulateOptions options;
+  options.threads = threads;
+  options.rows = options.cols = 11;
+  options.segments = 1;
+  return simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = starts});
+}
+
+TEST(Branches, AreRankedAtRestAndTheSameOnTwoThreads) {
+  const Case c = case_of("A");
+  const BranchResult one = search(c, 6);
+  const BranchResult two = search(c, 6, 2);
+  EXPECT_TRUE(one.branches.round);
+  ASSERT_FALSE(one.sheets.empty());
+  std::size_t starts = one.branches.not_at_rest.size();
+  for (std::size_t k = 0; k < one.sheets.size(); ++k) {
+    const Branch& branch = one.branches.found[k];
+    starts += branch.starts.size();
+    EXPECT_LE(branch.report.residual, 1e-6);
+    if (k > 0) {
+      EXPECT_GE(branch.energy_j, one.branches.found[k - 1].energy_j);
+    }
+    for (std::size_t j = 0; j < k; ++j) {
+      EXPECT_GE(mean_distance_m({11, 11, c.print.patch_m}, branch.position,
+                                one.branches.found[j].position, true),
+                1e-3);
+    }
+  }
+  EXPECT_EQ(starts, 6U);
+  EXPECT_EQ(branches_json(one.branches).dump(), branches_json(two.branches).dump());
+}
+
+// A coarse sheet that touches with its particles only is cut by the cube's edges.
+TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
+  const Case c = case_of("C");
+  SimulateOptions options;
+  options.rows = options.cols = 7;
+  options.segments = 1;
+  options.solver = "static";
+  options.contact_between_particles = false;
+  const BranchResult result =
+      simulate_branches(c.scene, c.fabric, c.print, std::nullopt, options, {.starts = 2});
+  EXPECT_TRUE(result.branches.found.empty());
+  EXPECT_TRUE(result.sheets.empty());
+  ASSERT_FALSE(result.branches.refused.empty());
+  EXPECT_NE(result.branches.refused.front().why.find("inside an object"), std::string::npos)
+      << result.branches.refused.front().why;
+}
+
+TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
+  const GridSpec grid{7, 7, {0.2, 0.2}};
+  const std::size_t n = grid.count();
+  Field a(3 * n);
+  Field b(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = 0.03 * static_cast<double>(i / 7) - 0.07;
+    const double y = 0.02 * static_cast<double>(i % 7);
+    const double z = x * y + 3 * x * x;
+    a[i] = x, a[n + i] = y, a[2 * n + i] = z;
+    b[i] = x * std::cos(1.1) - y * std::sin(1.1);
+    b[n + i] = x * std::sin(1.1) + y * std::cos(1.1);
+    b[2 * n + i] = z;
+  }
+  EXPECT_LT(mean_distance_m(grid, a, b, true), 1e-12);
+  EXPECT_GT(mean_distance_m(grid, a, b, false), 0.01);
+}
+
+TEST(Branches, TheHemsFoldsAreCounted) {
+  const GridSpec grid{21, 21, {0.2, 0.2}};
+  const std::size_t n = grid.count();
+  Field sheet(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double u = static_cast<double>(i / 21) / 10.0 - 1;
+    const double v = static_cast<double>(i % 21) / 10.0 - 1;
+    const double out = std::max(std::abs(u), std::abs(v));
+    // The same share of the border as seen from the middle of the sheet.
+    double share = 0;
+    if (out > 0) {
+      if (u == -out) share = (v / out + 1) / 8;
+      if (v == out) share = (u / out + 1) / 8 + 0.25;
+      if (u == out) share = (1 - v / out) / 8 + 0.5;
+      if (v == -out && u != -out) share = (1 - u / out) / 8 + 0.75;
+    }
+    const double angle = 2 * std::numbers::pi * share;
+    const double radius = out * (0.08 + 0.01 * std::cos(5 * angle));
+    sheet[i] = radius * std::cos(angle);
+    sheet[n + i] = radius * std::sin(angle);
+  }
+  const HemLabel label = label_hem(grid, sheet);
+  EXPECT_EQ(label.nodes, 5);
+  EXPECT_NEAR(label.amplitude_m[5] / mm, 10, 0.5);
+  EXPECT_NEAR(label.amplitude_m[0] / mm, 80, 0.5);
+}
+
+}  // namespace
+}  // namespace drape::sim

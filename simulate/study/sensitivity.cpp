@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/sensitivity.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+Vector3d place(const Hold& point, const Field& x) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) sum += point.weight[k] * at(x, point.particle[k]);
+  return sum;
+}
+
+Vector3d way_of(const Hold& point, const VectorXd& way) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) sum += point.weight[k] * way.segment<3>(3 * point.particle[k]);
+  return sum;
+}
+
+ForceCurve times(ForceCurve curve, double factor) {
+  curve.slope *= factor;
+  for (ForceCurve::Hinge& hinge : curve.hinges) hinge.change *= factor;
+  return curve;
+}
+
+/// Derivative of the forces with respect to a relative change of the value. Forces are
+/// proportional to it, so the difference to twice the value is exact.
+VectorXd force_change(Cloth& cloth, const Field& position, FabricValue value,
+                      const Vector3d& gravity) {
+  const int n = cloth.count();
+  VectorXd change(3 * n);
+  if (value == FabricValue::areal_density) {
+    for (int i = 0; i < n; ++i) change.segment<3>(3 * i) = cloth.mass_kg()[i] * gravity;
+    return change;
+  }
+  Field once(position.size(), 0.0);
+  Field twice(position.size(), 0.0);
+  cloth.add_forces(position, nullptr, once);
+  Cloth stronger(cloth.grid(), scaled(cloth.laws(), value, 2), MassRule::area);
+  stronger.add_forces(position, nullptr, twice);
+  for (int i = 0; i < n; ++i) change.segment<3>(3 * i) = at(twice, i) - at(once, i);
+  return change;
+}
+
+}  // namespace
+
+std::string name_of(FabricValue value) {
+  switch (value) {
+    case FabricValue::tensile_warp:
+      return "tensile_warp";
+    case FabricValue::tensile_weft:
+      return "tensile_weft";
+    case FabricValue::shear:
+      return "shear";
+    case FabricValue::bending_warp:
+      return "bending_warp";
+    case FabricValue::bending_weft:
+      return "bending_weft";
+    case FabricValue::twist:
+      return "twist";
+    case FabricValue::areal_density:
+      break;
+  }
+  return "areal_density";
+}
+
+ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
+  switch (value) {
+    case FabricValue::tensile_warp:
+      laws.tensile[0] = times(laws.tensile[0], factor);
+      break;
+    case FabricValue::tensile_weft:
+      laws.tensile[1] = times(laws.tensile[1], factor);
+      break;
+    case FabricValue::shear:
+      laws.shear = times(laws.shear, factor);
+      break;
+    case FabricValue::bending_warp:
+      laws.bending[0] = times(laws.bending[0], factor);
+      break;
+    case FabricValue::bending_weft:
+      laws.bending[1] = times(laws.bending[1], factor);
+      break;
+    case FabricValue::twist:
+      laws.twist_n_m *= factor;
+      break;
+    case FabricValue::areal_density:
+      laws.density_kg_per_m2 *= factor;
+      break;
+  }
+  return laws;
+}
+
+Reference reference_on(const GridSpec& grid, const Sheet& sheet) {
+  constexpr double kBeyond = 1e-6;  // m
+  Reference reference;
+  for (const SheetMark& mark : sheet.marks) {
+    const Eigen::Array2d m = mark.material_m.array();
+    if ((m < -kBeyond).any() || (m > grid.patch_m.array() + kBeyond).any()) continue;
+    if (!mark.point_in_world.allFinite()) continue;
+    reference.points.push_back(hold_at(grid, mark.material_m));
+    reference.in_world.push_back(mark.point_in_world);
+  }
+  if (reference.points.empty()) {
+    throw bad_input("the reference sheet has no mark on the patch", {.field = "material_mm"},
+                    "give the measured sheet of the same print");
+  }
+  return reference;
+}
+
+double mean_distance_m(const Reference& reference, const Field& position) {
+  double sum = 0;
+  for (std::size_t k = 0; k < reference.points.size(); ++k) {
+    sum += (place(reference.points[k], position) - reference.in_world[k]).norm();
+  }
+  return sum / static_cast<double>(reference.points.size());
+}
+
+double mean_way_m(const Reference& from, const Field& from_position, const Reference& to,
+                  const Field& to_position) {
+  double sum = 0;
+  for (std::size_t k = 0; k < from.points.size(); ++k) {
+    sum += (place(to.points[k], to_position) - place(from.points[k], from_position)).norm();
+  }
+  return sum / static_cast<double>(from.points.size());
+}
+
+std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticSolver& solver,
+                                                           const Vector3d& gravity_m_per_s2,
+                                                           const Reference& reference) {
+  std::vector<Sensitivity> list;
+  for (const FabricValue value : kFabricValues) {
+    Sensitivity one;
+    one.value = value;
+    const VectorXd change = force_change(cloth, solver.position, value, gravity_m_per_s2);
+    const std::optional<VectorXd> up = solver.first_order_way(change);
+    const std::optional<VectorXd> down = solver.first_order_way(-change);
+    if (!up || !down) return std::nullopt;
+    one.way = 0.5 * (*up - *down);
+    const auto count = static_cast<double>(reference.points.size());
+    for (std::size_t k = 0; k < reference.points.size(); ++k) {
+      const Vector3d apart = place(reference.points[k], solver.position) - reference.in_world[k];
+      const Vector3d way = way_of(reference.points[k], one.way);
+      // A mark that lies on its reference only moves away from it.
+      one.distance_m += (apart.norm() > 0 ? apart.normalized().dot(way) : way.norm()) / count;
+      one.mean_way_m += way.norm() / count;
+      one.largest_way_m = std::max(one.largest_way_m, way.norm());
+    }
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/json_file.hpp"
+#include "core/sheet.hpp"
+#include "simulate/equilibrium/run.hpp"
+
+namespace drape::sim {
+
+/// The values of a fabric that an equilibrium depends on. Each scales a whole law.
+enum class FabricValue {
+  tensile_warp,
+  tensile_weft,
+  shear,
+  bending_warp,
+  bending_weft,
+  twist,
+  areal_density
+};
+inline constexpr FabricValue kFabricValues[] = {
+    FabricValue::tensile_warp, FabricValue::tensile_weft, FabricValue::shear,
+    FabricValue::bending_warp, FabricValue::bending_weft, FabricValue::twist,
+    FabricValue::areal_density};
+
+[[nodiscard]] std::string name_of(FabricValue value);
+/// The laws with one value times `factor`.
+[[nodiscard]] ClothLaws scaled(ClothLaws laws, FabricValue value, double factor);
+
+/// Marks of a reference sheet as material points of a grid.
+struct Reference {
+  std::vector<Hold> points;
+  std::vector<Eigen::Vector3d> in_world;
+};
+/// Leaves out marks that lie beyond the patch of `grid`. Throws Error when none is left.
+[[nodiscard]] Reference reference_on(const GridSpec& grid, const Sheet& sheet);
+/// Mean over the marks of the distance between reference and sheet (m).
+[[nodiscard]] double mean_distance_m(const Reference& reference, const Field& position);
+/// Mean over the marks of their way from one sheet to another, each with its own grid (m).
+[[nodiscard]] double mean_way_m(const Reference& from, const Field& from_position,
+                                const Reference& to, const Field& to_position);
+
+/// What an equilibrium does when one value of the fabric grows, to first order.
+struct Sensitivity {
+  FabricValue value = FabricValue::tensile_warp;
+  Eigen::VectorXd way;       ///< m per relative change; x, y, z of each particle in turn
+  double distance_m = 0;     ///< change of the mean distance per relative change
+  double mean_way_m = 0;     ///< mean way of the marks per relative change
+  double largest_way_m = 0;  ///< of a mark
+};
+
+/// H dx = (derivative of the forces), for a growing and for a shrinking value, and the mean of the
+/// two. What presses goes on pressing and what sticks sticks; what slides goes on where the change
+/// draws it on and sticks where it draws it back, with a limit that stays that of the equilibrium.
+/// `solver` must stand at an equilibrium of `cloth`; nothing when its Hessian is not positive
+/// definite there (a saddle, or the end of a branch).
+[[nodiscard]] std::optional<std::vector<Sensitivity>> find_sensitivities(
+    Cloth& cloth, StaticSolver& solver, const Eigen::Vector3d& gravity_m_per_s2,
+    const Reference& reference);
+
+}  // namespace drape::sim

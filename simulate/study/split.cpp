@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/split.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
+#include "simulate/study/branches.hpp"
+#include "simulate/equilibrium/prolong.hpp"
+
+namespace drape {
+namespace {
+
+using sim::Field;
+using sim::GridSpec;
+using units::mm;
+
+constexpr double kReach = 2e-7;         // m; particles this near to a surface press at once
+constexpr double kContinueStep_s = 10;  // first pseudo-time step from an equilibrium
+
+/// What one variant changes.
+struct Variant {
+  std::string what;
+  SimulateOptions options;
+  bool twist = true;
+  double friction = 0;
+};
+
+/// Runs variants of one scene.
+class Bench {
+ public:
+  Bench(const Scene& scene, const Fabric& fabric, const Print& print,
+        const std::optional<Sheet>& measured, const Sheet& reference,
+        const SimulateOptions& options)
+      : scene_(scene),
+        fabric_(fabric),
+        print_(print),
+        measured_(measured),
+        sheet_(reference),
+        options_(options),
+        surroundings_(scene) {}
+
+  [[nodiscard]] Variant base() const { return {"base", options_, true, scene_.friction}; }
+
+  /// The base from the start, kept with its contacts for what follows.
+  void settle_base(ErrorSplit& split) {
+    base_grid_ = grid_of(options_);
+    reference_ = sim::reference_on(base_grid_, sheet_);
+    split.marks = static_cast<int>(reference_.points.size());
+    split.friction = scene_.friction;
+    split.rows.push_back(run(base(), false));
+    base_ = last_;
+    split.base = report_;
+    judge_base(split);
+    if (!split.rows.front().at_rest) return;
+    find_sensitivities(split);
+  }
+
+  [[nodiscard]] SplitRow run(const Variant& variant, bool continued) {
+    const GridSpec grid = grid_of(variant.options);
+    const sim::ClothLaws laws = laws_of(variant);
+    Scene scene = scene_;
+    scene.friction = variant.friction;
+    const sim::StaticCase the_case{scene,         print_, measured_,
+                                   surroundings_, laws,   variant.options.mass};
+    const sim::StaticOptions how = sim::static_options(scene, variant.options);
+    Field position;
+    if (continued) {
+      position = carry_on(the_case, grid, how);
+    } else {
+      sim::StaticDrape drape = sim::drape_statically(the_case, grid, how);
+      position = std::move(drape.position);
+      report_ = std::move(drape.report);
+    }
+    return row_of(variant.what, continued, grid, std::move(position));
+  }
+
+  void add_branches(int starts, ErrorSplit& split) {
+    if (starts < 2) return;
+    sim::BranchOptions how;
+    how.starts = starts;
+    const BranchResult result =
+        simulate_branches(scene_, fabric_, print_, measured_, options_, how);
+    const auto distance = [&](const sim::Branch& branch) {
+      return sim::mean_distance_m(reference_, branch.position);
+    };
+    const std::vector<sim::Branch>& found = result.branches.found;
+    if (found.empty()) return;
+    const auto nearest =
+        std::min_element(found.begin(), found.end(),
+                         [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    const auto add = [&](const std::string& what, const sim::Branch& branch) {
+      report_ = branch.report;
+      split.rows.push_back(row_of(what, false, base_grid_, branch.position));
+    };
+    add(fmt::format("branch of least energy of {} from {} starts", found.size(), starts),
+        found.front());
+    add(fmt::format("branch nearest to the reference, number {} by energy",
+                    nearest - found.begin() + 1),
+        *nearest);
+  }
+
+ private:
+  [[nodiscard]] GridSpec grid_of(const SimulateOptions& options) const {
+    return {options.rows, options.cols, print_.patch_m};
+  }
+
+  [[nodiscard]] sim::ClothLaws laws_of(const Variant& variant) const {
+    SimulateReport ignored;
+    sim::ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored);
+    if (!variant.twist) laws.twist_n_m = 0;
+    return laws;
+  }
+
+  /// Asks of the base what simulate_checked() asks of any drape.
+  void judge_base(ErrorSplit& split) const {
+    SimulateResult judged;
+    const sim::ClothLaws laws = make_laws(fabric_, options_.segments, judged.report);
+    const sim::StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
+    SimulateOptions by_static = options_;
+    by_static.solver = "static";
+    finish_static(the_case, fabric_, base_grid_, by_static,
+                  {{}, base_, split.base, split.base.iterations}, judged);
+    judge_rest(judged, scene_, fabric_, print_, by_static);
+    split.rows.front().at_rest = judged.report.status == RestStatus::at_rest;
+    split.base_sentence = judged.report.sentence;
+  }
+
+  /// From the base's equilibrium on, with its contacts closed.
+  [[nodiscard]] Field carry_on(const sim::StaticCase& the_case, const GridSpec& grid,
+                               sim::StaticOptions how) {
+    sim::Cloth cloth(grid, the_case.laws, the_case.mass);
+    how.first_step_s = kContinueStep_s;
+    how.paced = false;
+    sim::StaticSolver solver(cloth, surroundings_, how);
+    set_on_base(the_case, grid, solver);
+    report_ = solver.solve();
+    return solver.position;
+  }
+
+  void set_on_base(const sim::StaticCase& the_case, const GridSpec& grid,
+                   sim::StaticSolver& solver) const {
+    const sim::StartState start =
+        sim::make_start(the_case.scene, print_, grid, measured_, surroundings_.top_z_m(), 0);
+    solver.contacts().hold(start.holds, start.hold_in_world);
+    const bool same = grid.rows == base_grid_.rows && grid.cols == base_grid_.cols;
+    solver.position = same ? base_ : sim::prolong(base_, base_grid_, grid);
+    sim::lift_out(surroundings_, solver.position);
+    solver.lean(kReach);
+  }
+
+  void find_sensitivities(ErrorSplit& split) {
+    const sim::ClothLaws laws = laws_of(base());
+    const sim::StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
+    sim::Cloth cloth(base_grid_, laws, options_.mass);
+    sim::StaticOptions how = sim::static_options(scene_, options_);
+    how.first_step_s = kContinueStep_s;
+    how.paced = false;
+    sim::StaticSolver solver(cloth, surroundings_, how);
+    set_on_base(the_case, base_grid_, solver);
+    if (solver.solve().status != sim::StaticStatus::at_rest) return;
+    split.sensitivities =
+        sim::find_sensitivities(cloth, solver, scene_.gravity_m_per_s2, reference_);
+  }
+
+  [[nodiscard]] SplitRow row_of(const std::string& what, bool continued, const GridSpec& grid,
+                                Field position) {
+    SplitRow row;
+    row.what = what;
+    row.continued = continued;
+    row.at_rest = report_.status == sim::StaticStatus::at_rest;
+    const sim::Reference here = sim::reference_on(grid, sheet_);
+    row.distance_m = sim::mean_distance_m(here, position);
+    if (!base_.empty()) {
+      row.change_m = row.distance_m - sim::mean_distance_m(reference_, base_);
+      row.way_m = sim::mean_way_m(reference_, base_, here, position);
+    }
+    if (!report_.history.empty()) row.energy_j = report_.history.back().sum_j();
+    row.folds = sim::label_hem(grid, position).nodes;
+    last_ = std::move(position);
+    return row;
+  }
+
+  const Scene& scene_;
+  const Fabric& fabric_;
+  const Print& print_;
+  const std::optional<Sheet>& measured_;
+  const Sheet& sheet_;
+  SimulateOptions options_;
+  sim::Surroundings surroundings_;
+  GridSpec base_grid_;
+  sim::Reference reference_;
+  Field base_, last_;
+  sim::StaticReport report_;
+};
+
+std::vector<Variant> variants_of(const Variant& base) {
+  std::vector<Variant> list;
+  const auto add = [&](std::string what) -> Variant& {
+    list.push_back(base);
+    list.back().what = std::move(what);
+    return list.back();
+  };
+  const bool area = base.options.mass == sim::MassRule::area;
+  add(area ? "mass rule paper" : "mass rule area").options.mass =
+      area ? sim::MassRule::paper : sim::MassRule::area;
+  add("no twist stiffness").twist = false;
+  add("friction halved").friction *= 0.5;
+  add("friction doubled").friction *= 2;
+  const int segments = base.options.segments == 1 ? 5 : 1;
+  add(fmt::format("{} segments per curve", segments)).options.segments = segments;
+  add("no contact between particles").options.contact_between_particles = false;
+  const auto grid = [&](int rows, int cols) {
+    Variant& variant = add(fmt::format("grid {}x{}", rows, cols));
+    variant.options.rows = rows;
+    variant.options.cols = cols;
+  };
+  const SimulateOptions& at = base.options;
+  grid(std::max(3, (at.rows + 1) / 2), std::max(3, (at.cols + 1) / 2));
+  grid((3 * at.rows - 1) / 2, (3 * at.cols - 1) / 2);
+  return list;
+}
+
+}  // namespace
+
+ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& print,
+                       const std::optional<Sheet>& measured, const Sheet& reference,
+                       const SimulateOptions& options, const SplitOptions& how) {
+  options.check();
+  ErrorSplit split;
+  Bench bench(scene, fabric, print, measured, reference, options);
+  bench.settle_base(split);
+  if (how.only_first_order || !split.rows.front().at_rest) return split;
+  for (const Variant& variant : variants_of(bench.base())) {
+    split.rows.push_back(bench.run(variant, true));
+    split.rows.push_back(bench.run(variant, false));
+  }
+  bench.add_branches(how.starts, split);
+  return split;
+}
+
+Json sensitivity_json(const ErrorSplit& split) {
+  Json json;
+  json["schema"] = "drapebench/sensitivity/1";
+  json["marks"] = split.marks;
+  json["friction"] = split.friction;
+  json["at_rest"] = split.rows.front().at_rest;
+  json["largest_residual_per_particle_weight"] = split.base.residual;
+  json["mean_distance_mm"] = split.rows.front().distance_m / mm;
+  json["sensitivities"] = nullptr;
+  if (split.sensitivities) {
+    Json list = Json::array();
+    for (const sim::Sensitivity& one : *split.sensitivities) {
+      Json entry;
+      entry["value"] = sim::name_of(one.value);
+      entry["mean_distance_mm_per_percent"] = 0.01 * one.distance_m / mm;
+      entry["mean_way_of_marks_mm_per_percent"] = 0.01 * one.mean_way_m / mm;
+      entry["largest_way_of_a_mark_mm_per_percent"] = 0.01 * one.largest_way_m / mm;
+      list.push_back(entry);
+    }
+    json["sensitivities"] = list;
+  }
+  json["variants"] = Json::array();
+  for (std::size_t k = 1; k < split.rows.size(); ++k) {
+    const SplitRow& row = split.rows[k];
+    json["variants"].push_back({{"what", row.what},
+                                {"from", row.continued ? "base" : "start"},
+                                {"at_rest", row.at_rest},
+                                {"mean_distance_mm", row.distance_m / mm},
+                                {"change_mm", row.change_m / mm},
+                                {"mean_way_of_marks_mm", row.way_m / mm},
+                                {"hem_folds", row.folds}});
+  }
+  return json;
+}
+
+std::string split_csv(const ErrorSplit& split) {
+  std::string text =
+      "variant,from,at_rest,mean_distance_mm,change_mm,mean_way_from_base_mm,energy_uJ,hem_folds\n";
+  for (const SplitRow& row : split.rows) {
+    text += fmt::format("\"{}\",{},{},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", row.what,
+                        row.continued ? "base" : "start", row.at_rest ? 1 : 0, row.distance_m / mm,
+                        row.change_m / mm, row.way_m / mm, row.energy_j / 1e-6, row.folds);
+  }
+  return text;
+}
+
+}  // namespace drape

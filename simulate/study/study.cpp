@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "core/error.hpp"
+#include "core/files.hpp"
+#include "core/json_file.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What makes a run a different one, for the record.
+std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions& options) {
+  std::vector<std::string> words = {
+      the_case.scene_file.string(),
+      "--model",
+      the_case.model,
+      "--grid",
+      std::to_string(the_case.grid),
+      "--segments",
+      std::to_string(the_case.segments),
+      "--max-steps",
+      std::to_string(options.simulate.max_steps),
+      "--thickness-mm",
+      fmt::format("{}", options.simulate.cloth_thickness_m / units::mm),
+      "--solvers"};
+  words.insert(words.end(), options.solvers.begin(), options.solvers.end());
+  return words;
+}
+
+StudyOutcome outcome_from(const StudyCase& the_case) {
+  const JsonNode certificate =
+      JsonNode::open(the_case.folder / "certificate.json", "certificate", 1);
+  StudyOutcome outcome;
+  outcome.the_case = the_case;
+  outcome.at_rest = certificate.boolean("at_rest");
+  outcome.sentence = certificate.text("status");
+  outcome.solver = certificate.at("options").text("solver");
+  // A diverged run has no finite residual, and its file says null.
+  outcome.residual =
+      certificate.optional_number("largest_residual_per_particle_weight").value_or(0);
+  outcome.energy_j = 1e-6 * certificate.at("energy").optional_number("end_uJ").value_or(0);
+  return outcome;
+}
+
+void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
+  RunRecord record("drape-study", words_of(the_case, options));
+  const Scene scene = read_scene(the_case.scene_file);
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const Print print = read_print(scene.print_file);
+  record.input(the_case.scene_file);
+  for (const fs::path& file : fabric.files()) record.input(file);
+  record.input(scene.print_file);
+  SimulateOptions how = options.simulate;
+  how.rows = how.cols = the_case.grid;
+  how.segments = the_case.segments;
+  how.model = the_case.model;
+  SimulateResult best;
+  SimulateOptions used = how;
+  bool first = true;
+  for (const std::string& solver : options.solvers) {
+    if (solver == "static" && the_case.model == "paper" && options.solvers.size() > 1) continue;
+    how.solver = solver;
+    SimulateResult result = simulate_checked(scene, fabric, print, std::nullopt, how);
+    const bool rests = result.report.status == RestStatus::at_rest;
+    if (first || rests) {
+      best = std::move(result);
+      used = how;
+    }
+    first = false;
+    if (rests) break;
+  }
+  write_outputs(the_case.folder, best, used, record);
+  record.write(run_record_path(the_case.folder / "sheet.ply"),
+               best.report.status == RestStatus::at_rest ? 0 : 1);
+}
+
+bool is_row_of(int index, int rows, int other_rows, int& other) {
+  // Particle lines coincide where index / (rows - 1) is a whole number of the other's spacings.
+  if (index * (other_rows - 1) % (rows - 1) != 0) return false;
+  other = index * (other_rows - 1) / (rows - 1);
+  return true;
+}
+
+}  // namespace
+
+void StudyOptions::check() const {
+  if (grids.empty() || segments.empty() || models.empty() || solvers.empty())
+    throw usage_error("a list of the study is empty", "give e.g. --grids 11,21 --segments 1,5");
+  for (const std::string& solver : solvers) {
+    if (solver != "rk4" && solver != "static")
+      throw usage_error(fmt::format("there is no solver `{}`", solver), "use --solvers rk4,static");
+  }
+}
+
+std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
+                                   const StudyOptions& options) {
+  options.check();
+  std::vector<fs::path> files;
+  const fs::path folder = rig / "scenes";
+  if (!fs::is_directory(folder))
+    throw bad_input("the rig has no folder `scenes`", {.file = rig.string()},
+                    "give a rig folder, e.g. rigs/paper");
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::string& name : options.scenes) {
+    if (std::none_of(files.begin(), files.end(),
+                     [&](const fs::path& f) { return f.stem() == name; }))
+      throw usage_error(fmt::format("the rig has no scene `{}`", name),
+                        fmt::format("see {}", folder.string()));
+  }
+  std::vector<StudyCase> cases;
+  for (const fs::path& file : files) {
+    const std::string name = file.stem().string();
+    if (!options.scenes.empty() &&
+        std::find(options.scenes.begin(), options.scenes.end(), name) == options.scenes.end())
+      continue;
+    for (const std::string& model : options.models) {
+      for (const int grid : options.grids) {
+        for (const int segments : options.segments) {
+          cases.push_back({file, name, model, grid, segments,
+                           out / name / model / fmt::format("{}-{}", grid, segments)});
+        }
+      }
+    }
+  }
+  return cases;
+}
+
+std::vector<StudyOutcome> run_study(const std::vector<StudyCase>& cases,
+                                    const StudyOptions& options, const fs::path& program,
+                                    const std::function<void(const StudyOutcome&)>& done) {
+  std::vector<StudyOutcome> outcomes(cases.size());
+  std::mutex one_at_a_time;
+  parallel_for(cases.size(), options.threads, [&](std::size_t i) {
+    const StudyCase& the_case = cases[i];
+    const fs::path record = run_record_path(the_case.folder / "sheet.ply");
+    const bool kept = is_up_to_date(record, program, words_of(the_case, options));
+    if (!kept) simulate_case(the_case, options);
+    outcomes[i] = outcome_from(the_case);
+    outcomes[i].kept = kept;
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    if (done) done(outcomes[i]);
+  });
+  return outcomes;
+}
+
+std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b) {
+  double sum = 0;
+  int count = 0;
+  for (const SheetMark& mark : a.marks) {
+    int row = 0, col = 0;
+    if (!is_row_of(mark.mark.row, a.rows, b.rows, row) ||
+        !is_row_of(mark.mark.col, a.cols, b.cols, col))
+      continue;
+    const SheetMark* other = b.find({row, col});
+    if (other == nullptr) return std::nullopt;
+    sum += (mark.point_in_world - other->point_in_world).norm();
+    ++count;
+  }
+  if (count < 4 || !a.gaps.empty()) return std::nullopt;
+  return sum / count;
+}
+
+std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
+  std::string text =
+      "scene,model,grid,segments,solver,at_rest,largest_residual_per_particle_weight,energy_uJ,"
+      "status\n";
+  for (const StudyOutcome& o : outcomes) {
+    text += fmt::format("{},{},{},{},{},{},{},{},\"{}\"\n", o.the_case.scene, o.the_case.model,
+                        o.the_case.grid, o.the_case.segments, o.solver, o.at_rest ? 1 : 0,
+                        o.residual, o.energy_j * 1e6, o.sentence);
+  }
+  return text;
+}
+
+void write_outputs(const fs::path& out, const SimulateResult& result,
+                   const SimulateOptions& options, RunRecord& record) {
+  write_sheet(out / "sheet.ply", result.sheet);
+  write_durable(out / "history.csv", history_csv(result.history));
+  write_certificate(out / "certificate.json", result, options);
+  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
+    record.output(out / name);
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// Our virtual-virtual distances beside those of the paper's even tables.
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <tuple>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulate/study/study.hpp"
+
+namespace drape {
+namespace {
+
+struct Side {
+  int grid, segments;
+};
+
+/// The pairs of the paper's even tables, in their order.
+constexpr std::array<std::pair<Side, Side>, 6> kPairs = {{{{11, 5}, {11, 1}},
+                                                          {{21, 5}, {21, 1}},
+                                                          {{11, 1}, {21, 1}},
+                                                          {{11, 5}, {21, 5}},
+                                                          {{11, 5}, {31, 5}},
+                                                          {{21, 5}, {31, 5}}}};
+
+/// Printed mean distances in mm by experiment, grid, segments, other grid, other segments.
+using Printed = std::map<std::tuple<std::string, int, int, int, int>, double>;
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else if (c != '\r') {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+template <class Number>
+Number number_of(const std::string& cell, const std::filesystem::path& file, int line) {
+  Number value{};
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  if (error != std::errc() || end != cell.data() + cell.size())
+    throw bad_input(fmt::format("`{}` is not a number", cell),
+                    {.file = file.string(), .line = line}, "see the README of rigs/paper");
+  return value;
+}
+
+Printed read_printed(const std::filesystem::path& file) {
+  Printed printed;
+  std::ifstream in(file);
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const std::vector<std::string> cells = cells_of(line);
+    if (number == 1 || cells.size() < 8 || cells[2] != "virtual-virtual" || cells[7].empty())
+      continue;
+    printed[{cells[0], number_of<int>(cells[3], file, number),
+             number_of<int>(cells[4], file, number), number_of<int>(cells[5], file, number),
+             number_of<int>(cells[6], file, number)}] = number_of<double>(cells[7], file, number);
+  }
+  return printed;
+}
+
+class Tables {
+ public:
+  Tables(const std::vector<StudyOutcome>& outcomes, Printed printed)
+      : printed_(std::move(printed)) {
+    for (const StudyOutcome& o : outcomes) {
+      found_[{o.the_case.scene, o.the_case.model, o.the_case.grid, o.the_case.segments}] = &o;
+    }
+  }
+
+  std::string row(const std::string& scene, const std::string& model) const {
+    std::string text = fmt::format("| {} | {} |", scene, model);
+    for (const auto& [a, b] : kPairs) {
+      const std::string cell = this->cell(scene, model, a, b);
+      const auto print = printed_.find({scene, a.grid, a.segments, b.grid, b.segments});
+      text += " " + cell + (print == printed_.end() ? "" : fmt::format(" ({:g})", print->second)) +
+              " |";
+    }
+    return text + "\n";
+  }
+
+ private:
+  /// The mean distance in mm; "*" marks a sheet that is not at rest, "-" a run that is missing.
+  std::string cell(const std::string& scene, const std::string& model, Side a, Side b) const {
+    const auto first = found_.find({scene, model, a.grid, a.segments});
+    const auto second = found_.find({scene, model, b.grid, b.segments});
+    if (first == found_.end() || second == found_.end()) return "-";
+    const std::optional<double> distance =
+        mean_distance_m(read_sheet(first->second->the_case.folder / "sheet.ply"),
+                        read_sheet(second->second->the_case.folder / "sheet.ply"));
+    if (!distance) return "-";
+    return fmt::format("{:.2f}{}", *distance / units::mm,
+                       first->second->at_rest && second->second->at_rest ? "" : "*");
+  }
+
+  Printed printed_;
+  std::map<std::tuple<std::string, std::string, int, int>, const StudyOutcome*> found_;
+};
+
+}  // namespace
+
+std::string study_tables(const std::vector<StudyOutcome>& outcomes,
+                         const std::optional<std::filesystem::path>& published) {
+  std::string text = "| scene | model |";
+  for (const auto& [a, b] : kPairs) {
+    text += a.grid == b.grid ? fmt::format(" {}: {} vs {} seg |", a.grid, a.segments, b.segments)
+                             : fmt::format(" {} seg: {} vs {} |", a.segments, a.grid, b.grid);
+  }
+  text += "\n|---|---|---|---|---|---|---|---|\n";
+  const Tables tables(outcomes, published ? read_printed(*published) : Printed{});
+  std::pair<std::string, std::string> last;
+  for (const StudyOutcome& o : outcomes) {
+    const std::pair<std::string, std::string> now{o.the_case.scene, o.the_case.model};
+    if (now != last) text += tables.row(now.first, now.second);
+    last = now;
+  }
+  return text;
+}
+
+}  // namespace drape

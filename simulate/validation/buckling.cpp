@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+
+#include "simulate/validation/exact.hpp"
+#include "simulate/validation/sheets.hpp"
+
+namespace drape::sim {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kBending = 7.7e-6;
+constexpr double kLength = 0.1;
+constexpr int kUpright = 12;  // Newton steps: a nearly rigid strip gets to rounding in a few
+
+/// Load at which the first direction becomes unstable, by bisection between low and high.
+double critical(double low, double high, const std::function<bool(double)>& unstable) {
+  for (int i = 0; i < 16; ++i) {
+    const double middle = 0.5 * (low + high);
+    (unstable(middle) ? high : low) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// A strip standing on its clamped lower end; the second row's hinge stands for half a cell.
+void check_self_buckling(Checks& checks) {
+  const int rows = 41;
+  const double h = kLength / (rows - 1.5);
+  const GridSpec grid{rows, 2, {h * (rows - 1), h}};
+  const double gamma = critical(4, 16, [&](double trial) {
+    const double density = trial * kBending / (kGravity * std::pow(kLength, 3));
+    Cloth cloth(grid, linear_laws(density, 1e7 * kBending / (kLength * kLength), 1, kBending),
+                MassRule::area);
+    Field x = shaped(grid, [](double u, double v) { return Vector3d(0, v, u); });
+    std::vector<bool> held = in_plane_xz(grid);
+    hold_row(grid, 0, held);
+    hold_row(grid, 1, held);
+    // First the upright shape under load, sideways motion barred; then its stability.
+    std::vector<bool> upright = held;
+    for (int i = 0; i < grid.count(); ++i) upright[i] = true;
+    const Field load = weight(cloth, {0, 0, -kGravity});
+    (void)Equilibrium(cloth, load, upright).find(x, h, kUpright);
+    return Equilibrium(cloth, load, held).unstable_directions(x) > 0;
+  });
+  checks.push_back(relative(4, "self-buckling Gamma of an upright strip", exact::kSelfBuckling,
+                            gamma, 5e-3, grid));
+}
+
+/// rho g L^3 / sqrt(B J) at which a strip held on edge falls over sideways. The moments in a
+/// cantilever follow from its load alone, so where bending is clamped does not enter:
+/// C phi'' + M^2 / B phi = 0 with phi = 0 where twist is clamped. That is the second held row: the
+/// cells before it cannot twist, while its hinge bends for half a cell more.
+double edge_load(const GridSpec& grid, double twist) {
+  const double h = grid.warp_spacing_m();
+  const double length = (grid.rows - 2) * h;
+  return critical(0, 60, [&](double trial) {
+    const double density = trial * kBending / (kGravity * std::pow(length, 3));
+    const double stiff = 3e7 * kBending / (length * length);  // hardly sags in its own plane
+    ClothLaws laws = linear_laws(density, stiff, stiff, kBending);
+    laws.bending[1].slope = 1e3 * kBending;  // keeps the cross-section straight
+    laws.twist_n_m = twist;
+    Cloth cloth(grid, laws, MassRule::area);
+    Field x = shaped(grid, [](double u, double v) { return Vector3d(u, 0, v); });
+    std::vector<bool> held(x.size(), false);
+    hold_row(grid, 0, held);
+    hold_row(grid, 1, held);
+    std::vector<bool> flat = held;
+    for (int i = 0; i < grid.count(); ++i) flat[grid.count() + i] = true;
+    const Field load = weight(cloth, {0, 0, -kGravity});
+    (void)Equilibrium(cloth, load, flat).find(x, h, kUpright);
+    return Equilibrium(cloth, load, held).unstable_directions(x) > 0;
+  });
+}
+
+void check_lateral_buckling(Checks& checks) {
+  const double length = kLength;
+  const double fine = length / 199;
+  const GridSpec strip{201, 4, {fine * 200, 0.016 * length}};
+  // The formula's strip is infinitely slender: what is left are the clamp's hold on the
+  // cross-section and the strip's small sag in its own plane.
+  checks.push_back(relative(6, "lateral buckling load of a strip on edge", exact::kLateralBuckling,
+                            edge_load(strip, 4 * kBending) / 2, 1e-2, strip));
+  const double h = length / 39;
+  const GridSpec grid{41, 4, {h * 40, 0.025 * length}};
+  const double without = edge_load(grid, 1e-6 * kBending);
+  checks.push_back({6, "the same load without twist stiffness, over the exact one", 0, without,
+                    without / exact::kLateralBuckling, 0.1, false, "41x4"});
+}
+
+}  // namespace
+
+void check_buckling(Checks& checks) {
+  check_self_buckling(checks);
+  check_lateral_buckling(checks);
+}
+
+}  // namespace drape::sim

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "simulate/validation/equilibrium.hpp"
+#include "simulate/validation/validation.hpp"
+
+namespace drape::sim {
+
+inline constexpr double kGravity = 9.80665;  ///< m/s2
+
+/// Linear laws, the same along warp and weft.
+[[nodiscard]] ClothLaws linear_laws(double density_kg_per_m2, double tensile_n_per_m,
+                                    double shear_n_per_m, double bending_n_m);
+
+[[nodiscard]] inline Eigen::Vector3d at(const Field& x, int i) {
+  const std::size_t n = x.size() / 3;
+  return {x[i], x[n + i], x[2 * n + i]};
+}
+
+inline void put(Field& x, int i, const Eigen::Vector3d& p) {
+  const std::size_t n = x.size() / 3;
+  x[i] = p.x();
+  x[n + i] = p.y();
+  x[2 * n + i] = p.z();
+}
+
+/// Positions by a map from material coordinates (m) to space.
+template <class Map>
+[[nodiscard]] Field shaped(const GridSpec& grid, Map map) {
+  Field x(3 * static_cast<std::size_t>(grid.count()));
+  for (int r = 0; r < grid.rows; ++r) {
+    for (int c = 0; c < grid.cols; ++c) {
+      put(x, grid.index(r, c), map(r * grid.warp_spacing_m(), c * grid.weft_spacing_m()));
+    }
+  }
+  return x;
+}
+
+/// Each particle's weight for a gravity vector.
+[[nodiscard]] Field weight(const Cloth& cloth, const Eigen::Vector3d& gravity_m_per_s2);
+
+/// Nothing held but the coordinates along y: shapes of a strip in the plane x, z.
+[[nodiscard]] std::vector<bool> in_plane_xz(const GridSpec& grid);
+
+/// Holds all coordinates of a row.
+void hold_row(const GridSpec& grid, int row, std::vector<bool>& held);
+
+/// A check of a value against its closed form by relative error.
+[[nodiscard]] Check relative(int test, std::string what, double exact, double found, double goal,
+                             const GridSpec& grid);
+
+}  // namespace drape::sim

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/validation/validation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/csv.hpp"
+#include "simulate/validation/exact.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::sim {
+namespace {
+
+void expect_good(void (*theme)(Checks&)) {
+  Checks checks;
+  theme(checks);
+  ASSERT_FALSE(checks.empty());
+  for (const Check& check : checks) {
+    EXPECT_TRUE(check.as_expected()) << check.what << ": " << check.error;
+  }
+}
+
+TEST(Validation, Cantilevers) {
+  expect_good(check_cantilevers);
+}
+TEST(Validation, LoopsStrutsAndChains) {
+  expect_good(check_loops);
+}
+TEST(Validation, Buckling) {
+  expect_good(check_buckling);
+}
+TEST(Validation, Patches) {
+  expect_good(check_patches);
+}
+TEST(Validation, Refinement) {
+  expect_good(check_refinement);
+}
+TEST(Validation, Motion) {
+  expect_good(check_motion);
+}
+
+TEST(Exact, CantileverIsTheReferenceCurve) {
+  DRAPE_REQUIRE_REFERENCE(folder, "physics");
+  const Csv curve =
+      read_csv(folder / "cantilever_master_curve.csv",
+               {"Gamma", "W_over_L", "H_over_L", "H_over_W", "theta_tip_rad", "M_clamp_L_over_B"});
+  for (std::size_t i = 0; i < curve.lines.size(); i += 12) {
+    const exact::Cantilever shape = exact::cantilever(curve.columns[0][i]);
+    EXPECT_NEAR(shape.height / shape.width / curve.columns[3][i], 1, 1e-6);
+    EXPECT_NEAR(shape.tip_rad, curve.columns[4][i], 1e-6);
+  }
+  EXPECT_NEAR(exact::cantilever_at_chord_angle(41.5 * 3.14159265358979 / 180).gamma, 8.0042, 1e-4);
+}
+
+TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
+  DRAPE_REQUIRE_REFERENCE(folder, "physics");
+  const Csv heart = read_csv(
+      folder / "heart_loop_curve.csv",
+      {"Gamma=rho*g*L^3/B", "height_over_L", "P_L2_over_B", "top_rise_over_L", "width_over_L"});
+  for (std::size_t i = 0; i < heart.lines.size(); i += 10)
+    EXPECT_NEAR(exact::heart_loop_height(heart.columns[0][i]), heart.columns[1][i], 1e-7);
+  const Csv chain = read_csv(folder / "catenary_sag.csv", {"chord_over_length", "sag_over_length",
+                                                           "a_over_length", "H_over_(w*L)"});
+  for (std::size_t i = 0; i < chain.lines.size(); ++i)
+    EXPECT_NEAR(exact::catenary_sag(chain.columns[0][i]), chain.columns[1][i], 1e-8);
+  const Csv strut =
+      read_csv(folder / "euler_elastica.csv",
+               {"alpha_deg", "P_over_Pc", "end_distance_over_L", "mid_deflection_over_L"});
+  for (std::size_t i = 0; i < strut.lines.size(); ++i) {
+    const exact::Elastica found = exact::elastica(strut.columns[0][i] * 3.14159265358979 / 180);
+    EXPECT_NEAR(found.load, strut.columns[1][i], 1e-8);
+    EXPECT_NEAR(found.chord, strut.columns[2][i], 1e-8);
+  }
+}
+
+TEST(Validation, TableNamesWhatIsMissed) {
+  const Checks checks = {{1, "good", 1, 1, 0, 1e-3, false, "3x3", 0},
+                         {2, "bad", 1, 2, 1, 1e-3, false, "3x3", 0},
+                         {3, "order", 2, 1.9, 1.9, 1.8, true, "3..9", 0}};
+  const std::string table = validation_table(checks);
+  EXPECT_THAT(table, ::testing::HasSubstr("MISS"));
+  EXPECT_THAT(table, ::testing::HasSubstr("3 checks, 1 missed"));
+}
+
+}  // namespace
+}  // namespace drape::sim
