@@ -11,7 +11,7 @@
 #include "calib/test_rigs.hpp"
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -7,8 +7,8 @@
 #include "capture/ending.hpp"
 #include "capture/live/record.hpp"
 #include "core/error.hpp"
-#include "core/progress.hpp"
-#include "core/run_record.hpp"
+#include "core/program/progress.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

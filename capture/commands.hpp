@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/live/record.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 

@@ -3,7 +3,7 @@
 
 #include "capture/capture.hpp"
 #include "capture/live/record.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 

@@ -10,7 +10,7 @@
 #include "capture/image_check.hpp"
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/parallel.hpp"
 
 namespace drape {

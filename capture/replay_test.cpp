@@ -4,7 +4,7 @@
 #include "capture/capture.hpp"
 #include "capture/test_images.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

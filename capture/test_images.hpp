@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::test {
 

@@ -5,7 +5,7 @@
 #include "capture/folder_layout.hpp"
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/parallel.hpp"
 
 namespace drape {

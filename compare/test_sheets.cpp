@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "core/files.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare::test {

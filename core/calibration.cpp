@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {

@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {

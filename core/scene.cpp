@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/toml_file.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {

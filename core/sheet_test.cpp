@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

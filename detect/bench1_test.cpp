@@ -9,8 +9,8 @@
 #include <iostream>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "detect/detect.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"

@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <set>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
 #include "detect/targets/board.hpp"

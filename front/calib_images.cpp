@@ -10,9 +10,9 @@
 
 #include "front/process.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/recording.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 

@@ -11,7 +11,7 @@
 #include "front/process.hpp"
 #include "front/run.hpp"
 #include "core/error.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 namespace {
 

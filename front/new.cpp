@@ -8,7 +8,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"

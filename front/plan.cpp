@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/recording.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

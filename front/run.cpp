@@ -10,10 +10,10 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
-#include "core/progress.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/progress.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "front/plan.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/csv.hpp"
-#include "core/json_file.hpp"
+#include "core/files/csv.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/contact/surroundings.hpp"

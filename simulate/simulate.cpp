@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/cloth/drape_coefficient.hpp"
 #include "simulate/dynamics/motion.hpp"

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/progress.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/progress.hpp"
+#include "core/program/run_record.hpp"
 #include "synth/ending.hpp"
 #include "synth/program_options.hpp"
 #include "synth/synth.hpp"

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "core/error.hpp"
-#include "core/toml_file.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 

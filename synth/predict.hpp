@@ -7,7 +7,7 @@
 
 #include "core/camera_model.hpp"
 #include "core/rig.hpp"
-#include "synth/render.hpp"
+#include "synth/render/render.hpp"
 
 namespace drape::synth {
 

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::synth {

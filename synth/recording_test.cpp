@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "synth/synth.hpp"
 #include "synth/test_cameras.hpp"

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
 #include "synth/random.hpp"

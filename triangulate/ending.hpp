@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 #include "triangulate/triangulate.hpp"
 
 namespace drape {

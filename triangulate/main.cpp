@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 #include "triangulate/ending.hpp"
 #include "triangulate/triangulate.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "calib/exchange/exchange.hpp"
 #include "calib/test_exchange.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 

@@ -15,7 +15,7 @@
 
 #include "calib/test_exchange.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -6,9 +6,9 @@
 
 #include "calib/exchange/exchange.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;

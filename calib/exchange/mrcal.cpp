@@ -6,7 +6,7 @@
 
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {

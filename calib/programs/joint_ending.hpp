@@ -6,7 +6,7 @@
 #include <string>
 
 #include "calib/joint.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape {
 

@@ -7,8 +7,8 @@
 #include "calib/programs/joint_ending.hpp"
 #include "calib/programs/program_options.hpp"
 #include "core/error.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;

@@ -5,8 +5,8 @@
 
 #include "calib/calib.hpp"
 #include "calib/joint.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 

@@ -9,7 +9,7 @@
 #include "calib/tsai/refine.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "calib/tsai/tsai.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -4,8 +4,8 @@
 
 #include "capture/doctor/device_list.hpp"
 #include "capture/host/camera_host.hpp"
-#include "core/json_file.hpp"
-#include "core/program.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/program.hpp"
 
 namespace {
 

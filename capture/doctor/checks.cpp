@@ -15,7 +15,7 @@
 
 #include "capture/live/frame_quality.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 namespace {

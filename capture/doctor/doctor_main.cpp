@@ -5,8 +5,8 @@
 #include "capture/doctor/checks.hpp"
 #include "capture/doctor/device_list.hpp"
 #include "core/error.hpp"
-#include "core/json_file.hpp"
-#include "core/program.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/program.hpp"
 
 namespace {
 

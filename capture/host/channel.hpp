@@ -7,7 +7,7 @@
 #include <span>
 
 #include "capture/device/camera.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape {
 

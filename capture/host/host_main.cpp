@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "capture/host/serve.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 // camera does not wait for the image libraries when it is opened again.
 #include "capture/host/serve.hpp"
 #include "core/error.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 int main(int argc, char** argv) {
   CLI::App app(

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/rig.hpp"
-#include "core/toml_file.hpp"
+#include "core/files/toml_file.hpp"
 
 namespace drape {
 namespace {

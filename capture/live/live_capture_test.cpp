@@ -19,7 +19,7 @@
 #include "capture/live/live_bench.hpp"
 #include "capture/live/record.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

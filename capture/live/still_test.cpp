@@ -12,8 +12,8 @@
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
 #include "capture/live/record.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/paths.hpp"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "capture/live/live_capture.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"

@@ -5,7 +5,7 @@
 
 #include "compare/history/explain.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {

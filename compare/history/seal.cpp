@@ -10,8 +10,8 @@
 #include "compare/store/provenance.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::compare {
 namespace {

@@ -8,7 +8,7 @@
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/history/seal.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

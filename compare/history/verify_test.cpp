@@ -16,8 +16,8 @@
 #include "compare/history/seal.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 

@@ -10,8 +10,8 @@
 #include "compare/meshes/mesh_file.hpp"
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/toml_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

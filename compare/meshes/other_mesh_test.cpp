@@ -14,7 +14,7 @@
 #include "compare/history/seal.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"

@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "compare/metrics/drapemeter.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "compare/store/outcome.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape::compare {
 

@@ -2,8 +2,8 @@
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
 #include "compare/history/seal.hpp"
-#include "core/progress.hpp"
-#include "core/run_record.hpp"
+#include "core/program/progress.hpp"
+#include "core/program/run_record.hpp"
 
 namespace {
 

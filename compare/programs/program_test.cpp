@@ -5,8 +5,8 @@
 #include <cstdlib>
 
 #include "compare/test_sheets.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {

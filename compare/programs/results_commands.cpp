@@ -13,7 +13,7 @@
 #include "compare/history/seal.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 namespace drape::compare {
 

@@ -17,7 +17,7 @@
 #include "compare/store/sheet_folders.hpp"
 #include "compare/report/svg.hpp"
 #include "compare/test_sheets.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -9,7 +9,7 @@
 #include "compare/report/html.hpp"
 #include "compare/history/results.hpp"
 #include "compare/report/svg.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "compare/report/html.hpp"
 #include "compare/store/provenance.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {

@@ -8,8 +8,8 @@
 #include "compare/report/figures.hpp"
 #include "compare/report/html.hpp"
 #include "compare/report/viewer.hpp"
-#include "core/files.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

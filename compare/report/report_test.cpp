@@ -7,7 +7,7 @@
 #include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {

@@ -10,7 +10,7 @@
 #include "compare/report/figures.hpp"
 #include "compare/meshes/obstacle_mesh.hpp"
 #include "compare/report/viewer_assets.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

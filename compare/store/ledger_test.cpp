@@ -13,7 +13,7 @@
 #include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <set>
 
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::compare {
 namespace {

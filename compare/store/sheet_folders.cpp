@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::compare {
 namespace {

@@ -13,7 +13,7 @@
 #include "compare/store/ledger.hpp"
 #include "compare/store/migrate.hpp"
 #include "compare/store/sqlite_error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -8,7 +8,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/store/store.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -14,7 +14,7 @@
 #include "compare/history/results.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

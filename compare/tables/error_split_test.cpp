@@ -7,9 +7,9 @@
 #include "compare/report/report.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::compare {
 

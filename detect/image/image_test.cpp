@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <random>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "detect/dots/noise.hpp"
 #include "tests/support/paths.hpp"
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "detect/detect.hpp"
 #include "detect/frame.hpp"

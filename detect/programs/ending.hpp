@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 #include "detect/detect.hpp"
 
 namespace drape {

@@ -14,7 +14,7 @@
 #include <random>
 #include <set>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "detect/detect.hpp"
 #include "detect/frame.hpp"
 #include "tests/support/paths.hpp"

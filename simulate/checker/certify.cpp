@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 #include "core/error.hpp"
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/edges.hpp"
 #include "simulate/checker/layers.hpp"

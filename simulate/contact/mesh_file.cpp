@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/triangle_mesh.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "simulate/contact/surroundings.hpp"
 #include "tests/support/paths.hpp"
 

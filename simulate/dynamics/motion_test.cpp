@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::sim {

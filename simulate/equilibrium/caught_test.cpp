@@ -8,7 +8,7 @@
 #include <string>
 #include <variant>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/simulate.hpp"

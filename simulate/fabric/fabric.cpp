@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/toml_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/kes.hpp"
 

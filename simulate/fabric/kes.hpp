@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/toml_file.hpp"
+#include "core/files/toml_file.hpp"
 #include "simulate/fabric/fabric.hpp"
 
 namespace drape {

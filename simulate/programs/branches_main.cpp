@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/branches.hpp"
 

@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
 
 namespace {

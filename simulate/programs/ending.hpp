@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/validation/validation.hpp"
 

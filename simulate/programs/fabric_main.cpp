@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/plot.hpp"
 #include "simulate/simulate.hpp"

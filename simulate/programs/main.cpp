@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/progress.hpp"
-#include "core/run_record.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/progress.hpp"
+#include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <optional>
 
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 #include "core/rig.hpp"
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/fabric/fabric.hpp"

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/program.hpp"
-#include "core/progress.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/progress.hpp"
 #include "simulate/study/study.hpp"
 
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "simulate/equilibrium/run.hpp"
 
 namespace drape::sim {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
 #include "simulate/equilibrium/run.hpp"
 

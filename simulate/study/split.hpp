@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/json_file.hpp"
+#include "core/files/json_file.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"

@@ -7,8 +7,8 @@
 #include <mutex>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape {

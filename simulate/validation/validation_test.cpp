@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 #include "simulate/validation/exact.hpp"
 #include "tests/support/paths.hpp"
 

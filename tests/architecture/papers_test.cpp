@@ -6,7 +6,7 @@
 #include <regex>
 #include <set>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/architecture/source_files.hpp"
 #include "tests/support/paths.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/conformance/board_picture.hpp"
 #include "tests/support/small_bench.hpp"

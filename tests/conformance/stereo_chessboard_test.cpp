@@ -9,7 +9,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"

@@ -8,8 +8,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/recording.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"

@@ -14,7 +14,7 @@
 #include <sstream>
 #include <thread>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <functional>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace {

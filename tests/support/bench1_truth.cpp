@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 

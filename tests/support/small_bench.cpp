@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::test {
 

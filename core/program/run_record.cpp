@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
-#include "core/json_file.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/pose.hpp"
 #include "core/rig.hpp"
 #include "core/sheet.hpp"
-#include "synth/face_pattern.hpp"
+#include "synth/render/face_pattern.hpp"
 
 namespace drape::synth {
 

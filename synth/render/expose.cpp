@@ -4,7 +4,7 @@
 
 #include "core/parallel.hpp"
 #include "synth/random.hpp"
-#include "synth/render.hpp"
+#include "synth/render/render.hpp"
 
 namespace drape::synth {
 namespace {

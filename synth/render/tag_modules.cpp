@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/tag_modules.hpp"
+#include "synth/render/tag_modules.hpp"
 
 #include <apriltag/apriltag.h>
 #include <apriltag/tag16h5.h>

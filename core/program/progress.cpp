@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/progress.hpp"
+#include "core/program/progress.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

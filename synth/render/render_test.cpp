@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/render.hpp"
+#include "synth/render/render.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/caster.hpp"
+#include "synth/render/caster.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>

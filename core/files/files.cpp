@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

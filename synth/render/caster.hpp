@@ -8,7 +8,7 @@
 
 #include "core/camera_model.hpp"
 #include "core/scene.hpp"
-#include "synth/grid_surface.hpp"
+#include "synth/render/grid_surface.hpp"
 
 namespace drape::synth {
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/camera_model.hpp"
-#include "synth/caster.hpp"
-#include "synth/face_pattern.hpp"
-#include "synth/grid_surface.hpp"
+#include "synth/render/caster.hpp"
+#include "synth/render/face_pattern.hpp"
+#include "synth/render/grid_surface.hpp"
 
 namespace drape::synth {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/program.hpp"
+#include "core/program/program.hpp"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "core/json_file.hpp"
-#include "core/run_record.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape {
 namespace {

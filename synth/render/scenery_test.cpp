@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "synth/caster.hpp"
+#include "synth/render/caster.hpp"
 
 namespace drape::synth {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/csv.hpp"
+#include "core/files/csv.hpp"
 
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "synth/face_pattern.hpp"
+#include "synth/render/face_pattern.hpp"
 
 namespace drape::synth {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/run_record.hpp"
+#include "core/program/run_record.hpp"
 
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/face_pattern.hpp"
+#include "synth/render/face_pattern.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "synth/tag_modules.hpp"
+#include "synth/render/tag_modules.hpp"
 
 namespace drape::synth {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/toml_file.hpp"
+#include "core/files/toml_file.hpp"
 
 #define TOML_EXCEPTIONS 1
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/files.hpp"
+#include "core/files/files.hpp"
 
 namespace drape {
 

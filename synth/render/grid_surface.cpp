@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "synth/grid_surface.hpp"
+#include "synth/render/grid_surface.hpp"
 
 #include <fmt/format.h>
 
