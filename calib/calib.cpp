@@ -5,12 +5,12 @@
 
 #include <algorithm>
 
+#include "calib/checks/known_length.hpp"
 #include "calib/tsai/calibrate_camera.hpp"
 #include "calib/tsai/correspondence.hpp"
-#include "calib/checks/known_length.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 void check_positive(const char* option, double value) {
@@ -70,4 +70,4 @@ CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const T
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "calib/tsai/residuals.hpp"
 #include "calib/checks/stage_check.hpp"
+#include "calib/tsai/residuals.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 struct CalibOptions {
   double max_rms_px = 0.3;           ///< verdict: largest RMS point distance of a camera
@@ -75,4 +75,4 @@ struct CalibResult {
 [[nodiscard]] CalibResult calibrate_tsai(const Detections& detections, const Rig& rig,
                                          const Target& target, const CalibOptions& options);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using test::bench1_rig;
@@ -271,4 +271,4 @@ TEST(CalibOptions, RefuseWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

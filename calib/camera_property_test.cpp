@@ -10,7 +10,7 @@
 #include "core/camera_model.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::mm;
@@ -115,4 +115,4 @@ RC_GTEST_PROP(PoseProperty, InverseUndoesAndCompositionChains, (int)) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -8,17 +8,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/joint/common_error.hpp"
 #include "calib/checks/joint_checks.hpp"
-#include "calib/joint/covariance.hpp"
-#include "calib/joint/start.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/checks/next_view.hpp"
+#include "calib/joint/common_error.hpp"
+#include "calib/joint/covariance.hpp"
+#include "calib/joint/start.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::MatrixXd;
@@ -261,4 +261,4 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

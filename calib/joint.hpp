@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "calib/calib.hpp"
-#include "calib/joint/fit.hpp"
 #include "calib/checks/stage_check.hpp"
+#include "calib/joint/fit.hpp"
 #include "calib/joint/uncertainty.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 struct JointOptions {
   CalibOptions common;
@@ -92,4 +92,4 @@ struct JointResult {
 /// Where cloth may hang: over the target, up to its highest stage.
 [[nodiscard]] WorldBox drape_volume(const JointModel& model);
 
-}  // namespace drape
+}  // namespace drape::calib

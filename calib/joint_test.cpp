@@ -15,7 +15,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using test::bench1_target;
@@ -203,4 +203,4 @@ TEST(Joint, ZhangsSetGivesHisPublishedDigits) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -10,6 +10,8 @@
 
 namespace drape::test {
 
+using namespace calib;
+
 inline CalibratedCamera calibrated_camera(const Camera& camera) {
   CalibratedCamera result;
   result.camera = camera;

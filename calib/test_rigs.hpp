@@ -11,6 +11,8 @@
 
 namespace drape::test {
 
+using namespace calib;
+
 /// Adds an error that all points of a frame share: a quadratic function of the place, in u and v.
 inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
   std::normal_distribution<double> normal(0, sd_px);

@@ -12,6 +12,8 @@
 
 namespace drape::test {
 
+using namespace calib;
+
 /// bench1's target as its target.toml describes it.
 inline Target bench1_target() {
   Target target;

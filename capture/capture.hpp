@@ -12,7 +12,7 @@
 
 #include "core/recording.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct CaptureOptions {
   int threads = 1;  ///< images checked at a time; never changes a result
@@ -115,4 +115,4 @@ class FrameSource {
 [[nodiscard]] std::unique_ptr<FrameSource> open_replay(
     const std::filesystem::path& recording_folder);
 
-}  // namespace drape
+}  // namespace drape::capture

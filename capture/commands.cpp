@@ -10,7 +10,7 @@
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,4 +97,4 @@ int run_verify(const fs::path& recording_folder, const CommonOptions& common) {
   return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -9,7 +9,7 @@
 #include "capture/live/record.hpp"
 #include "core/program/program.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct CaptureCommand {
   std::filesystem::path rig, recording;
@@ -29,4 +29,4 @@ int run_import(const std::filesystem::path& folder, const std::filesystem::path&
                const CommonOptions& common);
 int run_verify(const std::filesystem::path& recording, const CommonOptions& common);
 
-}  // namespace drape
+}  // namespace drape::capture

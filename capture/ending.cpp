@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace drape {
+namespace drape::capture {
 
 Ending ending_of(const ImportResult& result, const std::filesystem::path& recording_folder) {
   const ImportReport& report = result.report;
@@ -99,4 +99,4 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int frame
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

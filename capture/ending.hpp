@@ -5,7 +5,7 @@
 #include "capture/live/record.hpp"
 #include "core/program/program.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// The last lines after an import into `recording_folder`.
 [[nodiscard]] Ending ending_of(const ImportResult& result,
@@ -18,4 +18,4 @@ namespace drape {
 [[nodiscard]] Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
                                const std::filesystem::path& recording_folder);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -14,7 +14,7 @@
 #include "capture/natural_order.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -151,4 +151,4 @@ std::vector<std::string> require_same_cameras(const fs::path& folder, const Fold
   return {cameras.begin(), cameras.end()};
 }
 
-}  // namespace drape
+}  // namespace drape::capture

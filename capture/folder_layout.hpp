@@ -7,7 +7,7 @@
 
 #include "capture/capture.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// An image file by its place in a folder <set>/<camera>.<ending>.
 struct ImageFile {
@@ -37,4 +37,4 @@ struct FolderLayout {
 [[nodiscard]] std::vector<std::string> require_same_cameras(const std::filesystem::path& folder,
                                                             const FolderLayout& layout);
 
-}  // namespace drape
+}  // namespace drape::capture

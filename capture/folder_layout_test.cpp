@@ -7,7 +7,7 @@
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::ElementsAre;
@@ -88,4 +88,4 @@ TEST_F(Layout, RefusesAnAbsentFolder) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 
 #include "capture/image_structure.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr const char* copy_again = "copy the image again from its source, or leave this set out";
@@ -40,4 +40,4 @@ ImageSize check_image(std::span<const unsigned char> bytes, const Where& where) 
   return {image.cols, image.rows};
 }
 
-}  // namespace drape
+}  // namespace drape::capture

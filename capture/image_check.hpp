@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct ImageSize {
   int width_px = 0, height_px = 0;
@@ -17,4 +17,4 @@ struct ImageSize {
 /// Error(bad_input) at `where` otherwise.
 [[nodiscard]] ImageSize check_image(std::span<const unsigned char> bytes, const Where& where);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using Bytes = std::span<const unsigned char>;
@@ -205,4 +205,4 @@ std::optional<std::string> structure_fault(ImageFormat format, Bytes bytes) {
   return "has an unknown format";
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-namespace drape {
+namespace drape::capture {
 
 /// File formats a recording may hold.
 enum class ImageFormat { png, jpeg, tiff };
@@ -20,4 +20,4 @@ enum class ImageFormat { png, jpeg, tiff };
 [[nodiscard]] std::optional<std::string> structure_fault(ImageFormat format,
                                                          std::span<const unsigned char> bytes);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::image_bytes;
@@ -96,4 +96,4 @@ TEST(ImageFormatByContent, KnowsNothingElse) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

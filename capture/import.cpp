@@ -13,7 +13,7 @@
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -176,4 +176,4 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   return {std::move(recording), std::move(report)};
 }
 
-}  // namespace drape
+}  // namespace drape::capture

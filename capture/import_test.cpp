@@ -7,7 +7,7 @@
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -163,4 +163,4 @@ TEST_F(Import, RefusesNoThreads) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -3,6 +3,10 @@
 
 #include "capture/commands.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::capture;
+
 int main(int argc, char** argv) {
   CLI::App app(
       "Captures sets of frames from the cameras of a rig, makes recordings of images from\n"
@@ -11,11 +15,11 @@ int main(int argc, char** argv) {
       "  drape-capture import photos --out recording             photos/<set>/<camera>.png\n"
       "  drape-capture verify recording                          every image against its SHA-256\n",
       "drape-capture");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   app.fallthrough();  // so that subcommands take the common options too
   app.require_subcommand(0, 1);
-  drape::CaptureCommand command;
+  CaptureCommand command;
   std::filesystem::path folder;
   std::filesystem::path recording;
   app.add_option("RIG", command.rig, "folder with rig.toml and cameras.toml");
@@ -25,8 +29,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000));
   app.add_flag("--average", command.average, "store one set, the mean of all frames");
   app.add_option("--format", command.format, "png, or pgm: faster to write, twice the space")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, drape::FrameFormat>{
-          {"png", drape::FrameFormat::png}, {"pgm", drape::FrameFormat::pgm}}));
+      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameFormat>{
+          {"png", FrameFormat::png}, {"pgm", FrameFormat::pgm}}));
   app.add_option("--calibration", command.calibration, "tells the cloth's speed in mm/s");
   app.add_option("--patience-s", command.patience_s, "give up when no frame comes for that long");
   CLI::App* importing = app.add_subcommand("import", "images from elsewhere to a recording");
@@ -39,8 +43,8 @@ int main(int argc, char** argv) {
   importing->add_option("--recorded-on", recorded_on, "day of the recording, as 2026-01-31");
   CLI::App* verifying = app.add_subcommand("verify", "is every image as it was recorded?");
   verifying->add_option("RECORDING", recording, "folder with recording.json")->required();
-  return drape::run_program(app, argc, argv, common, [&] {
-    auto arguments = drape::arguments_of(argc, argv);
+  return run_program(app, argc, argv, common, [&] {
+    auto arguments = arguments_of(argc, argv);
     if (importing->parsed())
       return run_import(folder, recording, recorded_on, std::move(arguments), common);
     if (verifying->parsed()) return run_verify(recording, common);

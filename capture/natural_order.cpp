@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <compare>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 bool is_digit(char c) {
@@ -43,4 +43,4 @@ bool natural_less(std::string_view a, std::string_view b) {
   return std::is_eq(order) ? a < b : std::is_lt(order);
 }
 
-}  // namespace drape
+}  // namespace drape::capture

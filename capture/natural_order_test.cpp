@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 TEST(NaturalOrder, CountsDigitRunsAsNumbers) {
@@ -30,4 +30,4 @@ TEST(NaturalOrder, HandlesNumbersLongerThanAnyInteger) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

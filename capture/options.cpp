@@ -5,7 +5,7 @@
 #include "capture/capture.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 void CaptureOptions::check() const {
   if (threads < 1) throw usage_error("the number of threads must be 1 or more", "give --threads 1");
@@ -20,4 +20,4 @@ void CaptureOptions::check() const {
     throw usage_error("`" + *recorded_on + "` is no date", "write it as 2026-01-31");
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 #include "capture/capture.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 class ReplaySource final : public FrameSource {
@@ -56,4 +56,4 @@ std::unique_ptr<FrameSource> open_replay(const std::filesystem::path& recording_
   return std::make_unique<ReplaySource>(read_recording(recording_folder));
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -7,7 +7,7 @@
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::ElementsAre;
@@ -65,4 +65,4 @@ TEST_F(Replay, RefusesAManifestWithAnIncompleteSet) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -12,6 +12,8 @@
 
 namespace drape::test {
 
+using namespace capture;
+
 /// An image file (".png", ".jpg", ".tif") whose pixels depend on `seed`.
 inline std::vector<unsigned char> image_bytes(const std::string& ending, int seed = 0,
                                               int width_px = 64, int height_px = 48) {

@@ -7,7 +7,7 @@
 
 #include "capture/capture.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// Counts finished images and tells the caller, one call at a time.
 class Ticker {
@@ -29,4 +29,4 @@ class Ticker {
   std::mutex mutex_;
 };
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 struct Item {
@@ -69,4 +69,4 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
   return report;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -9,7 +9,7 @@
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -86,4 +86,4 @@ TEST(Bench1Recording, IsAsRecorded) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

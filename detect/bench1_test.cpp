@@ -16,6 +16,9 @@
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 namespace fs = std::filesystem;

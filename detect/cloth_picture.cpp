@@ -13,6 +13,9 @@
 #include "detect/prints/layout.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 constexpr int ink_per_mm = 20;

@@ -12,6 +12,8 @@
 
 namespace drape::test {
 
+using namespace detect;
+
 /// How a drawn cloth hangs and is seen, for tests of failure cases: a generalised cylinder, bent
 /// along the weft only, under a camera far above it. Millimetres of the print to pixels.
 struct ClothView {

@@ -13,14 +13,14 @@
 #include "core/files/files.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
-#include "detect/targets/board.hpp"
-#include "detect/targets/chessboard.hpp"
 #include "detect/frame.hpp"
 #include "detect/image/image.hpp"
 #include "detect/image/overlay.hpp"
 #include "detect/labels/print_plane.hpp"
+#include "detect/targets/board.hpp"
+#include "detect/targets/chessboard.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double preview_scale = 0.5;
@@ -256,4 +256,4 @@ std::vector<std::string> default_sets(const Rig& rig, Surface surface) {
   return sets;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

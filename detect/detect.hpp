@@ -11,7 +11,7 @@
 #include "core/recording.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 struct DetectOptions {
   Surface surface = Surface::cloth;
@@ -74,4 +74,4 @@ using DetectProgress = std::function<void(double fraction, const std::string& wh
 /// the drapes of the rig's scenes.
 [[nodiscard]] std::vector<std::string> default_sets(const Rig& rig, Surface surface);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -17,6 +17,9 @@
 #include "detect/frame.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 using ::testing::AnyOf;

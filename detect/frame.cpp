@@ -13,15 +13,15 @@
 #include <utility>
 #include <vector>
 
-#include "detect/labels/dot_scale.hpp"
+#include "detect/dots/local_map.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
+#include "detect/image/mosaic.hpp"
+#include "detect/labels/dot_scale.hpp"
 #include "detect/labels/labels.hpp"
 #include "detect/labels/lattice.hpp"
-#include "detect/dots/local_map.hpp"
-#include "detect/image/mosaic.hpp"
 #include "detect/tags/tag_cells.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr std::size_t blur_samples = 9;
@@ -349,4 +349,4 @@ FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, 
   return frame;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,7 +6,7 @@
 #include "detect/labels/print_plane.hpp"
 #include "detect/tags/tags.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Limits beyond which a dot is not measured but rejected with the reason.
 struct FrameLimits {
@@ -25,4 +25,4 @@ struct FrameLimits {
 [[nodiscard]] FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane,
                                            TagFinder& finder, const FrameLimits& limits);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -8,11 +8,11 @@
 #include <regex>
 #include <set>
 
-#include "front/process.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/recording.hpp"
 #include "core/program/run_record.hpp"
+#include "core/recording.hpp"
+#include "front/process.hpp"
 
 namespace drape {
 namespace {

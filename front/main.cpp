@@ -6,12 +6,12 @@
 #include <filesystem>
 #include <set>
 
+#include "core/error.hpp"
+#include "core/program/run_record.hpp"
 #include "front/calib_images.hpp"
 #include "front/new.hpp"
 #include "front/process.hpp"
 #include "front/run.hpp"
-#include "core/error.hpp"
-#include "core/program/run_record.hpp"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/recording.hpp"
 #include "core/program/run_record.hpp"
+#include "core/recording.hpp"
 
 namespace drape {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "front/process.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
+#include "front/process.hpp"
 
 namespace drape {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "front/plan.hpp"
 #include "core/program/program.hpp"
+#include "front/plan.hpp"
 
 namespace drape {
 

@@ -4,7 +4,7 @@
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using units::deg;
@@ -53,7 +53,7 @@ Json energy_json(const SimulateReport& report) {
   return json;
 }
 
-Json strain_json(const sim::Cloth::Strains& strains) {
+Json strain_json(const Cloth::Strains& strains) {
   Json json;
   json["warp_percent"] = {strains.warp_least / percent, strains.warp_most / percent};
   json["weft_percent"] = {strains.weft_least / percent, strains.weft_most / percent};
@@ -107,7 +107,7 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
   json["segments"] = options.segments;
   json["model"] = options.model;
   json["solver"] = options.solver;
-  json["mass"] = options.mass == sim::MassRule::area && options.model != "paper" ? "area" : "paper";
+  json["mass"] = options.mass == MassRule::area && options.model != "paper" ? "area" : "paper";
   json["damping_per_s"] = options.damping_per_s;
   json["air_drag_kg_per_m3"] = options.air_drag_kg_per_m3;
   json["spring_damping_ratio"] = options.spring_damping_ratio;
@@ -123,19 +123,6 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
 }
 
 }  // namespace
-
-std::vector<std::string> history_columns() {
-  return {"time_s",
-          "kinetic_energy_uJ",
-          "gravity_energy_uJ",
-          "stretch_energy_uJ",
-          "shear_energy_uJ",
-          "bending_energy_uJ",
-          "twist_energy_uJ",
-          "contact_energy_uJ",
-          "largest_residual_per_particle_weight",
-          "particles_touching"};
-}
 
 std::string history_csv(const std::vector<HistoryRow>& history) {
   const std::vector<std::string> names = history_columns();
@@ -187,4 +174,4 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   write_json(file, json);
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

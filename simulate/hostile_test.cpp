@@ -10,12 +10,12 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/contact/surroundings.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -202,7 +202,7 @@ void expect_honest(const Trial& trial, int index, Tally& tally) {
     }
     if (report.status != RestStatus::at_rest) return;
     EXPECT_LT(report.residual, trial.options.residual_tolerance) << "trial " << index;
-    const sim::Surroundings objects(trial.scene);
+    const Surroundings objects(trial.scene);
     for (const SheetMark& mark : result.sheet.marks) {
       for (int shape = 0; shape < objects.count(); ++shape) {
         EXPECT_GT(objects.gap_m(shape, mark.point_in_world), -1e-4) << "trial " << index;
@@ -264,4 +264,4 @@ TEST(RandomScenes, HostileOnesAreRefusedOrEndFinite) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

@@ -10,7 +10,7 @@
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 ClothLaws cotton() {
@@ -109,4 +109,4 @@ TEST(Round, TheDrapemeterGivesACoefficientThatFallsWithTheStiffness) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -10,14 +10,14 @@
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/cloth/drape_coefficient.hpp"
-#include "simulate/dynamics/motion.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
+#include "simulate/dynamics/motion.hpp"
+#include "simulate/equilibrium/run.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/start/start_check.hpp"
-#include "simulate/equilibrium/run.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -37,18 +37,18 @@ constexpr double kCuts = 0.1e-3;         // m; deeper between particles, a warni
 constexpr double kThicknessShare = 0.5;  // of the spacing: thicker layers would meet themselves
 constexpr double kSunk = 0.1e-3;         // m; a particle deeper than this in an object is no result
 
-Vector3d at(const sim::Field& x, int i) {
+Vector3d at(const Field& x, int i) {
   const std::size_t n = x.size() / 3;
   return {x[i], x[n + i], x[2 * n + i]};
 }
 
-void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
-                  const sim::Field& position, SimulateReport& report);
+void measure_gaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
+                  SimulateReport& report);
 
 /// One run: the motion and what is known about it so far.
 class Run {
  public:
-  Run(sim::Cloth& cloth, const sim::Surroundings& surroundings, const Scene& scene,
+  Run(Cloth& cloth, const Surroundings& surroundings, const Scene& scene,
       const SimulateOptions& options)
       : cloth_(cloth),
         surroundings_(surroundings),
@@ -58,10 +58,10 @@ class Run {
                  scene.friction, options.contact_between_particles, options.cloth_thickness_m}),
         weight_n_(cloth.total_mass_kg() * scene.gravity_m_per_s2.norm()) {}
 
-  void start(const sim::StartState& state, bool relaxed, SimulateReport& report);
+  void start(const StartState& state, bool relaxed, SimulateReport& report);
   void go(SimulateResult& result);
 
-  [[nodiscard]] const sim::Field& position() const { return motion_.position; }
+  [[nodiscard]] const Field& position() const { return motion_.position; }
 
  private:
   [[nodiscard]] bool quiet() const {
@@ -75,11 +75,11 @@ class Run {
   void certify(SimulateReport& report);
   [[nodiscard]] double total_energy_j() const;
 
-  sim::Cloth& cloth_;
-  const sim::Surroundings& surroundings_;
+  Cloth& cloth_;
+  const Surroundings& surroundings_;
   const SimulateOptions& options_;
-  sim::Motion motion_;
-  std::vector<sim::Hold> holds_;
+  Motion motion_;
+  std::vector<Hold> holds_;
   std::vector<Vector3d> hold_in_world_;
   double weight_n_;
   double time_s_ = 0, pins_placed_s_ = 0, damped_from_s_ = 0, smooth_kinetic_j_ = 0;
@@ -88,7 +88,7 @@ class Run {
   bool damped_more_ = false;
 };
 
-void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& report) {
+void Run::start(const StartState& state, bool relaxed, SimulateReport& report) {
   motion_.position = state.position;
   holds_ = state.holds;
   hold_in_world_ = state.hold_in_world;
@@ -109,12 +109,11 @@ void Run::start(const sim::StartState& state, bool relaxed, SimulateReport& repo
         "a pin starts {:.1f} mm from its place and is moved there in the first {:.1f} s",
         farthest / mm, kPinTravelTime));
   }
-  for (const std::string& fault :
-       sim::faults_of_start(cloth_.grid(), motion_.position, surroundings_)) {
+  for (const std::string& fault : faults_of_start(cloth_.grid(), motion_.position, surroundings_)) {
     report.warnings.push_back(fault);
   }
   const int moved = motion_.push_out();
-  if (moved > 0) report.warnings.push_back(sim::told_of_lifted(moved));
+  if (moved > 0) report.warnings.push_back(told_of_lifted(moved));
   damped_from_s_ = std::max(pins_placed_s_, relaxed ? 0.0 : options_.natural_time_s);
   report.energy_start_j = total_energy_j();
 }
@@ -168,7 +167,7 @@ void Run::damp_more(SimulateReport& report) {
 }
 
 void Run::note(SimulateResult& result) {
-  const sim::InternalEnergies inner = cloth_.energies(motion_.position);
+  const InternalEnergies inner = cloth_.energies(motion_.position);
   result.history.push_back({time_s_, motion_.kinetic_energy_j(), motion_.gravity_energy_j(),
                             inner.stretch_j, inner.shear_j, inner.bending_j, inner.twist_j,
                             motion_.line_contacts().energy_j(motion_.position) +
@@ -245,8 +244,8 @@ void Run::certify(SimulateReport& report) {
                         report.steps, report.residual);
 }
 
-void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
-                  const sim::Field& position, SimulateReport& report) {
+void measure_gaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
+                  SimulateReport& report) {
   constexpr int kSamples = 8;  // per cell side
   report.least_gap_table_m = 1e9;
   for (int shape = 0; shape < surroundings.count(); ++shape) {
@@ -279,16 +278,15 @@ void measure_gaps(const sim::GridSpec& grid, const sim::Surroundings& surroundin
 }
 
 /// What the sheet does that cloth cannot: it is said, and such a sheet is not called at rest.
-void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surroundings,
-                    const sim::Field& position, const SimulateOptions& options,
-                    SimulateReport& report) {
+void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
+                    const SimulateOptions& options, SimulateReport& report) {
   // A cell of straight lines lies inside a round body by its width squared over four radii, so what
   // a coarse grid cannot follow is measured by the grid.
   const double spacing_m = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   report.penetration_tolerance_m =
       std::max(options.penetration_tolerance_m, options.penetration_share * spacing_m);
   if (report.status == RestStatus::diverged) return;
-  const sim::SelfDistance self = sim::self_distance(grid, position);
+  const SelfDistance self = self_distance(grid, position);
   report.least_self_distance_m = self.least_m;
   report.self_crossings = self.crossings;
   std::string fault;
@@ -307,8 +305,8 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surround
   if (report.deepest_edge_m > kSunk)
     fault = fmt::format("with an edge or corner of an object {:.2g} mm deep in it",
                         report.deepest_edge_m / mm);
-  report.pierced_m = std::max(sim::pierced_m(grid, position, surroundings),
-                              sim::rim_through_m(grid, position, surroundings));
+  report.pierced_m = std::max(pierced_m(grid, position, surroundings),
+                              rim_through_m(grid, position, surroundings));
   if (report.pierced_m > report.penetration_tolerance_m)
     fault = fmt::format("pierced: an edge of an object stands {:.2g} mm through it",
                         report.pierced_m / mm);
@@ -325,14 +323,14 @@ void judge_overlaps(const sim::GridSpec& grid, const sim::Surroundings& surround
 
 /// Damping time of the springs for a ratio at the highest stretch frequency omega:
 /// force = tau * stiffness * rate damps it by tau omega / 2.
-double spring_damping_s(const sim::ClothLaws& laws, const sim::GridSpec& grid, double ratio) {
+double spring_damping_s(const ClothLaws& laws, const GridSpec& grid, double ratio) {
   const double warp = std::sqrt(laws.tensile[0].slope) / grid.warp_spacing_m();
   const double weft = std::sqrt(laws.tensile[1].slope) / grid.weft_spacing_m();
   const double omega = 2 * std::max(warp, weft) / std::sqrt(laws.density_kg_per_m2);
   return 2 * ratio / omega;
 }
 
-Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
+Sheet sheet_of(const GridSpec& grid, const Field& position) {
   Sheet sheet;
   sheet.rows = grid.rows;
   sheet.cols = grid.cols;
@@ -341,7 +339,7 @@ Sheet sheet_of(const sim::GridSpec& grid, const sim::Field& position) {
     for (int c = 0; c < grid.cols; ++c) {
       SheetMark mark;
       mark.mark = {r, c};
-      mark.material_m = sim::material_of(grid, r, c);
+      mark.material_m = material_of(grid, r, c);
       mark.point_in_world = at(position, grid.index(r, c));
       if (grid.cells_at(r, c) == 0) {
         sheet.gaps.push_back({mark.mark, "outside the round specimen"});
@@ -409,11 +407,11 @@ void SimulateOptions::check() const {
           "a time or the imperfection is negative", "give 0 or more");
 }
 
-void finish_static(const sim::StaticCase& the_case, const Fabric& fabric, const sim::GridSpec& grid,
-                   const SimulateOptions& options, const sim::StaticDrape& drape,
+void finish_static(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
+                   const SimulateOptions& options, const StaticDrape& drape,
                    SimulateResult& result) {
-  const sim::StaticOptions how = sim::static_options(the_case.scene, options);
-  sim::book_static(the_case, grid, how, drape, result);
+  const StaticOptions how = static_options(the_case.scene, options);
+  book_static(the_case, grid, how, drape, result);
   measure_gaps(grid, the_case.surroundings, drape.position, result.report);
   judge_overlaps(grid, the_case.surroundings, drape.position, options, result.report);
   result.sheet = sheet_of(grid, drape.position);
@@ -425,25 +423,24 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   options.check();
   SimulateResult result;
   SimulateReport& report = result.report;
-  const sim::GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
-  sim::ClothLaws laws = make_laws(fabric, options.segments, report);
+  const GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
+  ClothLaws laws = make_laws(fabric, options.segments, report);
   const bool paper = options.model == "paper";
   if (paper) {
     laws.twist_n_m = report.twist_n_m = 0;
     report.warnings.clear();  // they are about the twist stiffness, which this model has not
   }
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
-  const sim::Surroundings surroundings(scene);
+  const Surroundings surroundings(scene);
   if (options.solver == "static") {
-    const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
-    const sim::StaticOptions how = sim::static_options(scene, options);
+    const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+    const StaticOptions how = static_options(scene, options);
     finish_static(the_case, fabric, grid, options, drape_statically(the_case, grid, how), result);
     return result;
   }
-  sim::Cloth cloth(grid, laws, options.mass,
-                   paper ? sim::ClothModel::paper : sim::ClothModel::consistent);
-  const sim::StartState start =
-      sim::make_start(scene, print, grid, measured, surroundings.top_z_m(), options.imperfection_m);
+  Cloth cloth(grid, laws, options.mass, paper ? ClothModel::paper : ClothModel::consistent);
+  const StartState start =
+      make_start(scene, print, grid, measured, surroundings.top_z_m(), options.imperfection_m);
   report.placed_yaw_rad = start.report.flat.yaw_rad;
   report.placed_centre_in_world = start.report.flat.centre_in_world;
   report.placed_by_marks = start.report.marks_used;
@@ -469,10 +466,10 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
         report.clamped_springs));
   }
   judge_overlaps(grid, surroundings, run.position(), options, report);
-  report.drape_coefficient = sim::drape_coefficient(grid, run.position(), scene);
+  report.drape_coefficient = drape_coefficient(grid, run.position(), scene);
   result.sheet = sheet_of(grid, run.position());
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -13,7 +13,7 @@
 #include "simulate/cloth/cloth.hpp"
 #include "simulate/fabric/fabric.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// How to simulate; SI. The defaults are those of the program.
 struct SimulateOptions {
@@ -23,7 +23,7 @@ struct SimulateOptions {
   int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
   std::string model = "consistent";  ///< or "paper", which ignores `mass`
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
-  sim::MassRule mass = sim::MassRule::area;
+  MassRule mass = MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
   double air_drag_kg_per_m3 = 0.6;    ///< F = -c area |v| v; half of air's density, factor 1
   double spring_damping_ratio = 0.1;  ///< of the fastest stretch vibration
@@ -95,17 +95,17 @@ struct SimulateReport {
   double residual_rms = 0;
   double residual_tolerance = 0;
   double kinetic_j = 0;  ///< at the end
-  sim::Cloth::Strains strains;
+  Cloth::Strains strains;
   int contacts = 0;                          ///< particles touching
   int contacts_between = 0;                  ///< line pieces and cells watched between particles
-  int contacts_pairs = 0;                    ///< pressing pairs, see sim::PairContacts
+  int contacts_pairs = 0;                    ///< pressing pairs, see PairContacts
   std::optional<double> least_gap_object_m;  ///< of any particle; absent without objects
   double least_gap_table_m = 0;
   double penetration_tolerance_m = 0;  ///< that was applied between particles
   double deepest_between_m = 0;  ///< of the sheet between particles inside an object, 0 for none
   std::optional<double> least_self_distance_m;  ///< absent: no nearer than a grid spacing
   double cloth_thickness_m = 0;                 ///< that layers were kept apart
-  int self_crossings = 0;                       ///< pairs of triangles, see sim::self_distance
+  int self_crossings = 0;                       ///< pairs of triangles, see self_distance
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
@@ -139,10 +139,21 @@ struct SimulateResult {
                                       const SimulateOptions& options);
 
 /// Laws for the particle grid from the measured curves.
-[[nodiscard]] sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
+[[nodiscard]] ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
 
-/// The heads of history.csv.
-[[nodiscard]] std::vector<std::string> history_columns();
+/// Column names of history.csv; inline, so that a reader of the file links no solver.
+[[nodiscard]] inline std::vector<std::string> history_columns() {
+  return {"time_s",
+          "kinetic_energy_uJ",
+          "gravity_energy_uJ",
+          "stretch_energy_uJ",
+          "shear_energy_uJ",
+          "bending_energy_uJ",
+          "twist_energy_uJ",
+          "contact_energy_uJ",
+          "largest_residual_per_particle_weight",
+          "particles_touching"};
+}
 
 /// Columns with units: time, energies, residual, contacts.
 [[nodiscard]] std::string history_csv(const std::vector<HistoryRow>& history);
@@ -151,4 +162,4 @@ struct SimulateResult {
 void write_certificate(const std::filesystem::path& file, const SimulateResult& result,
                        const SimulateOptions& options);
 
-}  // namespace drape
+}  // namespace drape::simulate

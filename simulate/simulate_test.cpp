@@ -13,7 +13,7 @@
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -46,7 +46,7 @@ SimulateResult drape_bench1(const std::string& name, SimulateOptions options) {
 
 TEST(Start, FlatPoseIsFoundFromTheMarksOnTop) {
   const Print print = read_print(bench() / "print.toml");
-  const sim::FlatPose truth{{0.01, -0.02, 0.1}, 17 * deg};
+  const FlatPose truth{{0.01, -0.02, 0.1}, 17 * deg};
   Sheet sheet;
   sheet.rows = sheet.cols = 11;
   sheet.patch_m = print.patch_m;
@@ -58,8 +58,8 @@ TEST(Start, FlatPoseIsFoundFromTheMarksOnTop) {
       sheet.marks.push_back({{r, c}, print.material_m({r, c}), p, {}, {}, {}});
     }
   }
-  sim::StartReport report;
-  const sim::FlatPose found = sim::fit_flat(sheet, 0.1, report);
+  StartReport report;
+  const FlatPose found = fit_flat(sheet, 0.1, report);
   EXPECT_NEAR(found.yaw_rad, truth.yaw_rad, 1e-9);
   EXPECT_LT((found.centre_in_world - truth.centre_in_world).norm(), 1e-9);
   EXPECT_EQ(report.marks_used, 25);
@@ -67,7 +67,7 @@ TEST(Start, FlatPoseIsFoundFromTheMarksOnTop) {
 
 TEST(Start, PrintedSideIsUp) {
   // Seen from above with row 0 at the top, col 0 is at the left: weft x (-warp) points up.
-  const sim::FlatPose pose{Vector3d::Zero(), 0.3};
+  const FlatPose pose{Vector3d::Zero(), 0.3};
   const Eigen::Vector2d patch(0.2, 0.2);
   const Vector3d origin = pose.point_in_world({0.1, 0.1}, patch);
   const Vector3d warp = pose.point_in_world({0.15, 0.1}, patch) - origin;
@@ -81,9 +81,9 @@ TEST(Start, Bench1SheetsAreTurnedAsTheirDotsAre) {
   const Print print = read_print(bench() / "print.toml");
   const std::pair<const char*, double> drapes[] = {{"A", 9.0}, {"C", 15.5}, {"E", -6.0}};
   for (const auto& [name, yaw_deg] : drapes) {
-    const sim::Surroundings objects(read_scene(bench() / "scenes" / (std::string(name) + ".toml")));
-    sim::StartReport report;
-    const sim::FlatPose pose = sim::fit_flat(true_sheet(name, print), objects.top_z_m(), report);
+    const Surroundings objects(read_scene(bench() / "scenes" / (std::string(name) + ".toml")));
+    StartReport report;
+    const FlatPose pose = fit_flat(true_sheet(name, print), objects.top_z_m(), report);
     EXPECT_NEAR(pose.yaw_rad / deg, yaw_deg, 3) << name;
     EXPECT_LT(report.placement_rms_mm, 2) << name;
   }
@@ -92,10 +92,10 @@ TEST(Start, Bench1SheetsAreTurnedAsTheirDotsAre) {
 TEST(Start, MeasuredMarksLieOnTheFilledSurface) {
   const Print print = read_print(bench() / "print.toml");
   const Sheet sheet = true_sheet("C", print);
-  const sim::GridSpec grid{21, 21, print.patch_m};
-  const sim::Field x = sim::fill_measured(sheet, grid);
+  const GridSpec grid{21, 21, print.patch_m};
+  const Field x = fill_measured(sheet, grid);
   for (const SheetMark& mark : sheet.marks) {
-    const sim::Hold at = sim::hold_at(grid, mark.material_m);
+    const Hold at = hold_at(grid, mark.material_m);
     Vector3d p = Vector3d::Zero();
     for (int k = 0; k < 4; ++k) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -111,10 +111,10 @@ TEST(Start, PinsWithoutAPlaceNeedTheMeasuredSheet) {
   scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.2), 0};
   scene.pins = {{{0, 0}, std::nullopt}};
   const Print print = read_print(scene.print_file);
-  const sim::GridSpec grid{11, 11, print.patch_m};
-  EXPECT_THROW((void)sim::make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
+  const GridSpec grid{11, 11, print.patch_m};
+  EXPECT_THROW((void)make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
   scene.pins = {{{11, 0}, Vector3d::Zero()}};
-  EXPECT_THROW((void)sim::make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
+  EXPECT_THROW((void)make_start(scene, print, grid, std::nullopt, 0.1, 0), Error);
 }
 
 TEST(Simulate, TooFewStepsAreNotCalledRest) {
@@ -209,4 +209,4 @@ TEST(Options, WhatIsNotBuiltIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

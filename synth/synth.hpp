@@ -11,8 +11,8 @@
 #include "core/calibration.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
-#include "synth/render/grid_surface.hpp"
 #include "synth/predict.hpp"
+#include "synth/render/grid_surface.hpp"
 #include "synth/render/render.hpp"
 #include "synth/truth.hpp"
 

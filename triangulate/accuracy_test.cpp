@@ -14,7 +14,7 @@
 #include "triangulate/dot_shape.hpp"
 #include "triangulate/test_bench.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix2d;
@@ -141,4 +141,4 @@ TEST(PointAccuracy, CovarianceHoldsForDotsOfUnknownBend) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 std::string why_not(PointStatus status) {
@@ -95,4 +95,4 @@ Agreed solve_with_agreement(const std::vector<View>& views, const AgreementLimit
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

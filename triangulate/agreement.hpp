@@ -7,7 +7,7 @@
 
 #include "triangulate/point.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 struct AgreementLimits {
   double max_sigmas = 6;
@@ -36,4 +36,4 @@ struct Agreed {
 [[nodiscard]] Agreed solve_with_agreement(const std::vector<View>& views,
                                           const AgreementLimits& limits);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -18,7 +18,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Vector2d;
@@ -166,4 +166,4 @@ TEST(Agreement, ViewsOfTwoDotsMissByMuchMoreThanTheLimitForShapes) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

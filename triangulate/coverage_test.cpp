@@ -15,7 +15,7 @@
 #include "triangulate/point.hpp"
 #include "triangulate/triangulate.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -210,4 +210,4 @@ TEST(Coverage, ErrorsThatCamerasShareAreNotTakenForSeparateOnes) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

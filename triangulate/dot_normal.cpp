@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix2d;
@@ -146,4 +146,4 @@ std::optional<DotNormal> normal_from_ellipses(const std::vector<View>& views,
   return DotNormal{tilt.normal, sigma, misfit};
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -7,7 +7,7 @@
 
 #include "triangulate/point.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// Normal of the cloth at a dot, in the world frame, on the side its cameras see.
 struct DotNormal {
@@ -23,4 +23,4 @@ struct DotNormal {
                                                             const Eigen::Vector3d& in_world,
                                                             double dot_diameter_m);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -6,7 +6,7 @@
 
 #include "core/dot_image.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Vector2d;
@@ -87,4 +87,4 @@ std::vector<View> without_dot_shape(const std::vector<View>& views, const Vector
   return corrected;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -8,7 +8,7 @@
 #include "triangulate/point.hpp"
 #include "triangulate/surface_patch.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// How a dot's shape moves its image in one view.
 struct DotShift {
@@ -32,4 +32,4 @@ struct DotShift {
                                                   const CurvatureTrust& trust,
                                                   double dot_diameter_m);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using units::mm;
@@ -113,4 +113,4 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

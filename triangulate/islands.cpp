@@ -12,7 +12,7 @@
 
 #include "triangulate/point.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -303,4 +303,4 @@ MergedIslands merge_islands(const Detections& detections, const Calibration& cal
   return Merger(detections, calibration, set, options).run();
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

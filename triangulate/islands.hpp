@@ -7,7 +7,7 @@
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 struct IslandOptions {
   double most_sigmas = 3;      ///< by which an island's dot may miss what other views say
@@ -46,4 +46,4 @@ struct MergedIslands {
                                           const Calibration& calibration, const std::string& set,
                                           const IslandOptions& options);
 
-}  // namespace drape
+}  // namespace drape::triangulate

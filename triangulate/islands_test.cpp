@@ -13,7 +13,7 @@
 #include "tests/support/trials.hpp"
 #include "triangulate/triangulate.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using test::bench1_truth;
@@ -168,4 +168,4 @@ TEST(Islands, TheSheetHoldsMergedMarksAndTheReportSaysSo) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

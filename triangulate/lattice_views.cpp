@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 std::string sets_of(const Detections& detections) {
@@ -143,4 +143,4 @@ std::string too_few_views(const MarkViews& mark) {
   return reason;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -8,7 +8,7 @@
 #include "core/detections.hpp"
 #include "triangulate/point.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// What is known about one mark of the lattice before it is placed.
 struct MarkViews {
@@ -34,4 +34,4 @@ using JointPlaces = std::map<std::string, InJointCovariance>;
 /// Reason for a mark with fewer than two views.
 [[nodiscard]] std::string too_few_views(const MarkViews& mark);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -11,6 +11,7 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::triangulate;
 
 namespace {
 
@@ -68,8 +69,8 @@ int main(int argc, char** argv) {
     RunRecord record("drape-triangulate", arguments_of(argc, argv));
     record.input(detections_file);
     record.input(calibration_file);
-    TriangulateResult result = triangulate(read_detections(detections_file),
-                                           read_calibration(calibration_file), set, options);
+    TriangulateResult result = drape::triangulate::triangulate(
+        read_detections(detections_file), read_calibration(calibration_file), set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);
     source.detections_sha256 = sha256_of_file(detections_file);
     source.calibration_sha256 = sha256_of_file(calibration_file);

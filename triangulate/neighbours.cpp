@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using ByMark = std::map<MarkId, const SheetMark*>;
@@ -90,4 +90,4 @@ std::vector<std::string> suspicious_pairs(const std::vector<SheetMark>& marks, d
   return pairs;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

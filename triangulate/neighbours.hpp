@@ -7,7 +7,7 @@
 
 #include "core/sheet.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// Marks that cannot be where they were found, with the reason. Along warp and weft a cloth hardly
 /// stretches, and a chord is never longer than its arc: two marks one or two pitches apart on the
@@ -20,4 +20,4 @@ namespace drape {
 [[nodiscard]] std::vector<std::string> suspicious_pairs(const std::vector<SheetMark>& marks,
                                                         double pitch_m, double max_stretch);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -9,7 +9,7 @@
 
 #include "core/camera_derivatives.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix2d;
@@ -188,4 +188,4 @@ Point solve_point(const std::vector<View>& views, double min_angle_rad) {
   return point;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -7,7 +7,7 @@
 
 #include "core/calibration.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// Derivative of a pixel by unknowns that all views of a mark share, each scaled to a standard
 /// deviation of 1; as many columns in every view of the mark.
@@ -65,4 +65,4 @@ struct Point {
 /// calibration's share.
 [[nodiscard]] Point solve_point(const std::vector<View>& views, double min_angle_rad);
 
-}  // namespace drape
+}  // namespace drape::triangulate

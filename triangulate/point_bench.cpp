@@ -10,7 +10,7 @@
 #include "triangulate/point.hpp"
 #include "triangulate/test_bench.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 constexpr double kMinAngle = 2 * units::deg;
@@ -61,4 +61,4 @@ void weighted_with_covariance(benchmark::State& state) {
 BENCHMARK(weighted_with_covariance)->DenseRange(2, 4);
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

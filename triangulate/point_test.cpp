@@ -14,7 +14,7 @@
 #include "triangulate/dot_shape.hpp"
 #include "triangulate/test_bench.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -189,4 +189,4 @@ TEST(DotShape, CurvatureOfACylinderComesFromPlacesAndNormals) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

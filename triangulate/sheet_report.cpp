@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using units::mm;
@@ -101,4 +101,4 @@ void note_calibration(const Calibration& calibration, TriangulateReport& report)
   report.warnings.push_back(text);
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -7,7 +7,7 @@
 #include "triangulate/lattice_views.hpp"
 #include "triangulate/triangulate.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// A mark on its way to the sheet.
 struct Placed {
@@ -33,4 +33,4 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
 /// One line, however much there is to say of the calibration: its own ending and file say all.
 void note_calibration(const Calibration& calibration, TriangulateReport& report);
 
-}  // namespace drape
+}  // namespace drape::triangulate

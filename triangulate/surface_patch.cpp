@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using Eigen::Matrix2d;
@@ -180,4 +180,4 @@ SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitc
   return patch;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -8,7 +8,7 @@
 #include "core/marks.hpp"
 #include "triangulate/dot_normal.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 /// A measured mark with the normal that its ellipses tell.
 struct MarkOnSurface {
@@ -51,4 +51,4 @@ struct SurfacePatch {
 [[nodiscard]] SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitch_m,
                                          const Eigen::Vector3d& to_cameras);
 
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -12,6 +12,8 @@
 
 namespace drape::test {
 
+using namespace triangulate;
+
 /// A camera 700 mm from the origin, looking at it from an azimuth, 45 degrees from above.
 inline CalibratedCamera camera_at(double azimuth_deg, bool tsai, const std::string& name) {
   const double azimuth = azimuth_deg * units::deg;

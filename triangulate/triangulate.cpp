@@ -17,7 +17,7 @@
 #include "triangulate/neighbours.hpp"
 #include "triangulate/sheet_report.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using units::deg;
@@ -204,4 +204,4 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::triangulate

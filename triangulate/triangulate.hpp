@@ -9,7 +9,7 @@
 #include "core/detections.hpp"
 #include "core/sheet.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 
 struct TriangulateOptions {
   int min_marks = 10;             ///< verdict: fewer measured marks are NO-GO (paper: 10 to 36)
@@ -69,4 +69,4 @@ struct TriangulateResult {
                                             const Calibration& calibration, const std::string& set,
                                             const TriangulateOptions& options);
 
-}  // namespace drape
+}  // namespace drape::triangulate

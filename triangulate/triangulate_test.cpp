@@ -13,7 +13,7 @@
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 
-namespace drape {
+namespace drape::triangulate {
 namespace {
 
 using test::bench1_truth;
@@ -341,4 +341,4 @@ TEST(Triangulate, RefusesByName) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::triangulate

@@ -14,7 +14,7 @@
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using test::SyntheticBench;
@@ -110,4 +110,4 @@ TEST(JointCoverage, RefusesAShareThatIsNone) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

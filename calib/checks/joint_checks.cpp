@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Vector2d;
@@ -205,4 +205,4 @@ std::string joint_status(const JointReport& report, bool converged, bool has_cov
   return "good";
 }
 
-}  // namespace drape
+}  // namespace drape::calib

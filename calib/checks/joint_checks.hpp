@@ -6,7 +6,7 @@
 
 #include "calib/joint.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Throws Error(bad_input) naming the camera when all its views lie in one corner of the image.
 void check_places(const JointModel& views);
@@ -30,4 +30,4 @@ void check_views(const JointModel& started, std::vector<std::string>& warnings);
                                        bool has_covariance, std::size_t measured,
                                        const CalibOptions& options);
 
-}  // namespace drape
+}  // namespace drape::calib

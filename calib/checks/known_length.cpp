@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::mm;
@@ -54,4 +54,4 @@ std::string print_scale_line(const Target& target) {
                      100 * scale_uncertainty(target));
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -5,7 +5,7 @@
 
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Throws Error(bad_input) when the length that the operator measured on the target contradicts its
 /// pitch by more than three standard uncertainties: every measured millimetre would be wrong by the
@@ -18,4 +18,4 @@ void check_known_length(const Target& target);
 /// What is known of the print's scale, for people.
 [[nodiscard]] std::string print_scale_line(const Target& target);
 
-}  // namespace drape
+}  // namespace drape::calib

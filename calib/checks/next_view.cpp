@@ -11,7 +11,7 @@
 #include "calib/joint/covariance.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::MatrixXd;
@@ -109,4 +109,4 @@ std::string next_view(const JointModel& model, const JointFit& fit, const Matrix
                      now_mm, best_mm);
 }
 
-}  // namespace drape
+}  // namespace drape::calib

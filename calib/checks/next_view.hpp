@@ -5,7 +5,7 @@
 
 #include "calib/joint/solve.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// One sentence: which further pose of the target would lower the calibration's share of the
 /// measured points' standard deviation most, and by how much (from the information it would add).
@@ -13,4 +13,4 @@ namespace drape {
 [[nodiscard]] std::string next_view(const JointModel& model, const JointFit& fit,
                                     const Eigen::MatrixXd& common, double variance_factor);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -11,7 +11,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Index;
@@ -241,4 +241,4 @@ std::string text_of(const StageCheck& check) {
       check.stroke_mm);
 }
 
-}  // namespace drape
+}  // namespace drape::calib

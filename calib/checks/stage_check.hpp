@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "calib/tsai/correspondence.hpp"
 #include "calib/joint/fit.hpp"
+#include "calib/tsai/correspondence.hpp"
 #include "calib/tsai/refine.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// How the target really moved on its z stage, as far as the views tell.
 struct StageCheck {
@@ -36,4 +36,4 @@ struct StageCheck {
 /// One line for people.
 [[nodiscard]] std::string text_of(const StageCheck& check);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using test::bench1_rig;
@@ -214,4 +214,4 @@ TEST(OnePlane, ParallelToTheImageIsRefusedByName) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

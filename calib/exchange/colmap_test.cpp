@@ -13,7 +13,7 @@
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,4 +80,4 @@ TEST(Exchange, ColmapProjectsAlikeToAMillionthOfAPixel) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -10,7 +10,7 @@
 #include "calib/exchange/formats.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 ExchangeFormat exchange_format(const std::string& name) {
   if (name == "opencv") return ExchangeFormat::opencv;
@@ -139,4 +139,4 @@ Calibration import_calibration(const std::vector<std::filesystem::path>& files,
   return calibration;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 
 #include "core/calibration.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// What other tools read a calibration from. All of them have pinhole lenses with Brown's
 /// distortion; all poses are camera from world.
@@ -68,4 +68,4 @@ struct ExportResult {
 [[nodiscard]] Calibration import_calibration(const std::vector<std::filesystem::path>& files,
                                              ExchangeFormat format, const std::string& rig);
 
-}  // namespace drape
+}  // namespace drape::calib

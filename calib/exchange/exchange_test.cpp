@@ -19,7 +19,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 namespace fs = std::filesystem;
@@ -274,4 +274,4 @@ TEST(Exchange, ForeignFilesAreReadOrRefusedByName) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -6,7 +6,7 @@
 
 #include "calib/exchange/exchange.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// A camera whose lens is Brown's, ready to be written.
 struct BrownCamera {
@@ -31,4 +31,4 @@ struct BrownCamera {
 /// Throws Error(bad_input) naming the file unless the camera can be one.
 void check_imported(const Camera& camera, const std::filesystem::path& file);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -12,6 +12,7 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::calib;
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 namespace fs = std::filesystem;
@@ -129,4 +129,4 @@ Camera camera_of_mrcal(const fs::path& file) {
   return camera;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

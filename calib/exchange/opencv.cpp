@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 namespace fs = std::filesystem;
@@ -151,4 +151,4 @@ Camera camera_of_opencv(const fs::path& file) {
   return camera;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::MatrixXd;
@@ -113,4 +113,4 @@ BrownRefit refit_as_brown(const CameraModel& model, BrownTerms terms) {
   return compared(rays, model, lens);
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 
 #include "calib/exchange/formats.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 std::string chain_row(const CamFromWorld& pose, int row) {
@@ -66,4 +66,4 @@ std::vector<ExportedFile> colmap_files(const std::vector<BrownCamera>& cameras) 
   return {{"cameras.txt", lenses}, {"images.txt", images}, {"points3D.txt", "# no points\n"}};
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -11,7 +11,7 @@
 #include <opencv2/calib3d.hpp>
 #endif
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 JointModel views() {
@@ -74,4 +74,4 @@ BENCHMARK(baseline_opencv)->Unit(benchmark::kMillisecond);
 #endif
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <cmath>
 
-namespace drape {
+namespace drape::calib {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -46,4 +46,4 @@ MatrixXd common_error_pull(const JointModel& model, const JointFit& fit, double 
   return sum;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

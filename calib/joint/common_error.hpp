@@ -5,7 +5,7 @@
 
 #include "calib/joint/solve.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Detections are not quite independent: light, blur and sampling leave an error that all points
 /// of a view share. It is taken for a smooth one, any quadratic function of the place on the
@@ -20,4 +20,4 @@ namespace drape {
 /// columns when the points do not tell six apart).
 [[nodiscard]] Eigen::MatrixXd smooth_shapes(const JointFrame& frame);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Index;
@@ -87,4 +87,4 @@ Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {
   return d * camera.covariance.bottomRightCorner<6, 6>() * d.transpose();
 }
 
-}  // namespace drape
+}  // namespace drape::calib

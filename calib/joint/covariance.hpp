@@ -8,7 +8,7 @@
 #include "calib/joint/solve.hpp"
 #include "core/calibration.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 struct JointCovariance {
   std::vector<std::string> names;  ///< "cam0/fx_px" ..., by parameter_names()
@@ -32,4 +32,4 @@ void add_scale_uncertainty(Eigen::MatrixXd& covariance, const JointModel& model,
 /// Covariance (mm^2) of the camera centre in the world, from the camera's own covariance.
 [[nodiscard]] Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera);
 
-}  // namespace drape
+}  // namespace drape::calib

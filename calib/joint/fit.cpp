@@ -10,7 +10,7 @@
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Vector2d;
@@ -216,4 +216,4 @@ LensTerms choose_lens(const std::vector<HeldOut>& table) {
   return best->lens;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -6,7 +6,7 @@
 
 #include "calib/joint/solve.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// How measured points are cleaned while they are fitted.
 struct JointCleaning {
@@ -43,4 +43,4 @@ struct HeldOut {
 [[nodiscard]] double distance_px(const JointModel& model, const JointFrame& frame,
                                  const TargetPoint& point);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "calib/tsai/correspondence.hpp"
 #include "calib/joint/start.hpp"
+#include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 constexpr std::size_t kLeastDots = 12;  ///< of a frame: twice what its pose needs
@@ -90,4 +90,4 @@ JointModel joint_frames(const Detections& detections, const Rig& rig, const Targ
   return model;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -3,7 +3,7 @@
 
 #include "calib/joint/solve.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Index;
@@ -141,4 +141,4 @@ MatrixXd inverse_of_information(const MatrixXd& information) {
   return 0.5 * (result + result.transpose());
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -8,7 +8,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Matrix2d;
@@ -123,4 +123,4 @@ Placement moved(const Placement& placement, const double* p) {
   return out;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

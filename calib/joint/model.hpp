@@ -9,7 +9,7 @@
 #include "core/camera_model.hpp"
 #include "core/marks.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Which of Brown's coefficients a fit may move; the others stay 0.
 enum class LensTerms { k1, k1_k2, k1_k2_p1_p2, k1_k2_p1_p2_k3 };
@@ -102,4 +102,4 @@ struct TargetImage {
 [[nodiscard]] JointCamera moved(const JointCamera& camera, const double* p);
 [[nodiscard]] Placement moved(const Placement& placement, const double* p);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -6,7 +6,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Matrix3d;
@@ -97,4 +97,4 @@ PlanarPose planar_pose(const Matrix3d& homography, double focal_px, const Vector
   return pose;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

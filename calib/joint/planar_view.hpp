@@ -8,7 +8,7 @@
 #include "calib/joint/model.hpp"
 #include "core/pose.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Homography from the target's plane (metres) to the image (px), smallest algebraic error on
 /// normalised coordinates (Hartley 1997). Nothing when the points lie on a line or are too few.
@@ -29,4 +29,4 @@ struct PlanarPose {
 [[nodiscard]] PlanarPose planar_pose(const Eigen::Matrix3d& homography, double focal_px,
                                      const Eigen::Vector2d& principal_px);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -5,14 +5,14 @@
 #include <Eigen/Geometry>
 #include <limits>
 
-#include "calib/joint.hpp"
 #include "calib/checks/joint_checks.hpp"
+#include "calib/joint.hpp"
 #include "calib/joint/start.hpp"
 #include "calib/test_rigs.hpp"
 #include "calib/test_targets.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using test::forgotten;
@@ -189,4 +189,4 @@ TEST(JointRefusals, AWrongPitchContradictsTheStagesHeights) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

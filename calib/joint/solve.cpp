@@ -10,7 +10,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Matrix3d;
@@ -197,4 +197,4 @@ JointSolution solve_joint(JointModel start, const JointFit& fit) {
   return solution;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 
 #include "calib/joint/model.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// What a joint fit may move, and how it ends.
 struct JointFit {
@@ -54,4 +54,4 @@ struct JointSolution {
 /// Inverse of a symmetric positive matrix of mixed units; empty when it is numerically singular.
 [[nodiscard]] Eigen::MatrixXd inverse_of_information(const Eigen::MatrixXd& information);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -12,7 +12,7 @@
 #include "calib/joint/planar_view.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Matrix3d;
@@ -223,4 +223,4 @@ void start_joint(JointModel& model) {
   refuse_swapped_labels(model);
 }
 
-}  // namespace drape
+}  // namespace drape::calib

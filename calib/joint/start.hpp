@@ -8,7 +8,7 @@
 #include "core/detections.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Frames of the target in the rig's sets: the z stages (known placements, world z up) and the
 /// free poses. Without stages the first set defines the world. Throws Error(bad_input) with camera
@@ -23,4 +23,4 @@ namespace drape {
 /// others, labels of one view that contradict the other cameras (corner order).
 void start_joint(JointModel& model);
 
-}  // namespace drape
+}  // namespace drape::calib

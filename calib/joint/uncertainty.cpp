@@ -7,7 +7,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -74,4 +74,4 @@ std::optional<double> volume_sd_mm(const Calibration& calibration,
   return std::sqrt(sum / count);
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 
 #include "core/calibration.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Box in the world (metres) where cloth may hang.
 struct WorldBox {
@@ -32,4 +32,4 @@ struct WorldBox {
 [[nodiscard]] std::optional<double> volume_sd_mm(const Calibration& calibration,
                                                  const std::vector<Eigen::Vector3d>& points);
 
-}  // namespace drape
+}  // namespace drape::calib

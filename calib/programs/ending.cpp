@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 std::string verdict_of(const CalibReport& report) {
@@ -83,4 +83,4 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

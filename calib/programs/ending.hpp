@@ -7,9 +7,9 @@
 #include "calib/calib.hpp"
 #include "core/program/program.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// What the operator reads after a calibration: verdict, figures of each camera, rejections.
 [[nodiscard]] Ending ending_of(const CalibResult& result, const std::filesystem::path& out);
 
-}  // namespace drape
+}  // namespace drape::calib

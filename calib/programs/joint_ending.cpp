@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 std::string camera_figures(const JointCameraReport& camera) {
@@ -88,4 +88,4 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -8,7 +8,7 @@
 #include "calib/joint.hpp"
 #include "core/program/program.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Verdict, numbers, rejections and next command of a joint calibration, for people.
 [[nodiscard]] Ending ending_of(const JointResult& result, const std::filesystem::path& out);
@@ -16,4 +16,4 @@ namespace drape {
 /// Value of --lens; nothing for "held-out".
 [[nodiscard]] std::optional<LensTerms> lens_named(const std::string& option);
 
-}  // namespace drape
+}  // namespace drape::calib

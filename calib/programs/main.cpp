@@ -2,8 +2,8 @@
 #include <filesystem>
 
 #include "calib/calib.hpp"
-#include "calib/programs/ending.hpp"
 #include "calib/joint.hpp"
+#include "calib/programs/ending.hpp"
 #include "calib/programs/joint_ending.hpp"
 #include "calib/programs/program_options.hpp"
 #include "core/error.hpp"
@@ -12,6 +12,7 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::calib;
 
 namespace {
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-namespace drape {
+namespace drape::calib {
 
 void add_options(CLI::App& app, CalibOptions& options) {
   app.add_option("--max-rms-px", options.max_rms_px, "NO-GO above this RMS of a camera, px");
@@ -47,4 +47,4 @@ void note_options(RunRecord& record, const CalibOptions& options, const std::str
   record.option("correct_eccentricity", options.correct_eccentricity ? "true" : "false");
 }
 
-}  // namespace drape
+}  // namespace drape::calib

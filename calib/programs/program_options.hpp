@@ -8,7 +8,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Options of both methods on the command line.
 void add_options(CLI::App& app, CalibOptions& options);
@@ -20,4 +20,4 @@ void add_joint_options(CLI::App& app, JointOptions& options);
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method);
 void note_joint_options(RunRecord& record, const JointOptions& options);
 
-}  // namespace drape
+}  // namespace drape::calib

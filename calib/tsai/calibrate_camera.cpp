@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::mm;
@@ -265,4 +265,4 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -7,7 +7,7 @@
 #include "calib/calib.hpp"
 #include "calib/tsai/correspondence.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 struct CameraResult {
   std::optional<CalibratedCamera> calibrated;  ///< absent when there is nothing to write
@@ -19,4 +19,4 @@ struct CameraResult {
                                             const RigCamera& rig_camera, double dot_diameter_m,
                                             bool estimate_scale_x, const CalibOptions& options);
 
-}  // namespace drape
+}  // namespace drape::calib

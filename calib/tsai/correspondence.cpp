@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::mm;
@@ -126,4 +126,4 @@ int check_correspondences(const std::vector<Correspondence>& points, const std::
   return static_cast<int>(heights.size());
 }
 
-}  // namespace drape
+}  // namespace drape::calib

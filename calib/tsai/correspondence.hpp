@@ -8,7 +8,7 @@
 #include "core/detections.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// A target point and where a camera saw it.
 struct Correspondence {
@@ -44,4 +44,4 @@ void check_detection(const Detection& detection, const FrameDetections& frame);
 /// heights; 1 is a single plane.
 int check_correspondences(const std::vector<Correspondence>& points, const std::string& camera);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -5,7 +5,7 @@
 
 #include "core/dot_image.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 std::vector<Correspondence> without_eccentricity(const std::vector<Correspondence>& points,
                                                  const Camera& camera, double dot_diameter_m) {
@@ -29,4 +29,4 @@ double largest_shift_px(const std::vector<Correspondence>& a,
   return largest;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

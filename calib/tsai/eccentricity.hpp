@@ -6,7 +6,7 @@
 #include "calib/tsai/correspondence.hpp"
 #include "core/camera_model.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Points whose pixels are moved from the centroid of the dot's image to the image of the dot's
 /// centre, as the camera predicts it for level dots of this diameter (Heikkila 2000).
@@ -17,4 +17,4 @@ namespace drape {
 [[nodiscard]] double largest_shift_px(const std::vector<Correspondence>& a,
                                       const std::vector<Correspondence>& b);
 
-}  // namespace drape
+}  // namespace drape::calib

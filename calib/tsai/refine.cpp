@@ -11,7 +11,7 @@
 #include "core/camera_derivatives.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::Matrix2d;
@@ -168,4 +168,4 @@ Eigen::MatrixXd tsai_covariance(const Camera& camera, const std::vector<Correspo
   return covariance;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

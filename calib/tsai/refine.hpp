@@ -7,7 +7,7 @@
 #include "calib/tsai/correspondence.hpp"
 #include "core/camera_model.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Which parameters a refinement may move.
 enum class TsaiFree {
@@ -37,4 +37,4 @@ struct Refinement {
 /// Number of parameters that may move.
 [[nodiscard]] int free_parameters(TsaiFree free);
 
-}  // namespace drape
+}  // namespace drape::calib

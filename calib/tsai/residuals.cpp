@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::mm;
@@ -105,4 +105,4 @@ Eigen::Vector4d covered_region_px(const std::vector<Correspondence>& points) {
   return region;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

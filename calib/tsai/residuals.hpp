@@ -6,7 +6,7 @@
 #include "calib/tsai/correspondence.hpp"
 #include "core/calibration.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// Distances of the points from their images (px, distorted) and of the target points from the
 /// back-projected rays (mm). Points that do not project are left out of `points`.
@@ -40,4 +40,4 @@ struct ClassicalErrors {
 /// Rectangle (u_min, v_min, u_max, v_max) that the points cover, px.
 [[nodiscard]] Eigen::Vector4d covered_region_px(const std::vector<Correspondence>& points);
 
-}  // namespace drape
+}  // namespace drape::calib

@@ -6,7 +6,7 @@
 #include <Eigen/SVD>
 #include <cmath>
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using Eigen::MatrixXd;
@@ -252,4 +252,4 @@ Camera start_camera(const TsaiSensor& sensor, const RadialAlignment& alignment,
   return camera;
 }
 
-}  // namespace drape
+}  // namespace drape::calib

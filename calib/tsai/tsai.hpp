@@ -9,7 +9,7 @@
 #include "calib/tsai/correspondence.hpp"
 #include "core/camera_model.hpp"
 
-namespace drape {
+namespace drape::calib {
 
 /// What Tsai's stage 1 must be told: sensor pitch (m) and image centre (px), which it keeps.
 struct TsaiSensor {
@@ -52,4 +52,4 @@ struct FocalAndDepth {
 [[nodiscard]] Camera start_camera(const TsaiSensor& sensor, const RadialAlignment& alignment,
                                   const FocalAndDepth& depth);
 
-}  // namespace drape
+}  // namespace drape::calib

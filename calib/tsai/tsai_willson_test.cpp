@@ -13,7 +13,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::calib {
 namespace {
 
 using units::deg;
@@ -182,4 +182,4 @@ TEST(TsaiWillson, TheFourClassicalErrorsEqualAnIndependentEvaluation) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::calib

@@ -13,7 +13,7 @@
 #include "capture/device/socket_filter.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::uint16_t kControlPort = 3956;
@@ -497,4 +497,4 @@ std::unique_ptr<CameraDevice> open_aravis_camera(const CameraAddress& address) {
   return camera;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

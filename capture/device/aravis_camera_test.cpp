@@ -12,7 +12,7 @@
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::GigeCamera;
@@ -290,4 +290,4 @@ TEST(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

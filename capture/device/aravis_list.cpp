@@ -9,7 +9,7 @@
 #include "capture/device/gige_discovery.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 std::string text_of(const char* text) {
@@ -62,4 +62,4 @@ std::vector<FoundDevice> find_aravis_devices() {
   return found;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

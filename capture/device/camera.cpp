@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 std::unique_ptr<CameraDevice> open_camera(const CameraAddress& address) {
   switch (address.backend) {
@@ -28,4 +28,4 @@ std::vector<FoundDevice> find_devices() {
   return found;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

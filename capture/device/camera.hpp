@@ -11,7 +11,7 @@
 #include "capture/pairing/clock_fit.hpp"
 #include "capture/pairing/frame_id.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 enum class Backend { aravis, v4l2, replay };
 /// What makes a camera expose.
@@ -126,4 +126,4 @@ struct FoundDevice {
 /// Throws unless `got` is what was asked: numbers within 2 %, so that a step of the sensor passes.
 void require_taken(const std::string& name, double asked, double got, const std::string& device);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 std::string to_string(Backend backend) {
   switch (backend) {
@@ -48,4 +48,4 @@ void require_taken(const std::string& name, double asked, double got, const std:
                      device, "give a value the camera can take, within its range and steps");
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -16,7 +16,7 @@
 #include "capture/device/camera.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -118,4 +118,4 @@ void require_own_address(const std::string& address, const std::string& device) 
                      "plug the camera into the right network card, or correct host_address");
 }
 
-}  // namespace drape
+}  // namespace drape::capture

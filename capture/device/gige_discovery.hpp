@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// What a GigE Vision camera says of itself when asked who is there.
 struct GigeAnswer {
@@ -21,4 +21,4 @@ void refuse_duplicate_serial(const std::string& device);
 /// Throws Error(device) when no network card of this machine has the address.
 void require_own_address(const std::string& address, const std::string& device);
 
-}  // namespace drape
+}  // namespace drape::capture

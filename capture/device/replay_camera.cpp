@@ -9,7 +9,7 @@
 #include "core/error.hpp"
 #include "core/recording.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 class ReplayCamera final : public CameraDevice {
@@ -91,4 +91,4 @@ std::unique_ptr<CameraDevice> open_replay_camera(const CameraAddress& address) {
   return std::make_unique<ReplayCamera>(read_recording(address.recording), address.device);
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 #include <charconv>
 #include <filesystem>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::uint32_t kSourceAddress = 12;  ///< in the IPv4 header
@@ -60,4 +60,4 @@ bool accept_only(int socket, const std::string& ip_address, std::uint16_t port) 
   return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// UDP sockets of this process, by descriptor.
 [[nodiscard]] std::vector<int> udp_sockets();
@@ -15,4 +15,4 @@ namespace drape {
 /// packet parser is not made for it. Returns false when the kernel refuses the filter.
 [[nodiscard]] bool accept_only(int socket, const std::string& ip_address, std::uint16_t port);
 
-}  // namespace drape
+}  // namespace drape::capture

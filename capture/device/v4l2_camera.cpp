@@ -17,7 +17,7 @@
 #include "capture/device/camera.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::uint32_t kBuffers = 8;
@@ -343,4 +343,4 @@ std::vector<FoundDevice> find_v4l2_devices() {
   return found;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

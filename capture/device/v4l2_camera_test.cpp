@@ -10,7 +10,7 @@
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::VividNode;
@@ -218,4 +218,4 @@ TEST_F(V4l2Camera, TheFrameIdWraps) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -7,13 +7,17 @@
 #include "core/files/json_file.hpp"
 #include "core/program/program.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::capture;
+
 namespace {
 
-drape::Json json_of(const std::vector<drape::FoundDevice>& devices) {
-  drape::Json list = drape::Json::array();
+Json json_of(const std::vector<FoundDevice>& devices) {
+  Json list = Json::array();
   for (const auto& d : devices) {
-    drape::Json item;
-    item["backend"] = drape::to_string(d.backend);
+    Json item;
+    item["backend"] = to_string(d.backend);
     item["device"] = d.name;
     item["vendor"] = d.identity.vendor;
     item["model"] = d.identity.model;
@@ -30,23 +34,23 @@ int main(int argc, char** argv) {
       "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
       "`device` is what cameras.toml of a rig names.\n",
       "drape-cameras");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
-  return drape::run_program(app, argc, argv, common, [&] {
-    const auto devices = drape::list_devices(drape::camera_host_program());
+  return run_program(app, argc, argv, common, [&] {
+    const auto devices = list_devices(camera_host_program());
     if (common.json) {
-      fmt::print("{}", drape::pretty({{"cameras", json_of(devices)}}));
+      fmt::print("{}", pretty({{"cameras", json_of(devices)}}));
       return devices.empty() ? 1 : 0;
     }
-    drape::Ending ending;
+    Ending ending;
     ending.go = !devices.empty();
     ending.verdict = ending.go ? fmt::format("{} camera(s) answer", devices.size())
                                : "no camera answers: check power, cable and network card";
     for (const auto& d : devices)
       ending.numbers.emplace_back(
-          d.name, fmt::format("{}, {} {}, {}", drape::to_string(d.backend), d.identity.vendor,
+          d.name, fmt::format("{}, {} {}, {}", to_string(d.backend), d.identity.vendor,
                               d.identity.model, d.identity.address));
     ending.next_command = "drape doctor RIG";
-    return drape::finish(ending, common);
+    return finish(ending, common);
   });
 }

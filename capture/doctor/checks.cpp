@@ -17,7 +17,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr double kMega = 1e6;
@@ -245,4 +245,4 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
   return checks;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -12,7 +12,7 @@
 #include "capture/live/live_capture.hpp"
 #include "capture/live/still.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// One thing the doctor looked at.
 struct Check {
@@ -56,4 +56,4 @@ struct LinkNeeds {
 /// Limit of the kernel on a socket's receive buffer, in bytes; 0 when it cannot be read.
 [[nodiscard]] std::int64_t largest_socket_buffer();
 
-}  // namespace drape
+}  // namespace drape::capture

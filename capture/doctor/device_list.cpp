@@ -9,7 +9,7 @@
 #include "capture/host/channel.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 /// The path in quotes for the shell.
@@ -47,4 +47,4 @@ std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program)
   return devices;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,11 +8,13 @@
 #include "core/files/json_file.hpp"
 #include "core/program/program.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::capture;
+
 namespace {
 
-namespace fs = std::filesystem;
-
-std::vector<drape::Check> check_machine(const drape::CamerasFile& cameras, const fs::path& out) {
+std::vector<Check> check_machine(const CamerasFile& cameras, const fs::path& out) {
   constexpr std::uintmax_t frames_per_session = 1000;
   std::uintmax_t bytes = 0;
   for (const auto& c : cameras.cameras) {
@@ -20,40 +22,40 @@ std::vector<drape::Check> check_machine(const drape::CamerasFile& cameras, const
              static_cast<std::uintmax_t>(*c.settings.height_px);
   }
   const auto largest = static_cast<std::int64_t>(bytes / cameras.cameras.size());
-  std::vector<drape::Check> checks = {
-      drape::check_socket_buffer(drape::largest_socket_buffer(), largest),
-      drape::check_disk_space(fs::space(out).available, frames_per_session * bytes, out.string()),
-      drape::check_disk_speed(out, static_cast<double>(bytes))};
-  for (const auto& part : {drape::check_mtu(cameras), drape::check_link(cameras)})
+  std::vector<Check> checks = {
+      check_socket_buffer(largest_socket_buffer(), largest),
+      check_disk_space(fs::space(out).available, frames_per_session * bytes, out.string()),
+      check_disk_speed(out, static_cast<double>(bytes))};
+  for (const auto& part : {check_mtu(cameras), check_link(cameras)})
     checks.insert(checks.end(), part.begin(), part.end());
   return checks;
 }
 
-void add_cameras(const drape::CamerasFile& cameras, const std::optional<fs::path>& calibration,
-                 std::vector<drape::Check>& checks) {
-  const auto devices = check_devices(cameras, drape::list_devices(drape::camera_host_program()));
+void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& calibration,
+                 std::vector<Check>& checks) {
+  const auto devices = check_devices(cameras, list_devices(camera_host_program()));
   checks.insert(checks.end(), devices.begin(), devices.end());
-  drape::LiveOptions options;
-  options.host_program = drape::camera_host_program();
+  LiveOptions options;
+  options.host_program = camera_host_program();
   options.patience_s = 3;
   try {
     options.frames = 3;
-    const drape::LiveResult live = drape::capture_live(cameras, options);
-    drape::StillOptions still;
+    const LiveResult live = capture_live(cameras, options);
+    StillOptions still;
     if (calibration && fs::exists(*calibration)) still.calibration = calibration;
     for (const auto& seen :
          {check_capture(live, cameras), check_still(look_still(live, cameras, still))})
       checks.insert(checks.end(), seen.begin(), seen.end());
-  } catch (const drape::Error& error) {
+  } catch (const Error& error) {
     checks.push_back({"a set of all cameras", false,
                       fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
                       error.what_to_do()});
   }
 }
 
-int tell(const std::vector<drape::Check>& checks, const drape::CommonOptions& common) {
-  drape::Json list = drape::Json::array();
-  drape::Ending ending;
+int tell(const std::vector<Check>& checks, const CommonOptions& common) {
+  Json list = Json::array();
+  Ending ending;
   for (const auto& c : checks) {
     ending.go = ending.go && c.go;
     ending.numbers.emplace_back(c.name, fmt::format("{:<5}  {}", c.go ? "GO" : "NO-GO", c.found));
@@ -61,13 +63,13 @@ int tell(const std::vector<drape::Check>& checks, const drape::CommonOptions& co
     list.push_back({{"check", c.name},
                     {"verdict", c.go ? "GO" : "NO-GO"},
                     {"found", c.found},
-                    {"to_do", c.go ? drape::Json() : drape::Json(c.to_type)}});
+                    {"to_do", c.go ? Json() : Json(c.to_type)}});
   }
   ending.verdict = ending.go ? "the bench is fit to measure" : "the bench is not fit to measure";
   ending.next_command =
       ending.go ? "drape capture RIG --set NAME --out RECORDING" : "drape doctor RIG";
   if (!common.json) return finish(ending, common);
-  fmt::print("{}", drape::pretty({{"verdict", ending.go ? "GO" : "NO-GO"}, {"checks", list}}));
+  fmt::print("{}", pretty({{"verdict", ending.go ? "GO" : "NO-GO"}, {"checks", list}}));
   return ending.go ? 0 : 1;
 }
 
@@ -77,17 +79,17 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
       "drape-doctor");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   fs::path rig, out = ".";
   std::optional<fs::path> calibration;
   app.add_option("RIG", rig, "folder with rig.toml and cameras.toml")->required();
   app.add_option("--out", out, "where recordings go, for disk space and speed");
   app.add_option("--calibration", calibration, "calibration.json in use");
-  return drape::run_program(app, argc, argv, common, [&] {
-    const auto cameras = drape::read_cameras_file(rig);
+  return run_program(app, argc, argv, common, [&] {
+    const auto cameras = read_cameras_file(rig);
     auto checks = check_machine(cameras, out);
-    checks.push_back(drape::check_calibration(calibration, 30));
+    checks.push_back(check_calibration(calibration, 30));
     add_cameras(cameras, calibration, checks);
     return tell(checks, common);
   });

@@ -19,7 +19,7 @@
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -264,4 +264,4 @@ TEST(DoctorChecks, LinkBudgetAndDelay) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

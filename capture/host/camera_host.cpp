@@ -14,7 +14,7 @@
 
 extern char** environ;
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr int kControl = 3, kMemory = 4;  ///< descriptors as the child sees them
@@ -200,4 +200,4 @@ std::filesystem::path camera_host_program() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "drape-camera-host";
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -12,7 +12,7 @@
 
 #include "capture/host/channel.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct HostOptions {
   std::filesystem::path program;  ///< drape-camera-host; drape-replay-host is beside it
@@ -101,4 +101,4 @@ class CameraHost {
 /// drape-camera-host beside the running program.
 [[nodiscard]] std::filesystem::path camera_host_program();
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -13,7 +13,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::size_t kLargestMessage = 1 << 16;
@@ -153,4 +153,4 @@ CameraIdentity identity_of(const Json& json) {
           json.at("host_address")};
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -9,7 +9,7 @@
 #include "capture/device/camera.hpp"
 #include "core/files/json_file.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// Owns a file descriptor.
 class Descriptor {
@@ -65,4 +65,4 @@ enum class Received { message, nothing, closed };
 [[nodiscard]] CameraSettings settings_of(const Json& json);
 [[nodiscard]] CameraIdentity identity_of(const Json& json);
 
-}  // namespace drape
+}  // namespace drape::capture

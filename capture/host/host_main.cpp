@@ -6,12 +6,16 @@
 #include "capture/host/serve.hpp"
 #include "core/program/program.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::capture;
+
 namespace {
 
 int list() {
-  drape::Json devices = drape::Json::array();
-  for (const drape::FoundDevice& device : drape::find_devices()) {
-    devices.push_back({{"backend", drape::to_string(device.backend)},
+  Json devices = Json::array();
+  for (const FoundDevice& device : find_devices()) {
+    devices.push_back({{"backend", to_string(device.backend)},
                        {"name", device.name},
                        {"identity", json_of(device.identity)}});
   }
@@ -27,7 +31,7 @@ int main(int argc, char** argv) {
       "drape doctor; by itself it lists the cameras that answer:\n\n"
       "  drape-camera-host --list\n",
       "drape-camera-host");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   int control = -1, memory = -1, limit_mb = 2048;
   bool listing = false;
@@ -35,10 +39,10 @@ int main(int argc, char** argv) {
   app.add_option("--control", control, "inherited descriptor of the commands");
   app.add_option("--memory", memory, "inherited descriptor of the shared frames");
   app.add_option("--memory-limit-mb", limit_mb, "address space of this process, in MB");
-  return drape::run_program(app, argc, argv, common, [&] {
-    drape::become_camera_host(limit_mb);
+  return run_program(app, argc, argv, common, [&] {
+    become_camera_host(limit_mb);
     if (listing || control < 0 || memory < 0) return list();
-    drape::serve_camera(drape::Descriptor(control), drape::Descriptor(memory), drape::open_camera);
+    serve_camera(Descriptor(control), Descriptor(memory), open_camera);
     return 0;
   });
 }

@@ -18,7 +18,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -227,4 +227,4 @@ void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open)
   Server(std::move(control), std::move(memory), open).run();
 }
 
-}  // namespace drape
+}  // namespace drape::capture

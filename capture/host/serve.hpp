@@ -6,7 +6,7 @@
 
 #include "capture/host/channel.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// How a host opens its camera: live ones through their libraries, or a recording.
 using OpenCamera = std::function<std::unique_ptr<CameraDevice>(const CameraAddress&)>;
@@ -19,4 +19,4 @@ void become_camera_host(int memory_limit_mb);
 /// Faults of the camera are told as a message and end it; nothing is thrown.
 void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open);
 
-}  // namespace drape
+}  // namespace drape::capture

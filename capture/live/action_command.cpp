@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::uint16_t kControlPort = 3956;
@@ -67,4 +67,4 @@ bool ActionSender::send(const std::string& camera_address, std::optional<std::in
                   sizeof to) == static_cast<ssize_t>(datagram.size());
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 
 #include "capture/device/camera.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// The GigE Vision action command as one datagram (GigE Vision 2.0, ACTION_CMD): all cameras that
 /// hold the keys expose when it arrives, or at `device_ns` of their clock when given. Aravis has no
@@ -33,4 +33,4 @@ class ActionSender {
   std::uint16_t request_id_ = 0;
 };
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -7,10 +7,10 @@
 #include <map>
 
 #include "core/error.hpp"
-#include "core/rig.hpp"
 #include "core/files/toml_file.hpp"
+#include "core/rig.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 SyncMethod method_of(const TomlTable& table, const std::string& key, const std::string& name) {
@@ -160,4 +160,4 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

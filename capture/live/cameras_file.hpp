@@ -7,7 +7,7 @@
 
 #include "capture/device/camera.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// How the cameras are made to expose together, best last.
 enum class SyncMethod { free_run, software_trigger, line_trigger, action, scheduled_action };
@@ -44,4 +44,4 @@ struct CamerasFile {
 /// Error(bad_input) for a camera that is missing, named twice, or the same device as another.
 [[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_folder);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr double kLargest_s = 5e-3;  ///< beyond the uncertainty of both readings
@@ -66,4 +66,4 @@ std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) 
   return faults;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -6,7 +6,7 @@
 
 #include "capture/live/live_capture.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// Readings of one clock of a camera. One that was opened anew, or whose clock jumped, has several.
 using ClockReadings = std::vector<std::vector<ClockSample>>;
@@ -19,4 +19,4 @@ using ClockReadings = std::vector<std::vector<ClockSample>>;
 /// clocks PTP was asked to hold and does not, so that their offset and drift are estimated.
 [[nodiscard]] std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -11,7 +11,7 @@
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::GigeCamera;
@@ -158,4 +158,4 @@ TEST_F(Clocks, TwoCamerasOfOneSerialNumberAreRefused) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdlib>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using Histogram = std::array<std::int64_t, 256>;
@@ -66,4 +66,4 @@ std::string quality_remedy(const FrameQuality& q, const QualityLimits& limits) {
   return "focus the lens and lock it, then calibrate anew";
 }
 
-}  // namespace drape
+}  // namespace drape::capture

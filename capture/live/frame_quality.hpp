@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace drape {
+namespace drape::capture {
 
 /// What can be told of an 8-bit grey frame without knowing what it shows.
 struct FrameQuality {
@@ -34,4 +34,4 @@ struct QualityLimits {
 /// What the operator does about it.
 [[nodiscard]] std::string quality_remedy(const FrameQuality& quality, const QualityLimits& limits);
 
-}  // namespace drape
+}  // namespace drape::capture

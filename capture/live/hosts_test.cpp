@@ -12,7 +12,7 @@
 #include "core/error.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::all_faults;
@@ -153,4 +153,4 @@ TEST(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -19,6 +19,8 @@
 
 namespace drape::test {
 
+using namespace capture;
+
 /// A picture with edges, darks and brights, different for every seed.
 inline std::vector<std::uint8_t> picture(int width_px, int height_px, unsigned seed) {
   std::mt19937 random(seed);

@@ -16,7 +16,7 @@
 #include "capture/live/running.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -485,4 +485,4 @@ LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options) 
   return Session(cameras, options).run();
 }
 
-}  // namespace drape
+}  // namespace drape::capture

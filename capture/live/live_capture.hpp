@@ -10,7 +10,7 @@
 #include "capture/live/cameras_file.hpp"
 #include "capture/pairing/pairing.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct LiveOptions {
   int frames = 1;  ///< sets wanted
@@ -69,4 +69,4 @@ struct LiveResult {
 /// the start; whatever happens later is in the report, and no frame is in a set that is not whole.
 [[nodiscard]] LiveResult capture_live(const CamerasFile& cameras, const LiveOptions& options);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -24,7 +24,7 @@
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::all_faults;
@@ -289,4 +289,4 @@ TEST_F(RefusedFrames, BlackSaturatedAndBlurredOnesAreNamedAndNotStored) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

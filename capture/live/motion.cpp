@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr int kIterations = 25;
@@ -214,4 +214,4 @@ std::optional<double> background_shift_px(const GreyView& reference, const GreyV
   return largest;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// An 8-bit grey picture that somebody else keeps.
 struct GreyView {
@@ -55,4 +55,4 @@ struct MotionResult {
                                                         const GreyView& now,
                                                         std::size_t least_blocks = 8);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 GreyView view(const cv::Mat& image) {
@@ -87,4 +87,4 @@ TEST(Motion, ABackgroundWithoutTextureTellsNothing) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr int kMostTimes = 10;
@@ -57,4 +57,4 @@ std::vector<NewPhase> InStep::look(const std::optional<std::vector<double>>& exp
   return late;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// How much later than camera 0 each camera exposes, in s: between -period/2 and +period/2, because
 /// free-running cameras of one rate keep the phase they began with and nothing else tells their
@@ -45,4 +45,4 @@ class InStep {
   int named_ = 0;
 };
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::DoubleNear;
@@ -39,4 +39,4 @@ TEST(Phases, ACameraThatBeginsAtTheTimeGivenExposesWithTheFirst) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

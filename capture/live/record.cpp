@@ -12,7 +12,7 @@
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 namespace fs = std::filesystem;
@@ -248,4 +248,4 @@ RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

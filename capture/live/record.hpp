@@ -10,7 +10,7 @@
 #include "capture/live/still.hpp"
 #include "core/recording.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// Both are lossless; PGM is written many times as fast and takes twice the space.
 enum class FrameFormat { png, pgm };
@@ -46,4 +46,4 @@ void require_new_set(const RecordOptions& options);
 [[nodiscard]] RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
                                        const RecordOptions& options);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace drape {
+namespace drape::capture {
 
 void rebase(Running& r, const HostFrame& frame, std::optional<double> frame_rate_hz) {
   if (r.newest < 0) return;
@@ -46,4 +46,4 @@ double until_next_s(const std::vector<Running>& cameras, std::int64_t now_ns) {
   return until_s;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

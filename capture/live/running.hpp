@@ -9,7 +9,7 @@
 #include "capture/host/camera_host.hpp"
 #include "capture/live/clocks.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 /// A frame before the clocks are fitted.
 struct Arrival {
@@ -57,4 +57,4 @@ void rebase(Running& r, const HostFrame& frame, std::optional<double> frame_rate
 /// Until the next camera that waits for it is to begin.
 [[nodiscard]] double until_next_s(const std::vector<Running>& cameras, std::int64_t now_ns);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -14,7 +14,7 @@
 #include "core/error.hpp"
 #include "core/recording.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::size_t kMostCompared = 8;  ///< frames of a long burst, evenly chosen
@@ -129,4 +129,4 @@ StillReport look_still(const LiveResult& live, const CamerasFile& cameras,
   return report;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -8,7 +8,7 @@
 
 #include "capture/live/live_capture.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 struct StillOptions {
   double largest_motion_px = 0.05;  ///< of the cloth during a burst
@@ -40,4 +40,4 @@ struct StillReport {
 [[nodiscard]] StillReport look_still(const LiveResult& live, const CamerasFile& cameras,
                                      const StillOptions& options);
 
-}  // namespace drape
+}  // namespace drape::capture

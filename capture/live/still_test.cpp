@@ -17,7 +17,7 @@
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::HasSubstr;
@@ -164,4 +164,4 @@ TEST_F(Still, ABurstIsAveraged) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

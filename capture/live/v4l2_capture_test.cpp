@@ -15,7 +15,7 @@
 #include "tests/support/v4l2_guest/v4l2_guest.hpp"
 #include "tests/support/v4l2_guest/vivid.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using test::VividNode;
@@ -123,4 +123,4 @@ TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr double kNs = 1e-9;
@@ -126,4 +126,4 @@ std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_i
   return jumps;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// One reading of a device's clock between two readings of the host's clock. The device read its
 /// clock somewhere in between, so half the round trip bounds the error (Cristian 1989).
@@ -63,4 +63,4 @@ struct ClockJump {
                                                       const std::vector<std::int64_t>& device_ns,
                                                       double period_s);
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -9,7 +9,7 @@
 #include "capture/pairing/frame_id.hpp"
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -107,4 +107,4 @@ TEST(FrameId, CountsManyWraps) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 
 void FrameIdRange::check() const {
   if (last <= first)
@@ -32,4 +32,4 @@ std::optional<std::int64_t> FrameIdUnwrapper::unwrap(std::uint64_t id) {
   return unwrapped;
 }
 
-}  // namespace drape
+}  // namespace drape::capture

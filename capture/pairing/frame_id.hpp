@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace drape {
+namespace drape::capture {
 
 /// The values a device gives its frame ids: first, first + 1, ..., last, first, ...
 /// GigE Vision counts 1..65535 and skips 0 (GigE Vision 2.0, block_id); V4L2 counts 32 bits.
@@ -31,4 +31,4 @@ class FrameIdUnwrapper {
   std::optional<std::uint64_t> newest_id_;
 };
 
-}  // namespace drape
+}  // namespace drape::capture

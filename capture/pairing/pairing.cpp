@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 /// Input indices of one camera's frames that can be in a set.
@@ -288,4 +288,4 @@ std::optional<std::int64_t> trigger_of(double time_s, const std::vector<double>&
   return std::distance(trigger_time_s.begin(), trigger);
 }
 
-}  // namespace drape
+}  // namespace drape::capture

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace drape {
+namespace drape::capture {
 
 /// What pairing knows of one frame that reached the host, whole or not.
 struct FrameMark {
@@ -97,4 +97,4 @@ struct PairingResult {
                                                      const std::vector<double>& trigger_time_s,
                                                      double early_s, double latest_s);
 
-}  // namespace drape
+}  // namespace drape::capture

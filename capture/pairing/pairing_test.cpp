@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape {
+namespace drape::capture {
 namespace {
 
 using testing::ElementsAre;
@@ -220,4 +220,4 @@ TEST(Pairing, TheOrderOfArrivalNeverMatters) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::capture

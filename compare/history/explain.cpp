@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <set>
 
-#include "compare/meshes/other_mesh.hpp"
-#include "compare/store/provenance.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/meshes/other_mesh.hpp"
+#include "compare/store/provenance.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "compare/compare.hpp"
-#include "compare/meshes/other_mesh.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/meshes/other_mesh.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"

@@ -9,11 +9,11 @@
 #include <set>
 
 #include "compare/history/explain.hpp"
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/provenance.hpp"
-#include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

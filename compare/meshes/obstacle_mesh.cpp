@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "compare/metrics/dense.hpp"
 #include "compare/meshes/mesh_file.hpp"
+#include "compare/metrics/dense.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

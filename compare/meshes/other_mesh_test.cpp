@@ -7,11 +7,11 @@
 #include <bit>
 
 #include "compare/history/explain.hpp"
-#include "compare/store/inputs.hpp"
-#include "compare/meshes/mesh_file.hpp"
-#include "compare/store/outcome.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/meshes/mesh_file.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "compare/history/seal.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
-#include "compare/history/seal.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 

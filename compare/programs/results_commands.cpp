@@ -7,10 +7,10 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/seal.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/history/seal.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -11,11 +11,11 @@
 #include <sstream>
 
 #include "compare/report/history.hpp"
+#include "compare/report/report.hpp"
+#include "compare/report/svg.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
-#include "compare/report/report.hpp"
 #include "compare/store/sheet_folders.hpp"
-#include "compare/report/svg.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"

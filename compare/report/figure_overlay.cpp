@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/report/figures.hpp"
 #include "compare/meshes/obstacle_mesh.hpp"
+#include "compare/report/figures.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -6,8 +6,8 @@
 #include <array>
 #include <cmath>
 
-#include "compare/report/figures.hpp"
 #include "compare/meshes/obstacle_mesh.hpp"
+#include "compare/report/figures.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/report/html.hpp"
 #include "compare/history/results.hpp"
+#include "compare/report/html.hpp"
 #include "compare/report/svg.hpp"
 #include "core/program/run_record.hpp"
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "compare/report/figures.hpp"
 #include "compare/meshes/obstacle_mesh.hpp"
+#include "compare/report/figures.hpp"
 #include "compare/report/viewer_assets.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"

@@ -8,12 +8,12 @@
 
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/store/provenance.hpp"
-#include "core/files/csv.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/recording.hpp"
 #include "core/program/run_record.hpp"
+#include "core/recording.hpp"
 
 namespace drape::compare {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "compare/tables/error_split.hpp"
 #include "compare/store/store.hpp"
+#include "compare/tables/error_split.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 

@@ -7,9 +7,9 @@
 
 #include <iostream>
 
-#include "compare/store/ledger.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/store/ledger.hpp"
 #include "compare/store/store.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <set>
 
-#include "core/files/csv.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 

@@ -3,8 +3,8 @@
 
 #include <gmock/gmock.h>
 
-#include "compare/store/inputs.hpp"
 #include "compare/report/report.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

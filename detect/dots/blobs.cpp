@@ -12,7 +12,7 @@
 
 #include "detect/dots/regions.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double least_fill = 0.80;
@@ -189,4 +189,4 @@ Blobs find_blobs(const GreyImage& image, const NoiseModel& noise, const DotSizes
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "detect/dots/dark_map.hpp"
-#include "detect/image/image.hpp"
 #include "detect/dots/noise.hpp"
+#include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// A dark region with the size and outline of a dot.
 struct Blob {
@@ -38,4 +38,4 @@ struct DotSizes {
 [[nodiscard]] Blobs find_blobs(const GreyImage& image, const NoiseModel& noise,
                                const DotSizes& sizes, bool light_centres = false);
 
-}  // namespace drape
+}  // namespace drape::detect

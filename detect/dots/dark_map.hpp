@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace drape {
+namespace drape::detect {
 
 /// Pixels from .. to - 1 of one row that belong to one region.
 struct DarkRun {
@@ -43,4 +43,4 @@ struct DarkMap {
   }
 };
 
-}  // namespace drape
+}  // namespace drape::detect

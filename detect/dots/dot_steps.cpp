@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "detect/dots/dot_steps.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double clear_lead = 0.55;  // best miss over second best
@@ -46,4 +46,4 @@ BestStep DotSteps::best(const LocalMap& from, const Eigen::Vector2d& step_m,
   return best;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -7,7 +7,7 @@
 
 #include "detect/dots/local_map.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// A dot to be labelled.
 struct UnlabelledDot {
@@ -56,4 +56,4 @@ class DotSteps {
   std::vector<double> sizes_;  ///< Frobenius norms of the roots
 };
 
-}  // namespace drape
+}  // namespace drape::detect

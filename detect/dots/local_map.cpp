@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 
 std::optional<LocalMap> map_at_centre(const std::array<Eigen::Vector2d, 4>& print_m,
                                       const Eigen::Matrix<double, 2, 4>& corners_px,
@@ -113,4 +113,4 @@ CreaseStep crease_step(const LocalMap& from, const LocalMap& to, const Eigen::Ve
   return best;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

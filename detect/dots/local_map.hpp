@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-namespace drape {
+namespace drape::detect {
 
 /// Where a printed point is seen and how the print maps to the image around it.
 struct LocalMap {
@@ -49,4 +49,4 @@ struct CreaseStep {
 [[nodiscard]] CreaseStep crease_step(const LocalMap& from, const LocalMap& to,
                                      const Eigen::Vector2d& step_m);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int bands = 16;
@@ -135,4 +135,4 @@ NoiseModel estimate_noise(const GreyImage& image) {
   return noise;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -3,7 +3,7 @@
 
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Noise of one frame: variance = floor + slope * level (read-out and quantisation noise plus the
 /// shot noise of a linear sensor), grey levels of the 0..255 scale.
@@ -19,4 +19,4 @@ struct NoiseModel {
 /// operator, which cancels planes, taken by robust median in bands of brightness.
 [[nodiscard]] NoiseModel estimate_noise(const GreyImage& image);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 /// First marked pixel at or after x.
@@ -84,4 +84,4 @@ std::vector<Region> RegionFinder::finish(DarkMap& map) {
   return regions;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

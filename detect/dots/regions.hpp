@@ -6,7 +6,7 @@
 
 #include "detect/dots/dark_map.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// A connected set of marked pixels: its bounding box and pixel count.
 struct Region {
@@ -35,4 +35,4 @@ class RegionFinder {
   std::vector<int> parents_;  ///< by run: a run of the same region that is not later
 };
 
-}  // namespace drape
+}  // namespace drape::detect

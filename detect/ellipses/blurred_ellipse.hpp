@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 
 /// A printed ellipse under a lens: I = (b + bx x + by y) (1 - k Phi(-d / s)) with d the signed
 /// distance from the outline |M (p - c)| = 1, positive outside. Light multiplies the print, so a
@@ -116,4 +116,4 @@ class BlurredEllipse {
   Vector p_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

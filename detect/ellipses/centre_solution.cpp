@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 
 std::optional<CentreSolution> solve_for_centre(const BlurredEllipse::Matrix& hessian,
                                                const BlurredEllipse::Vector& gradient) {
@@ -35,4 +35,4 @@ std::optional<CentreSolution> solve_for_centre(const BlurredEllipse::Matrix& hes
                         undo.transpose() * undo};
 }
 
-}  // namespace drape
+}  // namespace drape::detect

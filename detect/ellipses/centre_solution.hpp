@@ -6,7 +6,7 @@
 
 #include "detect/ellipses/blurred_ellipse.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The centre's part of the solution of normal equations.
 struct CentreSolution {
@@ -19,4 +19,4 @@ struct CentreSolution {
 [[nodiscard]] std::optional<CentreSolution> solve_for_centre(
     const BlurredEllipse::Matrix& hessian, const BlurredEllipse::Vector& gradient);
 
-}  // namespace drape
+}  // namespace drape::detect

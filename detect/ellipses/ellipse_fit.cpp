@@ -15,7 +15,7 @@
 #include "detect/ellipses/patch.hpp"
 #include "detect/ellipses/pixel_columns.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Model = BlurredEllipse;
@@ -263,4 +263,4 @@ Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlat
   return fit.covariance_px2 * excess_of(fit.edge, correlation);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

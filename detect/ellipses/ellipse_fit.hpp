@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "detect/dots/blobs.hpp"
-#include "detect/image/image.hpp"
 #include "detect/dots/noise.hpp"
 #include "detect/ellipses/residuals.hpp"
+#include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Width of the edge (px, Gaussian sigma of lens, motion and pixel together) before the fit.
 struct BlurGuess {
@@ -58,4 +58,4 @@ struct DotFit {
 /// Covariance of the centre with the noise and the correlation that the residuals show.
 [[nodiscard]] Eigen::Matrix2d honest_covariance(const DotFit& fit, const Correlation& correlation);
 
-}  // namespace drape
+}  // namespace drape::detect

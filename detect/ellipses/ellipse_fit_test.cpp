@@ -18,6 +18,9 @@
 #include "tests/support/trials.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 const DarkMap nothing_else{64, 64, {}, std::vector<std::size_t>(65, 0)};

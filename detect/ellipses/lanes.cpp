@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "detect/ellipses/lanes.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 DRAPE_WIDE_VECTORS float lane_dot(const float* a, const float* b, int count) {
   return lane_sum(a, b, count);
@@ -57,4 +57,4 @@ DRAPE_WIDE_VECTORS void offset_products(const FourPlanes& of, int offset,
   for (int k = 0; k < 4; ++k) sums[k] = total(sum[k]);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -12,7 +12,7 @@
 #define DRAPE_WIDE_VECTORS
 #endif
 
-namespace drape {
+namespace drape::detect {
 
 constexpr int lanes = 8;
 using Lane = float __attribute__((vector_size(lanes * sizeof(float))));
@@ -59,4 +59,4 @@ struct FourPlanes {
 /// the places.
 void offset_products(const FourPlanes& of, int offset, std::array<float, 4>& sums);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -7,7 +7,7 @@
 
 #include "detect/ellipses/row_distances.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double ring_px = 4.0;         // how far outside the outline pixels are used
@@ -102,4 +102,4 @@ bool set_dark_ring_aside(Patch& patch) {
   return any;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -8,7 +8,7 @@
 #include "detect/ellipses/blurred_ellipse.hpp"
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// A pixel of a patch; positions relative to the patch's origin.
 struct PatchPixel {
@@ -38,4 +38,4 @@ struct Patch {
 /// the table, or for cloth in shadow behind a silhouette. True when there were any.
 bool set_dark_ring_aside(Patch& patch);
 
-}  // namespace drape
+}  // namespace drape::detect

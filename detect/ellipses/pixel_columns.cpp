@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Model = BlurredEllipse;
@@ -290,4 +290,4 @@ Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -4,12 +4,12 @@
 #include <array>
 #include <vector>
 
+#include "detect/dots/noise.hpp"
 #include "detect/ellipses/blurred_ellipse.hpp"
 #include "detect/ellipses/lanes.hpp"
-#include "detect/dots/noise.hpp"
 #include "detect/ellipses/patch.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Normal equations of the weighted least squares.
 struct Normal {
@@ -52,7 +52,6 @@ struct Strangers {
 /// of no weight. Lanes are summed in a fixed order: the result is the same on every processor.
 class PixelColumns {
  public:
-  static constexpr int lanes = drape::lanes;
   PixelColumns() = default;
   explicit PixelColumns(const Patch& patch);
 
@@ -90,4 +89,4 @@ class PixelColumns {
   std::array<int, 8> count_ = {};
 };
 
-}  // namespace drape
+}  // namespace drape::detect

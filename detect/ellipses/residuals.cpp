@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Model = BlurredEllipse;
@@ -30,7 +30,7 @@ struct Grid {
   explicit Grid(const Patch& patch) : stride(2 * (patch.reach_x + reach) + 1) {
     const int height = 2 * patch.reach_y + 1;
     first = reach * stride + reach;
-    count = (height * stride + PixelColumns::lanes - 1) / PixelColumns::lanes * PixelColumns::lanes;
+    count = (height * stride + lanes - 1) / lanes * lanes;
   }
   void room(Plane& plane) const { plane.assign(count + 2 * static_cast<std::size_t>(first), 0.0F); }
   /// Sum over pairs of pixels `offset` apart.
@@ -245,4 +245,4 @@ double excess_of(const EdgeResiduals& dot, const Correlation& correlation) {
   return std::max(std::max(1.0, outline) * std::max(1.0, dot.chi2), ring);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,12 +6,12 @@
 #include <optional>
 #include <vector>
 
-#include "detect/ellipses/blurred_ellipse.hpp"
 #include "detect/dots/noise.hpp"
+#include "detect/ellipses/blurred_ellipse.hpp"
 #include "detect/ellipses/patch.hpp"
 #include "detect/ellipses/pixel_columns.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// What the bright ring around a dot says of the cloth's texture: residuals in units of the noise,
 /// as sums over pairs of pixels by their distance.
@@ -65,4 +65,4 @@ struct Correlation {
 /// the ring's do not.
 [[nodiscard]] double excess_of(const EdgeResiduals& dot, const Correlation& correlation);
 
-}  // namespace drape
+}  // namespace drape::detect

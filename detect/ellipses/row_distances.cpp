@@ -5,7 +5,7 @@
 
 #include "detect/ellipses/lanes.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 /// Coefficients of an ellipse, and what is written.
@@ -42,4 +42,4 @@ void RowDistances::fill(const BlurredEllipse& model, int first_x, int y) {
            first_x, static_cast<int>(d_.size()));
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,7 +6,7 @@
 
 #include "detect/ellipses/blurred_ellipse.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Distances from an ellipse along rows of pixels, as BlurredEllipse has them one by one.
 class RowDistances {
@@ -23,4 +23,4 @@ class RowDistances {
   std::vector<double> d_, vx_, vy_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

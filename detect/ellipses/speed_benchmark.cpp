@@ -12,13 +12,16 @@
 
 #include "core/recording.hpp"
 #include "core/rig.hpp"
-#include "detect/dots/blobs.hpp"
 #include "detect/detect.hpp"
+#include "detect/dots/blobs.hpp"
 #include "detect/frame.hpp"
 #include "detect/image/image.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 struct Bench {

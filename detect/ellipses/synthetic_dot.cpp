@@ -7,6 +7,9 @@
 #include <vector>
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 constexpr int side = 64;

@@ -9,6 +9,8 @@
 
 namespace drape::test {
 
+using namespace detect;
+
 /// A drawn dot with a known centre, for the tests of the fit.
 struct SyntheticDot {
   Eigen::Vector2d centre_px{32, 32};

@@ -15,7 +15,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int kMostBorder = 4;
@@ -144,4 +144,4 @@ std::vector<TagDetection> TagFamily::find(const GreyImage& image, double noise_s
   return tags;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -8,7 +8,7 @@
 #include "core/detections.hpp"
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The tags of one AprilTag family with a black rim of one or more modules around their bits: one
 /// is the library's own, Kalibr's grids have two (Olson 2011; the AprilTag 3 library).
@@ -37,4 +37,4 @@ class TagFamily {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

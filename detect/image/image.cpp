@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr const char* record_again =
@@ -104,4 +104,4 @@ std::vector<unsigned char> half_scale_jpeg(const GreyImage& image) {
   return bytes;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -8,7 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// One grey image. Pixel (0, 0) is the centre of the top-left pixel.
 struct GreyImage {
@@ -34,4 +34,4 @@ struct GreyImage {
 /// JPEG of the picture at half its size, for reports. The same picture gives the same bytes.
 [[nodiscard]] std::vector<unsigned char> half_scale_jpeg(const GreyImage& image);
 
-}  // namespace drape
+}  // namespace drape::detect

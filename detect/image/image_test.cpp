@@ -14,6 +14,9 @@
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 using ::testing::HasSubstr;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int every_px = 14;  // even, so that samples begin at the same place of the mosaic
@@ -77,4 +77,4 @@ std::optional<GreyImage> without_mosaic(const GreyImage& image) {
   return even;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

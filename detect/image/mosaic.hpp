@@ -5,7 +5,7 @@
 
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// A colour sensor's raw mosaic read as grey: the four places of each 2x2 pixels see the same white
 /// cloth at different levels. Answers with the picture brought to the brightest place's level, each
@@ -13,4 +13,4 @@ namespace drape {
 /// four places agree within 3 %.
 [[nodiscard]] std::optional<GreyImage> without_mosaic(const GreyImage& image);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -13,7 +13,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 const cv::Scalar tag_colour(255, 140, 0);
@@ -139,4 +139,4 @@ std::vector<unsigned char> overlay_png(const GreyImage& image, const FrameDetect
   return bytes;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,11 +6,11 @@
 #include "core/detections.hpp"
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// PNG of the frame with tags (blue), labelled dots (green ellipse, "row,col"), dots of islands
 /// (yellow, "#island row,col") and rejections (red cross) drawn in.
 [[nodiscard]] std::vector<unsigned char> overlay_png(const GreyImage& image,
                                                      const FrameDetections& frame);
 
-}  // namespace drape
+}  // namespace drape::detect

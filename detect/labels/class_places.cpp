@@ -3,7 +3,7 @@
 
 #include "detect/labels/lattice.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int least_known = 12;      // dots of the piece that show their class
@@ -71,4 +71,4 @@ std::optional<LatticePiece> place_by_classes(const PrintPlane& plane,
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

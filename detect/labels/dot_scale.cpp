@@ -9,7 +9,7 @@
 
 #include "detect/labels/lattice.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double nearest_in_pitches = 0.55;
@@ -91,4 +91,4 @@ std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel
   return best;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

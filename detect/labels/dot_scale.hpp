@@ -6,11 +6,11 @@
 
 #include "detect/dots/blobs.hpp"
 #include "detect/dots/dot_steps.hpp"
-#include "detect/image/image.hpp"
 #include "detect/dots/noise.hpp"
+#include "detect/image/image.hpp"
 #include "detect/labels/print_plane.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Blobs as dots to be labelled, before they are fitted.
 [[nodiscard]] std::vector<UnlabelledDot> dots_of(const std::vector<Blob>& blobs);
@@ -29,4 +29,4 @@ namespace drape {
                                                       const NoiseModel& noise,
                                                       const PrintPlane& plane);
 
-}  // namespace drape
+}  // namespace drape::detect

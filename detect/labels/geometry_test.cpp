@@ -10,6 +10,9 @@
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 TEST(LocalMap, HomographyGivesItsDerivativeAtTheCentre) {

@@ -12,7 +12,7 @@
 
 #include "detect/dots/local_map.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 // A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
@@ -354,4 +354,4 @@ std::vector<DotLabel> label_dots(const PrintPlane& plane, const std::vector<TagD
   return labeller.finish();
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -12,7 +12,7 @@
 #include "detect/dots/dot_steps.hpp"
 #include "detect/labels/print_plane.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// What became of a dot: a label, or why it has none. A dot can have both: a label that was
 /// withdrawn, with the reason.
@@ -30,4 +30,4 @@ struct DotLabel {
                                                const std::vector<UnlabelledDot>& dots,
                                                const DarkMap& map);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -9,7 +9,7 @@
 #include <queue>
 #include <tuple>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double nearest_in_pitches = 0.6;  // of a neighbour, in the dot's own map
@@ -353,4 +353,4 @@ std::optional<LatticePiece> place_whole_piece(const PrintPlane& plane,
   return best;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -9,7 +9,7 @@
 #include "detect/dots/dot_steps.hpp"
 #include "detect/labels/print_plane.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Dots that stand as a piece of the print's lattice. Rows and columns count from 0 in the piece
 /// and are right up to a shift and quarter turns; they are never mirrored, since only one side of a
@@ -46,4 +46,4 @@ void fill_flat_piece(const PrintPlane& plane, const std::vector<UnlabelledDot>& 
                                                             const std::vector<UnlabelledDot>& dots,
                                                             const LatticePiece& piece);
 
-}  // namespace drape
+}  // namespace drape::detect

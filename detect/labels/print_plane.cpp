@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace drape {
+namespace drape::detect {
 
 Eigen::Vector2d PrintPlane::point_m(MarkId mark) const {
   return first_m + pitch_m * Eigen::Vector2d(mark.col, mark.row);
@@ -78,4 +78,4 @@ PrintPlane plane_of(const Print& print) {
   return plane;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -12,7 +12,7 @@
 #include "core/marks.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// What is printed on a flat surface, cloth or target, in one plane frame: x along the columns, y
 /// along the rows, metres. Seen from the printed side the frame is right-handed for a target (y
@@ -44,4 +44,4 @@ struct PrintPlane {
 [[nodiscard]] PrintPlane plane_of(const Target& target);
 [[nodiscard]] PrintPlane plane_of(const Print& print);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -10,10 +10,10 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "detect/prints/tags.hpp"
 #include "detect/families/tag_family.hpp"
+#include "detect/prints/tags.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Eigen::Vector2d;
@@ -346,4 +346,4 @@ PrintedPage page_of(const Target& target, const std::string& name, const PrintOp
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,7 +6,7 @@
 #include "core/rig.hpp"
 #include "detect/prints/page.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Paper: "a4", "a3", "letter", "fit" (as large as the print needs, for textile printers) or
 /// "auto" (the first of a4, a3 that holds it). Sheets are turned to fit.
@@ -39,4 +39,4 @@ void check_windows(const DotClasses& classes);
 [[nodiscard]] PrintedPage page_of(const Target& target, const std::string& name,
                                   const PrintOptions& options);
 
-}  // namespace drape
+}  // namespace drape::detect

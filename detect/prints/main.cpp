@@ -11,6 +11,7 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::detect;
 
 namespace {
 

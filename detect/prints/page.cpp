@@ -8,7 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Eigen::Vector2d;
@@ -153,4 +153,4 @@ std::string svg_of(const Page& page) {
       text_of(page.size_m.x()), text_of(page.size_m.y()), xml_text(page.title), content.text);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

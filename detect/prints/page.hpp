@@ -6,7 +6,7 @@
 #include <variant>
 #include <vector>
 
-namespace drape {
+namespace drape::detect {
 
 /// A filled circle on a page. Positions from the upper left corner, x right, y down, metres.
 struct PageDisc {
@@ -46,4 +46,4 @@ struct Page {
 /// SVG 1.1 in millimetres, otherwise as pdf_of().
 [[nodiscard]] std::string svg_of(const Page& page);
 
-}  // namespace drape
+}  // namespace drape::detect

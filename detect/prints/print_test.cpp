@@ -16,7 +16,7 @@
 #include "detect/prints/layout.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ TEST(PrintedPage, RefusesByName) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::detect

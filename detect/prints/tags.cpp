@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "detect/families/tag_family.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 PageArea tag_on_page(const TagLook& look, int id, const Eigen::Vector2d& centre_m) {
   const TagFamily tags(look.family, look.border_modules);
@@ -31,4 +31,4 @@ PageArea tag_on_page(const TagLook& look, int id, const Eigen::Vector2d& centre_
   return area;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 
 #include "detect/prints/page.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// What a printed tag looks like.
 struct TagLook {
@@ -19,4 +19,4 @@ struct TagLook {
 /// pictures. Throws Error(bad_input) for a family that is not known or has no such id.
 [[nodiscard]] PageArea tag_on_page(const TagLook& look, int id, const Eigen::Vector2d& centre_m);
 
-}  // namespace drape
+}  // namespace drape::detect

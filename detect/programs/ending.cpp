@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-namespace drape {
+namespace drape::detect {
 
 Ending ending_of(const DetectReport& report, Surface surface, const std::string& out) {
   Ending ending;
@@ -40,4 +40,4 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

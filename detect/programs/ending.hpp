@@ -6,9 +6,9 @@
 #include "core/program/program.hpp"
 #include "detect/detect.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The last lines of drape-detect: NO-GO when a frame shows no mark at all.
 [[nodiscard]] Ending ending_of(const DetectReport& report, Surface surface, const std::string& out);
 
-}  // namespace drape
+}  // namespace drape::detect

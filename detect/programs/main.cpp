@@ -12,6 +12,7 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::detect;
 
 namespace {
 
@@ -66,9 +67,9 @@ int main(int argc, char** argv) {
     options.threads = thread_count(common);
     options.overlays = !overlay_folder.empty();
     Progress progress("detect", common.quiet);
-    const DetectResult result =
-        detect(recording, rig, options,
-               [&](double fraction, const std::string& what) { progress.update(fraction, what); });
+    const DetectResult result = drape::detect::detect(
+        recording, rig, options,
+        [&](double fraction, const std::string& what) { progress.update(fraction, what); });
     const fs::path folder = out.parent_path();
     write_pictures(result.previews, folder, record);
     write_pictures(result.overlays, overlay_folder, record);

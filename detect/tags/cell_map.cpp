@@ -6,7 +6,7 @@
 
 #include "detect/dots/local_map.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double least_depth = 0.1;  // of a corner, against the first one's
@@ -70,4 +70,4 @@ Eigen::Vector2d CellMap::operator()(const Eigen::Vector2d& at) const {
   return h_ * Eigen::Vector3d(at.x(), at.y(), 1) / (gh_.dot(at) + 1);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-namespace drape {
+namespace drape::detect {
 
 /// Where the points of a cell between four dots are seen: the unit square, corners (0, 0), (1, 0),
 /// (1, 1), (0, 1), to pixels.
@@ -32,4 +32,4 @@ class CellMap {
   Eigen::Vector2d gh_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -10,10 +10,10 @@
 #include <optional>
 #include <set>
 
-#include "detect/tags/cell_map.hpp"
 #include "detect/dots/local_map.hpp"
+#include "detect/tags/cell_map.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 // Seen from a dot through its own ellipse a neighbour lies one pitch away, less where the cloth
@@ -366,4 +366,4 @@ std::vector<TagDetection> read_tags_between_dots(const GreyImage& image, const P
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -9,7 +9,7 @@
 #include "detect/labels/print_plane.hpp"
 #include "detect/tags/tags.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// True when the print has tags and every one sits in the middle of four dots.
 [[nodiscard]] bool tags_sit_between_dots(const PrintPlane& plane);
@@ -23,4 +23,4 @@ namespace drape {
     const GreyImage& image, const PrintPlane& plane, const TagCode& code,
     const std::vector<UnlabelledDot>& dots, double noise_sigma);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -11,12 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "detect/image/image.hpp"
 #include "detect/dots/noise.hpp"
+#include "detect/image/image.hpp"
 #include "detect/tags/tags.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 namespace fs = std::filesystem;

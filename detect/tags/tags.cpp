@@ -16,7 +16,7 @@
 
 #include "core/error.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int most_wrong_bits = 2;
@@ -136,4 +136,4 @@ const TagCode& TagFinder::code() const {
   return state_->code;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -12,7 +12,7 @@
 #include "detect/image/image.hpp"
 #include "detect/labels/print_plane.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The words of a tag family: where its bits lie and what each id says.
 struct TagCode {
@@ -54,4 +54,4 @@ class TagFinder {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -9,14 +9,14 @@
 #include <limits>
 #include <map>
 
+#include "detect/dots/noise.hpp"
+#include "detect/families/tag_family.hpp"
 #include "detect/targets/board_map.hpp"
 #include "detect/targets/chessboard.hpp"
 #include "detect/targets/corner_covariance.hpp"
 #include "detect/targets/light_growth.hpp"
-#include "detect/dots/noise.hpp"
-#include "detect/families/tag_family.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Eigen::Vector2d;
@@ -175,4 +175,4 @@ FrameDetections detect_board(const GreyImage& image, const Target& target) {
   return detect_tagged(image, target);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 #include "core/rig.hpp"
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Corners of a target that is no dot grid. A chessboard must be seen whole (chessboard.hpp). Of a
 /// ChArUco board or an AprilGrid any part will do: its tags say where each corner must be, and
@@ -15,4 +15,4 @@ namespace drape {
 /// Throws Error(bad_input) for a tag family that is not known.
 [[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);
 
-}  // namespace drape
+}  // namespace drape::detect

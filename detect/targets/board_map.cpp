@@ -6,7 +6,7 @@
 #include <limits>
 #include <opencv2/calib3d.hpp>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 using Eigen::Vector2d;
@@ -116,4 +116,4 @@ std::optional<Eigen::Matrix3d> BoardMap::around(const Vector2d& point_m) const {
   return projective_map(from, to);
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -8,7 +8,7 @@
 #include "core/detections.hpp"
 #include "core/rig.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Where the points of a tagged target lie in a picture, from the tags near each of them.
 class BoardMap {
@@ -29,4 +29,4 @@ class BoardMap {
   std::vector<SeenTag> tags_;
 };
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -10,7 +10,7 @@
 #include "detect/targets/corner_covariance.hpp"
 #include "detect/targets/corner_point.hpp"
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr double kWindowShare = 0.25;  ///< of the distance to the nearest neighbour
@@ -138,4 +138,4 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
   return frame;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 #include "core/rig.hpp"
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Inner corners of a chessboard target, all or none. OpenCV finds and orders them; each is then
 /// placed by Foerstner and Guelch's operator (1987) in a window of its own, a quarter of the
@@ -21,4 +21,4 @@ namespace drape {
 /// opposite one.
 [[nodiscard]] bool is_ambiguous(const Target& target);
 
-}  // namespace drape
+}  // namespace drape::detect

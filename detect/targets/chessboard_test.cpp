@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 Target board(int rows, int cols) {
@@ -115,4 +115,4 @@ TEST(Chessboard, KnowsWhenItsSidesLookAlike) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::detect

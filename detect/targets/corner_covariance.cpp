@@ -6,7 +6,7 @@
 #include <numbers>
 #include <optional>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 double median(std::vector<double> values) {
@@ -64,4 +64,4 @@ void set_corner_covariances(const Target& target, const std::vector<CornerPoint>
   }
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -7,7 +7,7 @@
 #include "core/rig.hpp"
 #include "detect/targets/corner_point.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// Gives each corner of a frame the operator's covariance, scaled so that the frame's mean variance
 /// is what its corners scatter by along the target's lines. Corners whose own directions disagree
@@ -15,4 +15,4 @@ namespace drape {
 void set_corner_covariances(const Target& target, const std::vector<CornerPoint>& points,
                             FrameDetections& frame);
 
-}  // namespace drape
+}  // namespace drape::detect

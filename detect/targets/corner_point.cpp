@@ -7,7 +7,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
-namespace drape {
+namespace drape::detect {
 namespace {
 
 constexpr int kMaxIterations = 50;
@@ -91,4 +91,4 @@ std::optional<CornerPoint> find_corner_point(const GreyImage& picture,
   return std::nullopt;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -6,7 +6,7 @@
 
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The point where the edges around it meet.
 struct CornerPoint {
@@ -22,4 +22,4 @@ struct CornerPoint {
                                                            const Eigen::Vector2d& start_px,
                                                            int half_window_px);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -21,6 +21,9 @@
 #include "tests/support/trials.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 namespace fs = std::filesystem;

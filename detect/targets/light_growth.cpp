@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <opencv2/imgproc.hpp>
 
-namespace drape {
+namespace drape::detect {
 
 GreyImage with_light_grown(const GreyImage& image, int by_px) {
   // A view without a copy; OpenCV only reads it.
@@ -38,4 +38,4 @@ Eigen::Matrix<double, 2, 4> without_growth(const Eigen::Matrix<double, 2, 4>& co
   return corners;
 }
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -5,7 +5,7 @@
 
 #include "detect/image/image.hpp"
 
-namespace drape {
+namespace drape::detect {
 
 /// The picture in which each pixel is the lightest of those up to `by_px` away in x and in y, so
 /// that dark shapes which touch at a corner come apart. 8 bits only.
@@ -16,4 +16,4 @@ namespace drape {
 [[nodiscard]] Eigen::Matrix<double, 2, 4> without_growth(
     const Eigen::Matrix<double, 2, 4>& corners_px, int by_px);
 
-}  // namespace drape
+}  // namespace drape::detect

@@ -15,6 +15,9 @@
 #include "detect/families/tag_family.hpp"
 
 namespace drape::test {
+
+using namespace detect;
+
 namespace {
 
 using Eigen::Vector2d;

@@ -7,7 +7,7 @@
 
 #include "simulate/checker/sheet.hpp"
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 namespace {
 
 using Vector3 = Eigen::Matrix<Real, 3, 1>;
@@ -398,4 +398,4 @@ Balance balance(const std::vector<Point>& force, const std::vector<Support>& sup
   return result;
 }
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/files/csv.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/edges.hpp"
@@ -15,15 +15,15 @@
 #include "simulate/checker/scene.hpp"
 #include "simulate/checker/sheet.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
-using certify_detail::Mechanics;
-using certify_detail::Objects;
-using certify_detail::Point;
-using certify_detail::Real;
-using certify_detail::SheetSpec;
-using certify_detail::Support;
+using checker::Mechanics;
+using checker::Objects;
+using checker::Point;
+using checker::Real;
+using checker::SheetSpec;
+using checker::Support;
 
 constexpr Real kSunk = 0.1e-3L;  // m; a particle deeper than this in an object cannot rest
 constexpr Real kResidualMargin =
@@ -98,7 +98,7 @@ void compare_strains(CertifyReport& report, const CertificateClaim& claim, const
 
 void judge_distances(CertifyReport& report, const CertificateClaim& claim, const Objects& objects,
                      const std::vector<Point>& points, int rows, int cols) {
-  const certify_detail::Distances found = distances_of(objects, points, rows, cols);
+  const checker::Distances found = distances_of(objects, points, rows, cols);
   if (claim.least_gap_object_m && found.least_to_object) {
     compare(report, "least distance of a particle to an object (m)", *claim.least_gap_object_m,
             *found.least_to_object, kGapAllowed_m);
@@ -111,7 +111,7 @@ void judge_distances(CertifyReport& report, const CertificateClaim& claim, const
     limit(report, "depth between particles (m)", claim.deepest_between_m, found.deepest_between,
           Real(claim.penetration_tolerance_m) + Real(kGapAllowed_m));
     limit(report, "places where the sheet passes through itself", 0,
-          certify_detail::crossings_of(points, rows, cols), 0);
+          checker::crossings_of(points, rows, cols), 0);
   }
 }
 
@@ -169,8 +169,8 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const S
   const Real mean_weight =
       mass * Real(scene.gravity_m_per_s2.norm()) / static_cast<Real>(mechanics.mass.size());
   const Real most = kResidualMargin * Real(claim.residual_tolerance);
-  const certify_detail::Balance found = certify_detail::balance(
-      mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
+  const checker::Balance found =
+      checker::balance(mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
   report.contacts = static_cast<int>(supports.size());
   report.rounds = found.rounds;
   report.residual = static_cast<double>(found.largest / mean_weight);
@@ -221,10 +221,10 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
       supports_of(objects, points, sheet.rows, sheet.cols, kTouch);
   supports.insert(supports.end(), touching.begin(), touching.end());
   const std::vector<Support> edges =
-      certify_detail::edge_supports_of(objects, points, sheet.rows, sheet.cols, kPressedEdge);
+      checker::edge_supports_of(objects, points, sheet.rows, sheet.cols, kPressedEdge);
   supports.insert(supports.end(), edges.begin(), edges.end());
   if (claim.cloth_thickness_m > 0) {
-    const std::vector<Support> layers = certify_detail::layer_supports_of(
+    const std::vector<Support> layers = checker::layer_supports_of(
         points, sheet.rows, sheet.cols, Real(claim.cloth_thickness_m) + kTouch);
     supports.insert(supports.end(), layers.begin(), layers.end());
   }
@@ -240,7 +240,7 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.cols = options.cols;
   claim.segments = options.segments;
   claim.model = options.model;
-  claim.paper_mass = options.mass == sim::MassRule::paper;
+  claim.paper_mass = options.mass == MassRule::paper;
   claim.residual = report.residual;
   claim.residual_tolerance = report.residual_tolerance;
   claim.warp_least = report.strains.warp_least;
@@ -303,4 +303,4 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
   return claim;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

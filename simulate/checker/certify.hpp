@@ -11,7 +11,7 @@
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// What a certificate claims; SI.
 struct CertificateClaim {
@@ -79,4 +79,4 @@ void judge_rest(SimulateResult& result, const Scene& scene, const Fabric& fabric
                                               const std::optional<Sheet>& measured,
                                               const SimulateOptions& options);
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -10,7 +10,7 @@
 #include "simulate/checker/sheet.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using units::mm;
@@ -78,14 +78,14 @@ TEST(Certify, AResultIsAtRestOnlyIfItIsAccepted) {
 
 /// Random places of a sheet of 30 particles, some of them cells, and forces in their cones.
 struct Pressed {
-  std::vector<certify_detail::Point> force;
-  std::vector<certify_detail::Support> supports;
+  std::vector<checker::Point> force;
+  std::vector<checker::Support> supports;
 
   Pressed(unsigned seed, long double friction) : force(30) {
     std::mt19937 engine(seed);
     const auto random = [&] { return 2.0L * engine() / 4294967295.0L - 1; };
     for (int s = 0; s < 60; ++s) {
-      certify_detail::Support support;
+      checker::Support support;
       long double sum = 0;
       for (int k = 0; k < 4; ++k) {
         support.particle[k] = s % 3 == 0 ? s / 2 : (s / 2 + k) % 30;
@@ -99,9 +99,9 @@ struct Pressed {
       for (long double& n : support.normal) n /= size;
       // Every second one slides: its force lies on the cone. One third presses nothing.
       const long double pressing = s % 3 == 1 ? 0 : 1 + random();
-      const certify_detail::Point& n = support.normal;
-      const certify_detail::Point along = {n[2] / std::hypot(n[0], n[2]), 0,
-                                           -n[0] / std::hypot(n[0], n[2])};
+      const checker::Point& n = support.normal;
+      const checker::Point along = {n[2] / std::hypot(n[0], n[2]), 0,
+                                    -n[0] / std::hypot(n[0], n[2])};
       const long double share = s % 2 == 0 ? 1 : random();
       for (int k = 0; k < 4; ++k) {
         for (int axis = 0; axis < 3; ++axis)
@@ -117,8 +117,8 @@ TEST(Certify, ForcesInTheConesAreFoundWhereThereAreAny) {
   for (const long double friction : {0.0L, 1e-3L, 0.4L, 3.0L}) {
     for (unsigned seed = 0; seed < 20; ++seed) {
       const Pressed pressed(seed, friction);
-      const certify_detail::Balance found =
-          certify_detail::balance(pressed.force, pressed.supports, friction, 1e-7L, 400);
+      const checker::Balance found =
+          checker::balance(pressed.force, pressed.supports, friction, 1e-7L, 400);
       EXPECT_LE(found.largest, 1e-7L) << friction << " " << seed;
     }
   }
@@ -129,8 +129,7 @@ TEST(Certify, NoForcesAreFoundWhereThereAreNone) {
     Pressed pressed(seed, 0.4L);
     // Surfaces that do not pull: the sum of all forces up would have to be a pull.
     pressed.force[0][2] += 200;
-    EXPECT_GT(certify_detail::balance(pressed.force, pressed.supports, 0.4L, 1e-3L, 400).largest,
-              1.0L);
+    EXPECT_GT(checker::balance(pressed.force, pressed.supports, 0.4L, 1e-3L, 400).largest, 1.0L);
   }
 }
 
@@ -173,4 +172,4 @@ TEST(Certify, AMovingSheetThatClaimsRestIsRefused) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

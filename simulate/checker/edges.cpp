@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 namespace {
 
 constexpr Real kBeyond = 0.05L;    // of an edge or triangle: contacts there count as its own
@@ -59,7 +59,7 @@ Solid solid_of(const Box& box, std::size_t object) {
   return solid;
 }
 
-Solid solid_of(const sim::PlacedMesh& mesh, std::size_t object) {
+Solid solid_of(const PlacedMesh& mesh, std::size_t object) {
   Solid solid;
   solid.object = object;
   for (const Eigen::Vector3d& corner : mesh.mesh->corners()) {
@@ -185,4 +185,4 @@ std::vector<Support> edge_supports_of(const Objects& objects, const std::vector<
   return collector.take();
 }
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

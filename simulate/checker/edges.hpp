@@ -5,7 +5,7 @@
 
 #include "simulate/checker/scene.hpp"
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 
 /// Places where the edges and corners of meshes, and of boxes without edge radius, may press on the
 /// sheet, cut into two triangles per cell: edge against edge of the sheet, corner against triangle,
@@ -14,4 +14,4 @@ namespace drape::certify_detail {
                                                     const std::vector<Point>& points, int rows,
                                                     int cols, Real touch_m);
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 namespace {
 
 Point minus(const Point& a, const Point& b) {
@@ -179,4 +179,4 @@ std::vector<Support> layer_supports_of(const std::vector<Point>& points, int row
   return collector.take();
 }
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

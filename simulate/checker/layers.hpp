@@ -6,7 +6,7 @@
 #include "simulate/checker/sheet.hpp"
 
 /// The checker's own view of a sheet that lies on itself, in long double.
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 
 /// Pairs of an edge of one cell and a triangle of another, at least three cells away along the
 /// warp or the weft, that pass through each other.
@@ -17,4 +17,4 @@ namespace drape::certify_detail {
 [[nodiscard]] std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows,
                                                      int cols, Real near_m);
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

@@ -3,7 +3,7 @@
 
 #include "simulate/checker/certify.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 CheckReport check_of(const CertifyReport& judged) {
@@ -43,4 +43,4 @@ SimulateResult simulate_checked(const Scene& scene, const Fabric& fabric, const 
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

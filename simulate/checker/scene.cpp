@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 namespace {
 
 Real length_of(Real a, Real b, Real c = 0) {
@@ -248,7 +248,7 @@ Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
   for (const Obstacle& obstacle : objects_of.obstacles) {
     meshes.emplace_back();
     if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
-      meshes.back() = std::make_shared<sim::Surroundings>();
+      meshes.back() = std::make_shared<Surroundings>();
       meshes.back()->add(*mesh);
     }
   }
@@ -330,4 +330,4 @@ std::vector<Support> supports_of(const Objects& objects, const std::vector<Point
   return finder.take();
 }
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

@@ -7,16 +7,16 @@
 
 #include "core/scene.hpp"
 #include "simulate/checker/sheet.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
 /// The checker's own distances to the objects of a scene, in long double.
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 
 struct Objects {
   explicit Objects(const Scene& objects_of);
 
   const Scene* scene;
-  std::vector<std::shared_ptr<sim::Surroundings>> meshes;  ///< one per mesh, else absent
+  std::vector<std::shared_ptr<Surroundings>> meshes;  ///< one per mesh, else absent
 };
 
 /// Signed distance from object `k`, or from the table for k = number of obstacles.
@@ -38,4 +38,4 @@ struct Distances {
                                                const std::vector<Point>& points, int rows, int cols,
                                                Real touch_m);
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

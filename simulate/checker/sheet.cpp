@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 namespace {
 
 /// A number with its derivatives to the coordinates of an element.
@@ -65,7 +65,7 @@ Dual<N> dot(const Vector<N>& a, const Vector<N>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-Real law_value(const sim::ForceCurve& law, Real x) {
+Real law_value(const ForceCurve& law, Real x) {
   Real f = Real(law.slope) * x;
   for (const auto& hinge : law.hinges) {
     if (x > hinge.at) f += Real(hinge.change) * (x - Real(hinge.at));
@@ -73,7 +73,7 @@ Real law_value(const sim::ForceCurve& law, Real x) {
   return f;
 }
 
-Real law_work(const sim::ForceCurve& law, Real x) {
+Real law_work(const ForceCurve& law, Real x) {
   Real w = Real(law.slope) * x * x / 2;
   for (const auto& hinge : law.hinges) {
     const Real over = x - Real(hinge.at);
@@ -83,7 +83,7 @@ Real law_work(const sim::ForceCurve& law, Real x) {
 }
 
 template <int N>
-Dual<N> work_under(const sim::ForceCurve& law, const Dual<N>& x) {
+Dual<N> work_under(const ForceCurve& law, const Dual<N>& x) {
   return chain(x, law_work(law, x.v), law_value(law, x.v));
 }
 
@@ -285,4 +285,4 @@ Mechanics mechanics_of(const SheetSpec& spec, const std::vector<Point>& points) 
   return Builder(spec, points).build();
 }
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

@@ -7,7 +7,7 @@
 #include "simulate/cloth/cloth.hpp"
 
 /// The checker's own mechanics of a sheet, in long double; shares no code with Cloth.
-namespace drape::certify_detail {
+namespace drape::simulate::checker {
 
 using Real = long double;
 using Point = std::array<Real, 3>;
@@ -17,7 +17,7 @@ struct SheetSpec {
   Real patch_warp_m = 0, patch_weft_m = 0;
   bool paper_model = false;
   bool paper_mass = false;
-  sim::ClothLaws laws;
+  ClothLaws laws;
 };
 
 struct Mechanics {
@@ -48,4 +48,4 @@ struct Balance {
 [[nodiscard]] Balance balance(const std::vector<Point>& force, const std::vector<Support>& supports,
                               Real friction, Real tolerance, int most_rounds);
 
-}  // namespace drape::certify_detail
+}  // namespace drape::simulate::checker

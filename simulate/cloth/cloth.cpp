@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -181,4 +181,4 @@ double Cloth::stiffness_bound_per_s2(const Strains& s) const {
   return heaviest_ratio_ * (stretch + shear + bending) / laws_.density_kg_per_m2;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

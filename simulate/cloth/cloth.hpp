@@ -8,7 +8,7 @@
 
 #include "simulate/fabric/curve.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Particle grid on a rectangular patch: rows along the warp, cols along the weft.
 struct GridSpec {
@@ -216,4 +216,4 @@ class Cloth {
   Work work_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -6,7 +6,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -255,4 +255,4 @@ TEST(Cloth, StiffnessBoundIsAboveTheHighestFrequency) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector2d;
@@ -98,4 +98,4 @@ std::optional<double> drape_coefficient(const GridSpec& grid, const Field& posit
   return (shadow_area_m2(grid, position, kPixel_m) - below) / (specimen - below);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

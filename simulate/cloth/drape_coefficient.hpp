@@ -6,7 +6,7 @@
 #include "core/scene.hpp"
 #include "simulate/cloth/cloth.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Area of the sheet's shadow straight down (m^2), counted on squares of `pixel_m`.
 [[nodiscard]] double shadow_area_m2(const GridSpec& grid, const Field& position, double pixel_m);
@@ -17,4 +17,4 @@ namespace drape::sim {
 [[nodiscard]] std::optional<double> drape_coefficient(const GridSpec& grid, const Field& position,
                                                       const Scene& scene);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

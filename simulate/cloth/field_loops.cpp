@@ -6,7 +6,7 @@
 
 #include "simulate/cloth/wide.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 DRAPE_WIDE void axpy(const Field& x, double step, const Field& direction, Field& result) {
   const double* __restrict from = x.data();
@@ -110,4 +110,4 @@ DRAPE_WIDE Speeds sum_speeds(const OuterForces& outer, const std::vector<double>
           std::max(std::max(fastest2[0], fastest2[1]), std::max(fastest2[2], fastest2[3]))};
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include "simulate/cloth/cloth.hpp"
 
 /// Loops over all particles that a step of the motion is made of; they vectorise.
-namespace drape::sim {
+namespace drape::simulate {
 
 /// result = x + step * direction.
 void axpy(const Field& x, double step, const Field& direction, Field& result);
@@ -48,4 +48,4 @@ struct Speeds {
                                 const std::vector<double>& mass_kg, const Field& v, double step_s,
                                 std::vector<double>& ways);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

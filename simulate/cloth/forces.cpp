@@ -12,7 +12,7 @@
 
 #include "simulate/cloth/kernels.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using kernels::kHingesAtOnce;
@@ -348,4 +348,4 @@ DRAPE_WIDE void Cloth::sum_at_particles(int axis, Band band, double* result) {
     force[i] += (warp_edge[i] - warp_edge[i - s]) + (weft_edge[i] - weft_edge[i - 1]);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

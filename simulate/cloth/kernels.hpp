@@ -9,7 +9,7 @@
 #include "simulate/cloth/wide.hpp"
 
 /// What the inner loops of both models share; every function vectorises.
-namespace drape::sim::kernels {
+namespace drape::simulate::kernels {
 
 inline constexpr std::size_t kHingesAtOnce = 4;  ///< a curve of five segments
 inline constexpr std::ptrdiff_t kVector = 8;     ///< values of a cache line
@@ -76,4 +76,4 @@ DRAPE_INLINE double wide_atan(double tangent) {
   return 4 * narrow_atan(half / (1 + std::sqrt(1 + half * half)));
 }
 
-}  // namespace drape::sim::kernels
+}  // namespace drape::simulate::kernels

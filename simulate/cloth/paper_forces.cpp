@@ -3,7 +3,7 @@
 // "consistent": springs along the cells' diagonals, and what they take off the grid lines.
 #include "simulate/cloth/kernels.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -159,4 +159,4 @@ int Cloth::clamped_springs(const Field& x) const {
   return clamped;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -10,16 +10,10 @@
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-using sim::Cloth;
-using sim::ClothLaws;
-using sim::ClothModel;
-using sim::Field;
-using sim::GridSpec;
-using sim::MassRule;
 
 const GridSpec kSquare{7, 5, {0.06, 0.04}};
 const GridSpec kOblong{7, 6, {0.06, 0.04}};
@@ -232,4 +226,4 @@ TEST(PaperModel, BothModelsRestOnTheCube) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

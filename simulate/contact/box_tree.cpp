@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr int kLeaf = 4;
@@ -57,4 +57,4 @@ void BoxTree::refit(const std::vector<Eigen::AlignedBox3d>& boxes) {
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

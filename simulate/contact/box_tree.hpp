@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Tree of axis-parallel boxes over items 0 .. n - 1, for "which items are near this box". Its
 /// shape comes from the items' centres once; the boxes may move afterwards.
@@ -51,4 +51,4 @@ class BoxTree {
   std::vector<Eigen::AlignedBox3d> boxes_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

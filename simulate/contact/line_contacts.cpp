@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numeric>
 
-#include "simulate/contact/solid_features.hpp"
 #include "simulate/cloth/wide.hpp"
+#include "simulate/contact/solid_features.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -340,4 +340,4 @@ double LineContacts::energy_j(const Field& position) const {
   return sum;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

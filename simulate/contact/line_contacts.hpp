@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Contact of the cloth between its particles: each grid line piece touches an object at its
 /// deepest point (Shapes::smooth: at a place that slides there) and each cell at nine inner points,
@@ -101,4 +101,4 @@ class LineContacts {
   std::vector<double> clear_;  ///< per point: farthest way up to which it stays outside
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

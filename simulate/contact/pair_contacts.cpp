@@ -9,7 +9,7 @@
 
 #include "simulate/contact/line_contacts.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::AlignedBox3d;
@@ -455,4 +455,4 @@ double PairContacts::energy_j(const Field& position) const {
   return sum;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -6,13 +6,13 @@
 #include <optional>
 #include <vector>
 
-#include "simulate/contact/box_tree.hpp"
 #include "simulate/cloth/cloth.hpp"
+#include "simulate/contact/box_tree.hpp"
 #include "simulate/contact/proximity.hpp"
 #include "simulate/contact/solid_features.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Contact of the sheet, cut into two triangles per cell, with itself and with sharp solids:
 /// - particle against triangle and edge against edge of the sheet, kept `thickness` apart (one
@@ -115,4 +115,4 @@ class PairContacts {
   double frequency2_ = 0;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

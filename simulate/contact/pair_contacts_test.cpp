@@ -6,11 +6,11 @@
 #include <cmath>
 #include <memory>
 
-#include "simulate/dynamics/motion.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
+#include "simulate/dynamics/motion.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -260,4 +260,4 @@ TEST(PairContacts, ImpactOfLayersKeepsMomentumAndTakesEnergy) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -11,7 +11,7 @@
 #include "simulate/contact/box_tree.hpp"
 #include "simulate/contact/solid_features.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::AlignedBox3d;
@@ -129,4 +129,4 @@ double pierced_m(const GridSpec& grid, const Field& position, const Surroundings
   return largest;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "simulate/cloth/cloth.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// How far (m) a convex edge of a sharp solid stands through the sheet, 0 for none: where an edge
 /// passes through one of a cell's two triangles, the height above that triangle of its lower end,
@@ -22,4 +22,4 @@ namespace drape::sim {
 [[nodiscard]] double rim_through_m(const GridSpec& grid, const Field& position,
                                    const Surroundings& surroundings);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

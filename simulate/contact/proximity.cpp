@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -78,4 +78,4 @@ std::optional<Nearest> edge_to_edge(const Vector3d& a, const Vector3d& b, const 
   return Nearest{{1 - s, s, t - 1, -t}, w + s * u - t * v};
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Nearest points of two features, each given by points in one list of four.
 struct Nearest {
@@ -36,4 +36,4 @@ struct Nearest {
 [[nodiscard]] double point_to_edge_m(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                      const Eigen::Vector3d& b);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

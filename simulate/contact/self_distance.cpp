@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -190,4 +190,4 @@ SelfDistance self_distance(const GridSpec& grid, const Field& position) {
   return found;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 
 #include "simulate/cloth/cloth.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// How near a sheet comes to itself. Each cell counts as two triangles; triangles less than three
 /// grid steps apart along the sheet are neighbours and are left out.
@@ -15,4 +15,4 @@ struct SelfDistance {
 };
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -93,4 +93,4 @@ TEST(SelfDistance, ASheetThroughItselfIsSeen) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 #include <array>
 #include <map>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -128,4 +128,4 @@ SolidFeatures features_of(const Surroundings& surroundings) {
   return features;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// A sharp corner of a solid, in the world.
 struct SolidCorner {
@@ -34,4 +34,4 @@ struct SolidFeatures {
 /// in one plane, and hollow ones, are left out: what touches there touches a face.
 [[nodiscard]] SolidFeatures features_of(const Surroundings& surroundings);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -440,4 +440,4 @@ double Motion::residual() {
   return largest / weight;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -9,9 +9,9 @@
 #include "simulate/cloth/field_loops.hpp"
 #include "simulate/contact/line_contacts.hpp"
 #include "simulate/contact/pair_contacts.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// A material point held in space: a particle, or a point inside a cell by bilinear weights.
 struct Hold {
@@ -134,4 +134,4 @@ class Motion {
          residual_rms_ = 0;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -11,13 +11,13 @@
 
 namespace {
 
-using drape::sim::Cloth;
-using drape::sim::ClothModel;
-using drape::sim::Field;
+using drape::simulate::Cloth;
+using drape::simulate::ClothModel;
+using drape::simulate::Field;
 using Eigen::Vector3d;
 
-drape::sim::ClothLaws laws() {
-  drape::sim::ClothLaws laws;
+drape::simulate::ClothLaws laws() {
+  drape::simulate::ClothLaws laws;
   laws.density_kg_per_m2 = 0.138;
   for (int d = 0; d < 2; ++d) {
     laws.tensile[d] = {1500, {{0.01, 800}, {0.02, 1200}, {0.03, 1500}, {0.04, 2000}}};
@@ -30,7 +30,7 @@ drape::sim::ClothLaws laws() {
 }
 
 Cloth cloth(int side, ClothModel model) {
-  return {{side, side, {0.2, 0.2}}, laws(), drape::sim::MassRule::area, model};
+  return {{side, side, {0.2, 0.2}}, laws(), drape::simulate::MassRule::area, model};
 }
 
 /// A sheet with waves, so that every element bends, stretches and shears.
@@ -135,11 +135,11 @@ void scalar_forces(benchmark::State& state) {
 
 void steps(benchmark::State& state, ClothModel model) {
   Cloth sheet = cloth(static_cast<int>(state.range(0)), model);
-  drape::sim::Surroundings objects;
-  drape::sim::MotionOptions options;
+  drape::simulate::Surroundings objects;
+  drape::simulate::MotionOptions options;
   options.damping_per_s = 4;
   options.air_drag_kg_per_m3 = 0.6;
-  drape::sim::Motion motion(sheet, objects, options);
+  drape::simulate::Motion motion(sheet, objects, options);
   motion.position = waves(sheet);
   const double step_s = motion.stable_step_s(0.5);
   for (auto _ : state) motion.step(step_s);

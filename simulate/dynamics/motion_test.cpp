@@ -8,7 +8,7 @@
 #include "core/files/csv.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -338,4 +338,4 @@ TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -6,8 +6,8 @@
 
 #include <optional>
 
+#include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/contact/surroundings.hpp"
 #include "tests/support/paths.hpp"
 
 namespace {
@@ -15,7 +15,7 @@ namespace {
 void drape_over_sphere(benchmark::State& state, const char* solver) {
   const std::filesystem::path bench = drape::test::source_root() / "rigs/bench1";
   drape::Scene scene = drape::read_scene(bench / "scenes/A.toml");
-  const drape::sim::Surroundings objects(scene);
+  const drape::simulate::Surroundings objects(scene);
   scene.start.mode = drape::StartMode::flat;
   scene.start.centre_in_world = Eigen::Vector3d(0.005, -0.004, objects.top_z_m() + 0.003);
   scene.start.yaw_rad = 0.2;

@@ -11,12 +11,12 @@
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
+#include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start_check.hpp"
-#include "simulate/equilibrium/run.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -182,4 +182,4 @@ TEST(StartCheck, TellsOfASheetThroughItselfAndOfAnEdgeThroughIt) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

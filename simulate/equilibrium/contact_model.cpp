@@ -6,7 +6,7 @@
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -170,4 +170,4 @@ void StaticContacts::relinearise(const Field& position) {
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

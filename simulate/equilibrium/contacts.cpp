@@ -6,7 +6,7 @@
 
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -322,4 +322,4 @@ int StaticContacts::sliding() const {
       std::count_if(contacts_.begin(), contacts_.end(), [](const Contact& c) { return c.slips; }));
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -10,7 +10,7 @@
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/sparse/factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Contact, friction and pins of a sheet without time, as a potential: within one step of the
 /// solver everything here is the gradient of energy_j(), so a step can be judged by its energy.
@@ -156,4 +156,4 @@ class StaticContacts {
   double hold_stiffness_ = 0;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -56,4 +56,4 @@ void StaticContacts::follow_pressing(const Field& position, const Eigen::VectorX
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

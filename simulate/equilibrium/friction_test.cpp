@@ -5,7 +5,7 @@
 
 #include "simulate/equilibrium/contacts.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -115,4 +115,4 @@ TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

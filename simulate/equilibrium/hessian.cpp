@@ -7,7 +7,7 @@
 #include "core/parallel.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
@@ -184,4 +184,4 @@ void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMat
   for (int k = 1; k < bands; ++k) add({(k * kBand - 2) * cols, k * kBand * cols});
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -8,7 +8,7 @@
 #include "simulate/cloth/cloth.hpp"
 #include "simulate/sparse/factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Strain of every spring, by direction (warp, weft) and first particle.
 using SpringStrains = std::array<std::vector<double>, 2>;
@@ -25,4 +25,4 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
 void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
                  const SpringStrains* strains = nullptr, int threads = 1);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

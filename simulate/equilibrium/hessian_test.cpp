@@ -12,7 +12,7 @@
 #include "simulate/sparse/dense.hpp"
 #include "simulate/sparse/mixed_factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 ClothLaws knotted_laws() {
@@ -307,4 +307,4 @@ TEST(GridFactor, SaysWhenAMatrixIsIndefinite) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

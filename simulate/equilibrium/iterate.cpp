@@ -7,7 +7,7 @@
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/equilibrium/solver.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -95,4 +95,4 @@ void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 #include "simulate/equilibrium/residuals.hpp"
 #include "simulate/equilibrium/solver.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::VectorXd;
@@ -114,4 +114,4 @@ bool StaticSolver::solve_following(const VectorXd& guess, StaticReport& report) 
   return true;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -6,7 +6,7 @@
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/sparse/factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 // A point that is a mixture of up to four particles: anything with `particle` and `weight`.
 
@@ -65,4 +65,4 @@ void add_mixture(const Mixture& point, const Eigen::Matrix3d& block, GridMatrix&
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

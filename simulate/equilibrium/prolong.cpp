@@ -7,7 +7,7 @@
 
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -75,4 +75,4 @@ Field prolong(const Field& coarse, const GridSpec& from, const GridSpec& to) {
   return fine;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -11,13 +11,13 @@
 #include <vector>
 
 #include "core/units.hpp"
-#include "simulate/start/start.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/solver.hpp"
+#include "simulate/start/start.hpp"
 #include "simulate/validation/sheets.hpp"
 #include "tests/support/trials.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -129,4 +129,4 @@ TEST(Refinement, OfAClampedSheetIsOfSecondOrderOnOneBranch) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Index;
@@ -70,4 +70,4 @@ ResidualsLeft minimise_residuals(const NearlySymmetric& system, const VectorXd& 
   return left;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// A linear system near a symmetric positive definite one that can be solved.
 struct NearlySymmetric {
@@ -23,4 +23,4 @@ struct ResidualsLeft {
 ResidualsLeft minimise_residuals(const NearlySymmetric& system, const Eigen::VectorXd& right,
                                  Eigen::VectorXd& answer, double enough, int most);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

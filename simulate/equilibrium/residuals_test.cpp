@@ -9,7 +9,7 @@
 #include <cmath>
 #include <random>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::MatrixXd;
@@ -89,4 +89,4 @@ TEST(StaticResiduals, LeavesAnAnswerThatIsGoodEnough) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

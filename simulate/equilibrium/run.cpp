@@ -8,10 +8,10 @@
 #include <numbers>
 #include <utility>
 
-#include "simulate/start/start_check.hpp"
 #include "simulate/equilibrium/prolong.hpp"
+#include "simulate/start/start_check.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr int kDirect = 41;    // particles per side; without a coarser grid before
@@ -191,4 +191,4 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
   report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -8,11 +8,11 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "simulate/equilibrium/solver.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start.hpp"
-#include "simulate/equilibrium/solver.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// What a static run on a scene is made of; the references must outlive it.
 struct StaticCase {
@@ -52,14 +52,14 @@ struct StaticDrape {
 void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
                  const StaticDrape& drape, SimulateResult& result);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate
 
-namespace drape {
+namespace drape::simulate {
 
 /// What simulate() makes of a drape that the static solver found: report with gaps and overlaps
 /// judged, history, sheet and its source. `options` as given to simulate(), solver "static".
-void finish_static(const sim::StaticCase& the_case, const Fabric& fabric, const sim::GridSpec& grid,
-                   const SimulateOptions& options, const sim::StaticDrape& drape,
+void finish_static(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
+                   const SimulateOptions& options, const StaticDrape& drape,
                    SimulateResult& result);
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/equilibrium/mixture.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -473,4 +473,4 @@ StaticReport StaticSolver::solve() {
   return report;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
+#include "simulate/objects/surroundings.hpp"
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/hessian.hpp"
 #include "simulate/sparse/mixed_factor.hpp"
-#include "simulate/contact/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 struct StaticOptions {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
@@ -133,4 +133,4 @@ class StaticSolver {
   bool convex_ = false;                    ///< and that matrix was the convex one
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

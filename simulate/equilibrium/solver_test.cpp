@@ -9,12 +9,12 @@
 
 #include "core/units.hpp"
 #include "simulate/dynamics/motion.hpp"
-#include "simulate/simulate.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
+#include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -215,4 +215,4 @@ TEST(StaticLevels, HalveAndGoGentlyToLargeGrids) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr int kFitPoints = 100;
@@ -132,4 +132,4 @@ FittedCurve fit_segments(const SampledCurve& measured, int segments) {
   return fit;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Sampled force or moment per width over strain, shear angle (rad) or curvature (1/m), SI, as
 /// one branchless curve: x >= 0 and increasing, first point at the origin.
@@ -70,4 +70,4 @@ struct FittedCurve {
 /// minimise the squared error. Fewer pieces are used when they fit to 1e-5 of the largest force.
 [[nodiscard]] FittedCurve fit_segments(const SampledCurve& measured, int segments);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 SampledCurve sampled(double (*law)(double), double reach) {
@@ -77,4 +77,4 @@ TEST(Curve, EnergyIsTheIntegralOfTheForce) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

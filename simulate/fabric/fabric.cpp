@@ -3,14 +3,14 @@
 
 #include <fmt/format.h>
 
-#include "core/files/csv.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/kes.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 /// One kind of Kawabata test: column heads, their units, and what textiles give.
@@ -195,8 +195,6 @@ std::string fabric_sha256(const Fabric& fabric) {
   return sha256_of(all);
 }
 
-namespace sim {
-
 SampledCurve merged_tensile(const KawabataCurve& curve) {
   SampledCurve merged{curve.x, curve.loading};
   const double offset = merged.f.front();
@@ -232,5 +230,4 @@ double half_hysteresis(const KawabataCurve& curve) {
   return count == 0 ? 0.0 : sum / count;
 }
 
-}  // namespace sim
-}  // namespace drape
+}  // namespace drape::simulate

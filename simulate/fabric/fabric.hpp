@@ -8,7 +8,7 @@
 
 #include "simulate/fabric/curve.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// Both branches of a Kawabata test in SI: strain (1), angle (rad) or curvature (1/m) against
 /// force per width (N/m) or moment per width (N).
@@ -41,8 +41,6 @@ struct Fabric {
 /// One SHA-256 over the fabric file and its curves together.
 [[nodiscard]] std::string fabric_sha256(const Fabric& fabric);
 
-namespace sim {
-
 /// The hysteresis loop of a tensile test as one curve: the loading branch, because gravity loads
 /// the cloth from its relaxed state and the unloading branch does not start at the origin.
 [[nodiscard]] SampledCurve merged_tensile(const KawabataCurve& curve);
@@ -54,5 +52,4 @@ namespace sim {
 /// Half the mean distance of the branches over the middle half of the test: what merging hides.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
 
-}  // namespace sim
-}  // namespace drape
+}  // namespace drape::simulate

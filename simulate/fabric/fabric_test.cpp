@@ -11,7 +11,7 @@
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -51,7 +51,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
     EXPECT_DOUBLE_EQ(fabric.areal_density_kg_per_m2, density[k]);
     for (const int segments : {1, 5}) {
       SimulateReport report;
-      const sim::ClothLaws laws = make_laws(fabric, segments, report);
+      const ClothLaws laws = make_laws(fabric, segments, report);
       for (const auto& bending : laws.bending) {
         EXPECT_NEAR(bending.slope, stiffness[k], 1e-3 * stiffness[k]);
         EXPECT_TRUE(bending.hinges.empty());
@@ -140,9 +140,9 @@ TEST_F(SpoiledFabric, HashCoversTheCurves) {
 
 TEST(Merging, LoopsBecomeTheMeanOfTheirBranches) {
   KawabataCurve loop{"", {-2, -1, 0, 1, 2}, {-2, -0.8, 0.2, 1.2, 2}, {-2, -1.2, -0.2, 0.8, 2}};
-  const sim::SampledCurve merged = sim::merged_loop(loop);
+  const SampledCurve merged = merged_loop(loop);
   for (const double x : {0.0, 0.5, 1.0, 2.0}) EXPECT_NEAR(merged.at(x), x, 1e-12);
-  EXPECT_NEAR(sim::half_hysteresis(loop), 0.2, 1e-12);
+  EXPECT_NEAR(half_hysteresis(loop), 0.2, 1e-12);
 }
 
 /// A fabric of KES numbers alone; tests spoil single lines.
@@ -190,10 +190,10 @@ TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
   EXPECT_NEAR(loading, 7.0 * units::gf_per_cm, 2e-3 * loading);  // WT; trapezoids of 50 points
   EXPECT_NEAR(unloading / loading, 0.55, 3e-3);                  // RT
   SimulateReport report;
-  const sim::ClothLaws laws = make_laws(fabric, 1, report);
+  const ClothLaws laws = make_laws(fabric, 1, report);
   EXPECT_NEAR(laws.shear.slope, 0.6 * units::gf_per_cm_deg, 1e-9);
   EXPECT_NEAR(laws.bending[0].slope, 0.088 * units::gf_cm2_per_cm, 1e-15);
-  EXPECT_NEAR(sim::half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
+  EXPECT_NEAR(half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
 }
 
 TEST_F(KesNumbers, BAndGAloneAreEnoughAndTheRestIsMarked) {
@@ -233,4 +233,4 @@ TEST_F(KesNumbers, ThePlotShowsEveryCurveWithItsApproximation) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 constexpr double kLargestTension = 500;  // gf/cm, KES-FB1
@@ -143,4 +143,4 @@ KawabataCurve usual_tensile(const std::filesystem::path& file) {
   return tensile_curve(file, 3, 0.7, 0.6);
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include "core/files/toml_file.hpp"
 #include "simulate/fabric/fabric.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// Curves from the numbers that a KES sheet lists, where the plots are not at hand. Each reads one
 /// table of fabric.toml, checks every number against what textiles have, and names the likely
@@ -37,4 +37,4 @@ struct LikelyUnit {
 void check_usual(const TomlTable& table, const std::string& key, double value, double least,
                  double most, const std::vector<LikelyUnit>& units);
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 // Where a single line is fitted (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the
@@ -19,11 +19,11 @@ constexpr double kTensileRange = 0.5 * units::percent;
 // Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
 constexpr double kUsualTwistRatio = 0.86;
 
-sim::FittedCurve fitted(const sim::SampledCurve& merged, int segments, double line_range) {
-  return segments == 1 ? sim::fit_line(merged, line_range) : sim::fit_segments(merged, segments);
+FittedCurve fitted(const SampledCurve& merged, int segments, double line_range) {
+  return segments == 1 ? fit_line(merged, line_range) : fit_segments(merged, segments);
 }
 
-CurveReport report_of(const std::string& name, const std::string& unit, const sim::FittedCurve& fit,
+CurveReport report_of(const std::string& name, const std::string& unit, const FittedCurve& fit,
                       double half_hysteresis) {
   return {name,
           unit,
@@ -35,10 +35,10 @@ CurveReport report_of(const std::string& name, const std::string& unit, const si
           half_hysteresis};
 }
 
-sim::ForceCurve law_of(const KawabataCurve& curve, const sim::SampledCurve& merged,
-                       const std::string& name, const std::string& unit, int segments,
-                       double line_range, SimulateReport& report) {
-  const sim::FittedCurve fit = fitted(merged, segments, line_range);
+ForceCurve law_of(const KawabataCurve& curve, const SampledCurve& merged, const std::string& name,
+                  const std::string& unit, int segments, double line_range,
+                  SimulateReport& report) {
+  const FittedCurve fit = fitted(merged, segments, line_range);
   double slope = fit.curve.slope;
   bool rising = slope > 0;
   for (const auto& hinge : fit.curve.hinges) rising = rising && (slope += hinge.change) > 0;
@@ -47,13 +47,13 @@ sim::ForceCurve law_of(const KawabataCurve& curve, const sim::SampledCurve& merg
                     {.file = curve.file.string()},
                     "a cloth that gets weaker under load has no stable rest; check the points");
   }
-  report.curves.push_back(report_of(name, unit, fit, sim::half_hysteresis(curve)));
+  report.curves.push_back(report_of(name, unit, fit, half_hysteresis(curve)));
   return fit.curve;
 }
 
 /// Mean of the warp and weft shear curves on the points of both.
-sim::SampledCurve mean_of(const sim::SampledCurve& a, const sim::SampledCurve& b) {
-  sim::SampledCurve mean;
+SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
+  SampledCurve mean;
   const double reach = std::min(a.x.back(), b.x.back());
   for (const double x : a.x) {
     if (x > reach) break;
@@ -65,20 +65,19 @@ sim::SampledCurve mean_of(const sim::SampledCurve& a, const sim::SampledCurve& b
 
 }  // namespace
 
-sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) {
+ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) {
   static const char* const kDirections[2] = {"warp", "weft"};
-  sim::ClothLaws laws;
+  ClothLaws laws;
   laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
   for (int d = 0; d < 2; ++d) {
     laws.tensile[d] =
-        law_of(fabric.tensile[d], sim::merged_tensile(fabric.tensile[d]),
+        law_of(fabric.tensile[d], merged_tensile(fabric.tensile[d]),
                fmt::format("tensile {}", kDirections[d]), "gf/cm", segments, kTensileRange, report);
-    laws.bending[d] = law_of(fabric.bending[d], sim::merged_loop(fabric.bending[d]),
+    laws.bending[d] = law_of(fabric.bending[d], merged_loop(fabric.bending[d]),
                              fmt::format("bending {}", kDirections[d]), "gf cm/cm", segments,
                              kBendingRange, report);
   }
-  const sim::SampledCurve shear =
-      mean_of(sim::merged_loop(fabric.shear[0]), sim::merged_loop(fabric.shear[1]));
+  const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
   laws.shear = law_of(fabric.shear[0], shear, "shear (mean of warp and weft)", "gf/cm", segments,
                       kShearRange, report);
   const double warp = laws.bending[0].slope;
@@ -99,4 +98,4 @@ sim::ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& rep
   return laws;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 constexpr double kWidth = 360, kHeight = 260, kLeft = 62, kBottom = 46, kTop = 30, kRight = 14;
@@ -18,8 +18,8 @@ struct Panel {
   std::string title, x_label, y_label;
   double x_unit = 1, y_unit = 1;
   const KawabataCurve* curve = nullptr;
-  const sim::ForceCurve* line = nullptr;
-  const sim::ForceCurve* pieces = nullptr;
+  const ForceCurve* line = nullptr;
+  const ForceCurve* pieces = nullptr;
 };
 
 /// 1, 2 or 5 times a power of ten, giving four to nine steps.
@@ -95,7 +95,7 @@ class Drawing {
   }
 
   /// Odd beyond the origin; where it leaves the panel it is cut off.
-  void law(const sim::ForceCurve& curve, const char* kind, bool dots) {
+  void law(const ForceCurve& curve, const char* kind, bool dots) {
     std::vector<double> knots = {x_low_, 0, x_high_};
     for (const auto& hinge : curve.hinges) {
       knots.push_back(hinge.at / panel_.x_unit);
@@ -143,8 +143,8 @@ std::string legend(int segments, double y) {
 
 std::string curves_svg(const Fabric& fabric, int segments) {
   SimulateReport ignored;
-  const sim::ClothLaws line = make_laws(fabric, 1, ignored);
-  const sim::ClothLaws pieces = make_laws(fabric, segments, ignored);
+  const ClothLaws line = make_laws(fabric, 1, ignored);
+  const ClothLaws pieces = make_laws(fabric, segments, ignored);
   std::string text = fmt::format(
       "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0} {1}' width='{0}' height='{1}' "
       "font-family='sans-serif' font-size='11'>\n<style>polyline,line{{fill:none}}"
@@ -175,4 +175,4 @@ std::string curves_svg(const Fabric& fabric, int segments) {
   return text + legend(segments, 2 * kHeight + 44) + "</svg>\n";
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -5,10 +5,10 @@
 
 #include "simulate/fabric/fabric.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// An SVG of the six Kawabata curves, both branches, each with the line (one segment) and the
 /// piecewise linear curve of `segments` that the simulator uses in its place.
 [[nodiscard]] std::string curves_svg(const Fabric& fabric, int segments);
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,33 +7,35 @@
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/branches.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Arguments : drape::RunArguments {
-  drape::sim::BranchOptions branches;
+struct Arguments : RunArguments {
+  BranchOptions branches;
 };
 
-int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.scene.empty() || args.out.empty())
-    throw drape::usage_error("SCENE or --out is missing", "give both");
+    throw usage_error("SCENE or --out is missing", "give both");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
-    throw drape::usage_error("--starts is not in 1 .. 10000", "give --starts 20");
-  drape::RunRecord record("drape-branches", std::move(words));
-  const drape::RunInputs inputs = read_run_inputs(args, record);
+    throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
+  RunRecord record("drape-branches", std::move(words));
+  const RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "static";
-  args.options.threads = drape::thread_count(common);
-  const drape::BranchResult result = drape::simulate_branches(
-      inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options, args.branches);
-  drape::write_json(args.out / "branches.json", drape::sim::branches_json(result.branches));
+  args.options.threads = thread_count(common);
+  const BranchResult result = simulate_branches(inputs.scene, inputs.fabric, inputs.print,
+                                                inputs.measured, args.options, args.branches);
+  write_json(args.out / "branches.json", branches_json(result.branches));
   record.output(args.out / "branches.json");
-  drape::Ending ending;
+  Ending ending;
   for (std::size_t k = 0; k < result.sheets.size(); ++k) {
     const fs::path file = args.out / fmt::format("branch-{:02}", k + 1) / "sheet.ply";
-    drape::write_sheet(file, result.sheets[k]);
+    write_sheet(file, result.sheets[k]);
     record.output(file);
-    const drape::sim::Branch& branch = result.branches.found[k];
+    const Branch& branch = result.branches.found[k];
     ending.numbers.push_back(
         {fmt::format("branch {}", k + 1),
          fmt::format("{:.2f} uJ, {} folds, {} starts{}", branch.energy_j / 1e-6, branch.hem.nodes,
@@ -41,7 +43,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
   }
   for (const int start : result.branches.not_at_rest)
     ending.rejected.push_back(fmt::format("start {} did not come to rest", start));
-  for (const drape::sim::RefusedStarts& one : result.branches.refused)
+  for (const RefusedStarts& one : result.branches.refused)
     ending.rejected.push_back(fmt::format("start{} {}: {}", one.starts.size() == 1 ? "" : "s",
                                           fmt::join(one.starts, ", "), one.why));
   ending.go = !result.sheets.empty();
@@ -59,12 +61,12 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
 
 int main(int argc, char** argv) {
   CLI::App app("Finds the equilibria of a drape from many starts.", "drape-branches");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   Arguments args;
   add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
       ->capture_default_str();
-  return drape::run_program(app, argc, argv, common,
-                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(args, arguments_of(argc, argv), common); });
 }

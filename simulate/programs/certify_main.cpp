@@ -8,42 +8,43 @@
 #include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-
-void check_same_files(drape::CertifyReport& report, const drape::Sheet& sheet,
-                      const drape::Scene& scene, const drape::Fabric& fabric) {
-  const auto* source = std::get_if<drape::SimulatedSource>(&sheet.source);
+void check_same_files(CertifyReport& report, const Sheet& sheet, const Scene& scene,
+                      const Fabric& fabric) {
+  const auto* source = std::get_if<SimulatedSource>(&sheet.source);
   if (source == nullptr) return;
-  if (source->scene_sha256 != drape::sha256_of_file(scene.file))
+  if (source->scene_sha256 != sha256_of_file(scene.file))
     report.refusals.emplace_back("the sheet was simulated from another content of the scene file");
-  if (source->fabric_sha256 != drape::fabric_sha256(fabric))
+  if (source->fabric_sha256 != fabric_sha256(fabric))
     report.refusals.emplace_back("the sheet was simulated from another content of the fabric");
 }
 
 int run(const fs::path& folder, const fs::path& scene_file,
         const std::optional<fs::path>& fabric_file, std::vector<std::string> words,
-        const drape::CommonOptions& common) {
+        const CommonOptions& common) {
   if (folder.empty() || scene_file.empty())
-    throw drape::usage_error("FOLDER or --scene is missing",
-                             "give the folder of a simulation and its scene.toml");
-  drape::RunRecord record("drape-certify", std::move(words));
-  const drape::Sheet sheet = drape::read_sheet(folder / "sheet.ply");
-  const drape::Scene scene = drape::read_scene(scene_file);
-  const drape::Fabric fabric = drape::read_fabric(fabric_file.value_or(scene.fabric_file));
-  const drape::CertificateClaim claim = drape::read_claim(folder);
-  drape::CertifyReport report =
-      certify(sheet, scene, fabric, drape::read_print(scene.print_file), claim);
+    throw usage_error("FOLDER or --scene is missing",
+                      "give the folder of a simulation and its scene.toml");
+  RunRecord record("drape-certify", std::move(words));
+  const Sheet sheet = read_sheet(folder / "sheet.ply");
+  const Scene scene = read_scene(scene_file);
+  const Fabric fabric = read_fabric(fabric_file.value_or(scene.fabric_file));
+  const CertificateClaim claim = read_claim(folder);
+  CertifyReport report = certify(sheet, scene, fabric, read_print(scene.print_file), claim);
   check_same_files(report, sheet, scene, fabric);
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"})
     record.input(folder / name);
-  drape::Ending ending;
+  Ending ending;
   ending.go = report.accepted();
   ending.verdict = ending.go ? (claim.at_rest ? "the certificate holds: the sheet can rest as it is"
                                               : "the numbers hold; no rest is claimed")
                              : "the certificate is refused";
-  for (const drape::CertifyLine& line : report.lines) {
+  for (const CertifyLine& line : report.lines) {
     const std::string text = line.is_limit
                                  ? fmt::format("{:.6g}, at most {:.6g}", line.found, line.allowed)
                                  : fmt::format("{:.9g}, claimed {:.9g}", line.found, line.claimed);
@@ -61,14 +62,13 @@ int run(const fs::path& folder, const fs::path& scene_file,
 int main(int argc, char** argv) {
   CLI::App app("Judges the certificate of a simulated sheet anew, with code of its own.",
                "drape-certify");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   fs::path folder, scene;
   std::optional<fs::path> fabric;
   app.add_option("FOLDER", folder, "with sheet.ply, history.csv and certificate.json");
   app.add_option("--scene", scene, "scene.toml that was simulated");
   app.add_option("--fabric", fabric, "fabric.toml; default: the scene's");
-  return drape::run_program(app, argc, argv, common, [&] {
-    return run(folder, scene, fabric, drape::arguments_of(argc, argv), common);
-  });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(folder, scene, fabric, arguments_of(argc, argv), common); });
 }

@@ -6,7 +6,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 using units::mm;
 
@@ -53,15 +53,15 @@ void require_scene_and_out(const std::filesystem::path& scene, const std::filesy
 }
 
 int run_checks(const CommonOptions& common) {
-  const sim::Checks checks = sim::validate();
-  if (!common.json) fmt::print("{}", sim::validation_table(checks));
+  const Checks checks = validate();
+  if (!common.json) fmt::print("{}", validation_table(checks));
   return finish(ending_of(checks), common);
 }
 
-Ending ending_of(const sim::Checks& checks) {
+Ending ending_of(const Checks& checks) {
   Ending ending;
   int passed = 0;
-  for (const sim::Check& check : checks) {
+  for (const Check& check : checks) {
     passed += check.passes();
     ending.go = ending.go && check.as_expected();
     if (check.passes()) continue;
@@ -75,4 +75,4 @@ Ending ending_of(const sim::Checks& checks) {
   return ending;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

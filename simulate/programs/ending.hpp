@@ -7,7 +7,7 @@
 #include "simulate/simulate.hpp"
 #include "simulate/validation/validation.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// The last lines of drape-simulate: NO-GO when the cloth did not come to rest.
 [[nodiscard]] Ending ending_of(const SimulateResult& result, const std::filesystem::path& out);
@@ -19,6 +19,6 @@ void require_scene_and_out(const std::filesystem::path& scene, const std::filesy
 [[nodiscard]] int run_checks(const CommonOptions& common);
 
 /// GO when every check meets its goal or misses it for a known reason within its known bound.
-[[nodiscard]] Ending ending_of(const sim::Checks& checks);
+[[nodiscard]] Ending ending_of(const Checks& checks);
 
-}  // namespace drape
+}  // namespace drape::simulate

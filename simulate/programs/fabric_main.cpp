@@ -9,25 +9,26 @@
 #include "simulate/fabric/plot.hpp"
 #include "simulate/simulate.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-
 int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
-        std::vector<std::string> words, const drape::CommonOptions& common) {
-  if (file.empty()) throw drape::usage_error("FABRIC is missing", "give a fabric.toml");
+        std::vector<std::string> words, const CommonOptions& common) {
+  if (file.empty()) throw usage_error("FABRIC is missing", "give a fabric.toml");
   if (segments < 1 || segments > 20)
-    throw drape::usage_error("a curve has 1 to 20 segments", "give --segments 5");
-  drape::RunRecord record("drape-fabric", std::move(words));
-  const drape::Fabric fabric = drape::read_fabric(file);
+    throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
+  RunRecord record("drape-fabric", std::move(words));
+  const Fabric fabric = read_fabric(file);
   for (const fs::path& input : fabric.files()) record.input(input);
-  drape::SimulateReport report;
-  const drape::sim::ClothLaws laws = make_laws(fabric, segments, report);
-  drape::Ending ending;
+  SimulateReport report;
+  const ClothLaws laws = make_laws(fabric, segments, report);
+  Ending ending;
   ending.verdict = fmt::format("{}: its curves are those of a textile", fabric.name);
-  for (const drape::CurveReport& curve : report.curves) {
-    const double unit =
-        curve.unit == "gf/cm" ? drape::units::gf_per_cm : drape::units::gf_cm_per_cm;
+  for (const CurveReport& curve : report.curves) {
+    const double unit = curve.unit == "gf/cm" ? units::gf_per_cm : units::gf_cm_per_cm;
     ending.numbers.emplace_back(
         curve.name,
         fmt::format("{} segments, error rms {:.3g}, largest {:.3g} {}; half loop {:.3g}",
@@ -40,9 +41,9 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
     ending.rejected.push_back("not measured: " + what);
   ending.next_command = fmt::format("drape-simulate SCENE --fabric {} --out DIR", file.string());
   if (plot) {
-    drape::write_durable(*plot, curves_svg(fabric, segments));
+    write_durable(*plot, curves_svg(fabric, segments));
     record.output(*plot);
-    record.write(drape::run_record_path(*plot), 0);
+    record.write(run_record_path(*plot), 0);
   }
   return finish(ending, common);
 }
@@ -52,7 +53,7 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
 int main(int argc, char** argv) {
   CLI::App app("Checks a fabric and shows how its Kawabata curves are approximated.",
                "drape-fabric");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   fs::path file;
   std::optional<fs::path> plot;
@@ -60,7 +61,6 @@ int main(int argc, char** argv) {
   app.add_option("FABRIC", file, "fabric.toml");
   app.add_option("--plot", plot, "SVG of every curve with its approximations");
   app.add_option("--segments", segments, "line segments per curve")->capture_default_str();
-  return drape::run_program(app, argc, argv, common, [&] {
-    return run(file, plot, segments, drape::arguments_of(argc, argv), common);
-  });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(file, plot, segments, arguments_of(argc, argv), common); });
 }

@@ -10,38 +10,39 @@
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/study.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-
-struct Arguments : drape::RunArguments {
+struct Arguments : RunArguments {
   double thickness_mm = 0.5;
   std::string mass = "area";
   bool validate = false;
 };
 
-int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
-  if (args.validate) return drape::run_checks(common);
-  drape::require_scene_and_out(args.scene, args.out);
-  drape::RunRecord record("drape-simulate", std::move(words));
-  const drape::RunInputs inputs = read_run_inputs(args, record);
+int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
+  if (args.validate) return run_checks(common);
+  require_scene_and_out(args.scene, args.out);
+  RunRecord record("drape-simulate", std::move(words));
+  const RunInputs inputs = read_run_inputs(args, record);
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
-  args.options.mass =
-      args.mass == "paper" ? drape::sim::MassRule::paper : drape::sim::MassRule::area;
-  args.options.threads = drape::thread_count(common);
-  drape::Progress progress("simulate", common.quiet);
+  args.options.mass = args.mass == "paper" ? MassRule::paper : MassRule::area;
+  args.options.threads = thread_count(common);
+  Progress progress("simulate", common.quiet);
   args.options.progress = [&](double fraction, double residual) {
     progress.update(fraction, fmt::format("residual {:.2g} of a particle's weight", residual));
   };
-  drape::SimulateResult result =
+  SimulateResult result =
       simulate_checked(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
   if (args.start) {
-    std::get<drape::SimulatedSource>(result.sheet.source).start_sha256 =
-        drape::sha256_of_file(fs::path(*args.start).replace_extension(".json"));
+    std::get<SimulatedSource>(result.sheet.source).start_sha256 =
+        sha256_of_file(fs::path(*args.start).replace_extension(".json"));
   }
-  drape::write_outputs(args.out, result, args.options, record);
-  const drape::Ending ending = drape::ending_of(result, args.out);
-  record.write(drape::run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
+  write_outputs(args.out, result, args.options, record);
+  const Ending ending = ending_of(result, args.out);
+  record.write(run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
   return finish(ending, common);
 }
 
@@ -49,7 +50,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
 
 int main(int argc, char** argv) {
   CLI::App app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   Arguments args;
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
@@ -80,6 +81,6 @@ int main(int argc, char** argv) {
                "cut the specimen to the disc in the patch (Cusick's drapemeter)");
   app.add_flag("!--particles-only", args.options.contact_between_particles,
                "no contact between the particles");
-  return drape::run_program(app, argc, argv, common,
-                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(args, arguments_of(argc, argv), common); });
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/programs/run_inputs.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 namespace fs = std::filesystem;
 
@@ -28,4 +28,4 @@ RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   return inputs;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

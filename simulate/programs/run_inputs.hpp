@@ -5,14 +5,14 @@
 #include <optional>
 
 #include "core/program/program.hpp"
-#include "core/rig.hpp"
 #include "core/program/run_record.hpp"
+#include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// What the programs that simulate one scene are given alike.
 struct RunArguments {
@@ -36,4 +36,4 @@ struct RunInputs {
 /// Reads them, books them in the record and sets the grid of the options. Throws Error.
 [[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
 
-}  // namespace drape
+}  // namespace drape::simulate

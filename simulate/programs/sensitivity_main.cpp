@@ -8,29 +8,32 @@
 #include "core/units.hpp"
 #include "simulate/study/split.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-using drape::units::mm;
+using units::mm;
 
 struct Arguments {
   fs::path scene, out, reference;
   std::optional<fs::path> fabric, start;
   int grid = 21;
-  drape::SimulateOptions options;
-  drape::SplitOptions split;
+  SimulateOptions options;
+  SplitOptions split;
 };
 
-drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
-  drape::Ending ending;
-  const drape::SplitRow& base = split.rows.front();
+Ending ending_of(const ErrorSplit& split, const fs::path& out) {
+  Ending ending;
+  const SplitRow& base = split.rows.front();
   ending.go = base.at_rest && split.sensitivities.has_value();
   ending.verdict = !base.at_rest ? "the base: " + split.base_sentence
                    : ending.go   ? fmt::format("mean distance {:.3f} mm over {} marks",
                                                base.distance_m / mm, split.marks)
                                  : "the base is a saddle: it has no first-order answer";
   if (split.sensitivities) {
-    for (const drape::sim::Sensitivity& one : *split.sensitivities) {
+    for (const Sensitivity& one : *split.sensitivities) {
       ending.numbers.push_back(
           {name_of(one.value) + " +1 %",
            fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
@@ -38,7 +41,7 @@ drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
     }
   }
   for (std::size_t k = 1; k < split.rows.size(); ++k) {
-    const drape::SplitRow& row = split.rows[k];
+    const SplitRow& row = split.rows[k];
     ending.numbers.push_back(
         {row.what + (row.continued ? ", from the base" : ""),
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
@@ -49,27 +52,27 @@ drape::Ending ending_of(const drape::ErrorSplit& split, const fs::path& out) {
   return ending;
 }
 
-int run(Arguments& args, std::vector<std::string> words, const drape::CommonOptions& common) {
+int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.scene.empty() || args.out.empty() || args.reference.empty())
-    throw drape::usage_error("SCENE, --reference or --out is missing", "give all three");
-  drape::RunRecord record("drape-sensitivity", std::move(words));
-  const drape::Scene scene = drape::read_scene(args.scene);
-  const drape::Fabric fabric = drape::read_fabric(args.fabric.value_or(scene.fabric_file));
-  const drape::Print print = drape::read_print(scene.print_file);
-  const drape::Sheet reference = drape::read_sheet(args.reference);
-  const std::optional<drape::Sheet> start = drape::read_sheet(args.start.value_or(args.reference));
+    throw usage_error("SCENE, --reference or --out is missing", "give all three");
+  RunRecord record("drape-sensitivity", std::move(words));
+  const Scene scene = read_scene(args.scene);
+  const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
+  const Print print = read_print(scene.print_file);
+  const Sheet reference = read_sheet(args.reference);
+  const std::optional<Sheet> start = read_sheet(args.start.value_or(args.reference));
   for (const fs::path& file : fabric.files()) record.input(file);
   for (const fs::path& file : {args.scene, scene.print_file, args.reference})
     record.input(file.extension() == ".ply" ? fs::path(file).replace_extension(".json") : file);
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
-  args.options.threads = drape::thread_count(common);
+  args.options.threads = thread_count(common);
   const auto split = split_error(scene, fabric, print, start, reference, args.options, args.split);
-  drape::write_json(args.out / "sensitivity.json", sensitivity_json(split));
-  drape::write_durable(args.out / "error_split.csv", split_csv(split));
+  write_json(args.out / "sensitivity.json", sensitivity_json(split));
+  write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
-  const drape::Ending ending = ending_of(split, args.out);
+  const Ending ending = ending_of(split, args.out);
   record.write(args.out / "sensitivity.run.json", ending.go ? 0 : 1);
   return finish(ending, common);
 }
@@ -79,7 +82,7 @@ int run(Arguments& args, std::vector<std::string> words, const drape::CommonOpti
 int main(int argc, char** argv) {
   CLI::App app("Says which fabric value and which part of the model the distance comes from.",
                "drape-sensitivity");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   Arguments args;
   app.add_option("SCENE", args.scene, "scene.toml");
@@ -94,6 +97,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
   app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");
-  return drape::run_program(app, argc, argv, common,
-                            [&] { return run(args, drape::arguments_of(argc, argv), common); });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(args, arguments_of(argc, argv), common); });
 }

@@ -9,21 +9,23 @@
 #include "core/program/progress.hpp"
 #include "simulate/study/study.hpp"
 
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+
 namespace {
 
-namespace fs = std::filesystem;
-
-int run(const fs::path& rig, const fs::path& out, drape::StudyOptions options,
-        std::vector<std::string> words, const drape::CommonOptions& common) {
+int run(const fs::path& rig, const fs::path& out, StudyOptions options,
+        std::vector<std::string> words, const CommonOptions& common) {
   if (rig.empty() || out.empty())
-    throw drape::usage_error("RIG or --out is missing", "give both, e.g. rigs/paper --out study");
-  drape::RunRecord record("drape-study", std::move(words));
-  options.threads = drape::thread_count(common);
-  const std::vector<drape::StudyCase> cases = study_cases(rig, out, options);
-  drape::Progress progress("study", common.quiet);
+    throw usage_error("RIG or --out is missing", "give both, e.g. rigs/paper --out study");
+  RunRecord record("drape-study", std::move(words));
+  options.threads = thread_count(common);
+  const std::vector<StudyCase> cases = study_cases(rig, out, options);
+  Progress progress("study", common.quiet);
   std::size_t ended = 0;
-  const std::vector<drape::StudyOutcome> outcomes = run_study(
-      cases, options, fs::read_symlink("/proc/self/exe"), [&](const drape::StudyOutcome& o) {
+  const std::vector<StudyOutcome> outcomes =
+      run_study(cases, options, fs::read_symlink("/proc/self/exe"), [&](const StudyOutcome& o) {
         ++ended;
         progress.update(
             static_cast<double>(ended) / static_cast<double>(cases.size()),
@@ -33,16 +35,16 @@ int run(const fs::path& rig, const fs::path& out, drape::StudyOptions options,
   std::optional<fs::path> published;
   if (fs::exists(rig / "published.csv")) published = rig / "published.csv";
   const std::string tables = study_tables(outcomes, published);
-  drape::write_durable(out / "study.csv", study_csv(outcomes));
-  drape::write_durable(out / "study.md", tables);
+  write_durable(out / "study.csv", study_csv(outcomes));
+  write_durable(out / "study.md", tables);
   for (const char* name : {"study.csv", "study.md"}) record.output(out / name);
-  for (const drape::StudyOutcome& o : outcomes) record.input(o.the_case.folder / "sheet.json");
-  drape::Ending ending;
+  for (const StudyOutcome& o : outcomes) record.input(o.the_case.folder / "sheet.json");
+  Ending ending;
   const auto resting =
       std::count_if(outcomes.begin(), outcomes.end(), [](const auto& o) { return o.at_rest; });
   ending.go = resting == static_cast<std::ptrdiff_t>(outcomes.size());
   ending.verdict = fmt::format("{} of {} drapes at rest", resting, outcomes.size());
-  for (const drape::StudyOutcome& o : outcomes) {
+  for (const StudyOutcome& o : outcomes) {
     if (!o.at_rest)
       ending.rejected.push_back(fmt::format("{} {} {}-{}: {}", o.the_case.scene, o.the_case.model,
                                             o.the_case.grid, o.the_case.segments, o.sentence));
@@ -60,10 +62,10 @@ int run(const fs::path& rig, const fs::path& out, drape::StudyOptions options,
 int main(int argc, char** argv) {
   CLI::App app("Drapes every scene of a rig with several grids, segments and models.",
                "drape-study");
-  drape::CommonOptions common;
+  CommonOptions common;
   add_common_options(app, common);
   fs::path rig, out;
-  drape::StudyOptions options;
+  StudyOptions options;
   app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper");
   app.add_option("--out", out, "folder for <scene>/<model>/<grid>-<segments>/ and the tables");
   app.add_option("--scenes", options.scenes, "names, comma-separated; default: all")
@@ -81,8 +83,8 @@ int main(int argc, char** argv) {
   app.add_option("--thickness-mm", thickness_mm,
                  "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
       ->capture_default_str();
-  return drape::run_program(app, argc, argv, common, [&] {
+  return run_program(app, argc, argv, common, [&] {
     options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
-    return run(rig, out, options, drape::arguments_of(argc, argv), common);
+    return run(rig, out, options, arguments_of(argc, argv), common);
   });
 }

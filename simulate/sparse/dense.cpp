@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Index = std::ptrdiff_t;
@@ -177,4 +177,4 @@ template void solve_columns(const float*, Index, Index, float*, Instructions);
 template void solve_columns_transposed(const double*, Index, Index, double*, Instructions);
 template void solve_columns_transposed(const float*, Index, Index, float*, Instructions);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

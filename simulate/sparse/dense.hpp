@@ -6,7 +6,7 @@
 
 #include "simulate/sparse/kernels.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 // All for Real = float or double.
 
@@ -58,4 +58,4 @@ template <class Real>
 void solve_columns_transposed(const Real* trapezoid, std::ptrdiff_t rows, std::ptrdiff_t cols,
                               Real* x, Instructions most = Instructions::avx512);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr int kLeaf = 16;      // particles of a region that is not cut further
@@ -202,4 +202,4 @@ std::vector<Region> dissect(const GridMatrix& pattern) {
   return std::move(dissection.regions);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

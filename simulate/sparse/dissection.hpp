@@ -6,7 +6,7 @@
 
 #include "simulate/sparse/matrix.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// A region of a grid under nested dissection. Its own particles are eliminated after those of its
 /// children and before those of its border.
@@ -26,4 +26,4 @@ struct Region {
 /// Order of elimination: the place of each particle, from the regions in turn.
 [[nodiscard]] std::vector<int> elimination_order(const std::vector<Region>& regions, int count);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -8,7 +8,7 @@
 #include <tuple>
 #include <utility>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Sets = std::vector<std::set<int>>;
@@ -131,4 +131,4 @@ TEST(Dissection, HalvesHaveAboutTheSameWork) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

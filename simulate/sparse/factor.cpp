@@ -9,7 +9,7 @@
 #include "simulate/sparse/dense.hpp"
 #include "simulate/sparse/dissection.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr int kMostDepth = 6;  // of the tree of threads: 64 of them
@@ -398,4 +398,4 @@ std::size_t GridFactor<Real>::stored_values() const {
 template class GridFactor<double>;
 template class GridFactor<float>;
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/sparse/matrix.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Cholesky factor of a GridMatrix by the multifrontal method (Duff and Reid 1983) on the grid's
 /// nested dissection (George 1973) with separators two lines wide, what the second neighbours ask
@@ -65,4 +65,4 @@ class GridFactor {
   mutable std::vector<Vector> work_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

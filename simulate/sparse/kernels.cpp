@@ -11,7 +11,7 @@
 #define DRAPE_FUSED_X86 0
 #endif
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Index = std::ptrdiff_t;
@@ -453,4 +453,4 @@ const DenseKernels<Real>& dense_kernels(Instructions most) {
 template const DenseKernels<double>& dense_kernels(Instructions);
 template const DenseKernels<float>& dense_kernels(Instructions);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

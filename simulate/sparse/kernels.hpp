@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Vector instructions of a processor, each more than the one before.
 enum class Instructions { plain, avx2, avx512 };
@@ -44,4 +44,4 @@ struct DenseKernels {
 template <class Real>
 [[nodiscard]] const DenseKernels<Real>& dense_kernels(Instructions most);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

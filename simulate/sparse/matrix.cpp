@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 GridMatrix::GridMatrix(const GridSpec& grid)
     : grid_(grid),
@@ -45,4 +45,4 @@ void GridMatrix::multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) co
   }
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/cloth/cloth.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Symmetric matrix of 3x3 blocks over the particles of a grid, on the pattern of the cloth's
 /// elements: a particle meets its eight neighbours and the second next along both grid lines.
@@ -52,4 +52,4 @@ class GridMatrix {
   std::vector<Eigen::Matrix3d> blocks_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

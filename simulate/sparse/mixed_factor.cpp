@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/sparse/mixed_factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 MixedFactor::MixedFactor(const GridSpec& grid, int threads) : grid_(grid), threads_(threads) {
   quick_.emplace(grid, threads);
@@ -31,4 +31,4 @@ void MixedFactor::use_double() {
   exact_.emplace(grid_, threads_);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/sparse/factor.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Factors of one matrix after the other, in single precision for as long as that serves. Its
 /// solutions are then good to about 1e-7 times the condition number, which iterating on the
@@ -36,4 +36,4 @@ class MixedFactor {
   std::optional<GridFactor<double>> exact_;  ///< in its place
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

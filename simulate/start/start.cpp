@@ -11,7 +11,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector2d;
@@ -248,4 +248,4 @@ StartState make_start(const Scene& scene, const Print& print, const GridSpec& gr
   return start;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -10,7 +10,7 @@
 #include "core/sheet.hpp"
 #include "simulate/dynamics/motion.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// A flat horizontal sheet: its centre and the direction of the weft, printed side up. Seen from
 /// above the warp points 90 degrees clockwise from the weft (core/rig.hpp, Print).
@@ -57,4 +57,4 @@ struct StartState {
                                     const std::optional<Sheet>& measured, double top_z_m,
                                     double imperfection_m);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -9,7 +9,7 @@
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using units::mm;
@@ -40,4 +40,4 @@ std::string told_of_lifted(int particles) {
                      particles);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// What is wrong with a sheet that a drape is to start from, in words; empty when nothing is. No
 /// solver takes a sheet out of itself or off an edge that stands through it, so whoever starts
@@ -18,4 +18,4 @@ namespace drape::sim {
 /// What is to be said where particles were inside an object at the start.
 [[nodiscard]] std::string told_of_lifted(int particles);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

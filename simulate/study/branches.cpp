@@ -14,7 +14,7 @@
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector2d;
@@ -282,27 +282,27 @@ Json branches_json(const Branches& branches) {
   return json;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate
 
-namespace drape {
+namespace drape::simulate {
 
 BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const Print& print,
                                const std::optional<Sheet>& measured, const SimulateOptions& options,
-                               const sim::BranchOptions& how) {
+                               const BranchOptions& how) {
   options.check();
-  const sim::GridSpec grid{options.rows, options.cols, print.patch_m};
+  const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
-  const sim::ClothLaws laws = make_laws(fabric, options.segments, report);
-  const sim::Surroundings surroundings(scene);
-  const sim::StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+  const ClothLaws laws = make_laws(fabric, options.segments, report);
+  const Surroundings surroundings(scene);
+  const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
   BranchResult result;
-  sim::Branches& branches = result.branches;
-  branches = sim::find_branches(the_case, grid, sim::static_options(scene, options), how);
-  std::vector<sim::Branch> found;
+  Branches& branches = result.branches;
+  branches = find_branches(the_case, grid, static_options(scene, options), how);
+  std::vector<Branch> found;
   found.swap(branches.found);
   SimulateOptions by_static = options;
   by_static.solver = "static";
-  for (sim::Branch& branch : found) {
+  for (Branch& branch : found) {
     SimulateResult judged;
     judged.report = report;
     finish_static(the_case, fabric, grid, by_static,
@@ -318,4 +318,4 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   return result;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

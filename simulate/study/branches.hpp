@@ -8,7 +8,7 @@
 #include "core/files/json_file.hpp"
 #include "simulate/equilibrium/run.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// How one start departs from the scene's; all zero: the scene's own.
 struct StartVariation {
@@ -74,12 +74,12 @@ struct Branches {
 /// Schema drapebench/branches/1.
 [[nodiscard]] Json branches_json(const Branches& branches);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate
 
-namespace drape {
+namespace drape::simulate {
 
 struct BranchResult {
-  sim::Branches branches;
+  Branches branches;
   std::vector<Sheet> sheets;  ///< of branches.found
 };
 
@@ -89,6 +89,6 @@ struct BranchResult {
                                              const Print& print,
                                              const std::optional<Sheet>& measured,
                                              const SimulateOptions& options,
-                                             const sim::BranchOptions& how);
+                                             const BranchOptions& how);
 
-}  // namespace drape
+}  // namespace drape::simulate

@@ -9,7 +9,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using units::mm;
@@ -126,4 +126,4 @@ TEST(Branches, TheHemsFoldsAreCounted) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -162,4 +162,4 @@ std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticS
   return list;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -10,7 +10,7 @@
 #include "core/sheet.hpp"
 #include "simulate/equilibrium/run.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// The values of a fabric that an equilibrium depends on. Each scales a whole law.
 enum class FabricValue {
@@ -62,4 +62,4 @@ struct Sensitivity {
     Cloth& cloth, StaticSolver& solver, const Eigen::Vector3d& gravity_m_per_s2,
     const Reference& reference);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

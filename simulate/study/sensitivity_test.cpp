@@ -12,7 +12,7 @@
 #include "simulate/study/split.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -197,4 +197,4 @@ TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,14 +7,12 @@
 
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
-#include "simulate/study/branches.hpp"
 #include "simulate/equilibrium/prolong.hpp"
+#include "simulate/study/branches.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
-using sim::Field;
-using sim::GridSpec;
 using units::mm;
 
 constexpr double kReach = 2e-7;         // m; particles this near to a surface press at once
@@ -47,7 +45,7 @@ class Bench {
   /// The base from the start, kept with its contacts for what follows.
   void settle_base(ErrorSplit& split) {
     base_grid_ = grid_of(options_);
-    reference_ = sim::reference_on(base_grid_, sheet_);
+    reference_ = reference_on(base_grid_, sheet_);
     split.marks = static_cast<int>(reference_.points.size());
     split.friction = scene_.friction;
     split.rows.push_back(run(base(), false));
@@ -60,17 +58,16 @@ class Bench {
 
   [[nodiscard]] SplitRow run(const Variant& variant, bool continued) {
     const GridSpec grid = grid_of(variant.options);
-    const sim::ClothLaws laws = laws_of(variant);
+    const ClothLaws laws = laws_of(variant);
     Scene scene = scene_;
     scene.friction = variant.friction;
-    const sim::StaticCase the_case{scene,         print_, measured_,
-                                   surroundings_, laws,   variant.options.mass};
-    const sim::StaticOptions how = sim::static_options(scene, variant.options);
+    const StaticCase the_case{scene, print_, measured_, surroundings_, laws, variant.options.mass};
+    const StaticOptions how = static_options(scene, variant.options);
     Field position;
     if (continued) {
       position = carry_on(the_case, grid, how);
     } else {
-      sim::StaticDrape drape = sim::drape_statically(the_case, grid, how);
+      StaticDrape drape = drape_statically(the_case, grid, how);
       position = std::move(drape.position);
       report_ = std::move(drape.report);
     }
@@ -79,19 +76,19 @@ class Bench {
 
   void add_branches(int starts, ErrorSplit& split) {
     if (starts < 2) return;
-    sim::BranchOptions how;
+    BranchOptions how;
     how.starts = starts;
     const BranchResult result =
         simulate_branches(scene_, fabric_, print_, measured_, options_, how);
-    const auto distance = [&](const sim::Branch& branch) {
-      return sim::mean_distance_m(reference_, branch.position);
+    const auto distance = [&](const Branch& branch) {
+      return mean_distance_m(reference_, branch.position);
     };
-    const std::vector<sim::Branch>& found = result.branches.found;
+    const std::vector<Branch>& found = result.branches.found;
     if (found.empty()) return;
     const auto nearest =
         std::min_element(found.begin(), found.end(),
                          [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-    const auto add = [&](const std::string& what, const sim::Branch& branch) {
+    const auto add = [&](const std::string& what, const Branch& branch) {
       report_ = branch.report;
       split.rows.push_back(row_of(what, false, base_grid_, branch.position));
     };
@@ -107,9 +104,9 @@ class Bench {
     return {options.rows, options.cols, print_.patch_m};
   }
 
-  [[nodiscard]] sim::ClothLaws laws_of(const Variant& variant) const {
+  [[nodiscard]] ClothLaws laws_of(const Variant& variant) const {
     SimulateReport ignored;
-    sim::ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored);
+    ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored);
     if (!variant.twist) laws.twist_n_m = 0;
     return laws;
   }
@@ -117,8 +114,8 @@ class Bench {
   /// Asks of the base what simulate_checked() asks of any drape.
   void judge_base(ErrorSplit& split) const {
     SimulateResult judged;
-    const sim::ClothLaws laws = make_laws(fabric_, options_.segments, judged.report);
-    const sim::StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
+    const ClothLaws laws = make_laws(fabric_, options_.segments, judged.report);
+    const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
     SimulateOptions by_static = options_;
     by_static.solver = "static";
     finish_static(the_case, fabric_, base_grid_, by_static,
@@ -129,40 +126,39 @@ class Bench {
   }
 
   /// From the base's equilibrium on, with its contacts closed.
-  [[nodiscard]] Field carry_on(const sim::StaticCase& the_case, const GridSpec& grid,
-                               sim::StaticOptions how) {
-    sim::Cloth cloth(grid, the_case.laws, the_case.mass);
+  [[nodiscard]] Field carry_on(const StaticCase& the_case, const GridSpec& grid,
+                               StaticOptions how) {
+    Cloth cloth(grid, the_case.laws, the_case.mass);
     how.first_step_s = kContinueStep_s;
     how.paced = false;
-    sim::StaticSolver solver(cloth, surroundings_, how);
+    StaticSolver solver(cloth, surroundings_, how);
     set_on_base(the_case, grid, solver);
     report_ = solver.solve();
     return solver.position;
   }
 
-  void set_on_base(const sim::StaticCase& the_case, const GridSpec& grid,
-                   sim::StaticSolver& solver) const {
-    const sim::StartState start =
-        sim::make_start(the_case.scene, print_, grid, measured_, surroundings_.top_z_m(), 0);
+  void set_on_base(const StaticCase& the_case, const GridSpec& grid, StaticSolver& solver) const {
+    const StartState start =
+        make_start(the_case.scene, print_, grid, measured_, surroundings_.top_z_m(), 0);
     solver.contacts().hold(start.holds, start.hold_in_world);
     const bool same = grid.rows == base_grid_.rows && grid.cols == base_grid_.cols;
-    solver.position = same ? base_ : sim::prolong(base_, base_grid_, grid);
-    sim::lift_out(surroundings_, solver.position);
+    solver.position = same ? base_ : prolong(base_, base_grid_, grid);
+    lift_out(surroundings_, solver.position);
     solver.lean(kReach);
   }
 
   void find_sensitivities(ErrorSplit& split) {
-    const sim::ClothLaws laws = laws_of(base());
-    const sim::StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
-    sim::Cloth cloth(base_grid_, laws, options_.mass);
-    sim::StaticOptions how = sim::static_options(scene_, options_);
+    const ClothLaws laws = laws_of(base());
+    const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
+    Cloth cloth(base_grid_, laws, options_.mass);
+    StaticOptions how = static_options(scene_, options_);
     how.first_step_s = kContinueStep_s;
     how.paced = false;
-    sim::StaticSolver solver(cloth, surroundings_, how);
+    StaticSolver solver(cloth, surroundings_, how);
     set_on_base(the_case, base_grid_, solver);
-    if (solver.solve().status != sim::StaticStatus::at_rest) return;
+    if (solver.solve().status != StaticStatus::at_rest) return;
     split.sensitivities =
-        sim::find_sensitivities(cloth, solver, scene_.gravity_m_per_s2, reference_);
+        simulate::find_sensitivities(cloth, solver, scene_.gravity_m_per_s2, reference_);
   }
 
   [[nodiscard]] SplitRow row_of(const std::string& what, bool continued, const GridSpec& grid,
@@ -170,15 +166,15 @@ class Bench {
     SplitRow row;
     row.what = what;
     row.continued = continued;
-    row.at_rest = report_.status == sim::StaticStatus::at_rest;
-    const sim::Reference here = sim::reference_on(grid, sheet_);
-    row.distance_m = sim::mean_distance_m(here, position);
+    row.at_rest = report_.status == StaticStatus::at_rest;
+    const Reference here = reference_on(grid, sheet_);
+    row.distance_m = mean_distance_m(here, position);
     if (!base_.empty()) {
-      row.change_m = row.distance_m - sim::mean_distance_m(reference_, base_);
-      row.way_m = sim::mean_way_m(reference_, base_, here, position);
+      row.change_m = row.distance_m - mean_distance_m(reference_, base_);
+      row.way_m = mean_way_m(reference_, base_, here, position);
     }
     if (!report_.history.empty()) row.energy_j = report_.history.back().sum_j();
-    row.folds = sim::label_hem(grid, position).nodes;
+    row.folds = label_hem(grid, position).nodes;
     last_ = std::move(position);
     return row;
   }
@@ -189,11 +185,11 @@ class Bench {
   const std::optional<Sheet>& measured_;
   const Sheet& sheet_;
   SimulateOptions options_;
-  sim::Surroundings surroundings_;
+  Surroundings surroundings_;
   GridSpec base_grid_;
-  sim::Reference reference_;
+  Reference reference_;
   Field base_, last_;
-  sim::StaticReport report_;
+  StaticReport report_;
 };
 
 std::vector<Variant> variants_of(const Variant& base) {
@@ -203,9 +199,9 @@ std::vector<Variant> variants_of(const Variant& base) {
     list.back().what = std::move(what);
     return list.back();
   };
-  const bool area = base.options.mass == sim::MassRule::area;
+  const bool area = base.options.mass == MassRule::area;
   add(area ? "mass rule paper" : "mass rule area").options.mass =
-      area ? sim::MassRule::paper : sim::MassRule::area;
+      area ? MassRule::paper : MassRule::area;
   add("no twist stiffness").twist = false;
   add("friction halved").friction *= 0.5;
   add("friction doubled").friction *= 2;
@@ -252,9 +248,9 @@ Json sensitivity_json(const ErrorSplit& split) {
   json["sensitivities"] = nullptr;
   if (split.sensitivities) {
     Json list = Json::array();
-    for (const sim::Sensitivity& one : *split.sensitivities) {
+    for (const Sensitivity& one : *split.sensitivities) {
       Json entry;
-      entry["value"] = sim::name_of(one.value);
+      entry["value"] = name_of(one.value);
       entry["mean_distance_mm_per_percent"] = 0.01 * one.distance_m / mm;
       entry["mean_way_of_marks_mm_per_percent"] = 0.01 * one.mean_way_m / mm;
       entry["largest_way_of_a_mark_mm_per_percent"] = 0.01 * one.largest_way_m / mm;
@@ -287,4 +283,4 @@ std::string split_csv(const ErrorSplit& split) {
   return text;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

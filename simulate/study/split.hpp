@@ -12,7 +12,7 @@
 #include "simulate/simulate.hpp"
 #include "simulate/study/sensitivity.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// One change of the model and what it does to the mean distance from the reference sheet.
 struct SplitRow {
@@ -28,13 +28,13 @@ struct SplitRow {
 
 /// Where the distance between a drape and its reference comes from.
 struct ErrorSplit {
-  sim::StaticReport base;
+  StaticReport base;
   std::string base_sentence;  ///< how the base ended, judged as by simulate_checked()
   int marks = 0;
   double friction = 0;
   std::vector<SplitRow> rows;  ///< the base first
   /// Absent when the base is not at rest or a saddle.
-  std::optional<std::vector<sim::Sensitivity>> sensitivities;
+  std::optional<std::vector<Sensitivity>> sensitivities;
 };
 
 struct SplitOptions {
@@ -55,4 +55,4 @@ struct SplitOptions {
 /// One row per variant, units in the heads.
 [[nodiscard]] std::string split_csv(const ErrorSplit& split);
 
-}  // namespace drape
+}  // namespace drape::simulate

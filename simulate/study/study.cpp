@@ -13,7 +13,7 @@
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 namespace fs = std::filesystem;
@@ -195,4 +195,4 @@ void write_outputs(const fs::path& out, const SimulateResult& result,
   }
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

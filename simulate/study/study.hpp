@@ -10,7 +10,7 @@
 #include "core/program/run_record.hpp"
 #include "simulate/simulate.hpp"
 
-namespace drape {
+namespace drape::simulate {
 
 /// Which runs a study makes: every scene with every grid, number of segments and model.
 struct StudyOptions {
@@ -78,4 +78,4 @@ struct StudyOutcome {
 void write_outputs(const std::filesystem::path& out, const SimulateResult& result,
                    const SimulateOptions& options, RunRecord& record);
 
-}  // namespace drape
+}  // namespace drape::simulate

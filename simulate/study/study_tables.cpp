@@ -12,7 +12,7 @@
 #include "core/units.hpp"
 #include "simulate/study/study.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 struct Side {
@@ -125,4 +125,4 @@ std::string study_tables(const std::vector<StudyOutcome>& outcomes,
   return text;
 }
 
-}  // namespace drape
+}  // namespace drape::simulate

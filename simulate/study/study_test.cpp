@@ -8,7 +8,7 @@
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape {
+namespace drape::simulate {
 namespace {
 
 using units::mm;
@@ -122,4 +122,4 @@ TEST(MeanDistance, TakesTheParticlesThatBothGridsHave) {
 }
 
 }  // namespace
-}  // namespace drape
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include "simulate/validation/exact.hpp"
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -96,4 +96,4 @@ void check_buckling(Checks& checks) {
   check_lateral_buckling(checks);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

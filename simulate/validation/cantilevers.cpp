@@ -7,7 +7,7 @@
 #include "simulate/validation/exact.hpp"
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 constexpr double kLength = 0.1;
@@ -145,4 +145,4 @@ void check_cantilevers(Checks& checks) {
   check_peirce(checks);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

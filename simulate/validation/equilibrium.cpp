@@ -4,7 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <cmath>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
@@ -144,4 +144,4 @@ int Equilibrium::unstable_directions(const Field& x) {
   return static_cast<int>((factor.vectorD().array() < 0).count());
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/cloth/cloth.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Newton's method on the forces of a Cloth for the closed-form checks: small sheets without
 /// contact, single coordinates held. The tangent comes from coloured central differences of the
@@ -47,4 +47,4 @@ class Equilibrium {
   double asymmetry_ = 0;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

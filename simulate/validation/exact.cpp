@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace drape::sim::exact {
+namespace drape::simulate::exact {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -132,4 +132,4 @@ double capstan_tension(double slack, double mu, double weight, double radius) {
   return t[0];
 }
 
-}  // namespace drape::sim::exact
+}  // namespace drape::simulate::exact

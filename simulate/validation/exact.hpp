@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-namespace drape::sim::exact {
+namespace drape::simulate::exact {
 
 /// A heavy strip clamped horizontally (inextensible heavy elastica); lengths in units of its
 /// length. `gamma` is rho g L^3 / B. Width W and height H of its shape, tip angle below the
@@ -37,4 +37,4 @@ inline constexpr double kLateralBuckling = 12.85374;
 [[nodiscard]] double capstan_tension(double slack_n_per_m, double mu, double weight_n_per_m2,
                                      double radius_m);
 
-}  // namespace drape::sim::exact
+}  // namespace drape::simulate::exact

@@ -7,7 +7,7 @@
 #include "simulate/validation/exact.hpp"
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -131,4 +131,4 @@ void check_loops(Checks& checks) {
   check_catenary(checks);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

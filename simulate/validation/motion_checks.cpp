@@ -7,7 +7,7 @@
 #include "simulate/validation/exact.hpp"
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -155,4 +155,4 @@ void check_motion(Checks& checks) {
   check_capstan(checks);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -192,4 +192,4 @@ void check_patches(Checks& checks) {
   check_gradient(checks);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

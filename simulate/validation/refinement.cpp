@@ -5,7 +5,7 @@
 
 #include "simulate/validation/sheets.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -63,4 +63,4 @@ void check_refinement(Checks& checks) {
                     1.8, true, "12..42^2"});
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

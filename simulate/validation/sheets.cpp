@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 ClothLaws linear_laws(double density, double tensile, double shear, double bending) {
   ClothLaws laws;
@@ -48,4 +48,4 @@ Check relative(int test, std::string what, double exact, double found, double go
           fmt::format("{}x{}", grid.rows, grid.cols)};
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

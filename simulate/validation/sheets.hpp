@@ -6,7 +6,7 @@
 #include "simulate/validation/equilibrium.hpp"
 #include "simulate/validation/validation.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 inline constexpr double kGravity = 9.80665;  ///< m/s2
 
@@ -51,4 +51,4 @@ void hold_row(const GridSpec& grid, int row, std::vector<bool>& held);
 [[nodiscard]] Check relative(int test, std::string what, double exact, double found, double goal,
                              const GridSpec& grid);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 Checks validate() {
   Checks checks;
@@ -36,4 +36,4 @@ std::string validation_table(const Checks& checks) {
   return text + fmt::format("{} checks, {} missed\n", checks.size(), missed);
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// One line of the table of closed-form checks.
 struct Check {
@@ -37,4 +37,4 @@ void check_motion(Checks& checks);       ///< 12, 13
 /// The table as aligned text, one check a line, ending with the number of misses.
 [[nodiscard]] std::string validation_table(const Checks& checks);
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

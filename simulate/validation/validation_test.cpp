@@ -8,7 +8,7 @@
 #include "simulate/validation/exact.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 void expect_good(void (*theme)(Checks&)) {
@@ -83,4 +83,4 @@ TEST(Validation, TableNamesWhatIsMissed) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -24,6 +24,8 @@
 namespace drape::test {
 namespace {
 
+using namespace detect;
+using namespace triangulate;
 using units::deg;
 using units::mm;
 
@@ -159,7 +161,7 @@ Tally run_scene(Rigged& rig, int scene, double slope_deg) {
   const auto truth = synth::truth_of(drape, synth::marks_of(rig.print), views);
   const Detections detections = detected(rig, views, scene);
   const TriangulateResult result =
-      triangulate(detections, rig.calibration, "folds", TriangulateOptions{});
+      triangulate::triangulate(detections, rig.calibration, "folds", TriangulateOptions{});
   Tally tally;
   tally.scenes = 1;
   tally.islands = result.report.islands;

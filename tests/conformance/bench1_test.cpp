@@ -20,6 +20,7 @@
 namespace drape::test {
 namespace {
 
+using namespace triangulate;
 using units::mm;
 
 double centre_off_mm(const CalibratedCamera& camera, const Camera& truth) {
@@ -96,7 +97,8 @@ struct Sum {
 void expect_dots(const Detections& detections, const Calibration& calibration) {
   Sum all, facing, sure, facing_sure;
   for (const std::string drape : {"A", "C", "E"}) {
-    const TriangulateResult result = triangulate(detections, calibration, "drape_" + drape, {});
+    const TriangulateResult result =
+        triangulate::triangulate(detections, calibration, "drape_" + drape, {});
     Sum one;
     for (const SheetMark& mark : result.sheet.marks) {
       const TrueDot& dot = bench1_truth().drapes.at(drape)[mark.mark.row * 11 + mark.mark.col];

@@ -12,6 +12,8 @@
 
 namespace drape::test {
 
+using namespace detect;
+
 /// Directions in the camera frame of the rays through the upper left corners of a camera's pixels,
 /// row by row, one more than pixels each way. The same for all its pictures.
 std::vector<Eigen::Vector3d> corner_rays(const Camera& camera);

@@ -6,13 +6,13 @@
 #include <ostream>
 
 #include "core/calibration.hpp"
-#include "core/files/csv.hpp"
 #include "core/detections.hpp"
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "core/recording.hpp"
 #include "core/rig.hpp"
-#include "core/program/run_record.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "tests/fuzz/mutations.hpp"

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/scene.hpp"
-#include "simulate/contact/triangle_mesh.hpp"
+#include "simulate/objects/triangle_mesh.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Horizontal plane that the cloth may lie on.
 struct Table {
@@ -77,4 +77,4 @@ class Surroundings {
   std::vector<std::variant<Sphere, Box, Table, Cylinder, Plane, PlacedMesh>> shapes_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

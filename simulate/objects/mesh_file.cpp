@@ -9,9 +9,9 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
-#include "simulate/contact/triangle_mesh.hpp"
+#include "simulate/objects/triangle_mesh.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -193,4 +193,4 @@ TriangleMesh TriangleMesh::read(const std::filesystem::path& file) {
   return {std::move(corners), std::move(triangles), file};
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

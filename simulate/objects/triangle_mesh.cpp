@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/contact/triangle_mesh.hpp"
+#include "simulate/objects/triangle_mesh.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -168,4 +168,4 @@ TriangleMesh::Distance TriangleMesh::distance(const Vector3d& point) const {
   return {sign * size, sign / size * away};
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -198,4 +198,4 @@ double Surroundings::top_z_m() const {
   return std::isfinite(top) ? top : table;
 }
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-namespace drape::sim {
+namespace drape::simulate {
 
 /// Closed surface of triangles with its signed distance.
 class TriangleMesh {
@@ -54,4 +54,4 @@ class TriangleMesh {
   std::vector<Node> nodes_;
 };
 
-}  // namespace drape::sim
+}  // namespace drape::simulate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/contact/triangle_mesh.hpp"
+#include "simulate/objects/triangle_mesh.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "simulate/contact/surroundings.hpp"
+#include "simulate/objects/surroundings.hpp"
 #include "tests/support/paths.hpp"
 
-namespace drape::sim {
+namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
@@ -72,4 +72,4 @@ TEST(Cylinder, DistancesAreExact) {
 }
 
 }  // namespace
-}  // namespace drape::sim
+}  // namespace drape::simulate
