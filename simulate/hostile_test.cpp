@@ -12,6 +12,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 

@@ -73,10 +73,4 @@ struct CertifyReport {
 void judge_rest(SimulateResult& result, const Scene& scene, const Fabric& fabric,
                 const Print& print, const SimulateOptions& options);
 
-/// simulate(), then judge_rest().
-[[nodiscard]] SimulateResult simulate_checked(const Scene& scene, const Fabric& fabric,
-                                              const Print& print,
-                                              const std::optional<Sheet>& measured,
-                                              const SimulateOptions& options);
-
 }  // namespace drape::simulate

@@ -35,12 +35,4 @@ void judge_rest(SimulateResult& result, const Scene& scene, const Fabric& fabric
   std::get<SimulatedSource>(result.sheet.source).status = report.sentence;
 }
 
-SimulateResult simulate_checked(const Scene& scene, const Fabric& fabric, const Print& print,
-                                const std::optional<Sheet>& measured,
-                                const SimulateOptions& options) {
-  SimulateResult result = simulate(scene, fabric, print, measured, options);
-  judge_rest(result, scene, fabric, print, options);
-  return result;
-}
-
 }  // namespace drape::simulate

@@ -8,6 +8,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"
+#include "simulate/study/checked.hpp"
 #include "simulate/study/study.hpp"
 
 namespace fs = std::filesystem;

@@ -9,6 +9,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/study/branches.hpp"
+#include "simulate/study/checked.hpp"
 
 namespace drape::simulate {
 namespace {

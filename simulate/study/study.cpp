@@ -12,6 +12,7 @@
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/study/checked.hpp"
 
 namespace drape::simulate {
 namespace {
