@@ -2,13 +2,14 @@
 #include <map>
 
 #include "capture/commands.hpp"
+#include "core/program/command.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
 using namespace drape::capture;
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "Captures sets of frames from the cameras of a rig, makes recordings of images from\n"
       "elsewhere, and checks recordings.\n\n"
       "  drape-capture rigs/lab --set drape_A --out recording    one set, all cameras at once\n"
@@ -26,14 +27,14 @@ int main(int argc, char** argv) {
   app.add_option("--set", command.set, "name of the set to record");
   app.add_option("--out", recording, "recording to make, or to add the set to");
   app.add_option("--frames", command.frames, "frames per camera: sets NAME_000, NAME_001, ...")
-      ->check(CLI::Range(1, 1000));
+      ->range(1, 1000);
   app.add_flag("--average", command.average, "store one set, the mean of all frames");
-  app.add_option("--format", command.format, "png, or pgm: faster to write, twice the space")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, FrameFormat>{
-          {"png", FrameFormat::png}, {"pgm", FrameFormat::pgm}}));
+  app.add_choice<FrameFormat>("--format", command.format,
+                              {{"png", FrameFormat::png}, {"pgm", FrameFormat::pgm}},
+                              "pgm is faster to write and takes twice the space");
   app.add_option("--calibration", command.calibration, "tells the cloth's speed in mm/s");
   app.add_option("--patience-s", command.patience_s, "give up when no frame comes for that long");
-  CLI::App* importing = app.add_subcommand("import", "images from elsewhere to a recording");
+  Command* importing = app.add_subcommand("import", "images from elsewhere to a recording");
   importing->add_option("FOLDER", folder, "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff")
       ->required();
   importing
@@ -41,7 +42,7 @@ int main(int argc, char** argv) {
       ->required();
   std::optional<std::string> recorded_on;
   importing->add_option("--recorded-on", recorded_on, "day of the recording, as 2026-01-31");
-  CLI::App* verifying = app.add_subcommand("verify", "is every image as it was recorded?");
+  Command* verifying = app.add_subcommand("verify", "is every image as it was recorded?");
   verifying->add_option("RECORDING", recording, "folder with recording.json")->required();
   return run_program(app, argc, argv, common, [&] {
     auto arguments = arguments_of(argc, argv);

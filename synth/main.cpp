@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -13,20 +14,21 @@
 
 namespace fs = std::filesystem;
 using namespace drape;
+using namespace drape::synth;
 
 namespace {
 
-int predict_rig(const synth::ProgramOptions& options, const Rig& rig, const CommonOptions& common) {
-  const auto prediction = synth::predict(synth::cameras_for(options, rig),
-                                         read_print(rig.print_file), options.prediction);
-  return finish(synth::ending_of(prediction, options.prediction), common);
+int predict_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions& common) {
+  const auto prediction =
+      predict(cameras_for(options, rig), read_print(rig.print_file), options.prediction);
+  return finish(ending_of(prediction, options.prediction), common);
 }
 
-int write_rig(const synth::ProgramOptions& options, const Rig& rig, const CommonOptions& common,
+int write_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions& common,
               RunRecord& record) {
   Progress progress("synth", common.quiet);
-  const auto report = synth::write_synthetic_recording(
-      rig, synth::cameras_for(options, rig), options.out, options.synth,
+  const auto report = write_synthetic_recording(
+      rig, cameras_for(options, rig), options.out, options.synth,
       [&](double fraction, const std::string& what) { progress.update(fraction, what); });
   record.input(rig.file);
   record.input(options.cameras.empty() ? options.calibration : options.cameras);
@@ -38,7 +40,7 @@ int write_rig(const synth::ProgramOptions& options, const Rig& rig, const Common
   record.option("noise_grey", fmt::format("{}", options.synth.render.noise_grey));
   record.option("slope_deg", fmt::format("{}", options.synth.folds_slope_deg));
   record.option("wavelength_mm", fmt::format("{}", options.synth.folds_wavelength_mm));
-  const int code = finish(synth::ending_of(report, rig, options.out), common);
+  const int code = finish(ending_of(report, rig, options.out), common);
   record.write(run_record_path(options.out / "recording.json"), code);
   return code;
 }
@@ -46,7 +48,7 @@ int write_rig(const synth::ProgramOptions& options, const Rig& rig, const Common
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "A synthetic bench: the pictures that cameras would take of a rig's target and cloth, with "
       "the\n"
       "truth beside them; or what accuracy the cameras can give.\n\n"
@@ -54,11 +56,11 @@ int main(int argc, char** argv) {
       "  drape synth rigs/bench1 --cameras plan.toml --out recording",
       "drape-synth");
   CommonOptions common;
-  synth::ProgramOptions options;
+  ProgramOptions options;
   add_common_options(app, common);
-  synth::add_options(app, options);
+  add_options(app, options);
   return run_program(app, argc, argv, common, [&] {
-    synth::resolve(options);
+    resolve(options);
     options.synth.render.threads = thread_count(common);
     if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
     RunRecord record("drape-synth", arguments_of(argc, argv));

@@ -4,13 +4,14 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/command.hpp"
 #include "core/units.hpp"
 
 namespace drape::synth {
 
 using units::mm;
 
-void add_options(CLI::App& app, ProgramOptions& o) {
+void add_options(Command& app, ProgramOptions& o) {
   RenderOptions& render = o.synth.render;
   app.add_option("RIG", o.rig, "rig folder or its rig.toml")->required();
   app.add_option("--out", o.out, "folder of the recording to write");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "synth/synth.hpp"
 
@@ -21,7 +22,7 @@ struct ProgramOptions {
   PredictOptions prediction;
 };
 
-void add_options(CLI::App& app, ProgramOptions& options);
+void add_options(Command& app, ProgramOptions& options);
 
 /// Carries people's units over and checks what belongs together. Throws Error(usage).
 void resolve(ProgramOptions& options);

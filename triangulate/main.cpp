@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "triangulate/ending.hpp"
@@ -15,7 +16,7 @@ using namespace drape::triangulate;
 
 namespace {
 
-void add_options(CLI::App& app, TriangulateOptions& options) {
+void add_options(Command& app, TriangulateOptions& options) {
   app.add_option("--min-marks", options.min_marks, "NO-GO when fewer marks are measured");
   app.add_option("--max-sigmas", options.max_sigmas,
                  "views that miss each other by more standard deviations disagree");
@@ -51,8 +52,8 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Places the marks of a cloth in space from two or more calibrated views",
-               "drape-triangulate");
+  Command app("Places the marks of a cloth in space from two or more calibrated views",
+              "drape-triangulate");
   CommonOptions common;
   TriangulateOptions options;
   fs::path detections_file, calibration_file, out;

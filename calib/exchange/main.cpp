@@ -7,6 +7,7 @@
 #include "calib/exchange/exchange.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
@@ -63,7 +64,7 @@ Ending import_from(const Arguments& given, RunRecord& record) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Writes a calibration for other tools, or reads theirs", "drape-calib-convert");
+  Command app("Writes a calibration for other tools, or reads theirs", "drape-calib-convert");
   CommonOptions common;
   Arguments given;
   add_common_options(app, common);

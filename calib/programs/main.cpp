@@ -7,6 +7,7 @@
 #include "calib/programs/joint_ending.hpp"
 #include "calib/programs/program_options.hpp"
 #include "core/error.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
@@ -32,7 +33,7 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
+  Command app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
   CommonOptions common;
   JointOptions options;
   fs::path detections_file, rig_file, out;
@@ -43,12 +44,12 @@ int main(int argc, char** argv) {
   app.add_option(
          "--method", method,
          "tsai: each camera from the z stages; joint: all cameras from stages and free poses")
-      ->check(CLI::IsMember({"tsai", "joint"}))
+      ->one_of({"tsai", "joint"})
       ->capture_default_str();
   app.add_option("--out", out, "calibration.json to write")->required();
   add_options(app, options.common);
   app.add_option("--lens", lens, "joint: the lens's terms, or held-out to choose by unseen views")
-      ->check(CLI::IsMember({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"}))
+      ->one_of({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"})
       ->capture_default_str();
   add_joint_options(app, options);
   return run_program(app, argc, argv, common, [&] {

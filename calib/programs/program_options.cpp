@@ -2,10 +2,11 @@
 #include "calib/programs/program_options.hpp"
 
 #include <fmt/format.h>
+#include "core/program/command.hpp"
 
 namespace drape::calib {
 
-void add_options(CLI::App& app, CalibOptions& options) {
+void add_options(Command& app, CalibOptions& options) {
   app.add_option("--max-rms-px", options.max_rms_px, "NO-GO above this RMS of a camera, px");
   app.add_option("--max-centre-sd-px", options.max_centre_sd_px,
                  "NO-GO when the image centre is less certain, px");
@@ -20,7 +21,7 @@ void add_options(CLI::App& app, CalibOptions& options) {
                "take the centroid of a dot's image for the image of its centre");
 }
 
-void add_joint_options(CLI::App& app, JointOptions& options) {
+void add_joint_options(Command& app, JointOptions& options) {
   app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
   app.add_flag("--free-stages", options.free_stages,
                "joint: believe no stage's height but the first one's");

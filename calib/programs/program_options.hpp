@@ -5,16 +5,17 @@
 
 #include "calib/calib.hpp"
 #include "calib/joint.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::calib {
 
 /// Options of both methods on the command line.
-void add_options(CLI::App& app, CalibOptions& options);
+void add_options(Command& app, CalibOptions& options);
 
 /// Those of the joint method alone.
-void add_joint_options(CLI::App& app, JointOptions& options);
+void add_joint_options(Command& app, JointOptions& options);
 
 /// The same into the run record.
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method);

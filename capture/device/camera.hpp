@@ -10,6 +10,7 @@
 
 #include "capture/pairing/clock_fit.hpp"
 #include "capture/pairing/frame_id.hpp"
+#include "core/error.hpp"
 
 namespace drape::capture {
 
@@ -120,8 +121,8 @@ struct FoundDevice {
 [[nodiscard]] std::vector<FoundDevice> find_v4l2_devices();
 
 /// Error(device) whose field says which device.
-[[nodiscard]] class Error device_error(std::string what_failed, const std::string& device,
-                                       std::string what_to_do);
+[[nodiscard]] Error device_error(std::string what_failed, const std::string& device,
+                                 std::string what_to_do);
 
 /// Throws unless `got` is what was asked: numbers within 2 %, so that a step of the sensor passes.
 void require_taken(const std::string& name, double asked, double got, const std::string& device);

@@ -5,6 +5,7 @@
 #include "capture/doctor/device_list.hpp"
 #include "capture/host/camera_host.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -30,7 +31,7 @@ Json json_of(const std::vector<FoundDevice>& devices) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "Lists the cameras that answer: GigE Vision, USB3 Vision and V4L2. Takes about a second.\n"
       "`device` is what cameras.toml of a rig names.\n",
       "drape-cameras");

@@ -6,6 +6,7 @@
 #include "capture/doctor/device_list.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -76,7 +77,7 @@ int tell(const std::vector<Check>& checks, const CommonOptions& common) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "Looks whether the bench is fit to measure: each check GO or NO-GO, and what to type.\n",
       "drape-doctor");
   CommonOptions common;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "capture/host/serve.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -26,7 +27,7 @@ int list() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "Runs one camera in a process of its own. Started by drape capture, drape cameras and\n"
       "drape doctor; by itself it lists the cameras that answer:\n\n"
       "  drape-camera-host --list\n",

@@ -3,6 +3,7 @@
 // camera does not wait for the image libraries when it is opened again.
 #include "capture/host/serve.hpp"
 #include "core/error.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -10,7 +11,7 @@ using namespace drape;
 using namespace drape::capture;
 
 int main(int argc, char** argv) {
-  CLI::App app(
+  Command app(
       "Plays one camera of a recording in a process of its own. Started by drape capture and "
       "drape\n"
       "doctor for cameras with backend = \"replay\".\n",

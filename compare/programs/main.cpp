@@ -2,8 +2,12 @@
 #include "compare/history/seal.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
+#include "core/program/command.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+
+using namespace drape;
+using namespace drape::compare;
 
 namespace {
 
@@ -11,10 +15,10 @@ struct Arguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report;
   double max_sigma_percent = 10;
-  drape::compare::Options options;
+  Options options;
 };
 
-void add_options(CLI::App& app, Arguments& arguments) {
+void add_options(Command& app, Arguments& arguments) {
   app.add_option("SHEET", arguments.sheets,
                  "sheet.ply or sheet.json; each measured one opens a group, the simulated ones "
                  "after it belong to it (before any measured one: compared with each other only); "
@@ -35,13 +39,12 @@ void add_options(CLI::App& app, Arguments& arguments) {
                "penetration stated by a simulation is a warning, not NO-GO");
 }
 
-int run(Arguments& arguments, const drape::CommonOptions& common,
+int run(Arguments& arguments, const CommonOptions& common,
         const std::vector<std::string>& command) {
-  using namespace drape::compare;
-  drape::RunRecord record("drape-compare", command);
+  RunRecord record("drape-compare", command);
   arguments.options.max_sigma_ratio = arguments.max_sigma_percent / 100;
   arguments.options.check();
-  drape::Progress progress("compare", common.quiet || common.json);
+  Progress progress("compare", common.quiet || common.json);
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
@@ -63,7 +66,7 @@ int run(Arguments& arguments, const drape::CommonOptions& common,
   progress.update(1, "done");
   const int code = outcome.go() ? 0 : 1;
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
-  if (!primary.empty()) record.write(drape::run_record_path(primary), code);
+  if (!primary.empty()) record.write(run_record_path(primary), code);
   if (!arguments.store.empty()) {
     std::vector<std::filesystem::path> files = files_of(session);
     if (!arguments.report.empty()) files.push_back(arguments.report);
@@ -75,13 +78,12 @@ int run(Arguments& arguments, const drape::CommonOptions& common,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Measures the distance between real and virtual drapes, stores and reports it.",
-               "drape-compare");
-  drape::CommonOptions common;
+  Command app("Measures the distance between real and virtual drapes, stores and reports it.",
+              "drape-compare");
+  CommonOptions common;
   Arguments arguments;
-  drape::add_common_options(app, common);
+  add_common_options(app, common);
   add_options(app, arguments);
-  return drape::run_program(app, argc, argv, common, [&] {
-    return run(arguments, common, drape::arguments_of(argc, argv));
-  });
+  return run_program(app, argc, argv, common,
+                     [&] { return run(arguments, common, arguments_of(argc, argv)); });
 }

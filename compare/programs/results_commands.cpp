@@ -14,6 +14,7 @@
 #include "compare/store/sheet_folders.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 
 namespace drape::compare {
 namespace {
@@ -37,7 +38,7 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
   fmt::print("{}", text);
 }
 
-void add_filters(CLI::App* command, ResultFilter& filter) {
+void add_filters(Command* command, ResultFilter& filter) {
   command->add_option("--scene", filter.scene, "only this scene, e.g. A");
   command->add_option("--fabric", filter.fabric, "only this fabric");
   command->add_option("--grid", filter.grid, "only this grid, e.g. 21 or 21x21");
@@ -49,7 +50,7 @@ void add_filters(CLI::App* command, ResultFilter& filter) {
   command->add_option("--until", filter.until, "recorded on this ISO date or earlier");
 }
 
-void add_out(CLI::App* command, ResultsArguments& arguments) {
+void add_out(Command* command, ResultsArguments& arguments) {
   command->add_option("--out", arguments.file, "file (default: standard output)");
 }
 
@@ -111,12 +112,12 @@ void export_store(const StoreReader& reader, const ResultsArguments& arguments,
   arguments.file.empty() ? fmt::print("{}", dump) : write_durable(arguments.file, dump);
 }
 
-void add_reading(CLI::App& app, ResultsArguments& arguments) {
+void add_reading(Command& app, ResultsArguments& arguments) {
   add_filters(app.add_subcommand("list", "one line per comparison, real against virtual"),
               arguments.filter);
-  CLI::App* show = app.add_subcommand("show", "metrics, provenance and marks of one comparison");
+  Command* show = app.add_subcommand("show", "metrics, provenance and marks of one comparison");
   show->add_option("RUN", arguments.key, "start of the comparison's key, from list")->required();
-  CLI::App* tables = app.add_subcommand("tables", "the paper's two tables for each drape");
+  Command* tables = app.add_subcommand("tables", "the paper's two tables for each drape");
   add_filters(tables, arguments.filter);
   tables
       ->add_option("--paper", arguments.published,
@@ -124,24 +125,24 @@ void add_reading(CLI::App& app, ResultsArguments& arguments) {
                    "rigs/paper/published.csv)")
       ->expected(0, 1)
       ->default_str("rigs/paper/published.csv");
-  CLI::App* diff = app.add_subcommand("diff", "two comparisons side by side");
+  Command* diff = app.add_subcommand("diff", "two comparisons side by side");
   diff->add_option("A", arguments.key, "start of a comparison's key")->required();
   diff->add_option("B", arguments.second_key, "start of another's")->required();
-  CLI::App* save = app.add_subcommand("export", "a whole table or view as csv, json or sql");
+  Command* save = app.add_subcommand("export", "a whole table or view as csv, json or sql");
   save->add_option("FORMAT", arguments.format, "csv, json or sql")
       ->required()
-      ->check(CLI::IsMember({"csv", "json", "sql"}));
+      ->one_of({"csv", "json", "sql"});
   save->add_option("--table", arguments.table, "table or view; sql always writes the whole store");
   add_out(save, arguments);
-  CLI::App* query = app.add_subcommand("sql", "one read-only SQL query");
+  Command* query = app.add_subcommand("sql", "one read-only SQL query");
   query->add_option("QUERY", arguments.sql, "e.g. \"SELECT * FROM v_table1\"")->required();
 }
 
-void add_judging(CLI::App& app, ResultsArguments& arguments) {
-  CLI::App* trend = app.add_subcommand(
+void add_judging(Command& app, ResultsArguments& arguments) {
+  Command* trend = app.add_subcommand(
       "trend", "drift of the calibration residual and of each drape; exit code 1 on an alarm");
-  CLI::App* page = app.add_subcommand("history", "the whole store as one HTML page");
-  for (CLI::App* command : {trend, page}) {
+  Command* page = app.add_subcommand("history", "the whole store as one HTML page");
+  for (Command* command : {trend, page}) {
     command->add_option("--specimen", arguments.trend.specimen,
                         "only this reference drape, SCENE or SCENE/FABRIC");
     command->add_option("--sigmas", arguments.trend.alarm_sigmas, "alarm beyond these (default 3)");
@@ -149,7 +150,7 @@ void add_judging(CLI::App& app, ResultsArguments& arguments) {
                         "values needed before one is judged (default 5)");
   }
   add_out(page, arguments);
-  CLI::App* why = app.add_subcommand(
+  Command* why = app.add_subcommand(
       "why",
       "the way from a number back to photographs and curves; exit code 1 where it is broken");
   why->add_option("RUN", arguments.key,
@@ -163,30 +164,30 @@ void add_judging(CLI::App& app, ResultsArguments& arguments) {
       ->expected(2);
   why->add_option("--camera", arguments.why.camera,
                   "of a calibration: the residual of this camera");
-  CLI::App* verify = app.add_subcommand(
+  Command* verify = app.add_subcommand(
       "verify", "finds every altered byte, row and option; exit code 1 when there is one");
   verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");
-  CLI::App* import = app.add_subcommand("import",
-                                        "adds sheets, or every sheet below a folder, as drape run "
-                                        "and drape study leave them; again adds "
-                                        "nothing");
+  Command* import = app.add_subcommand("import",
+                                       "adds sheets, or every sheet below a folder, as drape run "
+                                       "and drape study leave them; again adds "
+                                       "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
 
 }  // namespace
 
-void add_commands(CLI::App& app, ResultsArguments& arguments) {
+void add_commands(Command& app, ResultsArguments& arguments) {
   app.add_option("--store", arguments.store, "the store (default: results.sqlite)");
   app.add_flag("--csv", arguments.csv, "comma-separated values instead of aligned columns");
-  app.require_subcommand(1);
+  app.require_subcommand(1, 1);
   app.fallthrough();
   add_reading(app, arguments);
   add_judging(app, arguments);
 }
 
-int answer(const CLI::App& app, const ResultsArguments& arguments, const CommonOptions& common) {
-  const std::string command = app.get_subcommands().front()->get_name();
+int answer(const Command& app, const ResultsArguments& arguments, const CommonOptions& common) {
+  const std::string command = app.chosen()->name();
   if (command == "import") return import_files(arguments, common);
   if (command == "verify") return verify(arguments, common);
   const StoreReader reader(arguments.store);
@@ -204,7 +205,7 @@ int answer(const CLI::App& app, const ResultsArguments& arguments, const CommonO
   } else if (command == "diff") {
     const Difference found = difference_of(reader, arguments.key, arguments.second_key);
     write(arguments, common, {found.metrics, found.marks});
-  } else if (command == "tables" && app.get_subcommand("tables")->count("--paper") > 0) {
+  } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
     write(arguments, common,
           published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"
                                                                : arguments.published));

@@ -7,6 +7,7 @@
 
 #include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::compare {
@@ -27,9 +28,9 @@ struct ResultsArguments {
 };
 
 /// Adds the commands and their options.
-void add_commands(CLI::App& app, ResultsArguments& arguments);
+void add_commands(Command& app, ResultsArguments& arguments);
 
 /// Answers the command that was given; returns the exit code.
-int answer(const CLI::App& app, const ResultsArguments& arguments, const CommonOptions& common);
+int answer(const Command& app, const ResultsArguments& arguments, const CommonOptions& common);
 
 }  // namespace drape::compare

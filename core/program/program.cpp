@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape {
@@ -38,13 +39,13 @@ Json json_of(const Ending& ending) {
 
 }  // namespace
 
-void add_common_options(CLI::App& app, CommonOptions& options) {
+void add_common_options(Command& app, CommonOptions& options) {
   app.add_flag("--json", options.json, "print the ending as JSON on standard output");
   app.add_flag("--quiet", options.quiet, "no progress and no ending, only errors");
   app.add_option("--threads", options.threads,
                  "worker threads, 0 = all cores; never changes a result")
-      ->check(CLI::Range(0, 1024));
-  app.set_version_flag("--version", "drapebench " + version());
+      ->range(0, 1024);
+  app.set_version("drapebench " + version());
 }
 
 int finish(const Ending& ending, const CommonOptions& options) {
@@ -64,20 +65,16 @@ int finish(const Ending& ending, const CommonOptions& options) {
   return code;
 }
 
-int run_program(CLI::App& app, int argc, char** argv, const CommonOptions& options,
+int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(ErrorKind::usage);
-  }
+  if (const int code = app.parse(argc, argv); code >= 0) return code;
   try {
     return body();
   } catch (const Error& error) {
-    report_error(error, app.get_name(), options);
+    report_error(error, app.name(), options);
     return static_cast<int>(error.kind());
   } catch (const std::exception& error) {
-    report_error(internal_error(error.what()), app.get_name(), options);
+    report_error(internal_error(error.what()), app.name(), options);
     return static_cast<int>(ErrorKind::internal);
   }
 }

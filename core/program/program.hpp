@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace drape {
+
+class Command;
 
 /// Options that every program has.
 struct CommonOptions {
@@ -17,7 +18,7 @@ struct CommonOptions {
 };
 
 /// Adds --json, --quiet, --threads and --version.
-void add_common_options(CLI::App& app, CommonOptions& options);
+void add_common_options(Command& app, CommonOptions& options);
 
 /// The last lines a person sees (DESIGN: verdict, the few numbers that matter, what was rejected
 /// and why, the next command).
@@ -33,7 +34,7 @@ struct Ending {
 int finish(const Ending& ending, const CommonOptions& options);
 
 /// Parses, runs, and turns every Error into one message and its exit code. Never throws.
-int run_program(CLI::App& app, int argc, char** argv, const CommonOptions& options,
+int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body);
 
 /// Arguments without the program's name, for the run record.

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
@@ -20,7 +21,7 @@ struct Arguments {
   PrintOptions options;
 };
 
-void add_options(CLI::App& app, Arguments& given, const char* description) {
+void add_options(Command& app, Arguments& given, const char* description) {
   app.add_option("FILE", given.description, description)->required();
   app.add_option("--out", given.out, "PDF to write, with the same page as SVG beside it")
       ->required();
@@ -53,15 +54,15 @@ int write(const PrintedPage& printed, const Arguments& given, const CommonOption
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Writes the marks of a cloth or a calibration target as an exactly scaled page",
-               "drape-print");
+  Command app("Writes the marks of a cloth or a calibration target as an exactly scaled page",
+              "drape-print");
   CommonOptions common;
   Arguments given;
   add_common_options(app, common);
-  app.require_subcommand(1);
+  app.require_subcommand(1, 1);
   app.fallthrough();
-  CLI::App* cloth = app.add_subcommand("cloth", "the marks of a patch");
-  CLI::App* target = app.add_subcommand("target", "a calibration target");
+  Command* cloth = app.add_subcommand("cloth", "the marks of a patch");
+  Command* target = app.add_subcommand("target", "a calibration target");
   add_options(*cloth, given, "print.toml of the patch");
   add_options(*target, given, "target.toml");
   return run_program(app, argc, argv, common, [&] {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -43,17 +44,17 @@ void note_inputs(const DetectResult& result, const Recording& recording, const R
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds, labels and measures the printed marks of a recording", "drape-detect");
+  Command app("Finds, labels and measures the printed marks of a recording", "drape-detect");
   CommonOptions common;
   DetectOptions options;
   fs::path recording_folder, rig_file, out, overlay_folder;
   add_common_options(app, common);
   app.add_option("RECORDING", recording_folder, "folder with recording.json")->required();
   app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
-  app.add_option("--surface", options.surface, "what the frames show: target or cloth")
-      ->required()
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, Surface>{{"target", Surface::target}, {"cloth", Surface::cloth}}));
+  app.add_choice<Surface>("--surface", options.surface,
+                          {{"target", Surface::target}, {"cloth", Surface::cloth}},
+                          "what the frames show")
+      ->required();
   app.add_option("--sets", options.sets, "frame sets a,b,c (default: all the rig names)")
       ->delimiter(',');
   app.add_option("--out", out, "detections.json to write")->required();

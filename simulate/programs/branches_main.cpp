@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/programs/run_inputs.hpp"
@@ -60,7 +61,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds the equilibria of a drape from many starts.", "drape-branches");
+  Command app("Finds the equilibria of a drape from many starts.", "drape-branches");
   CommonOptions common;
   add_common_options(app, common);
   Arguments args;

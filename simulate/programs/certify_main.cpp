@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
@@ -60,8 +61,8 @@ int run(const fs::path& folder, const fs::path& scene_file,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Judges the certificate of a simulated sheet anew, with code of its own.",
-               "drape-certify");
+  Command app("Judges the certificate of a simulated sheet anew, with code of its own.",
+              "drape-certify");
   CommonOptions common;
   add_common_options(app, common);
   fs::path folder, scene;

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
@@ -51,8 +52,8 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Checks a fabric and shows how its Kawabata curves are approximated.",
-               "drape-fabric");
+  Command app("Checks a fabric and shows how its Kawabata curves are approximated.",
+              "drape-fabric");
   CommonOptions common;
   add_common_options(app, common);
   fs::path file;

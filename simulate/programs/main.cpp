@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -50,7 +51,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
+  Command app("Drapes a fabric over the objects of a scene until it rests.", "drape-simulate");
   CommonOptions common;
   add_common_options(app, common);
   Arguments args;
@@ -58,10 +59,10 @@ int main(int argc, char** argv) {
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
   app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
-      ->check(CLI::IsMember({"rk4", "static"}))
+      ->one_of({"rk4", "static"})
       ->capture_default_str();
   app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
-      ->check(CLI::IsMember({"area", "paper"}))
+      ->one_of({"area", "paper"})
       ->capture_default_str();
   app.add_option("--tolerance", args.options.residual_tolerance,
                  "rest: largest residual force over a particle's weight")

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/programs/run_inputs.hpp"
+#include "core/program/command.hpp"
 
 namespace drape::simulate {
 
 namespace fs = std::filesystem;
 
-void add_run_options(CLI::App& app, RunArguments& args, const std::string& out_holds) {
+void add_run_options(Command& app, RunArguments& args, const std::string& out_holds) {
   app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();

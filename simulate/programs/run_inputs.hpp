@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/rig.hpp"
@@ -23,7 +24,7 @@ struct RunArguments {
 };
 
 /// SCENE, --fabric, --grid, --segments, --start-from; --out with its own words.
-void add_run_options(CLI::App& app, RunArguments& args, const std::string& out_holds);
+void add_run_options(Command& app, RunArguments& args, const std::string& out_holds);
 
 /// The files behind them.
 struct RunInputs {

@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
@@ -80,8 +81,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Says which fabric value and which part of the model the distance comes from.",
-               "drape-sensitivity");
+  Command app("Says which fabric value and which part of the model the distance comes from.",
+              "drape-sensitivity");
   CommonOptions common;
   add_common_options(app, common);
   Arguments args;
@@ -93,7 +94,7 @@ int main(int argc, char** argv) {
   app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
       ->capture_default_str();
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
-      ->check(CLI::Range(1, 10000))
+      ->range(1, 10000)
       ->capture_default_str();
   app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
   app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");

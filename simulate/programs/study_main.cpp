@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
 #include "simulate/study/study.hpp"
@@ -60,8 +61,8 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Drapes every scene of a rig with several grids, segments and models.",
-               "drape-study");
+  Command app("Drapes every scene of a rig with several grids, segments and models.",
+              "drape-study");
   CommonOptions common;
   add_common_options(app, common);
   fs::path rig, out;

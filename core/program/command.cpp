@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/program/command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+
+namespace drape {
+namespace {
+
+constexpr int kUsage = 2;
+
+CLI::Option& option_of(void* option) {
+  return *static_cast<CLI::Option*>(option);
+}
+
+}  // namespace
+
+Option* Option::required() {
+  option_of(option_).required();
+  return this;
+}
+
+Option* Option::capture_default_str() {
+  option_of(option_).capture_default_str();
+  return this;
+}
+
+Option* Option::default_str(const std::string& text) {
+  option_of(option_).default_str(text);
+  return this;
+}
+
+Option* Option::delimiter(char separator) {
+  option_of(option_).delimiter(separator);
+  return this;
+}
+
+Option* Option::expected(int least, int most) {
+  option_of(option_).expected(least, most);
+  return this;
+}
+
+Option* Option::expected(int count) {
+  option_of(option_).expected(count);
+  return this;
+}
+
+Option* Option::excludes(const Option* other) {
+  option_of(option_).excludes(static_cast<CLI::Option*>(other->option_));
+  return this;
+}
+
+Option* Option::range(double least, double most) {
+  const auto whole = [](double v) { return v == static_cast<double>(static_cast<long>(v)); };
+  if (whole(least) && whole(most)) {
+    option_of(option_).check(CLI::Range(static_cast<long>(least), static_cast<long>(most)));
+  } else {
+    option_of(option_).check(CLI::Range(least, most));
+  }
+  return this;
+}
+
+Option* Option::positive() {
+  option_of(option_).check(CLI::PositiveNumber);
+  return this;
+}
+
+Option* Option::one_of(const std::vector<std::string>& values) {
+  option_of(option_).check(CLI::IsMember(values));
+  return this;
+}
+
+struct Command::Parser {
+  std::unique_ptr<CLI::App> owned;
+  CLI::App* app = nullptr;
+};
+
+Command::Command(const std::string& description, const std::string& name)
+    : parser_(std::make_unique<Parser>()), name_(name) {
+  parser_->owned = std::make_unique<CLI::App>(description, name);
+  parser_->app = parser_->owned.get();
+}
+
+Command::Command(std::unique_ptr<Parser> parser, std::string name)
+    : parser_(std::move(parser)), name_(std::move(name)) {}
+
+Command::~Command() = default;
+
+Option* Command::keep(void* option) {
+  options_.push_back(std::unique_ptr<Option>(new Option(option)));
+  return options_.back().get();
+}
+
+template <typename T>
+Option* Command::add_option(const std::string& names, T& variable, const std::string& description) {
+  return keep(parser_->app->add_option(names, variable, description));
+}
+
+#define DRAPE_OPTION_OF(type) \
+  template Option* Command::add_option(const std::string&, type&, const std::string&)
+#define DRAPE_OPTIONS_OF(type)          \
+  DRAPE_OPTION_OF(type);                \
+  DRAPE_OPTION_OF(std::optional<type>); \
+  DRAPE_OPTION_OF(std::vector<type>)
+DRAPE_OPTIONS_OF(int);
+DRAPE_OPTIONS_OF(double);
+DRAPE_OPTIONS_OF(std::string);
+DRAPE_OPTIONS_OF(std::filesystem::path);
+DRAPE_OPTION_OF(long);
+DRAPE_OPTION_OF(unsigned long);
+#undef DRAPE_OPTIONS_OF
+#undef DRAPE_OPTION_OF
+
+Option* Command::add_flag(const std::string& names, bool& variable,
+                          const std::string& description) {
+  return keep(parser_->app->add_flag(names, variable, description));
+}
+
+Option* Command::add_words(const std::string& names, const std::vector<std::string>& words,
+                           const std::string& now,
+                           const std::function<void(const std::string&)>& set,
+                           const std::string& description) {
+  CLI::Option* option = parser_->app->add_option_function<std::string>(names, set, description);
+  option->check(CLI::IsMember(words));
+  if (!now.empty()) option->default_str(now);
+  return keep(option);
+}
+
+Command* Command::add_subcommand(const std::string& name, const std::string& description) {
+  auto parser = std::make_unique<Parser>();
+  parser->app = parser_->app->add_subcommand(name, description);
+  subcommands_.push_back(std::unique_ptr<Command>(new Command(std::move(parser), name)));
+  return subcommands_.back().get();
+}
+
+void Command::require_subcommand(int least, int most) {
+  parser_->app->require_subcommand(static_cast<std::size_t>(least), static_cast<std::size_t>(most));
+}
+
+void Command::fallthrough() {
+  parser_->app->fallthrough();
+}
+
+void Command::footer(const std::string& text) {
+  parser_->app->footer(text);
+}
+
+void Command::set_version(const std::string& text) {
+  parser_->app->set_version_flag("--version", text);
+}
+
+bool Command::parsed() const {
+  return parser_->app->parsed();
+}
+
+std::size_t Command::count(const std::string& name) const {
+  return parser_->app->count(name);
+}
+
+const Command* Command::chosen() const {
+  for (const auto& command : subcommands_) {
+    if (command->parsed()) return command.get();
+  }
+  return nullptr;
+}
+
+Command* Command::subcommand(const std::string& name) const {
+  for (const auto& command : subcommands_) {
+    if (command->name() == name) return command.get();
+  }
+  return nullptr;
+}
+
+int Command::parse(int argc, char** argv) {
+  try {
+    parser_->app->parse(argc, argv);
+    return -1;
+  } catch (const CLI::ParseError& error) {
+    return parser_->app->exit(error) == 0 ? 0 : kUsage;
+  }
+}
+
+}  // namespace drape
