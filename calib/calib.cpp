@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "calib/checks/known_length.hpp"
-#include "calib/tsai/calibrate_camera.hpp"
+#include "calib/calibrate_camera.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
 

@@ -41,7 +41,7 @@ DetectResult run(Surface surface, const std::vector<std::string>& sets, int thre
   options.surface = surface;
   options.sets = sets;
   options.threads = threads;
-  return detect(recording(), rig(), options);
+  return detect::detect(recording(), rig(), options);
 }
 
 std::size_t camera_index(const std::string& name) {
@@ -237,7 +237,7 @@ Error failure(const Recording& source, const Rig& bench, const std::vector<std::
   DetectOptions options;
   options.sets = sets;
   try {
-    (void)detect(source, bench, options);
+    (void)detect::detect(source, bench, options);
   } catch (const Error& error) {
     return error;
   }

@@ -98,7 +98,7 @@ double worst_in_pitches(const std::vector<Detection>& dots) {
 TEST(DotGrid, AllEightyDotsOfSixPhotographsWithoutATag) {
   DRAPE_REQUIRE_REFERENCE(folder, "dot-grid-photos");
   const GridBench bench(folder);
-  const DetectResult result = detect(bench.recording, bench.rig, bench.options);
+  const DetectResult result = detect::detect(bench.recording, bench.rig, bench.options);
   ASSERT_EQ(result.detections.frames.size(), static_cast<std::size_t>(photos));
   for (const FrameDetections& frame : result.detections.frames) {
     EXPECT_EQ(frame.detections.size(), 80U) << frame.set;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/tsai/calibrate_camera.hpp"
+#include "calib/calibrate_camera.hpp"
 
 #include <fmt/format.h>
 
