@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -54,8 +53,6 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
 }
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
-  if (args.scene.empty() || args.out.empty() || args.reference.empty())
-    throw usage_error("SCENE, --reference or --out is missing", "give all three");
   RunRecord record("drape-sensitivity", std::move(words));
   const Scene scene = read_scene(args.scene);
   const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
@@ -86,8 +83,8 @@ int main(int argc, char** argv) {
   CommonOptions common;
   add_common_options(app, common);
   Arguments args;
-  app.add_option("SCENE", args.scene, "scene.toml");
-  app.add_option("--reference", args.reference, "sheet.ply the distance is measured from");
+  app.add_option("SCENE", args.scene, "scene.toml")->required();
+  app.add_option("--reference", args.reference, "sheet.ply to measure from")->required();
   app.add_option("--start-from", args.start, "sheet.ply that places start and pins; default: it");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
@@ -97,7 +94,7 @@ int main(int argc, char** argv) {
       ->range(1, 10000)
       ->capture_default_str();
   app.add_flag("--only-first-order", args.split.only_first_order, "the base only, no variants");
-  app.add_option("--out", args.out, "folder for sensitivity.json and error_split.csv");
+  app.add_option("--out", args.out, "folder for the two tables")->required();
   return run_program(app, argc, argv, common,
                      [&] { return run(args, arguments_of(argc, argv), common); });
 }

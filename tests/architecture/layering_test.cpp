@@ -63,7 +63,8 @@ TEST(Layering, TheCheckerLinksNoSolver) {
       if (word.starts_with("drapebench::")) linked.push_back(word);
     }
   }
-  EXPECT_THAT(linked, testing::ElementsAre("drapebench::simulate_fabric", "drapebench::simulate_objects"));
+  EXPECT_THAT(linked,
+              testing::ElementsAre("drapebench::simulate_fabric", "drapebench::simulate_objects"));
   const std::set<std::string> allowed = {"simulate/simulate.hpp", "simulate/cloth/cloth.hpp",
                                          "simulate/objects/surroundings.hpp"};
   std::vector<std::string> findings;

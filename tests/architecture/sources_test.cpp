@@ -21,11 +21,9 @@ using testing::IsEmpty;
 constexpr std::size_t max_file_lines = 500;
 constexpr std::size_t max_main_lines = 100;
 constexpr int max_folder_files = 25;
-// DESIGN aims at about 2,000 lines; the readers that name file, line and field in every error take
-// the rest. This is today's size (chessboards, dot classes, a measured length, more obstacles, the
-// joint covariance, the error budget, ChArUco boards and AprilGrids came last), so that more comes
-// in only with a reason.
-constexpr std::ptrdiff_t max_core_code_lines = 2880;
+// Everything counted. The goal is 2,500 (missed); the limit keeps core from growing until it is
+// met.
+constexpr std::size_t max_core_lines = 4000;
 
 TEST(Sources, NoFileIsLongerThan500Lines) {
   std::vector<std::string> findings;
@@ -58,19 +56,13 @@ TEST(Sources, MainFilesOfStagesStayUnder100Lines) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
-bool is_code(const Line& line) {
-  const std::size_t start = line.text.find_first_not_of(" \t");
-  return start != std::string::npos && line.text.compare(start, 2, "//") != 0;
-}
-
 TEST(Sources, CoreStaysSmall) {
-  std::ptrdiff_t lines = 0;
+  std::size_t lines = 0;
   for (const SourceFile& file : cpp_files()) {
-    if (file.folder() == "core" && !file.is_test()) {
-      lines += std::count_if(file.lines.begin(), file.lines.end(), is_code);
-    }
+    if (file.folder() == "core" && !file.is_test()) lines += file.lines.size();
   }
-  EXPECT_LE(lines, max_core_code_lines) << "core holds only what two or more stages share";
+  EXPECT_GT(lines, 1000U);
+  EXPECT_LE(lines, max_core_lines) << "core holds only what two or more stages share";
 }
 
 TEST(Sources, EveryFileStartsWithItsLicence) {
