@@ -88,8 +88,7 @@ int main(int argc, char** argv) {
   app.add_option("--start-from", args.start, "sheet.ply that places start and pins; default: it");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
-  app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
-      ->capture_default_str();
+  app.add_option("--segments", args.options.segments, "segments per curve")->capture_default_str();
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
       ->range(1, 10000)
       ->capture_default_str();
