@@ -25,15 +25,14 @@ function(drape_verify_headers target)
   endif()
 endfunction()
 
-# Up to four sources of a program or a test are compiled as one where DRAPE_UNITY_BUILD is on, because
-# most of their time goes into the same headers and templates. Libraries never are: each of their
-# sources proves that its own header compiles alone.
+# Where DRAPE_UNITY_BUILD is on, sources of a target are compiled together, because most of their time goes
+# into the same headers and templates. The other presets compile one by one, so that a missing include is found.
 function(drape_join_sources target)
   get_target_property(sources ${target} SOURCES)
   list(LENGTH sources count)
   # simulate_test's files have helpers of the same names.
   if(DRAPE_UNITY_BUILD AND count GREATER 1 AND NOT target STREQUAL simulate_test)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
   endif()
 endfunction()
 
@@ -44,6 +43,7 @@ function(drape_library folder)
   add_library(drapebench::${folder} ALIAS drape_${folder})
   target_sources(drape_${folder} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   drape_verify_headers(drape_${folder} ${arg_HEADERS})
+  drape_join_sources(drape_${folder})
   target_link_libraries(drape_${folder} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   file(RELATIVE_PATH here ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   list(TRANSFORM arg_SOURCES PREPEND ${here}/)
