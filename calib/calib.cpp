@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "calib/checks/known_length.hpp"
 #include "calib/calibrate_camera.hpp"
+#include "calib/checks/known_length.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
-#include "simulate/objects/surroundings.hpp"
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/hessian.hpp"
+#include "simulate/objects/surroundings.hpp"
 #include "simulate/sparse/mixed_factor.hpp"
 
 namespace drape::simulate {

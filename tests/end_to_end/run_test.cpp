@@ -138,8 +138,8 @@ TEST(EndToEnd, DistancesFromBlendersOwnMeshesAreTheErrorsOfTheMarks) {
   for (const std::string drape : {"A", "C", "E"}) {
     const auto squares = compare_with_blender(bench, drape, data / ("mesh_" + drape + ".ply"));
     EXPECT_GE(squares.size(), 70U);
-    const auto within = std::count_if(squares.begin(), squares.end(),
-                                      [](double square) { return square < 14.16; });
+    const auto within =
+        std::count_if(squares.begin(), squares.end(), [](double square) { return square < 14.16; });
     std::printf("%s against Blender: %ld of %zu marks within 3 sigma of the truth\n", drape.c_str(),
                 static_cast<long>(within), squares.size());
     inside += static_cast<int>(within);
