@@ -177,7 +177,7 @@ JointModel zhang_views(const std::filesystem::path& folder) {
 }
 
 TEST(Joint, ZhangsSetGivesHisPublishedDigits) {
-  DRAPE_REQUIRE_REFERENCE(folder, "zhang-1998");
+  const std::filesystem::path folder = drape::test::test_data("zhang-1998");
   JointModel model = zhang_views(folder);
   ASSERT_EQ(model.frames[4].points.size(), 256u);
   start_joint(model);

@@ -49,7 +49,7 @@ double sum_of_squares(const Camera& camera, const std::vector<Correspondence>& p
 constexpr double kSixDecimals = 1.01e-6;
 
 TEST(TsaiWillson, NonCoplanarStage1EqualsHisToSixDecimals) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "ncc_cd.dat");
   ASSERT_EQ(points.size(), 300u);
   const auto alignment = align_non_coplanar(points, willson_sensor());
@@ -66,7 +66,7 @@ TEST(TsaiWillson, NonCoplanarStage1EqualsHisToSixDecimals) {
 }
 
 TEST(TsaiWillson, CoplanarStage1EqualsHisToSixDecimals) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "cc_cd.dat");
   ASSERT_EQ(points.size(), 100u);
   auto alignment = align_coplanar(points, willson_sensor());
@@ -92,7 +92,7 @@ Refinement full(const std::vector<Correspondence>& points, const RadialAlignment
 }
 
 TEST(TsaiWillson, NonCoplanarFullOptimumIsTheTrueOne) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "ncc_cd.dat");
   const Refinement result =
       full(points, *align_non_coplanar(points, willson_sensor()), TsaiFree::all);
@@ -109,7 +109,7 @@ TEST(TsaiWillson, NonCoplanarFullOptimumIsTheTrueOne) {
 }
 
 TEST(TsaiWillson, GeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "ncc_cd.dat");
   const Refinement result =
       full(points, *align_non_coplanar(points, willson_sensor()), TsaiFree::all);
@@ -129,7 +129,7 @@ TEST(TsaiWillson, GeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
 }
 
 TEST(TsaiWillson, CoplanarFullOptimumIsTheTrueOne) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "cc_cd.dat");
   auto alignment = align_coplanar(points, willson_sensor());
   const auto depth = solve_focal_and_depth(points, willson_sensor(), *alignment);
@@ -141,7 +141,7 @@ TEST(TsaiWillson, CoplanarFullOptimumIsTheTrueOne) {
 }
 
 TEST(TsaiWillson, CoplanarGeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "cc_cd.dat");
   auto alignment = align_coplanar(points, willson_sensor());
   const auto depth = solve_focal_and_depth(points, willson_sensor(), *alignment);
@@ -164,7 +164,7 @@ TEST(TsaiWillson, CoplanarGeneratorTruthLiesWithinThreeSigmaOfTheOptimum) {
 }
 
 TEST(TsaiWillson, TheFourClassicalErrorsEqualAnIndependentEvaluation) {
-  DRAPE_REQUIRE_REFERENCE(folder, "tsai-willson-3.0b3");
+  const std::filesystem::path folder = drape::test::test_data("tsai-willson-3.0b3");
   const auto points = read_points(folder / "ncc_cd.dat");
   const Refinement result =
       full(points, *align_non_coplanar(points, willson_sensor()), TsaiFree::all);

@@ -261,7 +261,7 @@ Sheet true_sheet(const std::string& scene) {
 }
 
 TEST(OtherMesh, BlendersMeshesAreTheTruthOfBench1) {
-  DRAPE_REQUIRE_REFERENCE(data, "bench1");
+  const std::filesystem::path data = drape::test::test_data("bench1");
   const drape::test::TemporaryFolder folder;
   for (const std::string scene : {"A", "C", "E"}) {
     const std::string toml = fmt::format(

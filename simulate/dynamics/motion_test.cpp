@@ -85,7 +85,7 @@ TEST(Motion, HangingStripStretchesByItsWeight) {
 }
 
 TEST(Motion, CantileverFollowsTheMasterCurve) {
-  DRAPE_REQUIRE_REFERENCE(folder, "physics");
+  const std::filesystem::path folder = drape::test::test_data("physics");
   const Csv curve =
       read_csv(folder / "cantilever_master_curve.csv",
                {"Gamma", "W_over_L", "H_over_L", "H_over_W", "theta_tip_rad", "M_clamp_L_over_B"});

@@ -66,7 +66,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
 }
 
 TEST(Fabric, UnitConversionsAgreeWithTheReferenceTable) {
-  DRAPE_REQUIRE_REFERENCE(folder, "fabrics");
+  const std::filesystem::path folder = drape::test::test_data("fabrics");
   const std::string table = read_text(folder / "unit_conversions.csv");
   const auto factor = [&table](const std::string& row) {
     const auto line = table.substr(table.find(row + ","));

@@ -40,7 +40,7 @@ TEST(Validation, Motion) {
 }
 
 TEST(Exact, CantileverIsTheReferenceCurve) {
-  DRAPE_REQUIRE_REFERENCE(folder, "physics");
+  const std::filesystem::path folder = drape::test::test_data("physics");
   const Csv curve =
       read_csv(folder / "cantilever_master_curve.csv",
                {"Gamma", "W_over_L", "H_over_L", "H_over_W", "theta_tip_rad", "M_clamp_L_over_B"});
@@ -53,7 +53,7 @@ TEST(Exact, CantileverIsTheReferenceCurve) {
 }
 
 TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
-  DRAPE_REQUIRE_REFERENCE(folder, "physics");
+  const std::filesystem::path folder = drape::test::test_data("physics");
   const Csv heart = read_csv(
       folder / "heart_loop_curve.csv",
       {"Gamma=rho*g*L^3/B", "height_over_L", "P_L2_over_B", "top_rise_over_L", "width_over_L"});

@@ -128,7 +128,7 @@ TEST(EndToEnd, MeasuresTheTrueMarksOfAllDrapes) {
 }
 
 TEST(EndToEnd, DistancesFromBlendersOwnMeshesAreTheErrorsOfTheMarks) {
-  DRAPE_REQUIRE_REFERENCE(data, "bench1");
+  const std::filesystem::path data = drape::test::test_data("bench1");
   const SmallBench bench({"A", "C", "E"});
   const Outcome outcome = bench.run("out");
   ASSERT_LE(outcome.exit_code, 1) << outcome.text;

@@ -18,6 +18,10 @@ fs::path program(const std::string& name) {
   return fs::path(DRAPE_BINARY_ROOT) / "bin" / name;
 }
 
+fs::path test_data(const std::string& folder) {
+  return source_root() / "tests" / "data" / folder;
+}
+
 std::optional<fs::path> reference_data(const std::string& folder) {
   const char* from_environment = std::getenv("DRAPE_REFERENCE_DATA");
   const fs::path root = from_environment != nullptr

@@ -14,6 +14,9 @@ namespace drape::test {
 /// Where the programs are: <build>/bin.
 [[nodiscard]] std::filesystem::path program(const std::string& name);
 
+/// A folder of tests/data: numbers with known answers, there in every clone (its README: sources).
+[[nodiscard]] std::filesystem::path test_data(const std::string& folder);
+
 /// A folder of the reference data ($DRAPE_REFERENCE_DATA, else ../shared/data beside the source
 /// tree), or nothing when it is absent.
 [[nodiscard]] std::optional<std::filesystem::path> reference_data(const std::string& folder);
