@@ -25,8 +25,9 @@ function(drape_verify_headers target)
   endif()
 endfunction()
 
-# Where DRAPE_UNITY_BUILD is on, sources of a target are compiled together, because most of their time goes
-# into the same headers and templates. The other presets compile one by one, so that a missing include is found.
+# Up to six sources of a program or a test are compiled as one where DRAPE_UNITY_BUILD is on, because
+# most of their time goes into the same headers and templates. Libraries never are: each of their
+# sources proves that its own header compiles alone.
 function(drape_join_sources target)
   get_target_property(sources ${target} SOURCES)
   list(LENGTH sources count)
@@ -43,7 +44,6 @@ function(drape_library folder)
   add_library(drapebench::${folder} ALIAS drape_${folder})
   target_sources(drape_${folder} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   drape_verify_headers(drape_${folder} ${arg_HEADERS})
-  drape_join_sources(drape_${folder})
   target_link_libraries(drape_${folder} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   file(RELATIVE_PATH here ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   list(TRANSFORM arg_SOURCES PREPEND ${here}/)
