@@ -25,7 +25,7 @@ function(drape_verify_headers target)
   endif()
 endfunction()
 
-# Up to six sources of a program or a test are compiled as one where DRAPE_UNITY_BUILD is on, because
+# Up to four sources of a program or a test are compiled as one where DRAPE_UNITY_BUILD is on, because
 # most of their time goes into the same headers and templates. Libraries never are: each of their
 # sources proves that its own header compiles alone.
 function(drape_join_sources target)
@@ -33,7 +33,7 @@ function(drape_join_sources target)
   list(LENGTH sources count)
   # simulate_test's files have helpers of the same names.
   if(DRAPE_UNITY_BUILD AND count GREATER 1 AND NOT target STREQUAL simulate_test)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 6)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
   endif()
 endfunction()
 
