@@ -25,18 +25,6 @@ function(drape_verify_headers target)
   endif()
 endfunction()
 
-# Up to four sources of a program or a test are compiled as one where DRAPE_UNITY_BUILD is on, because
-# most of their time goes into the same headers and templates. Libraries never are: each of their
-# sources proves that its own header compiles alone.
-function(drape_join_sources target)
-  get_target_property(sources ${target} SOURCES)
-  list(LENGTH sources count)
-  # simulate_test's files have helpers of the same names.
-  if(DRAPE_UNITY_BUILD AND count GREATER 1 AND NOT target STREQUAL simulate_test)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
-  endif()
-endfunction()
-
 # drape_library(<folder> HEADERS ... SOURCES ... PUBLIC ... PRIVATE ...) makes drapebench::<folder>.
 function(drape_library folder)
   cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
@@ -60,7 +48,6 @@ endfunction()
 function(drape_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  drape_join_sources(${name})
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS ${name})
 endfunction()
@@ -75,7 +62,6 @@ function(drape_test name)
     set(arg_TIMEOUT 300)
   endif()
   add_executable(${name} ${arg_SOURCES})
-  drape_join_sources(${name})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::core drapebench::test_support
                                         GTest::gmock GTest::gtest_main)

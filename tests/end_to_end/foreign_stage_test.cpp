@@ -50,8 +50,9 @@ TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
   ASSERT_GE(sheet.marks.size(), 80U);
   // A quarter of the pitch: no true mark but its own is that near.
   for (const TrueDot& dot : bench1_truth().drapes.at("C")) {
-    if (const SheetMark* mark = sheet.find(dot.mark))
+    if (const SheetMark* mark = sheet.find(dot.mark)) {
       EXPECT_LT((mark->point_in_world - dot.point_in_world).norm(), 5 * units::mm);
+    }
   }
   EXPECT_TRUE(fs::exists(bench.folder() / "out/report.html"));
 }
