@@ -29,7 +29,7 @@ class Descriptor {
   int descriptor_;
 };
 
-/// Frames in memory that two processes share: `slots` of `slot_bytes` each.
+/// Frames in memory that two processes map: `slots` of `slot_bytes` each.
 class SharedFrames {
  public:
   /// A new anonymous memory file.

@@ -8,7 +8,8 @@
 
 namespace drape::capture {
 
-/// Readings of one clock of a camera. One that was opened anew, or whose clock jumped, has several.
+/// Readings of one clock of a camera. One that was opened again, or whose clock jumped, has
+/// several.
 using ClockReadings = std::vector<std::vector<ClockSample>>;
 
 [[nodiscard]] std::vector<std::optional<ClockFit>> fit_clocks(const ClockReadings& clocks);

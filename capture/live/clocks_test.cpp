@@ -88,7 +88,7 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
   EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0."));
   EXPECT_GE(live.pairing.sets.size(), 20U);
   expect_together(live);
-  // The emulators' own books: ids start at 1 and none is left out, unless a host began anew.
+  // The emulators' own books: ids start at 1 and none is left out, unless a host began again.
   for (const LiveCameraReport& camera : live.report.cameras)
     if (camera.host_launches > 1) return;
   int wrong = 0;

@@ -8,7 +8,7 @@
 
 namespace drape::capture {
 
-/// What can be told of an 8-bit grey frame without knowing what it shows.
+/// What can be measured in an 8-bit grey frame without knowing what it shows.
 struct FrameQuality {
   double mean = 0;             ///< grey level, 0..255
   double dark_share = 0;       ///< pixels at level 3 or below

@@ -70,7 +70,7 @@ TEST(Motion, ACameraThatMovedIsToldFromTheTableBehindTheCloth) {
     const auto shifted = background_shift_px(view(empty), view(moved(drape, 0.9, -1.2)));
     ASSERT_TRUE(shifted);
     EXPECT_NEAR(*shifted, 1.5, 0.25) << camera;
-    // A turn of 2 mrad about the axis: 1 px at half the way to the corners.
+    // A turn of 2 mrad about the axis: 1 px at half the distance to the corners.
     const auto turned = background_shift_px(view(empty), view(moved(drape, 0, 0, 2e-3)));
     ASSERT_TRUE(turned);
     EXPECT_GT(*turned, StillOptions{}.largest_shift_px) << camera;

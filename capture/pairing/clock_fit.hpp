@@ -56,7 +56,7 @@ struct ClockJump {
   double jump_s = 0;
 };
 
-/// Jumps of a device clock, told from frames that a timer exposes every `period_s`: the time
+/// Jumps of a device clock, found from frames that a timer exposes every `period_s`: the time
 /// between two frames must be their distance in frames times the period, to half a period.
 /// `frame_index` is unwrapped, both in order of arrival.
 [[nodiscard]] std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_index,

@@ -53,8 +53,8 @@ struct OneWay {
 /// most the distance of corresponding points: cloth that slid along itself has none.
 struct SurfaceDistance {
   OneWay first_to_second, second_to_first;
-  [[nodiscard]] double mean_m() const;       ///< of both ways
-  [[nodiscard]] double hausdorff_m() const;  ///< larger of both ways
+  [[nodiscard]] double mean_m() const;       ///< of both directions
+  [[nodiscard]] double hausdorff_m() const;  ///< larger of both directions
 };
 
 /// Samples: all vertices, and the centroids of each triangle cut into n^2 equal ones, so that their

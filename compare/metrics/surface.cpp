@@ -16,7 +16,7 @@ namespace {
 constexpr double kEdgeTolerance_m = 1e-9;
 constexpr double kLatticeTolerance_m = 1e-6;
 
-/// The one coordinate that all marks of a row (or column) share.
+/// The one coordinate common to all marks of a row (or column).
 void share(std::optional<double>& slot, double value, const SheetMark& mark, const char* axis,
            const std::string& file) {
   if (slot && std::abs(*slot - value) > kLatticeTolerance_m) {

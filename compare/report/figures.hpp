@@ -22,7 +22,7 @@ struct Figure {
 /// Name under which a page holds a photograph, so that crops of it need no second copy.
 [[nodiscard]] std::string photo_id(const std::string& drape, const std::string& camera);
 
-/// The scale that all pictures of one drape share.
+/// The scale common to all pictures of one drape.
 [[nodiscard]] ErrorScale scale_of(const RealVirtual& comparison);
 
 /// One photograph with the measured marks (rings), and with a calibrated camera the grid lines and

@@ -34,7 +34,7 @@ class RecordBook {
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;
 };
 
-/// A step of the way from a number back to what was photographed and measured.
+/// A step of the chain from a number back to what was photographed and measured.
 struct ChainLink {
   int depth = 0;
   std::filesystem::path file;

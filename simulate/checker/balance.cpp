@@ -23,7 +23,7 @@ constexpr Real kPressingShare = 1e-2;  // the same of pressing forces, for those
 constexpr Real kMostPressing = 1e6;    // sum of all pressing forces over the largest force
 constexpr Real kFirst = 100;           // of the penalty's inverse, forces over their largest
 constexpr Real kLast = 1e-13;
-constexpr Real kShort = 1e-3;     // share of a step that leads nowhere
+constexpr Real kShort = 1e-3;     // fraction of a step that leads nowhere
 constexpr int kShortSteps = 10;   // of them
 constexpr Real kShrink = 0.1;     // from one penalty to the next
 constexpr Real kCentred = 0.1;    // gain of a step below which the penalty may grow
@@ -98,7 +98,7 @@ class Search {
       if (found() || is_proven_hopeless()) return steps;
     }
     // From near the centre on the balance itself is asked for in place of a penalty: a whole step
-    // meets it exactly, one that the cones cut short meets a share of what is missing.
+    // meets it exactly, one that the cones cut short meets a fraction of what is missing.
     penalty_inverse_ = 0;
     for (int short_ones = 0; short_ones < kShortSteps && !found() && steps < most_steps; ++steps) {
       if (!find_step()) break;
@@ -259,7 +259,7 @@ class Search {
     }
   }
 
-  /// The changes of one Newton step; false where they cannot be told.
+  /// The changes of one Newton step; false where they are not determined.
   bool find_step() {
     assemble();
     const auto size = static_cast<Eigen::Index>(right_.size());
@@ -293,7 +293,8 @@ class Search {
     }
   }
 
-  /// Penalty, barriers and costs after a share of the step; infinite outside the cones and balls.
+  /// Penalty, barriers and costs after a fraction of the step; infinite outside the cones and
+  /// balls.
   [[nodiscard]] Real value_at(Real share) const {
     Real total = 0;
     for (std::size_t i = 0; i < touched_.size(); ++i) {
@@ -346,7 +347,7 @@ class Search {
     }
   }
 
-  /// The share of the step, up to 1, at which all are in their cones and balls.
+  /// The fraction of the step, up to 1, at which all are in their cones and balls.
   [[nodiscard]] Real share_to_boundary() const {
     Real share = 1;
     while (!is_inside(share) && share > kShortest) share *= kShorter;

@@ -55,14 +55,14 @@ struct CertifyReport {
   [[nodiscard]] bool accepted() const;
 };
 
-/// Judges a simulated sheet anew, in long double and with code of its own: energies per element,
-/// forces as their derivatives by dual numbers, signed distances, and whether contact and pin
-/// forces within the friction cones exist that balance every particle to `residual_tolerance` (the
-/// law of contact is not asked, so any sheet that can rest there is accepted). What it shares with
-/// the simulator: the readers of files and the approximation of the Kawabata curves, and the
-/// distance of triangle meshes. A sheet at rest may neither pass through itself nor reach deeper
-/// into an object between its particles than the certificate's own tolerance. Velocities are in no
-/// file and are not judged. A sheet that does not claim to be at rest is only compared in its
+/// Judges a simulated sheet independently, in long double and with code of its own: energies per
+/// element, forces as their derivatives by dual numbers, signed distances, and whether contact and
+/// pin forces within the friction cones exist that balance every particle to `residual_tolerance`
+/// (the law of contact is not asked, so any sheet that can rest there is accepted). What it has in
+/// common with the simulator: the readers of files and the approximation of the Kawabata curves,
+/// and the distance of triangle meshes. A sheet at rest may neither pass through itself nor reach
+/// deeper into an object between its particles than the certificate's own tolerance. Velocities are
+/// in no file and are not judged. A sheet that does not claim to be at rest is only compared in its
 /// numbers.
 [[nodiscard]] CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabric,
                                     const Print& print, const CertificateClaim& claim);

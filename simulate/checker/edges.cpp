@@ -10,7 +10,7 @@ namespace drape::simulate::checker {
 namespace {
 
 constexpr Real kBeyond = 0.05L;    // of an edge or triangle: contacts there count as its own
-constexpr Real kBesides = 20e-6L;  // m; which way is out is seen this far from the place
+constexpr Real kBesides = 20e-6L;  // m; the outward side is seen this far from the place
 constexpr Real kParallel = 1e-12L;
 
 struct Edge {

@@ -182,7 +182,7 @@ class Finder {
         best = s;
       }
     }
-    // Distances change by no more than the way along the line.
+    // Distances change by no more than the length along the line.
     if (least > touch_m_ + length_between(at(0), at(1)) / kSamples) return;
     // Where the line lies along a face, any place of it may press.
     for (int s = 1; s < kSamples; ++s) try_place(k, at(Real(s) / kSamples));
@@ -211,7 +211,7 @@ class Finder {
         try_place(k, at(std::clamp<Real>(t + way * end * place / kPlaces, 0, 1)));
     }
   }
-  /// The largest share up to 1 at which a gap, near enough at 0, is near enough still.
+  /// The largest fraction up to 1 at which a gap, near enough at 0, is near enough still.
   template <class GapAt>
   [[nodiscard]] Real reach_of(GapAt gap_at) const {
     Real near = 0, far = 1;
@@ -260,7 +260,7 @@ Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
 }
 
 Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
-  // Mesh distances are doubles: their differences need a longer way.
+  // Mesh distances are doubles: their differences need a longer step.
   const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
   const Real way = mesh ? 1e-6L : 1e-9L;
   Point normal{};

@@ -6,7 +6,7 @@
 
 #include "simulate/cloth/cloth.hpp"
 
-/// The checker's own mechanics of a sheet, in long double; shares no code with Cloth.
+/// The checker's own mechanics of a sheet, in long double, without any code of Cloth.
 namespace drape::simulate::checker {
 
 using Real = long double;

@@ -167,7 +167,7 @@ double Cloth::stiffness_bound_per_s2(const Strains& s) const {
   const double hv = lines_[1].spacing;
   const double warp = 4 * laws_.tensile[0].steepest_up_to(s.warp_most) / (hu * hu);
   const double weft = 4 * laws_.tensile[1].steepest_up_to(s.weft_most) / (hv * hv);
-  // Warp and weft springs pull in different directions; what they share grows with the shear.
+  // Warp and weft springs pull in different directions; their coupling grows with the shear.
   const double stretch = std::max(warp, weft) + std::sqrt(warp * weft) * std::sin(s.shear_most_rad);
   // Diagonals: Kdiag = f / sin a, and its change with the angle pulls along them as well.
   const double steeper =

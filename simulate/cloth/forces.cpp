@@ -307,8 +307,8 @@ DRAPE_WIDE void Cloth::pull_cells(int axis, Band band) {
   }
 }
 
-/// Adds springs and triples: per edge the energy's gradient by the way along it. An edge is the
-/// second of one triple and the first of the next.
+/// Adds springs and triples: per edge the energy's gradient with respect to the edge vector. An
+/// edge is the second of one triple and the first of the next.
 DRAPE_WIDE void Cloth::pull_edges(int axis, Band band) {
   const std::ptrdiff_t s = grid_.cols;
   const std::ptrdiff_t m = rounded_up(band.end - band.begin);

@@ -70,7 +70,7 @@ double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bo
 
 TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
   // What K'st lacks the diagonals carry to first order in the strain: with s the angle of the
-  // diagonals their share differs from K_diag strain by less than 3 strain of itself.
+  // diagonals their part differs from K_diag strain by less than 3 strain of itself.
   const ClothLaws laws = nonlinear_laws();
   for (const GridSpec& grid : {kSquare, kOblong}) {
     for (const double strain : {-0.01, 1e-6, 0.002, 0.008, 0.03}) {

@@ -14,8 +14,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
-constexpr double kLookAgain = 30e-6;  // m; way after which a watched element is searched again
-constexpr double kEndShare = 0.02;    // what is nearer to a particle than this share is its own
+constexpr double kLookAgain = 30e-6;  // m; path after which a watched element is searched again
+constexpr double kEndShare = 0.02;    // what is nearer to a particle than this fraction is its own
 constexpr int kThirdSteps = 14;       // of the ternary search: 0.4 % of the line piece
 constexpr int kHalfSteps = 20;        // of halving: a millionth of it
 constexpr double kFlatSlope = 1e-9;   // of the distance along a line: all its places are as deep
@@ -57,7 +57,8 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   }
   const double mass = cloth.total_mass_kg() / cloth.count();
   stiffness_ = mass * gravity_ / sink_m;
-  // A fifth of critical: a light corner particle shares a dozen of these and must stay stable.
+  // A fifth of critical: a light corner particle takes part in a dozen of these and must stay
+  // stable.
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
@@ -213,7 +214,7 @@ void LineContacts::keep_places(const Field& position, std::size_t begin, std::si
   }
 }
 
-/// The friction spring of a place that is watched no more starts anew next time.
+/// A place that is no longer watched gets a new friction spring next time.
 void LineContacts::forget_gone(std::size_t begin, std::size_t end, std::size_t now) {
   for (std::size_t k = begin; k < end; ++k) {
     while (now < points_.size() && points_[now].element < before_[k].element) ++now;

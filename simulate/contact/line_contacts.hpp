@@ -33,15 +33,15 @@ class LineContacts {
   LineContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                double gravity_m_per_s2, Shapes shapes = Shapes::all);
 
-  /// Finds the deepest points anew.
+  /// Finds the deepest points again.
   void refresh(const Field& position);
-  /// The same where it may have changed: `way_m` is each particle's way so far, and an element is
-  /// looked at again when one of its particles has come far enough to matter.
+  /// The same where it may have changed: `way_m` is each particle's path length so far, and an
+  /// element is looked at again when one of its particles has come far enough to matter.
   void refresh(const Field& position, const std::vector<double>& way_m);
   /// Lets the next refresh() look at every element.
   void look_everywhere();
   /// Leaves out of add_forces() and advance() what stays outside as long as no particle moves by
-  /// more than `margin_m`; `farthest_way_m` is the sum of the fastest particles' ways.
+  /// more than `margin_m`; `farthest_way_m` is the sum of the fastest particles' path lengths.
   void choose(const Field& position, double farthest_way_m, double margin_m);
   /// Lets the places on lines that press slide towards where they are deepest now; returns the
   /// elastic energy that this brings in.
@@ -96,9 +96,9 @@ class LineContacts {
   /// Elastic tangential displacement (m) per element; there from the first advance() on.
   std::vector<Eigen::Vector3d> friction_spring_;
   std::vector<Point> before_;  ///< points of the last refresh
-  std::vector<double> until_;  ///< per line and cell: way at which to look again
+  std::vector<double> until_;  ///< per line and cell: path length at which to search again
   std::vector<int> chosen_;    ///< indices into points_
-  std::vector<double> clear_;  ///< per point: farthest way up to which it stays outside
+  std::vector<double> clear_;  ///< per point: path length up to which it stays outside
 };
 
 }  // namespace drape::simulate

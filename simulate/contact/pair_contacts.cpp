@@ -22,7 +22,7 @@ constexpr double kFastImpact = 0.02;     // m/s; faster approach is stopped, als
 constexpr double kTorn =
     4;  // times its length: a sheet so stretched diverges, and all its cells meet
 constexpr double kRestDepth = 10e-6;    // m; nor may deeper pairs approach at all
-constexpr double kThroughShare = 0.25;  // of the thickness: longest way in one step
+constexpr double kThroughShare = 0.25;  // of the thickness: longest displacement in one step
 constexpr double kSlack = 0.03;  // of a solid's contact beyond a triangle or edge: no gaps between
 constexpr int kApart = 2;        // rows or columns between cells that are two layers
 constexpr int kLandingSweeps = 3;
@@ -284,7 +284,7 @@ void PairContacts::choose(const Field& position, double way_m, double margin_m) 
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     Pair& pair = pairs_[k];
     if (pair.clear_until > way_m + margin_m) continue;
-    // A pair that stayed clear cannot have changed sides, whichever way it has turned.
+    // A pair that stayed clear cannot have changed sides, however it has turned.
     if (!pair.chosen) pair.known = false;
     const std::optional<Meeting> meeting = meet(pair, position);
     const double gap = meeting ? meeting->gap : apart(pair, position) - thickness_;

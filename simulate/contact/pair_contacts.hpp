@@ -32,11 +32,11 @@ class PairContacts {
                double gravity_m_per_s2, double thickness_m);
 
   /// Before a step: finds the pairs that may touch while no particle moves by more than `margin_m`.
-  /// `way_m` is the sum of the fastest particle's ways so far.
+  /// `way_m` is the sum of the fastest particle's path lengths so far.
   void watch(const Field& position, double way_m, double margin_m);
   /// Adds forces (N). `velocity` absent: the static force, without contact damping.
   void add_forces(const Field& position, const Field* velocity, Field& force) const;
-  /// Share of the step from `start` to `end` at which the first pair meets, 1 when none sinks in
+  /// Fraction of the step from `start` to `end` at which the first pair meets, 1 when none sinks in
   /// by more than `depth_m`.
   [[nodiscard]] double first_impact(const Field& start, const Field& end, double depth_m) const;
   /// Takes the approaching velocity out of the pairs that have met; particles whose `inverse_mass`
@@ -46,8 +46,8 @@ class PairContacts {
   /// Moves the friction springs by a step of the motion and notes on which side layers lie.
   void advance(const Field& position, const Field& velocity, double step_s);
 
-  /// Longest way of a particle in one step that cannot carry it through another layer; no limit
-  /// (infinity) while nothing is near.
+  /// Longest displacement of a particle in one step that cannot carry it through another layer; no
+  /// limit (infinity) while nothing is near.
   [[nodiscard]] double longest_way_m() const;
   [[nodiscard]] int near() const { return static_cast<int>(pairs_.size()); }
   [[nodiscard]] int pressing(const Field& position) const;
@@ -68,7 +68,7 @@ class PairContacts {
     bool known = false;         ///< side is set
     bool chosen = false;        ///< in the last step
     bool pressed = false;
-    double clear_until = 0;                            ///< way up to which it stays apart
+    double clear_until = 0;                            ///< path length up to which it stays apart
     Eigen::Vector3d side = Eigen::Vector3d::Zero();    ///< unit, from second to first layer
     Eigen::Vector3d spring = Eigen::Vector3d::Zero();  ///< of friction, tangential (m)
   };
@@ -111,7 +111,7 @@ class PairContacts {
   std::vector<Pair> pairs_;
   std::vector<int> chosen_;
   std::vector<double> rows_;
-  double fresh_until_ = -1;  ///< way up to which pairs_ is complete
+  double fresh_until_ = -1;  ///< path length up to which pairs_ is complete
   double frequency2_ = 0;
 };
 

@@ -68,7 +68,7 @@ Surroundings blade(double length_m) {
   return solids;
 }
 
-/// Whether the straight way from a to b goes through the sheet.
+/// Whether the segment from a to b goes through the sheet.
 bool pierced(const GridSpec& grid, const Field& x, const Vector3d& a, const Vector3d& b) {
   const auto through = [&](int i, int j, int k) {
     const Vector3d p = at(x, i), u = at(x, j) - p, v = at(x, k) - p, way = b - a;
@@ -131,7 +131,7 @@ TEST(Piercing, APointThroughTheSheetIsMeasuredAndOneThatPressesItIsNot) {
   for (const double depth : {2e-3, 2e-6, -1e-3}) {
     Motion motion(cloth, solid, {{0, 0, -kG}, 20, 0, 0.5, true});
     throw_down(grid, -depth, 0, motion);
-    // The needle's edges lean by 1.4 mm over their 40 mm: upright to 0.1 %.
+    // The needle's edges are inclined by 1.4 mm over their 40 mm: upright to 0.1 %.
     EXPECT_NEAR(pierced_m(grid, motion.position, solid), std::max(0.0, depth), 2e-3 * 2e-3)
         << depth;
   }

@@ -43,7 +43,7 @@ double height_through(const SolidEdge& edge, const std::array<Vector3d, 3>& t, d
   return shorter * std::abs(way.dot(cross)) / (length * cross.norm());
 }
 
-/// From a place in a body at right angles to `normal`, the shortest of some ways out of it.
+/// From a place in a body at right angles to `normal`, the shortest of some distances out of it.
 double way_out_m(const Surroundings& surroundings, int shape, const Vector3d& p,
                  const Vector3d& normal, double most_m) {
   const Vector3d across = normal.unitOrthogonal();

@@ -10,7 +10,7 @@ namespace drape::simulate {
 /// passes through one of a cell's two triangles, the height above that triangle of its lower end,
 /// each end taken at most one grid spacing away. A needle's point that has pierced the sheet is
 /// seen so, where distances at places of the sheet miss it; a sheet pressed a few micrometres into
-/// an edge counts with these. Spikes whose every edge is shorter than the way they reach through
+/// an edge counts with these. Spikes whose every edge is shorter than the depth they reach through
 /// are underrated.
 [[nodiscard]] double pierced_m(const GridSpec& grid, const Field& position,
                                const Surroundings& surroundings);

@@ -11,7 +11,7 @@ using Eigen::Vector3d;
 
 constexpr double kParallel = 1e-9;  // of the product of the squared lengths
 
-/// Share of the way from a to b that is nearest to p.
+/// Parameter, 0 at a and 1 at b, of the point of the segment that is nearest to p.
 double share_of(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d edge = b - a;
   const double length2 = edge.squaredNorm();

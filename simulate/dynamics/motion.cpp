@@ -11,16 +11,17 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRk4ImaginaryLimit = 2.828;
-constexpr double kImpactDepth = 10e-6;   // m; shallower hits land without going back in time
-constexpr double kClearMargin = 1e-3;    // m; covers the way within a step and released particles
+constexpr double kImpactDepth = 10e-6;  // m; shallower hits land without going back in time
+constexpr double kClearMargin =
+    1e-3;  // m; covers the displacement within a step and released particles
 constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the surface this gently
 constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
 constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
 constexpr int kFollowSteps = 4;          // between two looks where on its line a place presses
-constexpr double kChooseMargin = 2e-6;   // m; beyond twice the way of the last step
-constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's way between searches
-// A corner particle is a quarter of a mean one and shares up to a dozen line contacts.
+constexpr double kChooseMargin = 2e-6;   // m; beyond twice the displacement of the last step
+constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's path between searches
+// A corner particle is a quarter of a mean one and takes part in up to a dozen line contacts.
 constexpr double kLineContactShare = 12;
 constexpr double kPairShare = 2;  // pairs that come to press before the limit is looked at again
 
@@ -198,8 +199,8 @@ void Motion::runge_kutta(double dt) {
   runge_kutta_end(start_x_, start_v_, stage_a_, dt, position, velocity);
 }
 
-/// Distances change by at most the way of the fastest particle, so a particle far from everything
-/// is looked at again only when that way has been used up.
+/// Distances change by at most the path of the fastest particle, so a particle far from everything
+/// is checked again only when that path has been used up.
 double Motion::first_impact(double& share) {
   double deepest = 0;
   share = 1;
@@ -295,7 +296,7 @@ void Motion::book_losses(double step_s) {
 }
 
 void Motion::refresh_line_contacts() {
-  // A place that is found anew while the sheet already presses there brings elastic energy in.
+  // A place that is found again while the sheet already presses there brings elastic energy in.
   const double before_j = line_contacts_.energy_j(position);
   line_contacts_.refresh(position, ways_);
   found_contacts_j_ += line_contacts_.energy_j(position) - before_j;

@@ -42,7 +42,7 @@ class Motion {
 
   /// Holds material points where they are; their velocity is that of `velocity`.
   void hold(const std::vector<Hold>& holds);
-  /// Moves the held points with the given velocities (m/s, one column each) until told otherwise.
+  /// Moves the held points with the given velocities (m/s, one column each) until the next call.
   void move_holds(const Eigen::Matrix3Xd& rate_m_per_s);
   [[nodiscard]] bool holds_move() const { return !hold_rate_.isZero(0); }
   [[nodiscard]] Eigen::Vector3d held_point(std::size_t hold) const;
@@ -51,7 +51,7 @@ class Motion {
 
   /// One step of at most `step_s`; shorter when a particle hits an object. Returns its length.
   double step(double step_s);
-  /// Largest stable step for the current shape, with the given share of the RK4 limit 2.828/omega.
+  /// Largest stable step for the current shape, at a given fraction of RK4's limit 2.828/omega.
   [[nodiscard]] double stable_step_s(double share);
   /// Replaces the damping from here on; damping never changes an equilibrium.
   void set_damping_per_s(double damping_per_s) { options_.damping_per_s = damping_per_s; }
@@ -115,12 +115,12 @@ class Motion {
   std::vector<int> touch_of_;        ///< index into touching_, -1 for a free particle
   std::vector<double> clear_until_;  ///< value of way_m_ up to which a particle cannot touch
   std::vector<int> inside_;          ///< free particles found inside an object
-  double way_m_ = 0;                 ///< sum of the fastest particle's ways
-  double last_way_m_ = 0;            ///< its way in the last step
+  double way_m_ = 0;                 ///< sum of the fastest particle's path lengths
+  double last_way_m_ = 0;            ///< its displacement in the last step
   double last_step_s_ = 0;
   double bound_per_s2_ = 0, bound_of_pairs_per_s2_ = 0;  ///< that the step's limit counts with
   std::vector<double> mobility_;                         ///< inverse masses, 0 on an object
-  std::vector<double> ways_;                             ///< each particle's way (m)
+  std::vector<double> ways_;                             ///< each particle's path length (m)
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;
   Eigen::Matrix3Xd hold_rate_;
@@ -129,7 +129,7 @@ class Motion {
   std::array<Field, 4> stage_a_;
   int backtracked_ = 0;
   long steps_ = 0;
-  double travel_m_ = 0;  ///< largest way of any particle since the last contact search
+  double travel_m_ = 0;  ///< longest path of any particle since the last contact search
   double step_kinetic_j_ = 0, viscous_loss_j_ = 0, stopped_j_ = 0, found_contacts_j_ = 0,
          residual_rms_ = 0;
 };

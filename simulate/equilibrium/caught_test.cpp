@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sheet must not pass through on the straight ways of its steps, or begin in.
+// What a sheet must not pass through on the straight paths of its steps, or begin in.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -88,7 +88,7 @@ TEST(Surroundings, TellsWhereAStraightWayEntersAShape) {
   const auto from_face = objects.first_entry(1, Vector3d(0, 0, 0.1), Vector3d(0, 0, 0.09), kDeep);
   ASSERT_TRUE(from_face.has_value());
   EXPECT_NEAR(*from_face, 1e-4, 1e-6);
-  // A place that is no number, or a way that is far too long, ends too.
+  // A place that is no number, or a displacement that is far too long, ends too.
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(objects.first_entry(1, Vector3d(0, 0, 0.11), Vector3d(0, nan, 0.09), kDeep));
   EXPECT_FALSE(objects.first_entry(1, Vector3d(0, 0, 0.11), Vector3d(0, 0, 1e12), kDeep));

@@ -107,7 +107,7 @@ double StaticContacts::excess_curve(const Eigen::VectorXd& step) const {
   return sum;
 }
 
-/// Whether friction that holds changed between holding and yielding on the way of its place.
+/// Whether friction that holds changed between holding and yielding along the path of its place.
 bool StaticContacts::review_yield(Contact& contact, const Vector3d& start,
                                   const Vector3d& end) const {
   const Vector3d stretched = spring(contact, end);

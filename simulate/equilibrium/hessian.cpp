@@ -173,8 +173,9 @@ void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMat
     add({0, cloth.count()});
     return;
   }
-  // Bands share no particle: an element reaches over two more rows at most, so those that begin in
-  // the last two rows of a band come afterwards. The bands are those of the grid, not the threads'.
+  // Bands have no particle in common: an element reaches over two more rows at most, so those that
+  // begin in the last two rows of a band come afterwards. The bands are those of the grid, not the
+  // threads'.
   const int bands = (rows + kBand - 1) / kBand;
   parallel_for(bands, threads, [&](std::size_t k) {
     const int first = static_cast<int>(k) * kBand;

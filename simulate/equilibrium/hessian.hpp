@@ -14,7 +14,7 @@ namespace drape::simulate {
 using SpringStrains = std::array<std::vector<double>, 2>;
 
 /// What the linear model at `from` says of the strains after `way` (m; x, y, z of each particle in
-/// turn): without the stretch that a straight way of a turning spring brings.
+/// turn): without the stretch that a straight displacement of a turning spring brings.
 SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen::VectorXd& way);
 
 /// Adds the second derivatives (N/m) of the cloth's energy, element by element. With `convex`

@@ -110,7 +110,8 @@ void bring_to_rest(Motion& motion, double residual) {
   ADD_FAILURE() << "not at rest: " << motion.residual();
 }
 
-/// The largest way of a particle when the static solver starts from the rest of Runge-Kutta.
+/// The largest displacement of a particle when the static solver starts from the rest of
+/// Runge-Kutta.
 double way_from_runge_kutta_rest_m(const std::string& name, int side) {
   const Scene scene = bench_scene(name);
   const Fabric fabric = read_fabric(scene.fabric_file);

@@ -13,7 +13,7 @@
 namespace drape::simulate {
 namespace {
 
-/// One kind of Kawabata test: column heads, their units, and what textiles give.
+/// One kind of Kawabata test: column headers, their units, and what textiles give.
 struct TestKind {
   std::vector<std::string> columns;
   double x_unit, f_unit;

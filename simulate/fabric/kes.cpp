@@ -27,7 +27,7 @@ double exponent_of(double linearity) {
   return 0.5 * (low + high);
 }
 
-/// Share of the largest force at a share of the largest strain.
+/// Fraction of the largest force at a fraction of the largest strain.
 double rise(double share, double exponent) {
   return exponent == 0 ? share : std::expm1(exponent * share) / std::expm1(exponent);
 }

@@ -108,7 +108,7 @@ class Drawing {
     for (double x : knots) {
       if (x < x_low_ || x > x_high_) continue;
       double y = y_at(x);
-      if (y > y_high_ || y < y_low_) {  // the line leaves the panel on its way from the origin
+      if (y > y_high_ || y < y_low_) {  // the line from the origin leaves the panel
         x *= (y > 0 ? y_high_ : y_low_) / y;
         y = y_at(x);
       } else if (dots && x != 0 && x != x_low_ && x != x_high_) {

@@ -10,9 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a way
-constexpr double kShortest = 1e-3;  // of the way, to the next place looked at
-constexpr int kBisections = 40;     // of the way into a body
+constexpr double kThinnest = 1e-4;  // m; of a body that is always found on a path
+constexpr double kShortest = 1e-3;  // of the path, to the next place looked at
+constexpr int kBisections = 40;     // of the path into a body
 constexpr double kOpposite = -0.1;  // cosine between normals; 0 across the edge of a box
 
 double gap_of(const Sphere& sphere, const Vector3d& p) {

@@ -59,10 +59,10 @@ class Surroundings {
   [[nodiscard]] double gap_m(int shape, const Eigen::Vector3d& point_in_world) const;
   /// Outward unit normal at the nearest surface point, world frame.
   [[nodiscard]] Eigen::Vector3d normal(int shape, const Eigen::Vector3d& point_in_world) const;
-  /// The first place on the straight way between two points that lies deeper than `deep_m` in the
-  /// shape, as a share of that way; nothing when there is none. The way is walked by the distance
+  /// The first place on the segment between two points that lies deeper than `deep_m` in the
+  /// shape, as a fraction of it; nothing when there is none. The segment is walked by the distance
   /// that is free around each place (Hart 1996); what is thinner than 0.1 mm or a thousandth of
-  /// the way may be missed.
+  /// the segment may be missed.
   [[nodiscard]] std::optional<double> first_entry(int shape, const Eigen::Vector3d& from_in_world,
                                                   const Eigen::Vector3d& to_in_world,
                                                   double deep_m) const;

@@ -106,7 +106,7 @@ TEST(Branches, TheHemsFoldsAreCounted) {
     const double u = static_cast<double>(i / 21) / 10.0 - 1;
     const double v = static_cast<double>(i % 21) / 10.0 - 1;
     const double out = std::max(std::abs(u), std::abs(v));
-    // The same share of the border as seen from the middle of the sheet.
+    // The same fraction of the border as seen from the middle of the sheet.
     double share = 0;
     if (out > 0) {
       if (u == -out) share = (v / out + 1) / 8;

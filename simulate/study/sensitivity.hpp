@@ -40,7 +40,7 @@ struct Reference {
 [[nodiscard]] Reference reference_on(const GridSpec& grid, const Sheet& sheet);
 /// Mean over the marks of the distance between reference and sheet (m).
 [[nodiscard]] double mean_distance_m(const Reference& reference, const Field& position);
-/// Mean over the marks of their way from one sheet to another, each with its own grid (m).
+/// Mean over the marks of their displacement from one sheet to another, each with its own grid (m).
 [[nodiscard]] double mean_way_m(const Reference& from, const Field& from_position,
                                 const Reference& to, const Field& to_position);
 
@@ -49,7 +49,7 @@ struct Sensitivity {
   FabricValue value = FabricValue::tensile_warp;
   Eigen::VectorXd way;       ///< m per relative change; x, y, z of each particle in turn
   double distance_m = 0;     ///< change of the mean distance per relative change
-  double mean_way_m = 0;     ///< mean way of the marks per relative change
+  double mean_way_m = 0;     ///< mean displacement of the marks per relative change
   double largest_way_m = 0;  ///< of a mark
 };
 

@@ -86,7 +86,7 @@ struct Rested {
 };
 
 /// Moves a rested sheet to where one value is changed, the points between its particles that touch
-/// kept; the way there, x, y, z of each particle.
+/// kept; the displacement, x, y, z of each particle.
 Eigen::VectorXd way_with(const Scene& scene, int side, FabricValue value, double factor) {
   Rested rested(scene, side);
   const Field before = rested.solver.position;
@@ -104,8 +104,8 @@ Eigen::VectorXd way_with(const Scene& scene, int side, FabricValue value, double
   return way;
 }
 
-/// Departure of the first-order ways from central differences, over the size of the differences:
-/// the worst value's, and that of all values together.
+/// Departure of the first-order displacements from central differences, over the size of the
+/// differences: the worst value's, and that of all values together.
 struct Departure {
   double worst = 0, together = 0;
 };
@@ -148,9 +148,9 @@ TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
 }
 
 // With friction that lets little slide. What slides all the same has no derivative, and which
-// places do depends on the rounding of the way there: with sums in another order the ways together
-// were off by 0.5 to 7 % while points of contact were sought anew, and by 0.5 % now that they are
-// kept; shear alone, whose way is a twentieth of the others', by 4 to 17 %.
+// places do depends on rounding: with sums in another order the displacements together
+// were off by 0.5 to 7 % while points of contact were searched again, and by 0.5 % now that they
+// are kept; shear alone, whose displacement is a twentieth of the others', by 4 to 17 %.
 TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferences) {
   Scene scene = lying_scene("C");
   scene.friction = 5;

@@ -61,7 +61,7 @@ struct StudyOutcome {
     const std::filesystem::path& program, const std::function<void(const StudyOutcome&)>& done);
 
 /// Mean distance (m) of two sheets of one patch at the particles that both have, e.g. 121 for
-/// 11x11 against 21x21; absent when a sheet has gaps there or they share fewer than four.
+/// 11x11 against 21x21; absent when a sheet has gaps there or they have fewer than four in common.
 [[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b);
 
 /// The pairs that the paper's virtual-virtual tables compare (section 5), for each scene and

@@ -23,7 +23,8 @@ SimulateResult drape_paper(const std::string& name, int segments, double higher_
   SimulateOptions options;
   options.rows = options.cols = 11;
   options.segments = segments;
-  // The turned start crosses itself on its way; sheets that hold themselves all end on one side.
+  // The turned start crosses itself during the fall; sheets that hold themselves all end on one
+  // side.
   options.cloth_thickness_m = 0;
   return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
                   options);

@@ -5,7 +5,8 @@ namespace drape::simulate::exact {
 
 /// A heavy strip clamped horizontally (inextensible heavy elastica); lengths in units of its
 /// length. `gamma` is rho g L^3 / B. Width W and height H of its shape, tip angle below the
-/// horizontal. Solved by shooting in the variable in which all gamma share one curve; good to 1e-6.
+/// horizontal. Solved by shooting in the variable in which all gamma lie on one curve; good to
+/// 1e-6.
 struct Cantilever {
   double gamma = 0, width = 0, height = 0, tip_rad = 0;
 };

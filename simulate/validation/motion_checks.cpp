@@ -47,7 +47,7 @@ ClothLaws block_laws() {
   return linear_laws(0.3, 3000, 300, 1e-6);
 }
 
-/// Way of a small sheet lying on a slope after a time, started at rest.
+/// Displacement of a small sheet lying on a slope after a time, started at rest.
 double slid(double slope_rad, double mu, double time_s) {
   const GridSpec grid{3, 3, {0.02, 0.02}};
   Cloth cloth(grid, block_laws(), MassRule::area);
