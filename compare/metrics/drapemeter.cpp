@@ -12,9 +12,51 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kHarmonics = 24;
 
-/// Raises the outline to where the segment a-b meets the rays, seen from the origin.
-void raise(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a,
-           const Eigen::Vector2d& b) {
+std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
+                                         const Eigen::Vector2d& centre) {
+  const SheetMark* found = sheet.find(mark);
+  if (found == nullptr) return std::nullopt;
+  return found->point_in_world.head<2>() - centre;
+}
+
+Harmonic harmonic_of(const std::vector<double>& radius, int order) {
+  const auto n = static_cast<double>(radius.size());
+  double c = 0, s = 0;
+  for (std::size_t i = 0; i < radius.size(); ++i) {
+    const double angle = kTurn * order * static_cast<double>(i) / n;
+    c += radius[i] * std::cos(angle);
+    s += radius[i] * std::sin(angle);
+  }
+  c *= 2 / n;
+  s *= 2 / n;
+  const double amplitude = std::hypot(c, s);
+  return {order, amplitude, amplitude > 0 ? std::atan2(s, c) : 0};
+}
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double mean_at(const std::vector<double>& values, const std::vector<std::size_t>& places) {
+  double sum = 0;
+  for (const std::size_t place : places) sum += values[place];
+  return sum / static_cast<double>(places.size());
+}
+
+bool hem_is_complete(const Sheet& sheet) {
+  for (int row = 0; row < sheet.rows; ++row)
+    for (const int col : {0, sheet.cols - 1})
+      if (sheet.find({row, col}) == nullptr) return false;
+  for (int col = 0; col < sheet.cols; ++col)
+    for (const int row : {0, sheet.rows - 1})
+      if (sheet.find({row, col}) == nullptr) return false;
+  return true;
+}
+
+}  // namespace
+
+void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a,
+                   const Eigen::Vector2d& b) {
   const auto rays = static_cast<double>(outline.size());
   const double step = kTurn / rays;
   const double from = std::atan2(a.y(), a.x());
@@ -38,66 +80,25 @@ void raise(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a
   }
 }
 
-std::optional<Eigen::Vector2d> projected(const Sheet& sheet, MarkId mark,
-                                         const Eigen::Vector2d& centre) {
-  const SheetMark* found = sheet.find(mark);
-  if (found == nullptr) return std::nullopt;
-  return found->point_in_world.head<2>() - centre;
-}
-
-Harmonic harmonic_of(const std::vector<double>& radius, int order) {
-  const auto n = static_cast<double>(radius.size());
-  double c = 0, s = 0;
-  for (std::size_t i = 0; i < radius.size(); ++i) {
-    const double angle = kTurn * order * static_cast<double>(i) / n;
-    c += radius[i] * std::cos(angle);
-    s += radius[i] * std::sin(angle);
+Extremes extremes_of(const std::vector<double>& radius, double least) {
+  Extremes found;
+  // Starting at the lowest point, the first extreme that counts is a crest.
+  const auto start =
+      static_cast<std::size_t>(std::min_element(radius.begin(), radius.end()) - radius.begin());
+  bool climbing = true;
+  std::size_t extreme = start;
+  for (std::size_t i = 1; i <= radius.size(); ++i) {
+    const std::size_t here = (start + i) % radius.size();
+    if (climbing ? radius[here] > radius[extreme] : radius[here] < radius[extreme]) extreme = here;
+    if (std::abs(radius[extreme] - radius[here]) < least) continue;
+    (climbing ? found.crests : found.valleys).push_back(extreme);
+    climbing = !climbing;
+    extreme = here;
   }
-  c *= 2 / n;
-  s *= 2 / n;
-  const double amplitude = std::hypot(c, s);
-  return {order, amplitude, amplitude > 0 ? std::atan2(s, c) : 0};
+  // The walk ends in the valley where it began.
+  if (!climbing) found.valleys.push_back(extreme);
+  return found;
 }
-
-/// Crests and valleys that differ by at least `least`, in turn, all the way around: walking on, an
-/// extreme counts once the radius has come back from it by `least`.
-struct Extremes {
-  std::vector<double> crests, valleys;
-
-  Extremes(const std::vector<double>& radius, double least) {
-    // Starting at the lowest point, the first extreme that counts is a crest.
-    const auto start =
-        static_cast<std::size_t>(std::min_element(radius.begin(), radius.end()) - radius.begin());
-    bool climbing = true;
-    double extreme = radius[start];
-    for (std::size_t i = 1; i <= radius.size(); ++i) {
-      const double r = radius[(start + i) % radius.size()];
-      if (climbing ? r > extreme : r < extreme) extreme = r;
-      if (std::abs(extreme - r) < least) continue;
-      (climbing ? crests : valleys).push_back(extreme);
-      climbing = !climbing;
-      extreme = r;
-    }
-    // The walk ends in the valley where it began.
-    if (!climbing) valleys.push_back(extreme);
-  }
-};
-
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-bool hem_is_complete(const Sheet& sheet) {
-  for (int row = 0; row < sheet.rows; ++row)
-    for (const int col : {0, sheet.cols - 1})
-      if (sheet.find({row, col}) == nullptr) return false;
-  for (int col = 0; col < sheet.cols; ++col)
-    for (const int row : {0, sheet.rows - 1})
-      if (sheet.find({row, col}) == nullptr) return false;
-  return true;
-}
-
-}  // namespace
 
 std::optional<Eigen::Vector2d> centre_of(const Obstacle& obstacle) {
   if (const auto* sphere = std::get_if<Sphere>(&obstacle)) return sphere->centre_in_world.head<2>();
@@ -116,7 +117,8 @@ std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,
       const auto here = projected(sheet, {row, col}, centre_m);
       if (!here) continue;
       for (const MarkId next : {MarkId{row + 1, col}, MarkId{row, col + 1}}) {
-        if (const auto there = projected(sheet, next, centre_m)) raise(outline, *here, *there);
+        if (const auto there = projected(sheet, next, centre_m))
+          raise_outline(outline, *here, *there);
       }
     }
   }
@@ -135,10 +137,10 @@ Drapemeter drapemeter_of(const std::vector<double>& radius_m, double flat_area_m
     result.drape_coefficient =
         (result.covered_area_m2 - *support_area_m2) / (flat_area_m2 - *support_area_m2);
   result.mean_radius_m = mean_of(radius_m);
-  const Extremes extremes(radius_m, options.fold_ratio * result.mean_radius_m);
+  const Extremes extremes = extremes_of(radius_m, options.fold_ratio * result.mean_radius_m);
   result.folds = static_cast<int>(extremes.crests.size());
   if (!extremes.crests.empty() && !extremes.valleys.empty())
-    result.fold_depth_m = mean_of(extremes.crests) - mean_of(extremes.valleys);
+    result.fold_depth_m = mean_at(radius_m, extremes.crests) - mean_at(radius_m, extremes.valleys);
   for (int order = 1; order <= kHarmonics; ++order)
     result.spectrum.push_back(harmonic_of(radius_m, order));
   return result;

@@ -37,6 +37,19 @@ struct DrapemeterOptions {
   double fold_ratio = 0.02;  ///< a crest stands out by this part of the mean radius, or is no fold
 };
 
+/// Crests and valleys of a closed outline that differ by at least `least_m`, in turn, all around:
+/// walking on, an extreme counts once the radius has come back from it by that much. Indices into
+/// the outline; as many crests as valleys.
+struct Extremes {
+  std::vector<std::size_t> crests, valleys;
+};
+[[nodiscard]] Extremes extremes_of(const std::vector<double>& radius_m, double least_m);
+
+/// Raises the outline, seen from the origin, to where the segment a-b meets its rays (equal steps
+/// of angle from +x).
+void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a_m,
+                   const Eigen::Vector2d& b_m);
+
 /// Outline of the shadow: the largest distance from the centre at which a ray meets an edge of the
 /// sheet's cells; exact where the rays meet vertices. Nothing at rays without cloth.
 [[nodiscard]] std::vector<std::optional<double>> shadow_outline(const Sheet& sheet,

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -20,11 +22,25 @@ std::string trimmed(std::string text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(trimmed(cell));
-  if (!line.empty() && line.back() == ',') cells.emplace_back();
+std::vector<std::string> cells_of(const std::string& line, const Where& where) {
+  std::vector<std::string> cells(1);
+  bool quoted = false, was_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
+      cells.back() += line[++i];
+    } else if (line[i] == '"' && (quoted || trimmed(cells.back()).empty())) {
+      quoted = !quoted;
+      was_quoted = true;
+    } else if (line[i] == ',' && !quoted) {
+      if (!was_quoted) cells.back() = trimmed(cells.back());
+      was_quoted = false;
+      cells.emplace_back();
+    } else {
+      cells.back() += line[i];
+    }
+  }
+  if (quoted) throw bad_input("a quote does not end on its line", where, "close it");
+  if (!was_quoted) cells.back() = trimmed(cells.back());
   return cells;
 }
 
@@ -40,39 +56,68 @@ double number_of(const std::string& cell, const Where& where) {
 
 }  // namespace
 
-Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
-  Csv csv{file, {}, {}, {}};
+std::size_t CsvText::column(const std::string& name) const {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    throw bad_input(fmt::format("the column `{}` is missing", name), {.file = file.string()},
+                    fmt::format("there are: {}", fmt::join(names, ",")));
+  }
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+bool CsvText::has(const std::string& name) const {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::optional<double> CsvText::number(std::size_t row, const std::string& name) const {
+  const std::string& cell = rows.at(row)[column(name)];
+  if (cell.empty()) return std::nullopt;
+  return number_of(cell, {.file = file.string(), .line = lines[row], .field = name});
+}
+
+CsvText read_csv_text(const std::filesystem::path& file) {
+  CsvText csv{file, 0, {}, {}, {}};
   std::istringstream stream(read_text(file));
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;
     line = trimmed(line);
     if (line.empty() || line.front() == '#') continue;
-    const std::vector<std::string> cells = cells_of(line);
+    const Where where{.file = file.string(), .line = number};
+    std::vector<std::string> cells = cells_of(line, where);
     if (csv.names.empty()) {
-      if (cells != names) {
-        throw bad_input(fmt::format("the column heads are `{}`", fmt::join(cells, ",")),
-                        {.file = file.string(), .line = number},
-                        fmt::format("the first line must be `{}`: units are part of the names",
-                                    fmt::join(names, ",")));
-      }
-      csv.names = cells;
-      csv.columns.resize(names.size());
+      csv.names = std::move(cells);
+      csv.head_line = number;
       continue;
     }
-    if (cells.size() != names.size()) {
-      throw bad_input(fmt::format("{} cells instead of {}", cells.size(), names.size()),
-                      {.file = file.string(), .line = number}, "give one number per column");
+    if (cells.size() != csv.names.size()) {
+      throw bad_input(fmt::format("{} cells instead of {}", cells.size(), csv.names.size()), where,
+                      "give one number per column");
     }
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      csv.columns[i].push_back(
-          number_of(cells[i], {.file = file.string(), .line = number, .field = names[i]}));
-    }
+    csv.rows.push_back(std::move(cells));
     csv.lines.push_back(number);
   }
   if (csv.names.empty()) {
     throw bad_input("the file holds no column heads", {.file = file.string()},
-                    fmt::format("the first line must be `{}`", fmt::join(names, ",")));
+                    "the first line names the columns with their units");
+  }
+  return csv;
+}
+
+Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
+  const CsvText text = read_csv_text(file);
+  if (text.names != names) {
+    throw bad_input(fmt::format("the column heads are `{}`", fmt::join(text.names, ",")),
+                    {.file = file.string(), .line = text.head_line},
+                    fmt::format("the first line must be `{}`: units are part of the names",
+                                fmt::join(names, ",")));
+  }
+  Csv csv{file, names, std::vector<std::vector<double>>(names.size()), text.lines};
+  for (std::size_t row = 0; row < text.rows.size(); ++row) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      csv.columns[i].push_back(number_of(
+          text.rows[row][i], {.file = file.string(), .line = text.lines[row], .field = names[i]}));
+    }
   }
   return csv;
 }

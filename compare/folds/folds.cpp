@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/folds/folds.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kEven = 1e-6;  // of the patch: steps of the grid may differ so much
+
+/// Points of a sheet as a grid of equal steps.
+class Grid {
+ public:
+  Grid(const Sheet& sheet, const std::string& file) : rows_(sheet.rows), cols_(sheet.cols) {
+    const auto refuse = [&](const char* what) {
+      throw bad_input(what, {.file = file}, "give a whole grid of 5 x 5 points or more");
+    };
+    if (rows_ < 5 || cols_ < 5 || static_cast<int>(sheet.marks.size()) != rows_ * cols_)
+      refuse("the sheet is no whole grid");
+    marks_ = &sheet.marks;  // ordered by mark
+    const Vector2d first = marks_->front().material_m;
+    const Vector2d span = marks_->back().material_m - first;
+    step_ = {span.x() / (rows_ - 1), span.y() / (cols_ - 1)};
+    if (!(step_.minCoeff() > 0)) refuse("the material coordinates do not grow with row and column");
+    for (const SheetMark& mark : *marks_) {
+      const Vector2d even = first + Vector2d(mark.mark.row * step_.x(), mark.mark.col * step_.y());
+      if ((mark.material_m - even).norm() > kEven * span.norm()) refuse("the steps are not equal");
+    }
+  }
+  [[nodiscard]] int rows() const { return rows_; }
+  [[nodiscard]] int cols() const { return cols_; }
+  [[nodiscard]] const Vector2d& step() const { return step_; }
+  [[nodiscard]] const SheetMark& at(int row, int col) const { return (*marks_)[row * cols_ + col]; }
+  [[nodiscard]] const Vector3d& point(int row, int col) const {
+    return at(row, col).point_in_world;
+  }
+
+ private:
+  int rows_, cols_;
+  const std::vector<SheetMark>* marks_ = nullptr;
+  Vector2d step_;
+};
+
+/// Curvatures by central differences at inner points; the metric of the stretched cloth is kept.
+Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
+  const Vector2d h = grid.step();
+  const Vector3d u = (grid.point(r + 1, c) - grid.point(r - 1, c)) / (2 * h.x());
+  const Vector3d v = (grid.point(r, c + 1) - grid.point(r, c - 1)) / (2 * h.y());
+  const Vector3d n = u.cross(v).normalized();
+  const Vector3d uu =
+      (grid.point(r + 1, c) - 2 * grid.point(r, c) + grid.point(r - 1, c)) / (h.x() * h.x());
+  const Vector3d vv =
+      (grid.point(r, c + 1) - 2 * grid.point(r, c) + grid.point(r, c - 1)) / (h.y() * h.y());
+  const Vector3d uv = (grid.point(r + 1, c + 1) - grid.point(r + 1, c - 1) -
+                       grid.point(r - 1, c + 1) + grid.point(r - 1, c - 1)) /
+                      (4 * h.x() * h.y());
+  Eigen::Matrix2d second;
+  // Above 0 where the cloth bends away from its normal: a ridge.
+  second << -uu.dot(n), -uv.dot(n), -uv.dot(n), -vv.dot(n);
+  const double uu_metric = std::max(u.squaredNorm(), 1e-12);
+  const double vv_metric = std::max(v.squaredNorm(), 1e-12);
+  const Vector2d scale(1 / std::sqrt(uu_metric), 1 / std::sqrt(vv_metric));
+  return scale.asDiagonal() * second * scale.asDiagonal();
+}
+
+/// Orthonormal DCT-II matrix.
+MatrixXd cosines(Eigen::Index n) {
+  MatrixXd matrix(n, n);
+  for (Eigen::Index k = 0; k < n; ++k)
+    for (Eigen::Index i = 0; i < n; ++i)
+      matrix(k, i) = std::sqrt((k == 0 ? 1.0 : 2.0) / static_cast<double>(n)) *
+                     std::cos(std::numbers::pi * static_cast<double>(k) *
+                              (static_cast<double>(i) + 0.5) / static_cast<double>(n));
+  return matrix;
+}
+
+/// Adds each mode's part of the variance to the band of its wavelength.
+template <class Member>
+void add_power(const MatrixXd& values, const Vector2d& step, std::vector<WaveBand>& bands,
+               Member member) {
+  const MatrixXd modes = cosines(values.rows()) * values * cosines(values.cols()).transpose();
+  const auto count = static_cast<double>(values.size());
+  for (Eigen::Index p = 0; p < modes.rows(); ++p) {
+    for (Eigen::Index q = 0; q < modes.cols(); ++q) {
+      if (p == 0 && q == 0) continue;
+      const double across =
+          std::hypot(static_cast<double>(p) / (2 * step.x() * static_cast<double>(values.rows())),
+                     static_cast<double>(q) / (2 * step.y() * static_cast<double>(values.cols())));
+      auto band = bands.begin();
+      while (band + 1 != bands.end() && 1 / across < band->from_m) ++band;
+      (*band).*member += modes(p, q) * modes(p, q) / count;
+    }
+  }
+}
+
+std::vector<WaveBand> empty_bands(const Grid& grid) {
+  const double longest = 2 * std::max(grid.step().x() * grid.rows(), grid.step().y() * grid.cols());
+  std::vector<WaveBand> bands;
+  for (double to = longest; to > grid.step().minCoeff(); to /= std::sqrt(2.0))
+    bands.push_back({to / std::sqrt(2.0), to, 0, 0});
+  bands.front().to_m *= 1 + 1e-9;  // the longest wave of all lies in it
+  return bands;
+}
+
+/// Principal curvature of larger size and the direction across the fold (warp, weft).
+struct Principal {
+  double size = 0;
+  Vector2d across = Vector2d::Zero();
+};
+
+Principal principal_of(const Eigen::Matrix2d& curvature) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(curvature);
+  const int k = std::abs(solved.eigenvalues()[0]) > std::abs(solved.eigenvalues()[1]) ? 0 : 1;
+  return {solved.eigenvalues()[k], solved.eigenvectors().col(k)};
+}
+
+class FoldFinder {
+ public:
+  FoldFinder(const Grid& grid, std::vector<Principal> principal, const FoldOptions& options)
+      : grid_(grid), principal_(std::move(principal)), options_(options) {
+    on_line_.resize(principal_.size());
+    for (int r = 1; r + 1 < grid.rows(); ++r)
+      for (int c = 1; c + 1 < grid.cols(); ++c) on_line_[index(r, c)] = is_crest(r, c);
+  }
+
+  [[nodiscard]] std::vector<Fold> folds() {
+    std::vector<Fold> found;
+    for (int r = 1; r + 1 < grid_.rows(); ++r) {
+      for (int c = 1; c + 1 < grid_.cols(); ++c) {
+        if (!on_line_[index(r, c)]) continue;
+        const Fold fold = fold_of(connected(r, c));
+        if (fold.length_m >= options_.least_length_m) found.push_back(fold);
+      }
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const Fold& a, const Fold& b) { return a.length_m > b.length_m; });
+    return found;
+  }
+
+ private:
+  [[nodiscard]] std::size_t index(int r, int c) const {
+    return static_cast<std::size_t>(r) * grid_.cols() + c;
+  }
+  /// Bent enough, and not less than on both sides across the fold; beside the rim, which has no
+  /// curvature of its own, nothing can be said.
+  [[nodiscard]] bool is_crest(int r, int c) const {
+    const Principal& here = principal_[index(r, c)];
+    if (std::abs(here.size) < options_.least_curvature_per_m) return false;
+    const int dr = static_cast<int>(std::lround(here.across.x()));
+    const int dc = static_cast<int>(std::lround(here.across.y()));
+    for (const int side : {-1, 1}) {
+      const int row = r + side * dr, col = c + side * dc;
+      if (row == 0 || col == 0 || row + 1 == grid_.rows() || col + 1 == grid_.cols()) return false;
+      const double beside = principal_[index(row, col)].size;
+      const bool higher = side < 0 ? std::abs(beside) >= std::abs(here.size)
+                                   : std::abs(beside) > std::abs(here.size);
+      if (beside * here.size > 0 && higher) return false;
+    }
+    return true;
+  }
+  /// Takes a line of one sign out, by touching corners too.
+  std::vector<std::pair<int, int>> connected(int row, int col) {
+    std::vector<std::pair<int, int>> line = {{row, col}};
+    const bool ridge = principal_[index(row, col)].size > 0;
+    on_line_[index(row, col)] = false;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      for (int dr = -1; dr <= 1; ++dr) {
+        for (int dc = -1; dc <= 1; ++dc) {
+          const int r = line[i].first + dr, c = line[i].second + dc;
+          if (!on_line_[index(r, c)] || (principal_[index(r, c)].size > 0) != ridge) continue;
+          on_line_[index(r, c)] = false;
+          line.emplace_back(r, c);
+        }
+      }
+    }
+    return line;
+  }
+  [[nodiscard]] Fold fold_of(const std::vector<std::pair<int, int>>& line) const {
+    Fold fold{Vector2d::Zero(), Vector3d::Zero(), 0, 0, 0};
+    const auto n = static_cast<double>(line.size());
+    for (const auto& [r, c] : line) {
+      fold.middle_material_m += grid_.at(r, c).material_m / n;
+      fold.middle_in_world += grid_.point(r, c) / n;
+      fold.curvature_per_m += principal_[index(r, c)].size / n;
+    }
+    Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
+    for (const auto& [r, c] : line) {
+      const Vector2d off = grid_.at(r, c).material_m - fold.middle_material_m;
+      spread += off * off.transpose();
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(spread);
+    const Vector2d along = solved.eigenvectors().col(1);
+    double least = 0, most = 0;
+    for (const auto& [r, c] : line) {
+      const double at = along.dot(grid_.at(r, c).material_m - fold.middle_material_m);
+      least = std::min(least, at);
+      most = std::max(most, at);
+    }
+    fold.length_m = most - least;
+    fold.direction_rad = std::atan2(along.y(), along.x());
+    if (fold.direction_rad < 0) fold.direction_rad += std::numbers::pi;
+    return fold;
+  }
+
+  const Grid& grid_;
+  std::vector<Principal> principal_;
+  FoldOptions options_;
+  std::vector<bool> on_line_;
+};
+
+}  // namespace
+
+SheetShape shape_of(const Sheet& sheet, const FoldOptions& options, const std::string& file) {
+  const Grid grid(sheet, file);
+  MatrixXd height(grid.rows(), grid.cols()), mean(grid.rows() - 2, grid.cols() - 2);
+  std::vector<Principal> principal(static_cast<std::size_t>(grid.rows()) * grid.cols());
+  SheetShape shape;
+  for (int r = 0; r < grid.rows(); ++r) {
+    for (int c = 0; c < grid.cols(); ++c) {
+      height(r, c) = grid.point(r, c).z();
+      if (r == 0 || c == 0 || r + 1 == grid.rows() || c + 1 == grid.cols()) continue;
+      const Eigen::Matrix2d curvature = curvature_of(grid, r, c);
+      principal[static_cast<std::size_t>(r) * grid.cols() + c] = principal_of(curvature);
+      mean(r - 1, c - 1) = curvature.trace() / 2;
+      shape.mean_bending_per_m2 += curvature.squaredNorm() / static_cast<double>(mean.size());
+    }
+  }
+  shape.bands = empty_bands(grid);
+  add_power(height, grid.step(), shape.bands, &WaveBand::height_m2);
+  add_power(mean, grid.step(), shape.bands, &WaveBand::curvature_per_m2);
+  shape.folds = FoldFinder(grid, std::move(principal), options).folds();
+  return shape;
+}
+
+double area_under_curve(const std::vector<double>& low, const std::vector<double>& high) {
+  if (low.empty() || high.empty()) throw internal_error("two groups of scores are needed");
+  double above = 0;
+  for (const double a : low)
+    for (const double b : high) above += b > a ? 1 : b == a ? 0.5 : 0;
+  return above / static_cast<double>(low.size() * high.size());
+}
+
+}  // namespace drape::compare

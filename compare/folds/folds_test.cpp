@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/folds/folds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// n x n points over a 400 mm square; the shape gives the point of a material point.
+Sheet sheet_of(int n, const std::function<Eigen::Vector3d(double, double)>& shape) {
+  Sheet sheet;
+  sheet.rows = sheet.cols = n;
+  sheet.patch_m = {0.4, 0.4};
+  for (int row = 0; row < n; ++row) {
+    for (int col = 0; col < n; ++col) {
+      const double u = 0.4 * row / (n - 1), v = 0.4 * col / (n - 1);
+      sheet.marks.push_back({{row, col}, {u, v}, shape(u, v), {}, {}, {}});
+    }
+  }
+  return sheet;
+}
+
+TEST(Folds, WavesAreCountedPlacedAndMeasured) {
+  // Four ridges along the weft, 100 mm apart, the first 50 mm from the edge; height 3 mm. The
+  // normal warp x weft points down where warp is x and weft is y: a crest is a valley of that side.
+  const double k = kTurn / 0.1;
+  const Sheet sheet = sheet_of(
+      81, [&](double u, double v) { return Eigen::Vector3d(v, u, 3e-3 * -std::cos(k * u)); });
+  const SheetShape shape = shape_of(sheet, {}, "waves");
+  int crests = 0, valleys = 0;
+  for (const Fold& fold : shape.folds) {
+    EXPECT_NEAR(fold.direction_rad, std::numbers::pi / 2, 1e-6) << "along the weft";
+    EXPECT_NEAR(fold.length_m, 0.39, 0.006) << "the rim has no curvature of its own";
+    EXPECT_NEAR(std::abs(fold.curvature_per_m), 3e-3 * k * k, 0.03 * 3e-3 * k * k);
+    const double phase = fold.middle_material_m.x() / 0.1;
+    const bool crest = std::abs(phase - std::floor(phase) - 0.5) < 0.1;
+    EXPECT_EQ(fold.curvature_per_m < 0, crest);
+    (crest ? crests : valleys) += 1;
+  }
+  EXPECT_EQ(crests, 4);
+  EXPECT_EQ(valleys, 3);
+}
+
+TEST(Folds, ThePowerLiesInTheBandOfTheWavelengthAndSumsToTheVariance) {
+  // A cosine that the transform has as one mode: 8 half waves over the patch of n steps.
+  constexpr int kPoints = 64;
+  const double step = 0.4 / (kPoints - 1);
+  const double wavelength = 2 * kPoints * step / 8;
+  const Sheet sheet = sheet_of(kPoints, [&](double u, double v) {
+    return Eigen::Vector3d(v, u, 2e-3 * std::cos(kTurn * (u + step / 2) / wavelength));
+  });
+  const SheetShape shape = shape_of(sheet, {}, "wave");
+  double total = 0;
+  for (const WaveBand& band : shape.bands) {
+    total += band.height_m2;
+    const bool holds = wavelength >= band.from_m && wavelength < band.to_m;
+    EXPECT_NEAR(band.height_m2, holds ? 2e-6 : 0, 1e-12) << band.from_m;
+  }
+  EXPECT_NEAR(total, 2e-6, 1e-12);
+}
+
+TEST(Folds, ACylinderIsBentEverywhereAlike) {
+  const double radius = 0.2;
+  const Sheet sheet = sheet_of(41, [&](double u, double v) {
+    return Eigen::Vector3d(v, radius * std::sin(u / radius), radius * std::cos(u / radius));
+  });
+  const SheetShape shape = shape_of(sheet, {}, "cylinder");
+  // Chords of 10 mm on 200 mm: central differences are short by (h / R)^2 / 12 and the metric by
+  // (h / R)^2 / 6.
+  EXPECT_NEAR(shape.mean_bending_per_m2, 1 / (radius * radius), 2e-3 / (radius * radius));
+  for (const WaveBand& band : shape.bands) EXPECT_LT(band.curvature_per_m2, 1e-12);
+}
+
+TEST(Folds, WhatIsNoWholeGridIsRefused) {
+  Sheet sheet = sheet_of(9, [](double u, double v) { return Eigen::Vector3d(v, u, 0); });
+  EXPECT_NO_THROW((void)shape_of(sheet, {}, "flat"));
+  EXPECT_TRUE(shape_of(sheet, {}, "flat").folds.empty());
+  sheet.marks[7].material_m.x() += 1e-3;
+  EXPECT_THROW((void)shape_of(sheet, {}, "uneven"), Error);
+  sheet.marks.pop_back();
+  EXPECT_THROW((void)shape_of(sheet, {}, "torn"), Error);
+}
+
+TEST(Folds, AreaUnderTheCurveCountsPairs) {
+  EXPECT_EQ(area_under_curve({1, 2}, {3, 4}), 1);
+  EXPECT_EQ(area_under_curve({1, 2}, {1, 2}), 0.5);
+  EXPECT_EQ(area_under_curve({1, 4}, {2, 3}), 0.5);
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/metrics/drapemeter.hpp"
+
+namespace drape::compare {
+
+/// Disc and round specimen of a drapemeter.
+struct DrapemeterGeometry {
+  std::string name;
+  double disc_m = 0, specimen_m = 0;  ///< diameters
+
+  /// Throws Error(usage) unless 0 < disc < specimen.
+  void check() const;
+};
+
+/// iso-240, iso-300, iso-360 (ISO 9073-9 and BS 5058: disc 180 mm) and jis-254 (JIS L 1096: 127).
+[[nodiscard]] const std::vector<DrapemeterGeometry>& drapemeter_geometries();
+[[nodiscard]] DrapemeterGeometry drapemeter_geometry(const std::string& name);
+
+/// Hem of a draped specimen seen from above, x right, y up or as the world's.
+struct Hem {
+  Eigen::Vector2d centre_m;      ///< of the covered area
+  double area_m2 = 0;            ///< covered
+  std::vector<double> radius_m;  ///< about the centre, equal steps of angle from +x towards +y;
+                                 ///< where a ray meets the hem more than once, the outermost
+  std::optional<double> flat_area_m2;  ///< of the specimen, where it is known better than by size
+};
+
+/// Of a closed outline without crossings, either sense. Throws Error(bad_input) naming nothing when
+/// the outline does not go around its centre.
+[[nodiscard]] Hem hem_of_outline(const std::vector<Eigen::Vector2d>& outline_m, int rays = 720);
+
+/// Of radii at equal steps of angle, by trigonometric interpolation (orders below half their
+/// number); area = pi times the mean square radius, exact for a hem of those orders.
+[[nodiscard]] Hem hem_of_radii(const std::vector<double>& radius_m, int rays = 720);
+
+[[nodiscard]] Hem scaled(const Hem& hem, double factor);
+
+struct HemOptions {
+  double fold_ratio = 0.02;      ///< prominence of a node, part of the mean radius
+  double smoothing_rad = 0.052;  ///< Gaussian on the radius before nodes are counted (3 degrees)
+  int orders = 16;               ///< Fourier orders listed
+};
+
+/// One fold of the hem.
+struct HemNode {
+  double angle_rad = 0;     ///< of its crest
+  double radius_m = 0;      ///< of its crest
+  double amplitude_m = 0;   ///< half of crest minus mean of the valleys beside it
+  double wavelength_m = 0;  ///< arc of the mean circle to the next crest
+};
+[[nodiscard]] std::vector<HemNode> nodes_of(const Hem& hem, const HemOptions& options);
+
+/// A number of the drapemeter, in the unit that its name ends with.
+struct HemNumber {
+  std::string name;
+  double value = 0;
+  std::optional<double> u;  ///< expanded uncertainty, k = 2; absent when nothing is known of it
+};
+
+/// drape_coefficient_percent = 100 (A - disc) / (specimen - disc) (Cusick 1968);
+/// drape_distance_ratio_percent = 100 (R - r_mean) / (R - r_disc) and
+/// fold_depth_index_percent = 100 (r_max - r_min) / (R - r_disc) (Jeong 1998); nodes; mean
+/// node_amplitude_mm and node_wavelength_mm; area_mm2, mean, least and largest radius in mm; the
+/// amplitudes of the Fourier orders of the radius: order_00_mm (its mean) to order_16_mm.
+[[nodiscard]] std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry,
+                                                const HemOptions& options);
+
+/// What is known of a hem's errors.
+struct HemErrors {
+  /// Hems at the grey levels a quarter and three quarters across the edge: the edge lies between
+  /// them, rectangular distribution.
+  std::optional<std::pair<Hem, Hem>> edges;
+  std::optional<double> scale_u;  ///< relative standard uncertainty of lengths
+};
+
+/// The same numbers with U: each source is moved, the numbers' differences are added in squares
+/// (GUM 5.1, numerically), k = 2.
+[[nodiscard]] std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
+                                                    const DrapemeterGeometry& geometry,
+                                                    const HemOptions& options);
+
+[[nodiscard]] double number_named(const std::vector<HemNumber>& numbers, const std::string& name);
+
+/// Root mean square difference of two hems' radii after the best turn, also mirrored; 72 rays.
+[[nodiscard]] double hem_distance_m(const Hem& a, const Hem& b);
+
+}  // namespace drape::compare

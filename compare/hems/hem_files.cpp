@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/hems/hem_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <numbers>
+#include <regex>
+#include <set>
+
+#include "compare/hems/shadow.hpp"
+#include "core/error.hpp"
+#include "core/files/csv.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+const std::set<std::string> kPictures = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm"};
+const std::set<std::string> kMeshes = {".ply", ".obj", ".json"};
+
+std::string ending_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+/// The names in a path by a pattern such as "{fabric}_{repeat}".
+class NamePattern {
+ public:
+  explicit NamePattern(const std::string& pattern) {
+    std::string expression;
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+      if (pattern[i] == '{') {
+        const std::size_t end = pattern.find('}', i);
+        const std::string name = pattern.substr(i + 1, end - i - 1);
+        static const std::set<std::string> known = {"fabric", "sample", "face", "repeat"};
+        if (end == std::string::npos || !known.contains(name))
+          throw usage_error(fmt::format("`{}` is no name in a pattern", name),
+                            "use {fabric}, {sample}, {face} and {repeat}");
+        names_.push_back(name);
+        expression += "(.+?)";
+        i = end;
+      } else if (pattern[i] == '*') {
+        expression += ".*?";
+      } else {
+        if (std::isalnum(static_cast<unsigned char>(pattern[i])) == 0) expression += '\\';
+        expression += pattern[i];
+      }
+    }
+    expression_ = std::regex(expression);
+  }
+
+  void apply(const std::string& path, HemRecord& record) const {
+    std::smatch found;
+    if (!std::regex_match(path, found, expression_))
+      throw bad_input("the file's name does not fit --names", {.file = path}, "change one of them");
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      std::string& value = names_[i] == "fabric"   ? record.fabric
+                           : names_[i] == "sample" ? record.sample
+                           : names_[i] == "face"   ? record.face
+                                                   : record.repeat;
+      value = found[i + 1];
+    }
+  }
+
+ private:
+  std::vector<std::string> names_;
+  std::regex expression_;
+};
+
+struct Input {
+  fs::path file;
+  std::string name;  ///< for the pattern
+};
+
+std::vector<Input> files_of(const fs::path& input) {
+  if (!fs::is_directory(input)) return {{input, input.stem().string()}};
+  std::vector<Input> found;
+  for (const auto& entry : fs::recursive_directory_iterator(input)) {
+    const std::string ending = ending_of(entry.path());
+    const bool twin = ending == ".ply" || ending == ".obj" || kPictures.contains(ending);
+    if (!entry.is_regular_file() || !twin) continue;
+    fs::path name = fs::relative(entry.path(), input);
+    name.replace_extension();
+    found.push_back({entry.path(), name.generic_string()});
+  }
+  std::sort(found.begin(), found.end(),
+            [](const Input& a, const Input& b) { return a.file < b.file; });
+  if (found.empty())
+    throw bad_input("the folder holds no picture and no mesh", {.file = input.string()},
+                    "give a folder of PNG, JPEG, TIFF, PLY or OBJ files");
+  return found;
+}
+
+void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options) {
+  if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
+  record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
+  record.nodes = nodes_of(record.hem, options.hem);
+}
+
+void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord& record) {
+  if (!options.scale)
+    throw bad_input("a picture has no scale of its own", {.file = file.string()},
+                    "give --mm-per-px, --ruler, --disc-picture or --disc-hole");
+  const Silhouette silhouette = read_silhouette(file);
+  const PictureScale scale = options.scale(silhouette, file);
+  const auto hem = [&](const Outline& outline_px) {
+    Outline outline_m;
+    for (const auto& p : outline_px) outline_m.push_back(scale.metres_of(p));
+    return hem_of_outline(outline_m);
+  };
+  record.hem = hem(silhouette.half);
+  record.basis = scale.basis;
+  record.warnings = silhouette.warnings;
+  evaluate(record, {{{hem(silhouette.quarter), hem(silhouette.three_quarters)}}, scale.relative_u},
+           options);
+}
+
+std::vector<HemRecord> read_table(const fs::path& file, const HemReadOptions& options) {
+  const CsvText table = read_csv_text(file);
+  std::vector<std::string> angles;
+  for (const std::string& name : table.names)
+    if (name.size() == 4 && name[0] == 'r' &&
+        std::isdigit(static_cast<unsigned char>(name[1])) != 0)
+      angles.push_back(name);
+  std::vector<HemRecord> records;
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const auto text = [&](const std::string& name) {
+      return table.has(name) ? table.rows[row][table.column(name)] : std::string();
+    };
+    if (table.has("series") && text("series") != "repeat") continue;
+    HemRecord record{fmt::format("{}:{}", file.string(), table.lines[row]),
+                     text("fabric"),
+                     text("sample"),
+                     text("face"),
+                     text("repeat"),
+                     {},
+                     {},
+                     {},
+                     {},
+                     {}};
+    std::vector<double> radius_m;
+    for (const std::string& name : angles) {
+      const std::optional<double> r = table.number(row, name);
+      if (!r || *r <= 0)
+        throw bad_input("a hem's radius is missing or not above 0",
+                        {.file = file.string(), .line = table.lines[row], .field = name},
+                        "give every radius in mm");
+      radius_m.push_back(*r * mm);
+    }
+    if (radius_m.size() < 36)
+      throw bad_input(fmt::format("{} columns of radii", radius_m.size()), {.file = file.string()},
+                      "give r000, r005 .. r355 in mm");
+    record.hem = hem_of_radii(radius_m);
+    evaluate(record, {}, options);
+    records.push_back(std::move(record));
+  }
+  return records;
+}
+
+std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,
+                                  const NamePattern* names) {
+  const std::string ending = ending_of(input.file);
+  if (ending == ".csv") return read_table(input.file, options);
+  HemRecord record;
+  record.file = input.file.string();
+  record.fabric = input.name;
+  if (names != nullptr) names->apply(input.name, record);
+  if (kMeshes.contains(ending)) {
+    const ShadowMesh mesh = read_shadow_mesh(input.file);
+    record.hem = shadow_of(mesh);
+    record.go = mesh.status.empty() || mesh.status == "at rest";
+    if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);
+    evaluate(record, {}, options);
+  } else {
+    read_picture(input.file, options, record);
+  }
+  return {std::move(record)};
+}
+
+Json json_of(const HemRecord& record) {
+  Json json;
+  json["file"] = record.file;
+  json["go"] = record.go;
+  for (const auto& [name, value] : {std::pair{"fabric", record.fabric},
+                                    {"sample", record.sample},
+                                    {"face", record.face},
+                                    {"repeat", record.repeat},
+                                    {"scale", record.basis}})
+    json[name] = value.empty() ? Json() : Json(value);
+  json["numbers"] = Json::object();
+  for (const HemNumber& number : record.numbers)
+    json["numbers"][number.name] = {{"value", number.value},
+                                    {"u", number.u ? Json(*number.u) : Json()}};
+  json["nodes"] = Json::array();
+  for (const HemNode& node : record.nodes)
+    json["nodes"].push_back({{"angle_deg", node.angle_rad / units::deg},
+                             {"radius_mm", node.radius_m / mm},
+                             {"amplitude_mm", node.amplitude_m / mm},
+                             {"wavelength_mm", node.wavelength_m / mm}});
+  json["radius_mm"] = Json::array();
+  for (std::size_t i = 0; i < record.hem.radius_m.size(); i += record.hem.radius_m.size() / 72)
+    json["radius_mm"].push_back(record.hem.radius_m[i] / mm);
+  json["warnings"] = record.warnings;
+  return json;
+}
+
+Json json_of(const Judgement& judgement) {
+  Json json;
+  json["p"] = judgement.p ? Json(*judgement.p) : Json();
+  json["t"] = judgement.t;
+  json["degrees_of_freedom"] = judgement.dof;
+  json["mean"] = judgement.mean;
+  json["sd"] = judgement.sd;
+  json["detectable"] = judgement.detectable ? Json(*judgement.detectable) : Json();
+  return json;
+}
+
+std::map<std::string, std::vector<const HemRecord*>> by_fabric(const std::vector<HemRecord>& hems) {
+  std::map<std::string, std::vector<const HemRecord*>> fabrics;
+  for (const HemRecord& hem : hems) fabrics[hem.fabric].push_back(&hem);
+  return fabrics;
+}
+
+Json variance_json(const std::string& fabric, const std::vector<const HemRecord*>& hems) {
+  std::vector<RepeatKey> keys;
+  std::vector<double> values;
+  for (const HemRecord* hem : hems) {
+    keys.push_back(hem->key());
+    values.push_back(hem->drape_coefficient());
+  }
+  const VarianceComponents found = variance_components(keys, values);
+  Json json;
+  json["fabric"] = fabric;
+  json["drapes"] = found.drapes;
+  json["faces"] = Json::array();
+  for (const auto& [face, mean] : found.face_means)
+    json["faces"].push_back({{"face", face}, {"mean_percent", mean}});
+  json["samples"] = found.samples;
+  json["repeat_sd_percent"] = found.repeat_sd ? Json(*found.repeat_sd) : Json();
+  json["sample_sd_percent"] = found.sample_sd ? Json(*found.sample_sd) : Json();
+  return json;
+}
+
+std::string quoted(const std::string& cell) {
+  if (cell.find_first_of(",\"\n\r#") == std::string::npos) return cell;
+  std::string text = "\"";
+  for (const char c : cell) text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return text + '"';
+}
+
+}  // namespace
+
+HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& options) {
+  options.geometry.check();
+  std::vector<Input> files;
+  for (const fs::path& input : inputs)
+    for (const Input& file : files_of(input)) files.push_back(file);
+  if (files.empty()) throw usage_error("no input is named", "give pictures, a folder or sheets");
+  std::optional<NamePattern> names;
+  if (!options.names.empty()) names.emplace(options.names);
+  std::vector<std::vector<HemRecord>> read(files.size());
+  std::vector<std::string> refused(files.size());
+  parallel_for(files.size(), options.threads, [&](std::size_t i) {
+    try {
+      read[i] = read_input(files[i], options, names ? &*names : nullptr);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::bad_input) throw;
+      const std::string text = error.what();
+      const std::string file = files[i].file.string();
+      refused[i] = text.find(file) == std::string::npos ? file + ": " + text : text;
+    }
+  });
+  HemSet set;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    set.inputs.push_back(files[i].file);
+    if (!refused[i].empty()) set.refused.push_back(refused[i]);
+    for (HemRecord& record : read[i]) set.hems.push_back(std::move(record));
+  }
+  return set;
+}
+
+std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
+                                 const std::vector<HemRecord>& virtual_hems,
+                                 const MatchOptions& options) {
+  constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
+  std::map<std::pair<std::string, std::string>, std::vector<const HemRecord*>> groups;
+  for (const HemRecord& hem : real) groups[{hem.fabric, hem.face}].push_back(&hem);
+  std::vector<HemMatch> matches;
+  for (const auto& [name, repeats] : groups) {
+    std::vector<double> coefficients;
+    Distances distances;
+    for (const HemRecord* a : repeats) {
+      coefficients.push_back(a->drape_coefficient());
+      distances.real_to_real.emplace_back();
+      for (const HemRecord* b : repeats)
+        distances.real_to_real.back().push_back(a == b ? 0 : hem_distance_m(a->hem, b->hem));
+    }
+    for (const HemRecord& candidate : virtual_hems) {
+      HemMatch match{
+          name.first, name.second, candidate.file, static_cast<int>(repeats.size()), {}, {}, {},
+          {},         {}};
+      distances.virtual_to_real.clear();
+      for (const HemRecord* a : repeats)
+        distances.virtual_to_real.push_back(hem_distance_m(a->hem, candidate.hem));
+      match.drape_coefficient = judge_value(coefficients, candidate.drape_coefficient(),
+                                            options.priors.drape_coefficient, options.significance);
+      match.hem =
+          judge_distance(distances, options.priors.hem_score, kLeast_m, options.significance);
+      match.p = joint_p({match.drape_coefficient, match.hem});
+      const auto detectable = match.drape_coefficient.detectable;
+      match.verdict = "inside";
+      if (!match.p) {
+        match.verdict = "undecided";
+        match.reason = "one drape and no prior: nothing is known of its repeats";
+      } else if (*match.p < options.significance) {
+        match.verdict = "outside";
+      } else if (!detectable || *detectable > options.worth_finding_percent) {
+        match.verdict = "undecided";
+        match.reason = fmt::format(
+            "the repeats scatter so much that only {:.1f} points are found in 90 of 100 cases",
+            detectable.value_or(100));
+      }
+      matches.push_back(std::move(match));
+    }
+  }
+  return matches;
+}
+
+std::string hems_csv(const std::vector<HemRecord>& hems) {
+  constexpr int kAngles = 72;
+  std::string text = "fabric,sample,face,repeat,file";
+  if (!hems.empty())
+    for (const HemNumber& number : hems.front().numbers)
+      text += fmt::format(",{0},u_{0}", number.name);
+  for (int i = 0; i < kAngles; ++i) text += fmt::format(",r{:03d}", 360 / kAngles * i);
+  text += '\n';
+  for (const HemRecord& hem : hems) {
+    text += fmt::format("{},{},{},{},{}", quoted(hem.fabric), quoted(hem.sample), quoted(hem.face),
+                        quoted(hem.repeat), quoted(hem.file));
+    for (const HemNumber& number : hem.numbers)
+      text +=
+          fmt::format(",{:.6g},{}", number.value, number.u ? fmt::format("{:.3g}", *number.u) : "");
+    const std::size_t step = hem.hem.radius_m.size() / kAngles;
+    for (std::size_t i = 0; i < kAngles; ++i)
+      text += fmt::format(",{:.4f}", hem.hem.radius_m[i * step] / mm);
+    text += '\n';
+  }
+  return text;
+}
+
+Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,
+               const std::vector<HemMatch>& matches, const MatchOptions& options) {
+  Json json;
+  json["schema"] = "drapebench/hems/1";
+  json["geometry"] = {{"name", geometry.name},
+                      {"disc_mm", geometry.disc_m / mm},
+                      {"specimen_mm", geometry.specimen_m / mm}};
+  json["hems"] = Json::array();
+  for (const HemRecord& record : real.hems) json["hems"].push_back(json_of(record));
+  json["refused"] = real.refused;
+  json["variance"] = Json::array();
+  for (const auto& [fabric, hems] : by_fabric(real.hems))
+    json["variance"].push_back(variance_json(fabric, hems));
+  json["significance"] = options.significance;
+  json["matches"] = Json::array();
+  for (const HemMatch& match : matches) {
+    json["matches"].push_back({{"fabric", match.fabric},
+                               {"face", match.face},
+                               {"virtual", match.virtual_file},
+                               {"repeats", match.repeats},
+                               {"verdict", match.verdict},
+                               {"reason", match.reason.empty() ? Json() : Json(match.reason)},
+                               {"p", match.p ? Json(*match.p) : Json()},
+                               {"drape_coefficient_percent", json_of(match.drape_coefficient)},
+                               {"log_hem_distance", json_of(match.hem)}});
+  }
+  return json;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compare/hems/hem.hpp"
+#include "compare/hems/repeats.hpp"
+#include "compare/hems/silhouette.hpp"
+#include "core/files/json_file.hpp"
+
+namespace drape::compare {
+
+/// One hem that was read, and what it says.
+struct HemRecord {
+  std::string file;  ///< and the row, where a file holds many
+  std::string fabric, sample, face, repeat;
+  Hem hem;
+  std::vector<HemNumber> numbers;
+  std::vector<HemNode> nodes;
+  std::string basis;  ///< where the scale comes from; empty: the input is in millimetres
+  std::vector<std::string> warnings;
+  bool go = true;  ///< false for a simulated sheet that is not at rest
+
+  [[nodiscard]] RepeatKey key() const { return {sample, face}; }
+  [[nodiscard]] double drape_coefficient() const {
+    return number_named(numbers, "drape_coefficient_percent");
+  }
+};
+
+struct HemReadOptions {
+  DrapemeterGeometry geometry = {"iso-300", 0.180, 0.300};
+  HemOptions hem;
+  /// Scale of a picture; unset: pictures are refused.
+  std::function<PictureScale(const Silhouette&, const std::filesystem::path&)> scale;
+  std::optional<double> scale_u;  ///< relative standard uncertainty; of every input
+  /// Where fabric, sample, face and repeat stand in a file's path (below the folder that was given,
+  /// without ending), such as "{fabric}/s{sample}_f{face}_{repeat}"; `*` is any text. Empty: only
+  /// the file's name is kept, as the fabric.
+  std::string names;
+  int threads = 1;
+};
+
+struct HemSet {
+  std::vector<HemRecord> hems;
+  std::vector<std::string> refused;           ///< file and reason
+  std::vector<std::filesystem::path> inputs;  ///< files that were read
+};
+
+/// Pictures, sheets and meshes (PLY, OBJ, sheet.json), tables of radii (CSV) and folders of all of
+/// these, in the order given, folders by name. A table has the columns r000 .. in mm, one per equal
+/// step of angle, and may have fabric, sample, face, repeat and series (then only "repeat" rows are
+/// read). A file that cannot be read is refused with its reason, not thrown; throws Error(usage)
+/// when nothing is named.
+[[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
+                               const HemReadOptions& options);
+
+/// A virtual hem beside the repeats of one fabric and face.
+struct HemMatch {
+  std::string fabric, face, virtual_file;
+  int repeats = 0;
+  Judgement drape_coefficient, hem;
+  std::optional<double> p;
+  std::string verdict;  ///< inside, outside or undecided
+  std::string reason;   ///< of undecided; else empty
+};
+
+struct MatchOptions {
+  double significance = 0.05;
+  RepeatPriors priors = published_priors();
+  /// A match that could not tell a fabric this many points away (in 90 of 100 cases) is undecided.
+  double worth_finding_percent = 10;
+};
+
+/// Every virtual hem against every group of a fabric and a face.
+[[nodiscard]] std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
+                                               const std::vector<HemRecord>& virtual_hems,
+                                               const MatchOptions& options);
+
+/// hems.csv: a row per hem; `u_` before a name is its expanded uncertainty.
+[[nodiscard]] std::string hems_csv(const std::vector<HemRecord>& hems);
+
+/// hems.json, "drapebench/hems/1".
+[[nodiscard]] Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,
+                             const std::vector<HemMatch>& matches, const MatchOptions& options);
+
+}  // namespace drape::compare

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/hems/repeats.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "compare/hems/student.hpp"
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+constexpr double kPower = 0.9;
+constexpr std::size_t kLeastForModes = 6;  // repeats
+constexpr double kMostModes = 100;         // beyond, F no longer depends on their number
+constexpr double kMostDof = 1e6;           // groups that differ by chance alone
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Sum of squares about the mean.
+double squares_of(const std::vector<double>& values) {
+  const double mean = mean_of(values);
+  double sum = 0;
+  for (const double v : values) sum += (v - mean) * (v - mean);
+  return sum;
+}
+
+/// t of `value` beside `repeats`, whose own degrees of freedom are `dof`.
+Judgement standardised(const std::vector<double>& repeats, double value, double dof,
+                       const VariancePrior& prior) {
+  Judgement result;
+  result.mean = mean_of(repeats);
+  result.dof = prior.dof + dof;
+  if (result.dof <= 0) return result;
+  const double own = dof > 0 ? squares_of(repeats) : 0;
+  result.sd = std::sqrt((prior.dof * prior.variance + own) / result.dof);
+  const double spread = result.sd * std::sqrt(1 + 1 / static_cast<double>(repeats.size()));
+  if (!(spread > 0)) return result;
+  result.t = (value - result.mean) / spread;
+  result.p = 1;  // the caller's side decides
+  return result;
+}
+
+}  // namespace
+
+VariancePrior variance_prior(const std::vector<GroupVariance>& groups) {
+  std::vector<double> logs;
+  double chance = 0;
+  for (const GroupVariance& group : groups) {
+    if (!(group.variance > 0) || group.dof < 1) continue;
+    const double half = group.dof / 2.0;
+    logs.push_back(std::log(group.variance) - digamma(half) + std::log(half));
+    chance += trigamma(half);
+  }
+  if (logs.size() < 2) throw internal_error("a prior needs two groups");
+  const auto n = static_cast<double>(logs.size());
+  const double excess = squares_of(logs) / (n - 1) - chance / n;
+  double low = 1e-3, high = kMostDof;  // trigamma(dof / 2) falls with dof
+  for (int i = 0; i < 200; ++i) {
+    const double middle = std::sqrt(low * high);
+    (trigamma(middle / 2) > excess ? low : high) = middle;
+  }
+  return {low, std::exp(mean_of(logs) + digamma(low / 2) - std::log(low / 2))};
+}
+
+Judgement judge_value(const std::vector<double>& repeats, double value, const VariancePrior& prior,
+                      double significance) {
+  if (repeats.empty()) return {};
+  Judgement result = standardised(repeats, value, static_cast<double>(repeats.size()) - 1, prior);
+  if (!result.p) return result;
+  result.p = 2 * student_cdf(-std::abs(result.t), result.dof);
+  const double limit = student_quantile(1 - significance / 2, result.dof);
+  result.detectable = (limit + student_quantile(kPower, result.dof)) * result.sd *
+                      std::sqrt(1 + 1 / static_cast<double>(repeats.size()));
+  return result;
+}
+
+Judgement judge_distance(const Distances& distances, const VariancePrior& prior, double least,
+                         double significance) {
+  const std::size_t n = distances.real_to_real.size();
+  if (n < 2) return {};
+  const auto log_of = [&](double d) { return std::log(std::max(d, least)); };
+  std::vector<double> scores;
+  for (std::size_t i = 0; i < n; ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j)
+      if (j != i) sum += log_of(distances.real_to_real[i][j]);
+    scores.push_back(sum / static_cast<double>(n - 1));
+  }
+  double score = 0;
+  for (const double d : distances.virtual_to_real) score += log_of(d) / static_cast<double>(n);
+  // Two repeats have one distance between them: equal scores, nothing about their spread.
+  Judgement result = standardised(scores, score, n == 2 ? 0 : static_cast<double>(n) - 1, prior);
+  if (!result.p) return result;
+  result.p = student_cdf(-result.t, result.dof);
+  const double limit = student_quantile(1 - significance, result.dof);
+  result.detectable = (limit + student_quantile(kPower, result.dof)) * result.sd *
+                      std::sqrt(1 + 1 / static_cast<double>(n));
+  return result;
+}
+
+Judgement judge_points(const Distances& distances) {
+  const std::size_t n = distances.real_to_real.size();
+  Judgement result;
+  if (n < 3) return result;
+  const auto count = static_cast<double>(n), freedom = count - 1;
+  Eigen::MatrixXd squares(n, n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) squares(i, j) = std::pow(distances.real_to_real[i][j], 2);
+  // Products of the points about their mean (Torgerson 1952).
+  const Eigen::MatrixXd centre =
+      Eigen::MatrixXd::Identity(n, n) - Eigen::MatrixXd::Constant(n, n, 1 / count);
+  const Eigen::MatrixXd products = -0.5 * centre * squares * centre;
+  const double variance = products.trace() / freedom;
+  if (!(variance > 0)) return result;
+  double from_mean = -squares.sum() / (2 * count * count);
+  for (const double d : distances.virtual_to_real) from_mean += d * d / count;
+  result.dof = 1;
+  if (n >= kLeastForModes) {
+    const double all = variance * variance, own = products.squaredNorm() / (freedom * freedom);
+    const double modes = (own - all / freedom) / (1 + 1 / freedom - 2 / (freedom * freedom));
+    const double sum = all - 2 * modes / freedom;
+    result.dof = modes * kMostModes > sum ? std::max(1.0, sum / modes) : kMostModes;
+  }
+  const double f = from_mean / (1 + 1 / count) / variance;
+  result.sd = std::sqrt(variance);
+  result.t = std::sqrt(std::max(0.0, f));
+  result.p = f_tail(f, result.dof, result.dof * freedom);
+  return result;
+}
+
+std::optional<double> joint_p(const std::vector<Judgement>& judgements) {
+  double least = 1;
+  int count = 0;
+  for (const Judgement& judgement : judgements) {
+    if (!judgement.p) continue;
+    least = std::min(least, *judgement.p);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return std::min(1.0, count * least);
+}
+
+const RepeatPriors& published_priors() {
+  // 304 repeats in 26 groups (13 fabrics, two faces), silhouettes.csv of Gong, Mao and Wang 2024;
+  // the test Repeats.ThePublishedPriorsAreThoseOfTheData finds the same numbers.
+  static const RepeatPriors priors = {{10.89, 4.058}, {2.30, 0.003125}};
+  return priors;
+}
+
+VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
+                                       const std::vector<double>& values) {
+  if (keys.size() != values.size() || keys.empty())
+    throw internal_error("variance components need one key per value");
+  std::map<std::string, std::map<std::string, std::vector<double>>> faces;
+  for (std::size_t i = 0; i < keys.size(); ++i)
+    faces[keys[i].face][keys[i].sample].push_back(values[i]);
+  VarianceComponents result;
+  result.drapes = static_cast<int>(values.size());
+  result.faces = static_cast<int>(faces.size());
+  double within = 0, between = 0, effective = 0;
+  int within_dof = 0, between_dof = 0;
+  for (const auto& [face, samples] : faces) {
+    std::vector<double> all;
+    double squared_counts = 0;
+    for (const auto& [sample, repeats] : samples) {
+      within += squares_of(repeats);
+      within_dof += static_cast<int>(repeats.size()) - 1;
+      squared_counts += static_cast<double>(repeats.size() * repeats.size());
+      all.insert(all.end(), repeats.begin(), repeats.end());
+    }
+    const auto n = static_cast<double>(all.size());
+    for (const auto& [sample, repeats] : samples)
+      between += static_cast<double>(repeats.size()) * std::pow(mean_of(repeats) - mean_of(all), 2);
+    between_dof += static_cast<int>(samples.size()) - 1;
+    effective += n - squared_counts / n;
+    result.samples += static_cast<int>(samples.size());
+    result.face_means.emplace_back(face, mean_of(all));
+  }
+  if (within_dof > 0) result.repeat_sd = std::sqrt(within / within_dof);
+  if (within_dof > 0 && between_dof > 0) {
+    const double excess = between / between_dof - within / within_dof;
+    result.sample_sd = std::sqrt(std::max(0.0, excess * between_dof / effective));
+  }
+  return result;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/hems/repeats.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "compare/hems/hem_files.hpp"
+#include "compare/hems/mark_repeats.hpp"
+#include "compare/hems/student.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+TEST(Student, IsThatOfTheTables) {
+  EXPECT_NEAR(student_quantile(0.975, 1), 12.7062047362, 1e-8);
+  EXPECT_NEAR(student_quantile(0.975, 10), 2.22813885196, 1e-9);
+  EXPECT_NEAR(student_quantile(0.05, 4.5), -student_quantile(0.95, 4.5), 1e-12);
+  EXPECT_NEAR(student_cdf(1.96, 1e6), 0.9750021, 1e-6);
+  EXPECT_NEAR(f_tail(4.9646027437, 1, 10), 0.05, 1e-9);
+  EXPECT_NEAR(f_tail(2.9782370160, 10, 10), 0.05, 1e-9);
+  EXPECT_NEAR(digamma(1), -0.57721566490153286, 1e-12);
+  EXPECT_NEAR(digamma(0.5), -1.96351002602142348, 1e-12);
+  EXPECT_NEAR(trigamma(1), std::numbers::pi * std::numbers::pi / 6, 1e-12);
+  EXPECT_NEAR(trigamma(0.5), std::numbers::pi * std::numbers::pi / 2, 1e-12);
+}
+
+TEST(Variance, ComponentsOfANestedTableByHand) {
+  // One face, samples {1, 3} and {7, 9}: within 2 with 1 + 1 degrees, MS 2; between 36, MS 36.
+  const std::vector<RepeatKey> keys = {{"a", "1"}, {"a", "1"}, {"b", "1"}, {"b", "1"}};
+  const VarianceComponents found = variance_components(keys, {1, 3, 7, 9});
+  EXPECT_NEAR(*found.repeat_sd, std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(*found.sample_sd, std::sqrt((36 - 2) / 2.0), 1e-12);
+  EXPECT_FALSE(variance_components({{"a", "1"}}, {5}).repeat_sd);
+}
+
+TEST(Judge, AValueByTheTDistribution) {
+  const std::vector<double> repeats = {48, 50, 52};  // sd 2
+  const Judgement found = judge_value(repeats, 60, {}, 0.05);
+  EXPECT_NEAR(found.t, 10 / (2 * std::sqrt(4.0 / 3)), 1e-12);
+  EXPECT_NEAR(*found.p, 2 * student_cdf(-found.t, 2), 1e-15);
+  // With a prior: s^2 = (6 * 1 + 2 * 4) / 8.
+  EXPECT_NEAR(judge_value(repeats, 60, {6, 1}, 0.05).sd, std::sqrt(14.0 / 8), 1e-12);
+  EXPECT_FALSE(judge_value({50}, 60, {}, 0.05).p) << "one drape alone says nothing of its repeats";
+  EXPECT_TRUE(judge_value({50}, 60, {6, 1}, 0.05).p);
+}
+
+/// Hems of one fabric and face.
+using Groups = std::map<std::pair<std::string, std::string>, std::vector<const HemRecord*>>;
+
+Groups groups_of(const HemSet& set) {
+  Groups groups;
+  for (const HemRecord& hem : set.hems) groups[{hem.fabric, hem.face}].push_back(&hem);
+  return groups;
+}
+
+using Table = std::vector<std::vector<double>>;
+
+Table distances_of(const std::vector<const HemRecord*>& hems) {
+  Table table(hems.size(), std::vector<double>(hems.size(), 0.0));
+  for (std::size_t i = 0; i < hems.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      table[i][j] = table[j][i] = hem_distance_m(hems[i]->hem, hems[j]->hem);
+  return table;
+}
+
+GroupVariance variance_of(const std::vector<double>& values) {
+  double mean = 0, sum = 0;
+  for (const double v : values) mean += v / static_cast<double>(values.size());
+  for (const double v : values) sum += (v - mean) * (v - mean);
+  const int dof = static_cast<int>(values.size()) - 1;
+  return {sum / dof, dof};
+}
+
+std::vector<double> scores_of(const Table& distances) {
+  std::vector<double> scores;
+  for (std::size_t i = 0; i < distances.size(); ++i) {
+    double sum = 0;
+    for (std::size_t j = 0; j < distances.size(); ++j)
+      if (j != i) sum += std::log(distances[i][j]);
+    scores.push_back(sum / static_cast<double>(distances.size() - 1));
+  }
+  return scores;
+}
+
+struct Library {
+  HemSet set;
+  Groups groups;
+  std::map<std::pair<std::string, std::string>, Table> distances;
+
+  explicit Library(const std::filesystem::path& folder)
+      : set(read_hems({folder / "silhouettes.csv"}, {})), groups(groups_of(set)) {
+    for (const auto& [name, hems] : groups) distances[name] = distances_of(hems);
+  }
+  /// From all fabrics but one, so that no fabric judges itself.
+  [[nodiscard]] RepeatPriors priors(const std::string& without) const {
+    std::vector<GroupVariance> coefficients, scores;
+    for (const auto& [name, hems] : groups) {
+      if (name.first == without) continue;
+      std::vector<double> values;
+      for (const HemRecord* hem : hems) values.push_back(hem->drape_coefficient());
+      coefficients.push_back(variance_of(values));
+      scores.push_back(variance_of(scores_of(distances.at(name))));
+    }
+    return {variance_prior(coefficients), variance_prior(scores)};
+  }
+};
+
+TEST(Repeats, ThePublishedPriorsAreThoseOfTheData) {
+  const std::filesystem::path folder = test::test_data("real-drapes");
+  const RepeatPriors found = Library(folder).priors("");
+  const RepeatPriors& kept = published_priors();
+  EXPECT_NEAR(kept.drape_coefficient.dof / found.drape_coefficient.dof, 1, 0.02);
+  EXPECT_NEAR(kept.drape_coefficient.variance / found.drape_coefficient.variance, 1, 0.02);
+  EXPECT_NEAR(kept.hem_score.dof / found.hem_score.dof, 1, 0.02);
+  EXPECT_NEAR(kept.hem_score.variance / found.hem_score.variance, 1, 0.02);
+}
+
+/// One repeat left out and judged by the others, with `shift` points added to its coefficient.
+std::array<std::optional<double>, 3> left_out_p(const Library& library,
+                                                const std::pair<std::string, std::string>& name,
+                                                std::size_t out, const RepeatPriors& priors,
+                                                double shift) {
+  const auto& hems = library.groups.at(name);
+  const Table& all = library.distances.at(name);
+  std::vector<double> values;
+  Distances distances;
+  for (std::size_t i = 0; i < hems.size(); ++i) {
+    if (i == out) continue;
+    values.push_back(hems[i]->drape_coefficient());
+    distances.virtual_to_real.push_back(all[out][i]);
+    distances.real_to_real.emplace_back();
+    for (std::size_t j = 0; j < hems.size(); ++j)
+      if (j != out) distances.real_to_real.back().push_back(all[i][j]);
+  }
+  const Judgement value =
+      judge_value(values, hems[out]->drape_coefficient() + shift, priors.drape_coefficient, 0.05);
+  const Judgement hem = judge_distance(distances, priors.hem_score, 1e-6, 0.05);
+  return {value.p, hem.p, joint_p({value, hem})};
+}
+
+TEST(Repeats, ALeftOutRepeatIsOutsideAsOftenAsTheSignificanceSays) {
+  const std::filesystem::path folder = test::test_data("real-drapes");
+  const Library library(folder);
+  std::array<int, 3> alarms{};
+  int n = 0, found = 0;
+  for (const auto& [name, hems] : library.groups) {
+    const RepeatPriors priors = library.priors(name.first);
+    for (std::size_t i = 0; i < hems.size(); ++i, ++n) {
+      const auto p = left_out_p(library, name, i, priors, 0);
+      for (int k = 0; k < 3; ++k) alarms[k] += *p[k] < 0.05;
+      for (const double shift : {-10.0, 10.0})
+        found += *left_out_p(library, name, i, priors, shift)[0] < 0.05;
+    }
+  }
+  ASSERT_EQ(n, 304);
+  const auto percent = [&](int count) { return 100.0 * count / n; };
+  RecordProperty("coefficient_alarms_percent", std::to_string(percent(alarms[0])));
+  RecordProperty("hem_alarms_percent", std::to_string(percent(alarms[1])));
+  RecordProperty("joint_alarms_percent", std::to_string(percent(alarms[2])));
+  RecordProperty("ten_points_found_percent", std::to_string(percent(found) / 2));
+  EXPECT_NEAR(percent(alarms[0]), 5, 1.5);
+  EXPECT_NEAR(percent(alarms[1]), 5, 1.5);
+  EXPECT_NEAR(percent(alarms[2]), 5, 1.5);
+  EXPECT_GE(percent(found) / 2, 90) << "ten points away, by the coefficient alone";
+}
+
+TEST(Repeats, AnotherFabricTenPointsAwayIsFound) {
+  const std::filesystem::path folder = test::test_data("real-drapes");
+  const Library library(folder);
+  int n = 0, near = 0, found = 0, near_found = 0;
+  const auto mean = [](const std::vector<const HemRecord*>& hems) {
+    double sum = 0;
+    for (const HemRecord* hem : hems) sum += hem->drape_coefficient();
+    return sum / static_cast<double>(hems.size());
+  };
+  for (const auto& [name, hems] : library.groups) {
+    std::vector<HemRecord> real, others;
+    std::vector<double> apart;
+    for (const HemRecord* hem : hems) real.push_back(*hem);
+    for (const auto& [other, candidates] : library.groups) {
+      const double difference = std::abs(mean(candidates) - mean(hems));
+      if (other.first == name.first || difference < 10) continue;
+      for (const HemRecord* hem : candidates) {
+        others.push_back(*hem);
+        apart.push_back(difference);
+      }
+    }
+    MatchOptions options;
+    options.priors = library.priors(name.first);
+    const auto matches = match_hems(real, others, options);
+    ASSERT_EQ(matches.size(), others.size());
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      const bool outside = matches[i].verdict == "outside";
+      ++n;
+      found += outside;
+      near += apart[i] < 15;
+      near_found += outside && apart[i] < 15;
+    }
+  }
+  RecordProperty("pairs", n);
+  RecordProperty("found_percent", std::to_string(100.0 * found / n));
+  RecordProperty("ten_to_fifteen_pairs", near);
+  RecordProperty("ten_to_fifteen_found_percent", std::to_string(100.0 * near_found / near));
+  ASSERT_GT(near, 100);
+  EXPECT_GE(100.0 * near_found / near, 90);
+}
+
+/// A sheet of 6 x 6 marks whose height is a few waves of random amplitudes, like one branch of one
+/// cloth laid down again and again, and noise of the marks.
+Sheet laid_sheet(std::mt19937_64& lots, double shift_m) {
+  std::normal_distribution<double> normal;
+  const double a = 2e-3 * normal(lots), b = 1e-3 * normal(lots), c = 1e-3 * normal(lots);
+  Sheet sheet;
+  sheet.rows = sheet.cols = 6;
+  sheet.patch_m = {0.1, 0.1};
+  for (int row = 0; row < 6; ++row) {
+    for (int col = 0; col < 6; ++col) {
+      const double u = 0.02 * row, v = 0.02 * col;
+      const double z = a * std::sin(40 * u) + b * std::cos(30 * v) + c * std::sin(50 * (u + v)) +
+                       3e-5 * normal(lots) + shift_m;
+      sheet.marks.push_back({{row, col}, {u, v}, {v, u, z}, {}, {}, {}});
+    }
+  }
+  return sheet;
+}
+
+TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
+  std::mt19937_64 lots(26);
+  constexpr int kTrials = 3000;
+  for (const int repeats : {3, 8, 16}) {
+    int alarms = 0, found = 0;
+    for (int trial = 0; trial < kTrials; ++trial) {
+      std::vector<NamedSheet> real;
+      for (int i = 0; i < repeats; ++i) real.push_back({"real", laid_sheet(lots, 0)});
+      const auto result = mark_repeats(
+          real, {{"virtual", laid_sheet(lots, 0)}, {"far", laid_sheet(lots, 0.02)}}, 0.05);
+      alarms += result.matches[0].verdict == "outside";
+      found += result.matches[1].verdict == "outside";
+    }
+    RecordProperty("alarms_percent_" + std::to_string(repeats),
+                   std::to_string(100.0 * alarms / kTrials));
+    RecordProperty("found_percent_" + std::to_string(repeats),
+                   std::to_string(100.0 * found / kTrials));
+    // Below six repeats the number of modes is taken as one: fewer alarms, never more.
+    if (repeats < 6)
+      EXPECT_LE(100.0 * alarms / kTrials, 6.5) << repeats;
+    else
+      EXPECT_NEAR(100.0 * alarms / kTrials, 5, 1.5) << repeats;
+    EXPECT_GE(100.0 * found / kTrials, 90) << repeats;
+  }
+}
+
+TEST(MarkRepeats, FewRepeatsAreUndecidedAndSayWhy) {
+  std::mt19937_64 lots(1);
+  const NamedSheet real{"real", laid_sheet(lots, 0)};
+  const auto result = mark_repeats({real}, {{"virtual", laid_sheet(lots, 0)}}, 0.05);
+  EXPECT_EQ(result.matches.at(0).verdict, "undecided");
+  EXPECT_FALSE(result.matches.at(0).reason.empty());
+  EXPECT_EQ(result.marks, 36);
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compare/hems/hem.hpp"
+
+namespace drape::compare {
+
+/// A sheet as triangles in space.
+struct ShadowMesh {
+  std::vector<Eigen::Vector3d> points_m;
+  std::vector<Eigen::Vector2d> material_m;  ///< empty: not known
+  std::vector<std::array<std::size_t, 3>> triangles;
+  std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
+};
+
+/// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up. Throws
+/// Error(bad_input) naming the file.
+[[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
+
+/// What light from straight above leaves on the table: the area of the union of all triangles
+/// (midpoint rule over `lines` lines, each exact), radii about its centroid. The specimen's flat
+/// area where the material is known. Throws Error(bad_input) when it does not go around its centre.
+[[nodiscard]] Hem shadow_of(const ShadowMesh& mesh, int rays = 720, int lines = 4096);
+
+}  // namespace drape::compare

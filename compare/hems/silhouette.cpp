@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/hems/silhouette.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kLeastContrast = 0.05;  // of the full range: less is paper, not cloth
+constexpr double kLeastSize = 0.001;     // of the picture's area: less is dust
+constexpr double kSpeck = 0.01;         // of the silhouette's area: other things above it are named
+constexpr double kMostMisfit = 0.02;    // of a disc's ellipse
+constexpr double kMostTilt = 0.0603;    // 1 - cos(20 degrees)
+constexpr double kRulerPoint_px = 0.5;  // a point set by hand
+
+[[noreturn]] void refuse(const std::string& file, const std::string& what,
+                         const std::string& advice) {
+  throw bad_input(what, {.file = file}, advice);
+}
+
+cv::Mat read_grey(const std::filesystem::path& file) {
+  const std::vector<unsigned char> bytes = read_bytes(file);
+  cv::Mat picture;
+  try {
+    if (!bytes.empty()) {
+      const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U,
+                           const_cast<unsigned char*>(bytes.data()));
+      picture = cv::imdecode(buffer, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
+    }
+  } catch (const cv::Exception&) {
+    picture.release();  // refused below, like what OpenCV answers with nothing
+  }
+  if (picture.empty() || (picture.depth() != CV_8U && picture.depth() != CV_16U))
+    refuse(file.string(), "the file is no picture of 8 or 16 bit", "give a PNG, JPEG or TIFF");
+  cv::Mat grey;
+  picture.convertTo(grey, CV_32F, picture.depth() == CV_8U ? 1.0 / 255 : 1.0 / 65535);
+  return grey;
+}
+
+/// Median by a histogram of 1024 levels.
+class Histogram {
+ public:
+  void add(float grey) {
+    ++count_[std::clamp(static_cast<int>(grey * 1023 + 0.5F), 0, 1023)];
+    ++total_;
+  }
+  [[nodiscard]] double median() const {
+    std::int64_t below = 0;
+    for (int level = 0; level < 1024; ++level) {
+      below += count_[level];
+      if (2 * below >= total_) return level / 1023.0;
+    }
+    return 1;
+  }
+
+ private:
+  std::array<std::int64_t, 1024> count_{};
+  std::int64_t total_ = 0;
+};
+
+/// Closed lines of constant grey, the side above `level` to the left (y up), by marching squares
+/// with linear interpolation; a saddle joins what its mean grey joins.
+class Contours {
+ public:
+  Contours(const cv::Mat& grey, double level, const cv::Rect& frame)
+      : grey_(grey), level_(level), frame_(frame) {
+    next_.assign(2 * static_cast<std::size_t>(frame.area()), -1);
+    for (int y = 0; y + 1 < frame.height; ++y)
+      for (int x = 0; x + 1 < frame.width; ++x) add_cell(x, y);
+  }
+
+  [[nodiscard]] std::vector<Outline> loops() {
+    std::vector<Outline> result;
+    for (std::size_t start = 0; start < next_.size(); ++start) {
+      if (next_[start] < 0) continue;
+      Outline loop;
+      std::int64_t at = static_cast<std::int64_t>(start);
+      while (at >= 0 && next_[at] >= 0) {
+        loop.push_back(point(at));
+        at = std::exchange(next_[at], -1);
+      }
+      if (at == static_cast<std::int64_t>(start) && loop.size() > 2)
+        result.push_back(std::move(loop));
+    }
+    return result;
+  }
+
+ private:
+  [[nodiscard]] double at(int x, int y) const {
+    return grey_.at<float>(frame_.y + y, frame_.x + x);
+  }
+  /// Edge from (x, y) to its right (0) or lower (1) neighbour.
+  [[nodiscard]] std::int64_t edge(int x, int y, int down) const {
+    return 2 * (static_cast<std::int64_t>(y) * frame_.width + x) + down;
+  }
+  [[nodiscard]] Vector2d point(std::int64_t edge) const {
+    const int x = static_cast<int>(edge / 2 % frame_.width);
+    const int y = static_cast<int>(edge / 2 / frame_.width);
+    const int down = static_cast<int>(edge % 2), right = 1 - down;
+    const double a = at(x, y), b = at(x + right, y + down);
+    const double t = (level_ - a) / (b - a);
+    return {frame_.x + x + t * right, -(frame_.y + y + t * down)};
+  }
+  void add_cell(int x, int y) {
+    // Corners and edges in order around the cell: top left, top right, bottom right, bottom left.
+    const std::array<bool, 4> above = {at(x, y) >= level_, at(x + 1, y) >= level_,
+                                       at(x + 1, y + 1) >= level_, at(x, y + 1) >= level_};
+    const int code = above[0] + above[1] + above[2] + above[3];
+    if (code == 0 || code == 4) return;
+    const std::array<std::int64_t, 4> edges = {edge(x, y, 0), edge(x + 1, y, 1), edge(x, y + 1, 0),
+                                               edge(x, y, 1)};
+    // Going around clockwise on the screen, a line leaves through the edge where what lies above
+    // the level ends, and comes in where it begins.
+    std::array<int, 2> ends{}, begins{};
+    int end_count = 0, begin_count = 0;
+    for (int k = 0; k < 4; ++k) {
+      if (above[k] && !above[(k + 1) % 4]) ends[end_count++] = k;
+      if (!above[k] && above[(k + 1) % 4]) begins[begin_count++] = k;
+    }
+    if (end_count == 1) {
+      next_[edges[begins[0]]] = edges[ends[0]];
+      return;
+    }
+    const bool joined = at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) >= 4 * level_;
+    for (int k = 0; k < 2; ++k) {
+      // Joined corners: each line cuts off a lower corner; else each goes around a higher one.
+      const int end = joined ? (begins[k] + 3) % 4 : (begins[k] + 1) % 4;
+      next_[edges[begins[k]]] = edges[end];
+    }
+  }
+
+  const cv::Mat& grey_;
+  double level_;
+  cv::Rect frame_;
+  std::vector<std::int64_t> next_;
+};
+
+double signed_area(const Outline& outline) {
+  double sum = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
+    sum += a.x() * b.y() - a.y() * b.x();
+  }
+  return sum / 2;
+}
+
+/// Of the object's outline at part `part` of the contrast; with `hole` also its largest hole.
+Outline outline_at(const cv::Mat& grey, const Silhouette& silhouette, double part,
+                   const cv::Rect& frame, Outline* hole) {
+  const double level = silhouette.background + part * (silhouette.object - silhouette.background);
+  std::vector<Outline> loops = Contours(grey, level, frame).loops();
+  // The object's own sense of turning; holes turn the other.
+  const double sense = silhouette.object > silhouette.background ? 1 : -1;
+  Outline largest;
+  double area = 0, hole_area = 0;
+  for (Outline& loop : loops) {
+    const double signed_by_sense = sense * signed_area(loop);
+    if (signed_by_sense > area) {
+      area = signed_by_sense;
+      largest = std::move(loop);
+    } else if (hole != nullptr && -signed_by_sense > hole_area) {
+      hole_area = -signed_by_sense;
+      *hole = std::move(loop);
+    }
+  }
+  if (sense < 0) std::reverse(largest.begin(), largest.end());
+  if (hole != nullptr && sense > 0) std::reverse(hole->begin(), hole->end());
+  return largest;
+}
+
+struct Component {
+  cv::Rect box;
+  int label = 0;
+};
+
+/// The largest component of the pixels that differ from the border's class.
+Component largest_component(const cv::Mat& mask, const std::string& file, cv::Mat& labels,
+                            Silhouette& silhouette) {
+  cv::Mat statistics, centroids;
+  const int count = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 4);
+  int best = 0, area = 0;
+  const auto area_of = [&](int label) { return statistics.at<int>(label, cv::CC_STAT_AREA); };
+  for (int label = 1; label < count; ++label) {
+    if (area_of(label) <= area) continue;
+    best = label;
+    area = area_of(label);
+  }
+  if (area < kLeastSize * mask.rows * mask.cols)
+    refuse(file, "the picture shows no silhouette",
+           "photograph dark cloth on light, or light on dark");
+  for (int label = 1; label < count; ++label) {
+    if (label != best && area_of(label) > kSpeck * area)
+      silhouette.warnings.push_back(fmt::format(
+          "something else of {:.1f} % of the silhouette's size", 100.0 * area_of(label) / area));
+  }
+  const int* box = statistics.ptr<int>(best);
+  const cv::Rect found(box[cv::CC_STAT_LEFT], box[cv::CC_STAT_TOP], box[cv::CC_STAT_WIDTH],
+                       box[cv::CC_STAT_HEIGHT]);
+  if (found.x == 0 || found.y == 0 || found.br().x == mask.cols || found.br().y == mask.rows)
+    refuse(file, "the silhouette touches the picture's border", "show the whole hem");
+  return {found, best};
+}
+
+double otsu_level(const cv::Mat& grey) {
+  cv::Mat bytes, dark;
+  grey.convertTo(bytes, CV_8U, 255);
+  return cv::threshold(bytes, dark, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU) / 255;
+}
+
+}  // namespace
+
+Silhouette read_silhouette(const std::filesystem::path& file) {
+  const cv::Mat grey = read_grey(file);
+  Silhouette silhouette;
+  silhouette.width_px = grey.cols;
+  silhouette.height_px = grey.rows;
+  const double level = otsu_level(grey) + 0.5 / 255;
+  int light = 0, border = 0;
+  for (int y = 0; y < grey.rows; ++y) {
+    const int step = y == 0 || y == grey.rows - 1 ? 1 : std::max(1, grey.cols - 1);
+    for (int x = 0; x < grey.cols; x += step, ++border) light += grey.at<float>(y, x) > level;
+  }
+  const bool light_around = 2 * light > border;
+  const cv::Mat mask = light_around ? cv::Mat(grey <= level) : cv::Mat(grey > level);
+  cv::Mat labels;
+  const Component component = largest_component(mask, file.string(), labels, silhouette);
+  Histogram inside, outside;
+  for (int y = 0; y < grey.rows; ++y) {
+    for (int x = 0; x < grey.cols; ++x) {
+      if (labels.at<int>(y, x) == component.label) {
+        inside.add(grey.at<float>(y, x));
+      } else if (mask.at<unsigned char>(y, x) == 0) {
+        outside.add(grey.at<float>(y, x));
+      }
+    }
+  }
+  silhouette.background = outside.median();
+  silhouette.object = inside.median();
+  const double contrast = std::abs(silhouette.object - silhouette.background);
+  if (contrast < kLeastContrast)
+    refuse(file.string(), fmt::format("the contrast is {:.1f} % of the grey range", 100 * contrast),
+           "photograph dark cloth on light, or light on dark");
+  // Blur reaches past the component: half as much again of its box on each side sees all of it.
+  const cv::Rect& box = component.box;
+  const int margin = std::max(box.width, box.height) / 2;
+  const cv::Rect frame =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect(0, 0, grey.cols, grey.rows);
+  silhouette.half = outline_at(grey, silhouette, 0.5, frame, &silhouette.hole);
+  silhouette.quarter = outline_at(grey, silhouette, 0.25, frame, nullptr);
+  silhouette.three_quarters = outline_at(grey, silhouette, 0.75, frame, nullptr);
+  for (const Outline* outline : {&silhouette.quarter, &silhouette.half, &silhouette.three_quarters})
+    if (outline->size() < 16)
+      refuse(file.string(), "the silhouette has no closed outline", "give a sharper picture");
+  return silhouette;
+}
+
+EllipseFit ellipse_of(const Outline& outline) {
+  const std::size_t n = outline.size();
+  const Vector2d origin = n == 0 ? Vector2d::Zero().eval() : outline.front();
+  double area = 0;
+  Vector2d first = Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2d a = outline[i] - origin, b = outline[(i + 1) % n] - origin;
+    const double twice = a.x() * b.y() - a.y() * b.x();
+    area += twice / 2;
+    first += twice / 6 * (a + b);
+    second +=
+        twice / 24 *
+        (2 * a * a.transpose() + 2 * b * b.transpose() + a * b.transpose() + b * a.transpose());
+  }
+  EllipseFit fit;
+  fit.centre = first / area;
+  const Eigen::Matrix2d spread = second / area - fit.centre * fit.centre.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solved(spread);
+  fit.semi_axes = 2 * solved.eigenvalues().reverse().cwiseMax(0.0).cwiseSqrt();
+  fit.axes = solved.eigenvectors().rowwise().reverse();
+  double squares = 0;
+  for (const Vector2d& p : outline) {
+    const Vector2d local = fit.axes.transpose() * (p - origin - fit.centre);
+    squares += std::pow(local.cwiseQuotient(fit.semi_axes).norm() - 1, 2);
+  }
+  fit.misfit = std::sqrt(squares / static_cast<double>(n));
+  fit.centre += origin;
+  return fit;
+}
+
+PictureScale scale_of_pixel(double m_per_px, std::optional<double> relative_u) {
+  return {[m_per_px](const Vector2d& p) { return Vector2d(m_per_px * p); }, relative_u,
+          fmt::format("{:.6g} mm/px as given", m_per_px / units::mm)};
+}
+
+PictureScale scale_of_ruler(const Vector2d& from_px, const Vector2d& to_px, double length_m) {
+  const double length_px = (to_px - from_px).norm();
+  if (!(length_px > 10))
+    throw usage_error("the ruler is shorter than ten pixels", "give two points far apart");
+  PictureScale scale =
+      scale_of_pixel(length_m / length_px, std::sqrt(2.0) * kRulerPoint_px / length_px);
+  scale.basis = fmt::format("{:.6g} mm/px from a ruler of {:g} mm",
+                            length_m / length_px / units::mm, length_m / units::mm);
+  return scale;
+}
+
+PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
+                           const Outline& three_quarters, double diameter_m,
+                           const std::string& file) {
+  if (half.size() < 16) refuse(file, "there is no disc in the picture", "give --mm-per-px instead");
+  const EllipseFit fit = ellipse_of(half);
+  if (!(fit.misfit <= kMostMisfit))
+    refuse(file,
+           fmt::format("what should be the disc departs from an ellipse by {:.1f} %",
+                       100 * fit.misfit),
+           "check which picture shows the disc");
+  const double tilt = 1 - fit.semi_axes.y() / fit.semi_axes.x();
+  if (tilt > kMostTilt)
+    refuse(file, fmt::format("the disc is {:.1f} % narrower than wide", 100 * tilt),
+           "place the camera straight above the disc");
+  const Eigen::Matrix2d m_per_px = fit.axes *
+                                   (diameter_m / 2 * fit.semi_axes.cwiseInverse()).asDiagonal() *
+                                   fit.axes.transpose();
+  // The edge lies between the outer levels; its ellipse's own misfit adds to it.
+  const double edge =
+      std::abs(ellipse_of(quarter).semi_axes.mean() - ellipse_of(three_quarters).semi_axes.mean()) /
+      (2 * std::sqrt(3.0) * fit.semi_axes.mean());
+  const double fit_u = fit.misfit / std::sqrt(static_cast<double>(half.size()));
+  return {[m_per_px](const Vector2d& p) { return Vector2d(m_per_px * p); }, std::hypot(edge, fit_u),
+          fmt::format("{:.6g} mm/px from a disc of {:g} mm, ellipse {:.2f} % from round",
+                      diameter_m / 2 / fit.semi_axes.mean() / units::mm, diameter_m / units::mm,
+                      100 * tilt)};
+}
+
+}  // namespace drape::compare
