@@ -8,6 +8,7 @@
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/plot.hpp"
+#include "simulate/programs/fabric_library.hpp"
 #include "simulate/simulate.hpp"
 
 namespace fs = std::filesystem;
@@ -52,8 +53,10 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
 }  // namespace
 
 int main(int argc, char** argv) {
-  Command app("Checks a fabric and shows how its Kawabata curves are approximated.",
-              "drape-fabric");
+  Command app(
+      "Checks a fabric and shows how its Kawabata curves are approximated; lists published fabrics "
+      "and imports result sheets.",
+      "drape-fabric");
   CommonOptions common;
   add_common_options(app, common);
   fs::path file;
@@ -62,6 +65,10 @@ int main(int argc, char** argv) {
   app.add_option("FABRIC", file, "fabric.toml");
   app.add_option("--plot", plot, "SVG of every curve with its approximations");
   app.add_option("--segments", segments, "line segments per curve")->capture_default_str();
-  return run_program(app, argc, argv, common,
-                     [&] { return run(file, plot, segments, arguments_of(argc, argv), common); });
+  LibraryArguments library;
+  add_library_commands(app, library);
+  return run_program(app, argc, argv, common, [&] {
+    if (const auto ending = run_library_command(app, library)) return finish(*ending, common);
+    return run(file, plot, segments, arguments_of(argc, argv), common);
+  });
 }

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/fabric/import.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/units.hpp"
+#include "simulate/fabric/fabric.hpp"
+
+namespace drape::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Spelling of a unit without what people write differently: spaces, dots, brackets, carets.
+std::string plain(const std::string& unit) {
+  std::string text;
+  for (std::size_t i = 0; i < unit.size(); ++i) {
+    static const std::vector<std::pair<std::string, std::string>> signs = {
+        {"\u00b2", "2"}, {"\u00b7", ""}, {"\u00b0", "deg"}, {"\u00b5", "u"}, {"\u03bc", "u"}};
+    const auto sign = std::find_if(signs.begin(), signs.end(), [&](const auto& known) {
+      return unit.compare(i, known.first.size(), known.first) == 0;
+    });
+    if (sign != signs.end()) {
+      text += sign->second;
+      i += sign->first.size() - 1;
+    } else if (std::string(" .*()^").find(unit[i]) == std::string::npos) {
+      text += unit[i];
+    }
+  }
+  return text;
+}
+
+/// Units of a quantity and what one of them is in the unit that fabric.toml has.
+using UnitTable = std::vector<std::pair<std::string, double>>;
+
+const UnitTable kDensity = {{"g/m2", 1}, {"mg/cm2", 10}, {"kg/m2", 1000}};
+const UnitTable kPercent = {{"%", 1}, {"percent", 1}};
+const UnitTable kPlainNumber = {{"", 1}, {"-", 1}, {"1", 1}};
+const UnitTable kLength = {{"mm", 1}, {"cm", 10}};
+const UnitTable kBending = {{"gfcm2/cm", 1},
+                            {"uNm", 1e-6 / units::gf_cm2_per_cm},
+                            {"uNm2/m", 1e-6 / units::gf_cm2_per_cm},
+                            {"Nm", 1 / units::gf_cm2_per_cm},
+                            {"dyncm", 1e-7 / units::gf_cm2_per_cm},
+                            {"dyncm2/cm", 1e-7 / units::gf_cm2_per_cm}};
+const UnitTable kMoment = {{"gfcm/cm", 1}, {"mN", 1e-3 / units::gf_cm_per_cm}};
+const UnitTable kShear = {
+    {"gf/cmdeg", 1}, {"N/mrad", 1 / units::gf_per_cm_deg}, {"N/mdeg", 1 / units::gf_per_cm}};
+const UnitTable kForce = {{"gf/cm", 1}, {"N/m", 1 / units::gf_per_cm}};
+const UnitTable kWork = {{"gfcm/cm2", 1}, {"J/m2", 1 / units::gf_cm_per_cm2}};
+
+double factor_of(const UnitTable& table, const std::string& unit, const Where& where) {
+  std::string known;
+  for (const auto& [name, factor] : table) {
+    if (name == plain(unit)) return factor;
+    known += (known.empty() ? "" : ", ") + (name.empty() ? std::string("none") : name);
+  }
+  throw bad_input(fmt::format("`{}` is no unit of this property", unit), where, "known: " + known);
+}
+
+/// A sheet of property,unit,warp,weft with its values in the units of fabric.toml.
+class PropertySheet {
+ public:
+  PropertySheet(const fs::path& file, const std::map<std::string, UnitTable>& known)
+      : file_(file), table_(read_csv_text(file)) {
+    for (std::size_t row = 0; row < table_.rows.size(); ++row) {
+      const std::string property = table_.rows[row][table_.column("property")];
+      const Where where{.file = file.string(), .line = table_.lines[row], .field = property};
+      const auto found = known.find(property);
+      if (found == known.end()) {
+        std::string names;
+        for (const auto& [name, units] : known) names += (names.empty() ? "" : ", ") + name;
+        throw bad_input("an unknown property", where, "known: " + names);
+      }
+      if (values_.contains(property)) throw bad_input("a property twice", where, "keep one row");
+      const double factor =
+          factor_of(found->second, table_.rows[row][table_.column("unit")], where);
+      std::array<std::optional<double>, 2> pair = {table_.number(row, "warp"),
+                                                   table_.number(row, "weft")};
+      for (auto& value : pair)
+        if (value) *value *= factor;
+      values_[property] = pair;
+    }
+  }
+
+  [[nodiscard]] std::optional<double> at(const std::string& property, int direction) const {
+    const auto found = values_.find(property);
+    return found == values_.end() ? std::nullopt : found->second[direction];
+  }
+  [[nodiscard]] double needed(const std::string& property, int direction) const {
+    if (const auto value = at(property, direction)) return *value;
+    throw bad_input(
+        fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
+        {.file = file_.string(), .field = property}, "warp and weft are never merged: give both");
+  }
+  [[nodiscard]] bool has(const std::string& property) const { return values_.contains(property); }
+
+ private:
+  fs::path file_;
+  CsvText table_;
+  std::map<std::string, std::array<std::optional<double>, 2>> values_;
+};
+
+const char* const kDirections[2] = {"warp", "weft"};
+
+// Shear of a plain woven cloth, where none is known: G 0.6 gf/(cm deg), the middle of suitings and
+// shirtings.
+constexpr double kUsualShear = 0.6;
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return result;
+}
+
+/// Numbers of one fabric in the units of fabric.toml; what is absent becomes a stand-in.
+struct Numbers {
+  std::string name, origin;
+  double areal_density = 0;
+  std::array<std::string, 2> tensile;  ///< inline table or, with `curves`, a file; empty: stand-in
+  std::array<std::optional<double>, 2> g, hg, hg5;
+  std::array<double, 2> b{};
+  std::array<std::optional<double>, 2> hb;
+  std::optional<double> b_bias;
+};
+
+ImportedFabric imported(const Numbers& numbers) {
+  ImportedFabric fabric;
+  if (numbers.tensile[0].empty()) fabric.stand_ins.emplace_back("tensile curves");
+  if (!numbers.g[0])
+    fabric.stand_ins.push_back(fmt::format("shear: G {} gf/(cm deg)", kUsualShear));
+  if (!numbers.g[0] || !numbers.hg[0]) fabric.stand_ins.emplace_back("shear hysteresis: none");
+  if (!numbers.hb[0]) fabric.stand_ins.emplace_back("bending hysteresis: none");
+  if (!numbers.b_bias) fabric.stand_ins.emplace_back("bending at 45 degrees");
+  std::string& t = fabric.toml;
+  t = fmt::format("schema = \"drapebench/fabric/1\"\n# {}\nname = \"{}\"\n",
+                  escaped(numbers.origin), escaped(numbers.name));
+  t += fmt::format("areal_density_g_per_m2 = {}\nstand_ins = [", numbers.areal_density);
+  for (const std::string& what : fabric.stand_ins)
+    if (what != "tensile curves" || !numbers.tensile[0].empty())
+      t += fmt::format("\"{}\", ", escaped(what));
+  t += "]\n";
+  if (!numbers.tensile[0].empty())
+    t += fmt::format("\n[tensile]\n{}\n{}\n", numbers.tensile[0], numbers.tensile[1]);
+  t += "\n[shear]\n";
+  for (int d = 0; d < 2; ++d) {
+    t += fmt::format("{}_kes = {{ g_gf_per_cm_deg = {}", kDirections[d],
+                     numbers.g[d].value_or(kUsualShear));
+    if (numbers.hg[d]) t += fmt::format(", hg2_gf_per_cm = {}", *numbers.hg[d]);
+    if (numbers.hg5[d]) t += fmt::format(", hg5_gf_per_cm = {}", *numbers.hg5[d]);
+    t += " }\n";
+  }
+  t += "\n[bending]\n";
+  for (int d = 0; d < 2; ++d) {
+    t += fmt::format("{}_kes = {{ b_gf_cm2_per_cm = {}", kDirections[d], numbers.b[d]);
+    if (numbers.hb[d]) t += fmt::format(", hb2_gf_cm_per_cm = {}", *numbers.hb[d]);
+    t += " }\n";
+  }
+  if (numbers.b_bias) t += fmt::format("bias_stiffness_gf_cm2_per_cm = {}\n", *numbers.b_bias);
+  return fabric;
+}
+
+double number_of(const Json& json, const fs::path& file, const std::string& key) {
+  if (json.is_number()) return json.get<double>();
+  if (json.is_string()) {  // some writers quote their numbers
+    const std::string text = json.get<std::string>();
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (end == text.c_str() + text.size() && !text.empty() && std::isfinite(value)) return value;
+  }
+  throw bad_input("not a number", {.file = file.string(), .field = key}, "export it again");
+}
+
+const Json& member(const Json& json, const fs::path& file, const std::string& key) {
+  if (json.is_object() && json.contains(key) && !json[key].is_null()) return json[key];
+  throw bad_input("a field of U3M physics is missing", {.file = file.string(), .field = key},
+                  "export the physics with its section `custom`");
+}
+
+}  // namespace
+
+ImportedFabric import_kes(const fs::path& file, const std::string& name) {
+  const PropertySheet sheet(file, {{"W", kDensity},
+                                   {"T", kLength},
+                                   {"LT", kPlainNumber},
+                                   {"WT", kWork},
+                                   {"RT", kPercent},
+                                   {"EMT", kPercent},
+                                   {"G", kShear},
+                                   {"2HG", kForce},
+                                   {"2HG5", kForce},
+                                   {"B", kBending},
+                                   {"2HB", kMoment},
+                                   {"B45", kBending}});
+  Numbers numbers{name,
+                  "KES-FB result sheet " + file.filename().string(),
+                  sheet.needed("W", 0),
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  sheet.at("B45", 0)};
+  const bool tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
+  for (int d = 0; d < 2; ++d) {
+    numbers.b[d] = sheet.needed("B", d);
+    if (sheet.has("2HB")) numbers.hb[d] = sheet.needed("2HB", d);
+    if (sheet.has("G")) numbers.g[d] = sheet.needed("G", d);
+    if (sheet.has("2HG")) numbers.hg[d] = sheet.needed("2HG", d);
+    if (sheet.has("2HG5")) numbers.hg5[d] = sheet.needed("2HG5", d);
+    if (!tensile) continue;
+    std::string inside;
+    for (const auto& [property, key] : {std::pair{"EMT", "emt_percent"},
+                                        {"LT", "lt"},
+                                        {"WT", "wt_gf_cm_per_cm2"},
+                                        {"RT", "rt_percent"}})
+      if (sheet.has(property))
+        inside +=
+            fmt::format("{}{} = {}", inside.empty() ? "" : ", ", key, sheet.needed(property, d));
+    numbers.tensile[d] = fmt::format("{}_kes = {{ {} }}", kDirections[d], inside);
+  }
+  return imported(numbers);
+}
+
+ImportedFabric import_fast(const fs::path& file, const std::string& name) {
+  const PropertySheet sheet(file, {{"W", kDensity},
+                                   {"T2", kLength},
+                                   {"T100", kLength},
+                                   {"C", kLength},
+                                   {"C45", kLength},
+                                   {"E5", kPercent},
+                                   {"E20", kPercent},
+                                   {"E100", kPercent},
+                                   {"EB5", kPercent}});
+  Numbers numbers{name,
+                  "FAST result sheet " + file.filename().string(),
+                  sheet.needed("W", 0),
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  {}};
+  // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
+  const auto rigidity = [&](double c_mm) {
+    return numbers.areal_density * units::g_per_m2 * 9.80665 * std::pow(c_mm * units::mm, 3) /
+           units::gf_cm2_per_cm;
+  };
+  if (const auto c = sheet.at("C45", 0)) numbers.b_bias = rigidity(*c);
+  ImportedFabric curves;
+  for (int d = 0; d < 2; ++d) {
+    numbers.b[d] = rigidity(sheet.needed("C", d));
+    // A strip at 45 degrees under T = 5 gf/cm: strain EB5 = T / (4 G).
+    if (const auto eb5 = sheet.at("EB5", 0)) {
+      if (!(*eb5 > 0))
+        throw bad_input("EB5 is not above 0", {.file = file.string(), .field = "EB5"}, "check it");
+      numbers.g[d] = 5 * units::gf_per_cm / (4 * *eb5 * units::percent) / units::gf_per_cm_deg;
+    }
+    if (!sheet.has("E100")) continue;
+    std::vector<double> strain = {0}, force = {0};
+    for (const auto& [property, load] : {std::pair{"E5", 5.0}, {"E20", 20.0}, {"E100", 100.0}}) {
+      if (!sheet.has(property)) continue;
+      strain.push_back(sheet.needed(property, d));
+      force.push_back(load);
+    }
+    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
+    curves.curves.emplace_back(
+        curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
+                        {strain, force, force}));
+    numbers.tensile[d] = fmt::format("{} = \"{}\"", kDirections[d], curve);
+  }
+  ImportedFabric fabric = imported(numbers);
+  fabric.curves = std::move(curves.curves);
+  return fabric;
+}
+
+ImportedFabric import_u3m(const fs::path& file, const std::string& name,
+                          const std::string& bend_unit) {
+  Json json;
+  try {
+    json = Json::parse(read_text(file));
+  } catch (const Json::exception& error) {
+    throw bad_input(fmt::format("no JSON: {}", error.what()), {.file = file.string()},
+                    "give the physics JSON of a U3M 1.1 material");
+  }
+  const Json& custom = member(json, file, "custom");
+  const Json& fields = custom.size() == 1 ? custom.front() : member(custom, file, "browzwear");
+  const double factor = factor_of(kBending, bend_unit, {.file = file.string(), .field = "bend"});
+  Numbers numbers{name,
+                  "U3M physics " + file.filename().string(),
+                  number_of(member(fields, file, "mass"), file, "mass"),
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  {},
+                  {}};
+  const Json& bend = member(fields, file, "bend");
+  numbers.b = {factor * number_of(member(bend, file, "length"), file, "bend.length"),
+               factor * number_of(member(bend, file, "width"), file, "bend.width")};
+  return imported(numbers);
+}
+
+void write_imported(const fs::path& folder, const ImportedFabric& fabric) {
+  if (fs::exists(folder))
+    throw bad_input("the folder exists", {.file = folder.string()}, "name a new one");
+  try {
+    for (const auto& [name, text] : fabric.curves) write_durable(folder / name, text);
+    write_durable(folder / "fabric.toml", fabric.toml);
+    (void)read_fabric(folder / "fabric.toml");
+  } catch (...) {
+    for (const auto& [name, text] : fabric.curves) fs::remove(folder / name);
+    fs::remove(folder / "fabric.toml");
+    fs::remove(folder);
+    throw;
+  }
+}
+
+std::vector<PublishedFabric> read_published(const fs::path& file) {
+  const CsvText table = read_csv_text(file);
+  std::vector<PublishedFabric> library;
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    const auto text = [&](const char* name) { return table.rows[row][table.column(name)]; };
+    const auto number = [&](const char* name) { return table.number(row, name); };
+    library.push_back({text("id"), text("name"), text("weave"), text("source"), text("note"),
+                       number("areal_density_g_per_m2"), number("thickness_mm"),
+                       number("b_warp_gf_cm2_per_cm"), number("b_weft_gf_cm2_per_cm"),
+                       number("b_bias_gf_cm2_per_cm"), number("two_hb_gf_cm_per_cm"),
+                       number("drape_coefficient_percent"), number("nodes"), number("disc_mm"),
+                       number("specimen_mm")});
+    if (library.back().source.empty())
+      throw bad_input("a fabric without source",
+                      {.file = file.string(), .line = table.lines[row], .field = "source"},
+                      "say where its numbers come from");
+  }
+  return library;
+}
+
+const PublishedFabric& published_fabric(const std::vector<PublishedFabric>& library,
+                                        const std::string& id) {
+  std::string known;
+  for (const PublishedFabric& fabric : library) {
+    if (fabric.id == id) return fabric;
+    known += (known.empty() ? "" : ", ") + fabric.id;
+  }
+  throw usage_error(fmt::format("`{}` is not in the library", id), "there are: " + known);
+}
+
+ImportedFabric import_published(const PublishedFabric& fabric) {
+  if (!fabric.areal_density_g_per_m2 || !fabric.b_warp_gf_cm2_per_cm ||
+      !fabric.b_weft_gf_cm2_per_cm)
+    throw bad_input(fmt::format("{} has no density or no bending rigidity", fabric.id), {},
+                    "choose a fabric that `drape fabric list` shows with both");
+  Numbers numbers{fabric.id + " " + fabric.name,
+                  fabric.source,
+                  *fabric.areal_density_g_per_m2,
+                  {},
+                  {},
+                  {},
+                  {},
+                  {*fabric.b_warp_gf_cm2_per_cm, *fabric.b_weft_gf_cm2_per_cm},
+                  {fabric.hb2_gf_cm_per_cm, fabric.hb2_gf_cm_per_cm},
+                  fabric.b_bias_gf_cm2_per_cm};
+  return imported(numbers);
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape::simulate {
+
+/// A fabric made of numbers from elsewhere, not yet written.
+struct ImportedFabric {
+  std::string toml;                                         ///< text of fabric.toml
+  std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
+  std::vector<std::string> stand_ins;                       ///< what the source does not give
+};
+
+/// Result sheet of the KES-FB machines, or of the FAST instruments: a CSV with the columns
+/// property,unit,warp,weft; one row per property, values of the whole cloth under `warp`. Units are
+/// read and converted; a missing or unknown one is refused, and so is every value no textile has.
+/// KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5, B, 2HB and B45 (bias). FAST: W, C and C45 (bending
+/// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994).
+[[nodiscard]] ImportedFabric import_kes(const std::filesystem::path& file, const std::string& name);
+[[nodiscard]] ImportedFabric import_fast(const std::filesystem::path& file,
+                                         const std::string& name);
+
+/// The physics of a U3M 1.1 material (its JSON): mass and bend of the section `custom`. The schema
+/// names no unit: mass is taken as g/m2, the unit of bend must be given.
+[[nodiscard]] ImportedFabric import_u3m(const std::filesystem::path& file, const std::string& name,
+                                        const std::string& bend_unit);
+
+/// Writes fabric.toml and its curves into a new folder and reads them back, so that what no textile
+/// has is refused with the likely mistake; then nothing is left.
+void write_imported(const std::filesystem::path& folder, const ImportedFabric& fabric);
+
+/// One fabric of a library (rigs/fabrics/published.csv). Absent: not published.
+struct PublishedFabric {
+  std::string id, name, weave, source, note;
+  std::optional<double> areal_density_g_per_m2, thickness_mm;
+  std::optional<double> b_warp_gf_cm2_per_cm, b_weft_gf_cm2_per_cm, b_bias_gf_cm2_per_cm;
+  std::optional<double> hb2_gf_cm_per_cm;
+  std::optional<double> drape_coefficient_percent, nodes, disc_mm, specimen_mm;
+};
+[[nodiscard]] std::vector<PublishedFabric> read_published(const std::filesystem::path& file);
+[[nodiscard]] const PublishedFabric& published_fabric(const std::vector<PublishedFabric>& library,
+                                                      const std::string& id);
+/// Throws Error(bad_input) for a fabric without density or bending rigidity.
+[[nodiscard]] ImportedFabric import_published(const PublishedFabric& fabric);
+
+}  // namespace drape::simulate

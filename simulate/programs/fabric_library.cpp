@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/programs/fabric_library.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "simulate/fabric/import.hpp"
+
+namespace drape::simulate {
+namespace {
+
+std::string text_of(const std::optional<double>& value, const char* unit) {
+  return value ? fmt::format("{:g} {}", *value, unit) : "not published";
+}
+
+Ending listed(const LibraryArguments& arguments) {
+  const auto library = read_published(arguments.library);
+  Ending ending;
+  ending.verdict = fmt::format("{} published fabrics", library.size());
+  for (const PublishedFabric& fabric : library) {
+    const bool usable = fabric.areal_density_g_per_m2 && fabric.b_warp_gf_cm2_per_cm;
+    ending.numbers.emplace_back(fabric.id,
+                                fmt::format("{}; {}; B {}; drape coefficient {}{}", fabric.name,
+                                            text_of(fabric.areal_density_g_per_m2, "g/m2"),
+                                            text_of(fabric.b_warp_gf_cm2_per_cm, "gf cm2/cm"),
+                                            text_of(fabric.drape_coefficient_percent, "%"),
+                                            usable ? "" : "; cannot be simulated"));
+  }
+  ending.next_command = "drape fabric show ID --out DIR";
+  return ending;
+}
+
+void write(const ImportedFabric& fabric, const LibraryArguments& arguments, Ending& ending) {
+  for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
+  if (!arguments.out) return;
+  write_imported(*arguments.out, fabric);
+  ending.next_command = fmt::format("drape fabric {}", (*arguments.out / "fabric.toml").string());
+}
+
+Ending shown(const LibraryArguments& arguments) {
+  const auto library = read_published(arguments.library);
+  const PublishedFabric& fabric = published_fabric(library, arguments.id);
+  Ending ending;
+  ending.verdict = fmt::format("{}: {}", fabric.id, fabric.name);
+  ending.numbers = {{"weave", fabric.weave.empty() ? "not published" : fabric.weave},
+                    {"areal density", text_of(fabric.areal_density_g_per_m2, "g/m2")},
+                    {"thickness", text_of(fabric.thickness_mm, "mm")},
+                    {"B warp", text_of(fabric.b_warp_gf_cm2_per_cm, "gf cm2/cm")},
+                    {"B weft", text_of(fabric.b_weft_gf_cm2_per_cm, "gf cm2/cm")},
+                    {"B bias", text_of(fabric.b_bias_gf_cm2_per_cm, "gf cm2/cm")},
+                    {"2HB", text_of(fabric.hb2_gf_cm_per_cm, "gf cm/cm")},
+                    {"drape coefficient", text_of(fabric.drape_coefficient_percent, "%")},
+                    {"nodes", text_of(fabric.nodes, "")},
+                    {"disc", text_of(fabric.disc_mm, "mm")},
+                    {"specimen", text_of(fabric.specimen_mm, "mm")},
+                    {"source", fabric.source},
+                    {"note", fabric.note}};
+  if (arguments.out || (fabric.areal_density_g_per_m2 && fabric.b_warp_gf_cm2_per_cm))
+    write(import_published(fabric), arguments, ending);
+  return ending;
+}
+
+Ending imported(const LibraryArguments& arguments) {
+  const std::string name = arguments.name.empty() ? arguments.file.stem().string() : arguments.name;
+  if (arguments.format == "u3m" && arguments.bend_unit.empty())
+    throw usage_error("U3M names no unit for bend", "give --bend-unit, such as dyn.cm");
+  const ImportedFabric fabric = arguments.format == "kes" ? import_kes(arguments.file, name)
+                                : arguments.format == "fast"
+                                    ? import_fast(arguments.file, name)
+                                    : import_u3m(arguments.file, name, arguments.bend_unit);
+  Ending ending;
+  ending.verdict = fmt::format("{}: its numbers are those of a textile", name);
+  write(fabric, arguments, ending);
+  return ending;
+}
+
+}  // namespace
+
+void add_library_commands(Command& app, LibraryArguments& arguments) {
+  app.require_subcommand(0, 1);
+  Command* list = app.add_subcommand("list", "the published fabrics of the library");
+  Command* show = app.add_subcommand("show", "one of them with its source; --out writes its files");
+  Command* import =
+      app.add_subcommand("import", "a fabric from a result sheet of KES or FAST, or from U3M");
+  for (Command* command : {list, show})
+    command->add_option("--library", arguments.library, "CSV of published fabrics")
+        ->capture_default_str();
+  show->add_option("ID", arguments.id, "as `drape fabric list` shows it")->required();
+  import->add_option("FILE", arguments.file, "the sheet: property,unit,warp,weft; or physics JSON")
+      ->required();
+  import->add_option("--format", arguments.format, "what it is")
+      ->one_of({"kes", "fast", "u3m"})
+      ->capture_default_str();
+  import->add_option("--name", arguments.name, "of the fabric (default: the file's)");
+  import->add_option("--bend-unit", arguments.bend_unit, "of a U3M's bend, which names none");
+  for (Command* command : {show, import})
+    command->add_option("--out", arguments.out, "new folder for fabric.toml and its curves");
+}
+
+std::optional<Ending> run_library_command(const Command& app, const LibraryArguments& arguments) {
+  const Command* chosen = app.chosen();
+  if (chosen == nullptr) return std::nullopt;
+  if (chosen->name() == "list") return listed(arguments);
+  if (chosen->name() == "show") return shown(arguments);
+  if (!arguments.out) throw usage_error("--out is missing", "name a new folder");
+  return imported(arguments);
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "core/program/command.hpp"
+#include "core/program/program.hpp"
+
+namespace drape::simulate {
+
+/// The words of `drape fabric list`, `show` and `import`.
+struct LibraryArguments {
+  std::filesystem::path library = "rigs/fabrics/published.csv", file;
+  std::optional<std::filesystem::path> out;
+  std::string id, name, format = "kes", bend_unit;
+};
+
+void add_library_commands(Command& app, LibraryArguments& arguments);
+
+/// The ending of the subcommand that was given; nothing without one. Writes where `--out` says.
+[[nodiscard]] std::optional<Ending> run_library_command(const Command& app,
+                                                        const LibraryArguments& arguments);
+
+}  // namespace drape::simulate
