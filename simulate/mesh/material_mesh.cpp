@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/material_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double kNear = 0.6;   // of the spacing: inner points keep so far from lines
+constexpr double kThin = 1e-9;  // of the squared longest side: a triangle without area
+
+double cross(const Vector2d& a, const Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+double signed_area(const Polygon& polygon) {
+  double sum = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    sum += cross(polygon[i], polygon[(i + 1) % polygon.size()]) / 2;
+  return sum;
+}
+
+bool inside(const Polygon& polygon, const Vector2d& p) {
+  bool in = false;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+      in = !in;
+  }
+  return in;
+}
+
+double distance(const Polygon& polygon, const Vector2d& p) {
+  double least = 1e300;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d &a = polygon[i], along = polygon[(i + 1) % polygon.size()] - a;
+    const double t = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (p - a - t * along).norm());
+  }
+  return least;
+}
+
+bool is_cloth(const ClothOutline& outline, const Vector2d& p) {
+  return inside(outline.outer, p) &&
+         std::none_of(outline.holes.begin(), outline.holes.end(),
+                      [&](const Polygon& hole) { return inside(hole, p); });
+}
+
+/// Numbers in -1 .. 1 from a fixed sequence (splitmix64; Steele, Lea and Flood 2014).
+class Lots {
+ public:
+  explicit Lots(unsigned seed) : state_(seed) {}
+  double next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+void add_line(const Polygon& polygon, double spacing, std::vector<Vector2d>& points) {
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const int pieces = std::max(1, static_cast<int>(std::lround((b - a).norm() / spacing)));
+    for (int k = 0; k < pieces; ++k) points.emplace_back(a + (b - a) * k / pieces);
+  }
+}
+
+std::vector<std::array<int, 3>> cloth_triangles(const ClothOutline& outline,
+                                                const std::vector<Vector2d>& points) {
+  std::vector<std::array<int, 3>> kept;
+  for (const auto& t : delaunay(points)) {
+    const Vector2d &a = points[t[0]], &b = points[t[1]], &c = points[t[2]];
+    const double longest =
+        std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    // Along a straight line the triangulation may leave slivers that are nothing.
+    if (cross(b - a, c - a) > kThin * longest && is_cloth(outline, (a + b + c) / 3))
+      kept.push_back(t);
+  }
+  return kept;
+}
+
+}  // namespace
+
+Polygon circle(const Vector2d& centre_m, double radius_m, int count, double turn_rad) {
+  Polygon polygon;
+  for (int i = 0; i < count; ++i) {
+    const double angle = turn_rad + 2 * std::numbers::pi * i / count;
+    polygon.emplace_back(centre_m + radius_m * Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return polygon;
+}
+
+double MaterialMesh::area_m2(int triangle) const {
+  const auto& t = triangles[triangle];
+  return cross(points_m[t[1]] - points_m[t[0]], points_m[t[2]] - points_m[t[0]]) / 2;
+}
+
+double MaterialMesh::area_m2() const {
+  double sum = 0;
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t) sum += area_m2(t);
+  return sum;
+}
+
+MaterialMesh mesh_of(std::vector<Vector2d> points_m, std::vector<std::array<int, 3>> triangles) {
+  MaterialMesh mesh;
+  mesh.points_m = std::move(points_m);
+  mesh.triangles = std::move(triangles);
+  const auto refuse = [](std::size_t triangle, const char* what) {
+    throw bad_input(fmt::format("triangle {}: {}", triangle, what), {}, "mend the mesh");
+  };
+  std::map<std::pair<int, int>, MaterialMesh::Edge> edges;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (const int corner : mesh.triangles[t])
+      if (corner < 0 || corner >= static_cast<int>(mesh.points_m.size()))
+        refuse(t, "a corner that is no point");
+    if (!(mesh.area_m2(static_cast<int>(t)) > 0)) refuse(t, "no area, or clockwise");
+    for (int k = 0; k < 3; ++k) {
+      const int a = mesh.triangles[t][(k + 1) % 3], b = mesh.triangles[t][(k + 2) % 3];
+      MaterialMesh::Edge& edge = edges[std::minmax(a, b)];
+      int& side = a < b ? edge.left : edge.right;
+      if (side >= 0) refuse(t, "an edge between more than two triangles");
+      side = static_cast<int>(t);
+    }
+  }
+  std::map<std::pair<int, int>, int> index;
+  for (auto& [ends, edge] : edges) {
+    edge.from = ends.first;
+    edge.to = ends.second;
+    index[ends] = static_cast<int>(mesh.edges.size());
+    mesh.edges.push_back(edge);
+  }
+  for (const auto& t : mesh.triangles) {
+    std::array<int, 3> own{};
+    for (int k = 0; k < 3; ++k) own[k] = index.at(std::minmax(t[(k + 1) % 3], t[(k + 2) % 3]));
+    mesh.edges_of.push_back(own);
+  }
+  return mesh;
+}
+
+MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options) {
+  const double h = options.spacing_m;
+  std::vector<const Polygon*> lines = {&outline.outer};
+  for (const auto* more : {&outline.holes, &outline.creases})
+    for (const Polygon& polygon : *more) lines.push_back(&polygon);
+  double area = std::abs(signed_area(outline.outer));
+  for (const Polygon& hole : outline.holes) area -= std::abs(signed_area(hole));
+  for (const Polygon* line : lines)
+    if (line->size() < 3 || !(h > 0) || std::abs(signed_area(*line)) < h * h)
+      throw bad_input("an outline of the cloth has fewer than three corners or no area", {},
+                      "give larger outlines or a finer mesh");
+  std::vector<Vector2d> points;
+  for (const Polygon* line : lines) add_line(*line, h, points);
+  const std::size_t fixed = points.size();
+  Vector2d low = outline.outer.front(), high = low;
+  for (const Vector2d& p : outline.outer) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Vector2d middle = (low + high) / 2;
+  const int reach = static_cast<int>((high - low).norm() / h) + 2;
+  const double c = std::cos(options.lattice_turn_rad), s = std::sin(options.lattice_turn_rad);
+  Lots lots(options.seed);
+  for (int i = -reach; i <= reach; ++i) {
+    for (int j = -reach; j <= reach; ++j) {
+      const Vector2d lattice((j + 0.5 * (i & 1)) * h, i * h * std::sqrt(3.0) / 2);
+      const Vector2d moved(options.jitter * h * lots.next(), options.jitter * h * lots.next());
+      const Vector2d p =
+          middle + Vector2d(c * lattice.x() - s * lattice.y(), s * lattice.x() + c * lattice.y()) +
+          moved;
+      if (is_cloth(outline, p) && std::all_of(lines.begin(), lines.end(), [&](const Polygon* line) {
+            return distance(*line, p) >= kNear * h;
+          }))
+        points.push_back(p);
+    }
+  }
+  std::vector<std::array<int, 3>> triangles = cloth_triangles(outline, points);
+  for (int round = 0; round < options.smoothing; ++round) {
+    std::vector<Vector2d> sum(points.size(), Vector2d::Zero());
+    std::vector<int> count(points.size(), 0);
+    for (const auto& t : triangles) {
+      for (int k = 0; k < 3; ++k) {
+        sum[t[k]] += points[t[(k + 1) % 3]] + points[t[(k + 2) % 3]];
+        count[t[k]] += 2;
+      }
+    }
+    for (std::size_t i = fixed; i < points.size(); ++i)
+      if (count[i] > 0) points[i] = sum[i] / count[i];
+    triangles = cloth_triangles(outline, points);
+  }
+  MaterialMesh mesh = mesh_of(std::move(points), std::move(triangles));
+  if (std::abs(mesh.area_m2() - area) > 1e-6 * area)
+    throw bad_input(
+        fmt::format("the mesh covers {:.6g} of {:.6g} mm2", mesh.area_m2() * 1e6, area * 1e6), {},
+        "the outline is finer than the spacing: give a finer mesh");
+  return mesh;
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace drape::simulate {
+
+using Polygon = std::vector<Eigen::Vector2d>;
+
+/// Outline of a piece of cloth in material coordinates (warp, weft), metres.
+struct ClothOutline {
+  Polygon outer;
+  std::vector<Polygon> holes;
+  /// Closed lines inside that triangles do not cross, such as the rim of a clamping disc.
+  std::vector<Polygon> creases;
+};
+
+/// `count` corners on a circle, one at angle `turn_rad` from the warp.
+[[nodiscard]] Polygon circle(const Eigen::Vector2d& centre_m, double radius_m, int count,
+                             double turn_rad = 0);
+
+/// A flat triangle mesh in material coordinates. Triangles turn from warp towards weft.
+struct MaterialMesh {
+  std::vector<Eigen::Vector2d> points_m;
+  std::vector<std::array<int, 3>> triangles;
+  struct Edge {
+    int from = 0, to = 0;       ///< from < to
+    int left = -1, right = -1;  ///< triangles beside it; -1: none
+  };
+  std::vector<Edge> edges;                   ///< ordered by (from, to)
+  std::vector<std::array<int, 3>> edges_of;  ///< of each triangle: edge k lies opposite corner k
+
+  [[nodiscard]] double area_m2(int triangle) const;
+  [[nodiscard]] double area_m2() const;
+};
+
+/// Edges and neighbours of triangles. Throws Error(bad_input) for an edge with more than two
+/// triangles, a triangle without area, or an index that is not a point's.
+[[nodiscard]] MaterialMesh mesh_of(std::vector<Eigen::Vector2d> points_m,
+                                   std::vector<std::array<int, 3>> triangles);
+
+struct MeshOptions {
+  double spacing_m = 0.01;      ///< of points, on lines and inside
+  double lattice_turn_rad = 0;  ///< of the hexagonal lattice inside, from the warp
+  double jitter = 0.1;  ///< of the lattice's points, in spacings; keeps folds from choosing it
+  unsigned seed = 1;
+  int smoothing = 3;  ///< rounds in which inner points move to the middle of their neighbours
+};
+
+/// Lines are cut into pieces of the spacing, the inside is filled with a hexagonal lattice, and all
+/// points are joined by a Delaunay triangulation (Bowyer and Watson 1981), of which what lies
+/// outside the outline or in holes is left out. Throws Error(bad_input) for an outline with fewer
+/// than three corners, without area, or finer than the spacing can follow.
+[[nodiscard]] MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options);
+
+/// Delaunay triangles of points, in any order, counter-clockwise.
+[[nodiscard]] std::vector<std::array<int, 3>> delaunay(const std::vector<Eigen::Vector2d>& points);
+
+}  // namespace drape::simulate

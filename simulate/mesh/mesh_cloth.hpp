@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "simulate/cloth/cloth.hpp"
+#include "simulate/mesh/material_mesh.hpp"
+
+namespace drape::simulate {
+
+/// The cloth of Cloth (model `consistent`) on a triangle mesh: the same energy per area of the same
+/// curves, so both have one limit,
+///   tensile_warp(|x_u| - 1) + tensile_weft(|x_v| - 1) + shear(angle of x_u and x_v)
+///   + bending_warp(|x_uu|) + bending_weft(|x_vv|) + twist / 2 |x_uv|^2,
+/// u along the warp, v along the weft. First derivatives are those of the linear triangle. Second
+/// derivatives are those of Morley's triangle (Morley 1968), for each coordinate: quadratic, given
+/// by its values at the corners and its derivative along the normal in the middle of each side. It
+/// passes the patch test of constant curvature on any mesh, and so converges. The derivatives of
+/// the sides are unknowns of their own.
+///
+/// A state holds the points (m), then one vector per side: the derivative of the position along the
+/// side's normal, which points to the side's left (from `from` to `to`).
+class MeshCloth {
+ public:
+  using State = std::vector<Eigen::Vector3d>;
+
+  MeshCloth(MaterialMesh mesh, ClothLaws laws);
+
+  [[nodiscard]] const MaterialMesh& mesh() const { return mesh_; }
+  [[nodiscard]] int points() const { return static_cast<int>(mesh_.points_m.size()); }
+  [[nodiscard]] int unknowns() const { return points() + static_cast<int>(mesh_.edges.size()); }
+  [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }  ///< of the points
+
+  /// State of a smooth map: position and its derivatives along warp and weft at a material point.
+  struct Jet {
+    Eigen::Vector3d x, x_u, x_v;
+  };
+  template <class Map>
+  [[nodiscard]] State state_of(const Map& map) const {
+    State state;
+    for (const Eigen::Vector2d& p : mesh_.points_m) state.push_back(map(p).x);
+    for (std::size_t e = 0; e < mesh_.edges.size(); ++e) {
+      const Jet jet = map(middle_of(static_cast<int>(e)));
+      const Eigen::Vector2d n = normal_of(static_cast<int>(e));
+      state.push_back(jet.x_u * n.x() + jet.x_v * n.y());
+    }
+    return state;
+  }
+
+  [[nodiscard]] InternalEnergies energies(const State& state) const;
+  /// Adds minus the energy's gradient (N; N m for the sides).
+  void add_forces(const State& state, State& force) const;
+  /// Bound of the sum of |second derivatives| of the energy in each unknown's row, for strains up
+  /// to those of the state: what a step of relaxation may divide by.
+  [[nodiscard]] std::vector<double> stiffness_bounds(const State& state) const;
+
+ private:
+  struct Triangle {
+    std::array<int, 3> corner;
+    std::array<int, 6> unknown;  ///< corners, then sides
+    double area = 0;
+    std::array<double, 3> d_u, d_v;          ///< of the linear triangle
+    std::array<double, 6> d_uu, d_uv, d_vv;  ///< of Morley's
+  };
+  [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
+  [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
+
+  MaterialMesh mesh_;
+  ClothLaws laws_;
+  std::vector<Triangle> triangles_;
+  std::vector<double> mass_;
+};
+
+}  // namespace drape::simulate

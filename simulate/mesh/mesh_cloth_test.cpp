@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/mesh_cloth.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "simulate/mesh/relaxation.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+ClothLaws laws_of(bool straight) {
+  ClothLaws laws;
+  laws.density_kg_per_m2 = 0.138;
+  laws.tensile[0] = {2000, {}};
+  laws.tensile[1] = {1500, {}};
+  laws.shear = {30, {}};
+  laws.bending[0] = {8e-6, {}};
+  laws.bending[1] = {5e-6, {}};
+  laws.twist_n_m = 9e-6;
+  if (straight) return laws;
+  laws.tensile[0].hinges = {{0.01, 3000}, {0.03, 5000}};
+  laws.shear.hinges = {{0.05, 20}};
+  laws.bending[0].hinges = {{20, -4e-6}};
+  return laws;
+}
+
+/// An L with a round hole, 60 x 50 mm, on an irregular mesh.
+MaterialMesh irregular_mesh(double spacing = 0.004, unsigned seed = 3) {
+  ClothOutline outline;
+  outline.outer = {{0, 0}, {0.06, 0}, {0.06, 0.02}, {0.035, 0.022}, {0.03, 0.05}, {0, 0.05}};
+  outline.holes = {circle({0.015, 0.03}, 0.008, 16)};
+  MeshOptions options;
+  options.spacing_m = spacing;
+  options.jitter = 0.35;
+  options.smoothing = 0;
+  options.seed = seed;
+  return triangulated(outline, options);
+}
+
+TEST(Mesher, AnyOutlineIsCoveredByTriangles) {
+  const MaterialMesh mesh = irregular_mesh();
+  double area = 0;
+  const Polygon outer = {{0, 0}, {0.06, 0}, {0.06, 0.02}, {0.035, 0.022}, {0.03, 0.05}, {0, 0.05}};
+  for (std::size_t i = 0; i < outer.size(); ++i) {
+    const Vector2d &a = outer[i], &b = outer[(i + 1) % outer.size()];
+    area += (a.x() * b.y() - a.y() * b.x()) / 2;
+  }
+  area -= 8 * 0.008 * 0.008 * std::sin(std::numbers::pi / 8);
+  EXPECT_NEAR(mesh.area_m2(), area, 1e-12);
+  // Euler: points - edges + triangles = 1 - holes.
+  EXPECT_EQ(static_cast<int>(mesh.points_m.size()) - static_cast<int>(mesh.edges.size()) +
+                static_cast<int>(mesh.triangles.size()),
+            0);
+  EXPECT_THROW((void)mesh_of({{0, 0}, {1, 0}, {0, 1}}, {{0, 2, 1}}), Error) << "clockwise";
+  EXPECT_THROW((void)triangulated({{{0, 0}, {1, 0}}, {}, {}}, {}), Error);
+}
+
+TEST(Mesher, NoPointLiesInTheCircleOfATriangle) {
+  std::vector<Vector2d> points;
+  for (int i = 0; i < 200; ++i) {
+    const double a = std::sin(12.9898 * i) * 437.5453, b = std::sin(78.233 * i) * 437.5453;
+    points.emplace_back(a - std::floor(a), b - std::floor(b));
+  }
+  const auto triangles = delaunay(points);
+  EXPECT_GT(triangles.size(), 350U);
+  for (const auto& t : triangles) {
+    const Vector2d a = points[t[0]], u = points[t[1]] - a, v = points[t[2]] - a;
+    const double twice = 2 * (u.x() * v.y() - u.y() * v.x());
+    ASSERT_GT(twice, 0);
+    const Vector2d centre = Vector2d(v.y() * u.squaredNorm() - u.y() * v.squaredNorm(),
+                                     u.x() * v.squaredNorm() - v.x() * u.squaredNorm()) /
+                            twice;
+    for (const Vector2d& p : points) EXPECT_GE((p - a - centre).norm(), centre.norm() * (1 - 1e-9));
+  }
+}
+
+/// Largest force on a point, and largest moment on a side, that do not belong to the border; then
+/// the same of all.
+struct Forces {
+  double point = 0, side = 0, any_point = 0, any_side = 0;
+};
+Forces inner_forces(const MeshCloth& cloth, const MeshCloth::State& state) {
+  const MaterialMesh& mesh = cloth.mesh();
+  std::vector<bool> border(static_cast<std::size_t>(cloth.unknowns()), false);
+  for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+    if (mesh.edges[e].left >= 0 && mesh.edges[e].right >= 0) continue;
+    border[mesh.edges[e].from] = border[mesh.edges[e].to] = border[cloth.points() + e] = true;
+  }
+  MeshCloth::State force(state.size(), Vector3d::Zero());
+  cloth.add_forces(state, force);
+  Forces found;
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    const bool side = static_cast<int>(i) >= cloth.points();
+    double& any = side ? found.any_side : found.any_point;
+    double& inner = side ? found.side : found.point;
+    any = std::max(any, force[i].norm());
+    if (!border[i]) inner = std::max(inner, force[i].norm());
+  }
+  return found;
+}
+
+TEST(PatchTest, ConstantStrainIsExactOnIrregularMeshes) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const MeshCloth cloth(irregular_mesh(0.004, seed), laws_of(false));
+    // 2 % along the warp, 1 % along the weft, sheared, and turned in space.
+    const double angle = 0.08;
+    const Eigen::Matrix3d turn =
+        Eigen::AngleAxisd(0.7, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+    const Vector3d u = turn * Vector3d(1.02, 0, 0);
+    const Vector3d v = turn * Vector3d(1.01 * std::sin(angle), 1.01 * std::cos(angle), 0);
+    const auto state = cloth.state_of([&](const Vector2d& p) {
+      return MeshCloth::Jet{p.x() * u + p.y() * v, u, v};
+    });
+    const InternalEnergies energy = cloth.energies(state);
+    const ClothLaws laws = laws_of(false);
+    const double area = cloth.mesh().area_m2();
+    EXPECT_NEAR(
+        energy.stretch_j / (area * (laws.tensile[0].energy(0.02) + laws.tensile[1].energy(0.01))),
+        1, 1e-10);
+    EXPECT_NEAR(energy.shear_j / (area * laws.shear.energy(angle)), 1, 1e-10);
+    EXPECT_LT(energy.bending_j + energy.twist_j, 1e-10 * energy.sum_j());
+    const Forces forces = inner_forces(cloth, state);
+    EXPECT_LT(forces.point, 1e-10 * forces.any_point);
+    // No curvature, no moment: against that of 1 1/m on a side of the mesh.
+    EXPECT_LT(forces.any_side, 1e-10 * laws.bending[0].slope * 0.004);
+  }
+}
+
+TEST(PatchTest, ConstantCurvatureIsExactOnIrregularMeshes) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    ClothLaws laws = laws_of(false);
+    laws.tensile[0] = laws.tensile[1] = laws.shear = ForceCurve{0, {}};  // bending alone
+    const MeshCloth cloth(irregular_mesh(0.004, seed), laws);
+    const double a = 25, b = -7, c = 12;  // x_uu, x_uv, x_vv of the height, 1/m
+    const auto state = cloth.state_of([&](const Vector2d& p) {
+      return MeshCloth::Jet{
+          {p.x(), p.y(), a * p.x() * p.x() / 2 + b * p.x() * p.y() + c * p.y() * p.y() / 2},
+          {1, 0, a * p.x() + b * p.y()},
+          {0, 1, b * p.x() + c * p.y()}};
+    });
+    const InternalEnergies energy = cloth.energies(state);
+    const double area = cloth.mesh().area_m2();
+    EXPECT_NEAR(energy.bending_j / (area * (laws.bending[0].energy(a) + laws.bending[1].energy(c))),
+                1, 1e-10);
+    EXPECT_NEAR(energy.twist_j / (area * laws.twist_n_m / 2 * b * b), 1, 1e-10);
+    const Forces forces = inner_forces(cloth, state);
+    EXPECT_LT(forces.point, 1e-10 * forces.any_point);
+    EXPECT_LT(forces.side, 1e-10 * forces.any_side);
+  }
+}
+
+TEST(MeshCloth, ForcesAreTheGradientOfTheEnergy) {
+  const MeshCloth cloth(irregular_mesh(0.012), laws_of(false));
+  auto state = cloth.state_of([](const Vector2d& p) {
+    return MeshCloth::Jet{
+        {1.01 * p.x() + 0.1 * p.y(), p.y(), 2 * p.x() * p.x()}, {1.01, 0, 4 * p.x()}, {0.1, 1, 0}};
+  });
+  double k = 0;
+  for (Vector3d& value : state) {
+    value += 1e-4 * Vector3d(std::sin(3 * k), std::cos(2 * k), std::sin(1 + k));
+    ++k;
+  }
+  MeshCloth::State force(state.size(), Vector3d::Zero());
+  cloth.add_forces(state, force);
+  double largest[2] = {0, 0};
+  for (std::size_t i = 0; i < force.size(); ++i) {
+    double& most = largest[static_cast<int>(i) >= cloth.points()];
+    most = std::max(most, force[i].norm());
+  }
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    const bool side = static_cast<int>(i) >= cloth.points();
+    const double step = side ? 1e-5 : 1e-8;
+    for (int axis = 0; axis < 3; ++axis) {
+      auto more = state, less = state;
+      more[i][axis] += step;
+      less[i][axis] -= step;
+      const double slope =
+          (cloth.energies(more).sum_j() - cloth.energies(less).sum_j()) / (2 * step);
+      EXPECT_NEAR(force[i][axis], -slope, 1e-5 * largest[side]) << i << " " << axis;
+    }
+  }
+}
+
+TEST(MeshCloth, AStateTurnedInSpaceHasTheSameEnergy) {
+  const MeshCloth cloth(irregular_mesh(), laws_of(false));
+  auto state = cloth.state_of([](const Vector2d& p) {
+    return MeshCloth::Jet{
+        {1.01 * p.x(), p.y(), 2 * p.x() * p.x()}, {1.01, 0, 4 * p.x()}, {0, 1, 0}};
+  });
+  const double before = cloth.energies(state).sum_j();
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(2.1, Vector3d(3, -1, 2).normalized()).toRotationMatrix();
+  for (Vector3d& value : state) value = turn * value;
+  EXPECT_NEAR(cloth.energies(state).sum_j() / before, 1, 1e-12);
+}
+
+/// Deflection of the end of a short strip clamped on one side, of a small weight, over that of a
+/// beam, w L^4 / (8 B): a strip of constant width bends like a plate without Poisson's effect.
+double cantilever_ratio(double spacing, bool along_weft) {
+  constexpr double kLength = 0.02, kWidth = 0.01, kGravity = 0.2;  // m/s^2: 0.1 % of the length
+  ClothLaws laws = laws_of(true);
+  const double lengths[2] = {along_weft ? kWidth : kLength, along_weft ? kLength : kWidth};
+  MeshOptions options;
+  options.spacing_m = spacing;
+  options.jitter = 0.3;
+  options.smoothing = 0;
+  options.seed = 5;
+  const MeshCloth cloth(
+      triangulated({{{0, 0}, {lengths[0], 0}, {lengths[0], lengths[1]}, {0, lengths[1]}}, {}, {}},
+                   options),
+      laws);
+  auto state = cloth.state_of([](const Vector2d& p) {
+    return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
+  });
+  const auto along = [&](int i) { return cloth.mesh().points_m[i][along_weft ? 1 : 0]; };
+  std::vector<bool> held;
+  for (int i = 0; i < cloth.points(); ++i) held.push_back(along(i) < 1e-9);
+  for (const auto& edge : cloth.mesh().edges)
+    held.push_back(along(edge.from) < 1e-9 && along(edge.to) < 1e-9);
+  RelaxationOptions relaxation;
+  relaxation.gravity_m_per_s2 = {0, 0, -kGravity};
+  relaxation.residual = 1e-6;
+  const RelaxationReport report = relax(cloth, state, held, {}, relaxation);
+  EXPECT_TRUE(report.at_rest) << report.residual;
+  double sum = 0;
+  int count = 0;
+  for (int i = 0; i < cloth.points(); ++i) {
+    if (along(i) < kLength - 1e-9) continue;
+    sum -= state[i].z();
+    ++count;
+  }
+  const double beam = laws.density_kg_per_m2 * kGravity * std::pow(kLength, 4) /
+                      (8 * laws.bending[along_weft ? 1 : 0].slope);
+  return sum / count / beam;
+}
+
+TEST(MeshCloth, ACantileverConvergesToTheBeam) {
+  // The clamp holds the side's derivative, so the error is the elements' own: order 2.
+  for (const bool along_weft : {false, true}) {
+    const double coarse = std::abs(cantilever_ratio(0.005, along_weft) - 1);
+    const double fine = std::abs(cantilever_ratio(0.0025, along_weft) - 1);
+    RecordProperty(along_weft ? "weft_errors" : "warp_errors",
+                   std::to_string(coarse) + " " + std::to_string(fine));
+    EXPECT_GE(std::log2(coarse / fine), 1.8);
+  }
+}
+
+}  // namespace
+}  // namespace drape::simulate

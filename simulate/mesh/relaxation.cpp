@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/relaxation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr int kBoundsEvery = 100;    // steps between two sets of fictitious masses
+constexpr int kReportEvery = 100;    // steps between two looks at the residual
+constexpr double kSafety = 0.6;      // masses in parts of the bounds; stable above 1/4
+constexpr double kFirstWave = 2e-4;  // m
+constexpr int kWaves = 16;
+
+double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, const Vector3d& g) {
+  double sum = 0;
+  for (int i = 0; i < cloth.points(); ++i) sum -= cloth.mass_kg()[i] * g.dot(state[i]);
+  return sum;
+}
+
+/// Number in 0 .. 1 of a fixed sequence.
+double lot(unsigned seed, int k) {
+  const double x = std::sin(12.9898 * k + 78.233 * seed) * 43758.5453;
+  return x - std::floor(x);
+}
+
+}  // namespace
+
+RelaxationReport relax(const MeshCloth& cloth, MeshCloth::State& state,
+                       const std::vector<bool>& held, const Contact& contact,
+                       const RelaxationOptions& options) {
+  const auto n = static_cast<std::size_t>(cloth.unknowns());
+  const int points = cloth.points();
+  MeshCloth::State force(n), velocity(n, Vector3d::Zero()), normal(n, Vector3d::Zero());
+  std::vector<double> mass;
+  const double weight = options.gravity_m_per_s2.norm() *
+                        std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0) /
+                        points;
+  RelaxationReport report;
+  double before = 0;
+  for (int step = 0; step < options.most_steps; ++step) {
+    if (step % kBoundsEvery == 0) {
+      mass = cloth.stiffness_bounds(state);
+      for (double& m : mass) m *= kSafety;
+    }
+    std::fill(force.begin(), force.end(), Vector3d::Zero());
+    cloth.add_forces(state, force);
+    for (int i = 0; i < points; ++i) force[i] += cloth.mass_kg()[i] * options.gravity_m_per_s2;
+    double kinetic = 0, largest = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (held[i]) continue;
+      Vector3d f = force[i];
+      if (f.dot(normal[i]) < 0) f -= f.dot(normal[i]) * normal[i];
+      if (i < static_cast<std::size_t>(points)) largest = std::max(largest, f.norm());
+      velocity[i] += force[i] / mass[i];
+      kinetic += mass[i] * velocity[i].squaredNorm();
+    }
+    report.steps = step + 1;
+    report.residual = largest / weight;
+    if (!std::isfinite(kinetic)) return report;
+    if (step % kReportEvery == 0 && report.residual <= options.residual) {
+      report.at_rest = true;
+      break;
+    }
+    if (kinetic < before) {
+      std::fill(velocity.begin(), velocity.end(), Vector3d::Zero());
+      kinetic = 0;
+    }
+    before = kinetic;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (held[i]) continue;
+      state[i] += velocity[i];
+      if (!contact.project || i >= static_cast<std::size_t>(points)) continue;
+      Vector3d outward = Vector3d::Zero();
+      if (contact.project(state[i], outward)) {
+        velocity[i] -= std::min(0.0, velocity[i].dot(outward)) * outward;
+        normal[i] = outward;
+      } else {
+        normal[i].setZero();
+      }
+    }
+  }
+  report.energy_j =
+      cloth.energies(state).sum_j() + height_energy(cloth, state, options.gravity_m_per_s2);
+  return report;
+}
+
+std::vector<int> border_of(const MaterialMesh& mesh) {
+  std::map<int, int> next;
+  for (const MaterialMesh::Edge& edge : mesh.edges) {
+    if (edge.left >= 0 && edge.right < 0) next[edge.from] = edge.to;
+    if (edge.right >= 0 && edge.left < 0) next[edge.to] = edge.from;
+  }
+  std::vector<int> longest;
+  while (!next.empty()) {
+    std::vector<int> loop;
+    for (int at = next.begin()->first; next.contains(at);) {
+      loop.push_back(at);
+      const int to = next.at(at);
+      next.erase(at);
+      at = to;
+    }
+    if (loop.size() > longest.size()) longest = loop;
+  }
+  return longest;
+}
+
+std::string ply_text(const CusickDrape& drape) {
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment millimetres, z up, warp along x\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\nelement face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      drape.mesh.points_m.size(), drape.mesh.triangles.size());
+  for (std::size_t i = 0; i < drape.mesh.points_m.size(); ++i) {
+    const Eigen::Vector3d p = drape.state[i] / units::mm;
+    text += fmt::format("{:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
+  }
+  for (const auto& t : drape.mesh.triangles) text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  return text;
+}
+
+CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
+  const double disc = options.disc_m / 2, hem = options.specimen_m / 2;
+  if (!(disc > options.spacing_m && hem > disc + options.spacing_m))
+    throw usage_error("the disc, the ring of cloth or the mesh's spacing do not fit",
+                      "give a disc smaller than the specimen and a finer mesh");
+  const auto count = [&](double radius) {
+    return static_cast<int>(std::lround(2 * std::numbers::pi * radius / options.spacing_m));
+  };
+  // The lattice of the mesh is turned against the warp; lots turn the two circles.
+  const double turn = 2 * std::numbers::pi * lot(options.start, 0);
+  const ClothOutline outline{
+      circle({0, 0}, hem, count(hem), turn), {}, {circle({0, 0}, disc, count(disc), 2 * turn)}};
+  MeshOptions mesh_options;
+  mesh_options.spacing_m = options.spacing_m;
+  mesh_options.lattice_turn_rad = -options.warp_rad;
+  mesh_options.seed = options.start;
+  const MeshCloth cloth(triangulated(outline, mesh_options), laws);
+  const double slack = 1e-6 * disc;
+  const auto clamped = [&](int point) {
+    return cloth.mesh().points_m[point].norm() <= disc + slack;
+  };
+  std::vector<bool> held;
+  for (int i = 0; i < cloth.points(); ++i) held.push_back(clamped(i));
+  for (const auto& edge : cloth.mesh().edges)
+    held.push_back(clamped(edge.from) && clamped(edge.to));
+  // Warp along x, weft along y, seen from above with z up.
+  MeshCloth::State state = cloth.state_of([](const Vector2d& p) {
+    return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
+  });
+  for (int i = 0; i < cloth.points(); ++i) {
+    const Vector2d p = cloth.mesh().points_m[i];
+    if (held[i]) continue;
+    const double out = (p.norm() - disc) / (hem - disc), angle = std::atan2(p.y(), p.x());
+    double wave = 0;
+    for (int k = 2; k <= kWaves; ++k)
+      wave += std::cos(k * angle - 2 * std::numbers::pi * lot(options.start, k));
+    state[i].z() += kFirstWave * out * out * wave / std::sqrt(kWaves - 1.0);
+  }
+  const double wall = disc - slack;
+  const Contact contact{[wall](Vector3d& p, Vector3d& normal) {
+    const double r = p.head<2>().norm();
+    if (p.z() >= 0 || r >= wall || r == 0) return false;
+    normal = {p.x() / r, p.y() / r, 0};
+    p.head<2>() *= wall / r;
+    return true;
+  }};
+  CusickDrape drape;
+  drape.report = relax(cloth, state, held, contact, options.relaxation);
+  drape.mesh = cloth.mesh();
+  drape.state = std::move(state);
+  return drape;
+}
+
+}  // namespace drape::simulate
