@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/commands.hpp"
 
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <ctime>
+#include <deque>
+#include <limits>
+#include <utility>
 
 #include "capture/ending.hpp"
 #include "capture/live/record.hpp"
 #include "core/error.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
 
 namespace drape::capture {
 namespace {
@@ -24,6 +35,22 @@ CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
   return options;
 }
 
+using Clock = std::chrono::steady_clock;
+constexpr int kInterrupted = 130;
+volatile std::sig_atomic_t interrupts = 0;
+
+bool interrupted() {
+  return interrupts > 0;
+}
+
+/// Ctrl-C ends the capture with what it has; a second one ends the program.
+void catch_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { interrupts = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+}
+
 std::string today() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -33,36 +60,220 @@ std::string today() {
   return text;
 }
 
-}  // namespace
-
-int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
-                const CommonOptions& common) {
-  if (command.rig.empty() || command.set.empty() || command.recording.empty())
-    throw usage_error("a capture needs RIG, --set and --out", "see `drape capture --help`");
-  RunRecord record("drape-capture", std::move(arguments));
-  const CamerasFile cameras = read_cameras_file(command.rig);
+RecordOptions storing_of(const CaptureCommand& command, const CamerasFile& cameras) {
   RecordOptions storing;
   storing.folder = command.recording;
   storing.set = command.set;
+  storing.frames = command.frames;
   storing.average = command.average;
   storing.largest_spread_s = cameras.largest_spread_s;
   storing.recorded_on = today();
   storing.format = command.format;
   storing.still.calibration = command.calibration;
-  require_new_set(storing);
+  return storing;
+}
 
-  Progress progress("capture", common.quiet);
+LiveOptions live_options_of(const CaptureCommand& command) {
   LiveOptions options;
   options.frames = command.frames;
   options.patience_s = command.patience_s;
   options.opening_s = std::max(options.opening_s, command.patience_s);
   options.host_program = camera_host_program();
+  return options;
+}
+
+void add_adopted(const Journal& journal, Ending& ending) {
+  if (journal.adopted() > 0)
+    ending.numbers.emplace_back(
+        "adopted", fmt::format("{} sets of a capture that had been ended", journal.adopted()));
+}
+
+/// Sets that the rig speaks of, in the order in which a bench records them.
+std::deque<std::string> sets_of_rig(const fs::path& rig_path) {
+  const Rig rig = read_rig(rig_path);
+  std::deque<std::string> sets;
+  for (const TargetStage& stage : rig.stages) sets.push_back(stage.set);
+  sets.insert(sets.end(), rig.free_poses.begin(), rig.free_poses.end());
+  for (const fs::path& scene : rig.scenes) {
+    try {
+      if (const std::string set = read_scene(scene).set; !set.empty()) sets.push_back(set);
+    } catch (const Error&) {  // a scene that is not written yet asks for no set
+    }
+  }
+  return sets;
+}
+
+/// What an operator types, a line at a time, without waiting for it.
+class Keyboard {
+ public:
+  /// Nothing while no line is there; `ended` once there will be none.
+  std::optional<std::string> line() {
+    pollfd wait{STDIN_FILENO, POLLIN, 0};
+    char buffer[256];
+    while (!ended && text_.find('\n') == std::string::npos && ::poll(&wait, 1, 0) > 0) {
+      const ssize_t got = ::read(STDIN_FILENO, buffer, sizeof buffer);
+      if (got <= 0) ended = true;
+      if (got > 0) text_.append(buffer, static_cast<std::size_t>(got));
+    }
+    const std::size_t end = text_.find('\n');
+    if (end == std::string::npos) return std::nullopt;
+    const std::string line = text_.substr(0, end);
+    text_.erase(0, end + 1);
+    return line;
+  }
+  bool ended = false;
+
+ private:
+  std::string text_;
+};
+
+/// Names the sets of a session and stores them.
+class SessionDesk {
+ public:
+  SessionDesk(const CaptureCommand& command, const CamerasFile& cameras)
+      : cameras_(cameras),
+        storing_(storing_of(command, cameras)),
+        to_take_(sets_of_rig(command.rig)),
+        patience_s_(command.patience_s),
+        journal(storing_.folder, storing_.recorded_on) {
+    storing_.frames = 1;
+    std::erase_if(to_take_, [&](const std::string& s) { return journal.holds(s); });
+    ask();
+  }
+
+  LiveOptions::Demand demand() {
+    using enum LiveOptions::Demand;
+    if (!wanted_.empty() && Clock::now() < give_up_at_) return take;
+    if (!wanted_.empty()) {
+      wanted_.clear();
+      fmt::print(stderr, "NO-GO: no whole set came; `drape doctor RIG` looks closer\n");
+      ++refused;
+      ask();
+    }
+    const auto line = keyboard_.line();
+    if (!line) return keyboard_.ended ? end : wait;
+    if (*line == "q") return end;
+    wanted_ = *line == "r" ? last_ : !line->empty() ? *line : to_take_.empty() ? "" : to_take_[0];
+    try {
+      require_set_name(wanted_);
+      if (journal.holds(wanted_) && *line != "r")
+        throw usage_error("set `" + wanted_ + "` is there", "r takes the last one once more");
+    } catch (const Error& error) {
+      fmt::print(stderr, "  {}; to do: {}\n", error.what_failed(), error.what_to_do());
+      wanted_.clear();
+    }
+    if (wanted_.empty()) ask();
+    give_up_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                     std::chrono::duration<double>(patience_s_));
+    return wanted_.empty() ? wait : take;
+  }
+
+  void take(LiveSet set, const LiveReport& report) {
+    RecordOptions storing = storing_;
+    storing.set = std::exchange(wanted_, "");
+    const bool again = journal.holds(storing.set);
+    // Only what replaces it moves a take out of its place.
+    if (again) storing.set += ".new";
+    Recorder recorder(cameras_, storing, journal);
+    recorder.add(std::move(set), report);
+    const RecordResult result = recorder.finish();
+    for (const LiveFault& fault : result.refused) fmt::print(stderr, "NO-GO: {}\n", line_of(fault));
+    refused += result.refused.size();
+    if (!result.sets.empty()) {
+      if (again) journal.replace(last_);
+      if (!again) last_ = storing.set;
+      std::erase(to_take_, last_);
+      fmt::print(stderr, "GO: {} stored\n", last_);
+      ++stored;
+    }
+    ask();
+  }
+
+ private:
+  void ask() const {
+    fmt::print(stderr,
+               "next: {}   (Enter takes it; or type a name; r: the last one again; q: end)\n",
+               to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
+  }
+
+  const CamerasFile& cameras_;
+  RecordOptions storing_;
+  std::deque<std::string> to_take_;
+  double patience_s_;
+  Clock::time_point give_up_at_;
+  std::string wanted_, last_;
+  Keyboard keyboard_;
+
+ public:
+  Journal journal;
+  std::size_t stored = 0, refused = 0;
+};
+
+}  // namespace
+
+int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
+                const CommonOptions& common) {
+  RunRecord record("drape-capture", std::move(arguments));
+  const CamerasFile cameras = read_cameras_file(command.rig);
+  SessionDesk desk(command, cameras);
+  LiveOptions options = live_options_of(command);
+  options.frames = std::numeric_limits<int>::max() / 16;
+  options.demand = [&desk] { return desk.demand(); };
+  options.on_set = [&desk](LiveSet set, const LiveReport& report) {
+    desk.take(std::move(set), report);
+  };
+  options.ended = interrupted;
+  catch_interrupts();
+  const LiveResult live = capture_live(cameras, options);
+  desk.journal.close();
+  Ending ending;
+  ending.go = desk.stored > 0 && !interrupted();
+  ending.verdict = fmt::format("{} sets stored in {}", desk.stored,
+                               (command.recording / "recording.json").string());
+  ending.numbers.emplace_back("refused", fmt::format("{}", desk.refused));
+  ending.numbers.emplace_back("sync", to_string(live.report.method));
+  add_adopted(desk.journal, ending);
+  for (const LiveFault& fault : live.report.faults) ending.rejected.push_back(line_of(fault));
+  ending.next_command = fmt::format("drape-capture verify {}", command.recording.string());
+  record.input(cameras.file);
+  if (desk.stored > 0) {
+    const fs::path manifest = command.recording / "recording.json";
+    record.output(manifest);
+    record.write(run_record_path(manifest), ending.go ? 0 : 1);
+  }
+  finish(ending, common);
+  return interrupted() ? kInterrupted : ending.go ? 0 : 1;
+}
+
+int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
+                const CommonOptions& common) {
+  if (command.rig.empty() || command.recording.empty())
+    throw usage_error("a capture needs RIG and --out", "see `drape capture --help`");
+  if (command.set.empty()) return run_session(command, std::move(arguments), common);
+  RunRecord record("drape-capture", std::move(arguments));
+  const CamerasFile cameras = read_cameras_file(command.rig);
+  RecordOptions storing = storing_of(command, cameras);
+  require_set_name(storing.set);
+  Journal journal(storing.folder, storing.recorded_on);
+  Recorder recorder(cameras, storing, journal);
+
+  Progress progress("capture", common.quiet);
+  LiveOptions options = live_options_of(command);
   options.progress = [&progress](double done, const std::string& what) {
     progress.update(done, what);
   };
+  options.on_set = [&recorder](LiveSet set, const LiveReport& report) {
+    recorder.add(std::move(set), report);
+  };
+  options.ended = interrupted;
+  catch_interrupts();
   const LiveResult live = capture_live(cameras, options);
-  const RecordResult stored = record_live(live, cameras, storing);
-  const Ending ending = ending_of(live.report, stored, command.frames, command.recording);
+  const RecordResult stored = recorder.finish();
+  journal.close();
+  Ending ending =
+      ending_of(live.report, stored, command.average ? 1 : command.frames, command.recording);
+  if (interrupted()) ending.go = false;
+  add_adopted(journal, ending);
   record.input(cameras.file);
   if (command.calibration) record.input(*command.calibration);
   if (!stored.sets.empty()) {
@@ -70,7 +281,8 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
     record.output(manifest);
     record.write(run_record_path(manifest), ending.go ? 0 : 1);
   }
-  return finish(ending, common);
+  finish(ending, common);
+  return interrupted() ? kInterrupted : ending.go ? 0 : 1;
 }
 
 int run_import(const fs::path& folder, const fs::path& recording_folder,

@@ -21,6 +21,10 @@ struct CaptureCommand {
   double patience_s = 20;
 };
 
+/// A session: the cameras stay open, Enter takes the next set of the rig's list.
+int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
+                const CommonOptions& common);
+
 // What the subcommands of drape-capture do; each returns the exit code.
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common);

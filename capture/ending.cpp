@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 namespace drape::capture {
 
 Ending ending_of(const ImportResult& result, const std::filesystem::path& recording_folder) {
@@ -44,18 +46,53 @@ Ending ending_of(const VerifyReport& report) {
   return ending;
 }
 
-Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
+std::string line_of(const LiveFault& fault) {
+  return fmt::format("{}{}{}; to do: {}",
+                     fault.camera.empty() ? "" : "camera `" + fault.camera + "`: ", fault.what,
+                     fault.times > 1 ? fmt::format(" ({} times)", fault.times) : "",
+                     fault.what_to_do);
+}
+
+namespace {
+
+std::string ledger_line(const LiveCameraReport& camera) {
+  const CameraLedger& l = camera.ledger;
+  std::string line =
+      fmt::format("{} frames expected: {} in sets, {} unpaired, {} incomplete, {} never arrived",
+                  l.expected, l.in_set, l.unpaired, l.incomplete, l.never_arrived);
+  if (l.repeated > 0) line += fmt::format(", {} repeated", l.repeated);
+  line += fmt::format("; {} packets resent", camera.counters.packets_resent);
+  if (camera.frames_without_room > 0)
+    line +=
+        fmt::format("; {} found no room while this machine was busy", camera.frames_without_room);
+  if (camera.longest_gap_s > 0)
+    line += fmt::format("; lost: noticed after {:.2f} s, back {:.2f} s later",
+                        camera.longest_unnoticed_s, camera.longest_gap_s);
+  return line;
+}
+
+}  // namespace
+
+Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_wanted,
                  const std::filesystem::path& recording_folder) {
   Ending ending;
-  const std::size_t captured =
-      report.cameras.empty() ? 0 : static_cast<std::size_t>(report.cameras[0].ledger.in_set);
-  ending.go = stored.refused.empty() && captured >= static_cast<std::size_t>(frames);
+  const auto moved = stored.still.cloth_fault();
+  const auto wanted = static_cast<std::size_t>(sets_wanted);
+  ending.go = stored.refused.empty() && stored.sets.size() >= wanted && !moved;
   ending.verdict = stored.sets.empty()
                        ? "nothing was stored"
-                       : fmt::format("{} of {} sets captured, stored in {}", captured, frames,
+                       : fmt::format("{} of {} sets stored in {}", stored.sets.size(), wanted,
                                      (recording_folder / "recording.json").string());
   ending.numbers.emplace_back("sets", fmt::format("{}", fmt::join(stored.sets, ", ")));
   ending.numbers.emplace_back("sync", to_string(report.method));
+  if (report.paired_by == PairedBy::arrival)
+    ending.numbers.emplace_back("paired by", "arrival: the spread of a set is not known");
+  if (!stored.spread_bounds_s.empty())
+    ending.numbers.emplace_back(
+        "spread", fmt::format("not known without clocks; at most {:.0f} ms, from the trigger to "
+                              "the last frame's arrival",
+                              1e3 * *std::max_element(stored.spread_bounds_s.begin(),
+                                                      stored.spread_bounds_s.end())));
   if (!report.why_fallen_back.empty())
     ending.numbers.emplace_back("fallen back", report.why_fallen_back);
   if (stored.still.motion_px)
@@ -71,28 +108,11 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int frame
     ending.numbers.emplace_back(
         "background",
         fmt::format("{:.2f} px from the reference set at most", *stored.still.background_shift_px));
-  for (const LiveCameraReport& camera : report.cameras) {
-    const CameraLedger& l = camera.ledger;
-    ending.numbers.emplace_back(
-        camera.name,
-        fmt::format("{} frames expected: {} in sets, {} unpaired, {} incomplete, {} never arrived; "
-                    "{} packets resent{}",
-                    l.expected, l.in_set, l.unpaired, l.incomplete, l.never_arrived,
-                    camera.counters.packets_resent,
-                    camera.longest_gap_s > 0
-                        ? fmt::format("; lost: noticed after {:.2f} s, back {:.2f} s later",
-                                      camera.longest_unnoticed_s, camera.longest_gap_s)
-                        : ""));
-  }
-  for (const auto& [camera, what, to_do] : report.faults)
-    ending.rejected.push_back(fmt::format("camera `{}`: {}; to do: {}", camera, what, to_do));
-  const auto moved = stored.still.cloth_fault();
-  ending.go = ending.go && !moved;
-  if (moved)
-    ending.rejected.push_back(fmt::format("{}; to do: {}", moved->what, moved->what_to_do));
-  for (const auto& [camera, what, to_do] : stored.refused)
-    ending.rejected.push_back(fmt::format(
-        "{}{}; to do: {}", camera.empty() ? "" : "camera `" + camera + "`, ", what, to_do));
+  for (const LiveCameraReport& camera : report.cameras)
+    ending.numbers.emplace_back(camera.name, ledger_line(camera));
+  for (const LiveFault& fault : report.faults) ending.rejected.push_back(line_of(fault));
+  if (moved) ending.rejected.push_back(line_of(*moved));
+  for (const LiveFault& fault : stored.refused) ending.rejected.push_back(line_of(fault));
   ending.next_command = ending.go
                             ? fmt::format("drape-capture verify {}", recording_folder.string())
                             : "drape doctor RIG";

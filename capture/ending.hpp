@@ -18,4 +18,7 @@ namespace drape::capture {
 [[nodiscard]] Ending ending_of(const LiveReport& report, const RecordResult& stored, int frames,
                                const std::filesystem::path& recording_folder);
 
+/// A fault as the screen says it, with how often it was seen.
+[[nodiscard]] std::string line_of(const LiveFault& fault);
+
 }  // namespace drape::capture

@@ -13,6 +13,8 @@ int main(int argc, char** argv) {
       "Captures sets of frames from the cameras of a rig, makes recordings of images from\n"
       "elsewhere, and checks recordings.\n\n"
       "  drape-capture rigs/lab --set drape_A --out recording    one set, all cameras at once\n"
+      "  drape-capture rigs/lab --out recording                  a session: Enter takes the next "
+      "set\n"
       "  drape-capture import photos --out recording             photos/<set>/<camera>.png\n"
       "  drape-capture verify recording                          every image against its SHA-256\n",
       "drape-capture");
@@ -24,7 +26,7 @@ int main(int argc, char** argv) {
   std::filesystem::path folder;
   std::filesystem::path recording;
   app.add_option("RIG", command.rig, "folder with rig.toml and cameras.toml");
-  app.add_option("--set", command.set, "name of the set to record");
+  app.add_option("--set", command.set, "name of the set to record; without it a session");
   app.add_option("--out", recording, "recording to make, or to add the set to");
   app.add_option("--frames", command.frames, "frames per camera: sets NAME_000, NAME_001, ...")
       ->range(1, 1000);

@@ -9,6 +9,8 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "front/process.hpp"
 
 namespace drape {
 namespace {
@@ -211,8 +213,69 @@ std::vector<std::string> numbered(const std::string& stem, int count) {
   return texts;
 }
 
+struct FoundCamera {
+  std::string name, backend, device, host_address, about;
+  int width_px = 0, height_px = 0;
+};
+
+std::vector<FoundCamera> found_cameras() {
+  Step step;
+  step.program = stage_program("cameras");
+  step.arguments = {"--json", "--sizes"};
+  const Json json =
+      Json::parse(run_steps({step}, 1, [](std::size_t, double, const std::string&) {}).at(0).output,
+                  nullptr, false);
+  std::vector<FoundCamera> found;
+  if (json.is_object() && json.contains("cameras"))
+    for (const Json& item : json["cameras"]) {
+      FoundCamera camera{fmt::format("cam{}", found.size()), item.at("backend"), item.at("device"),
+                         item.at("host_address"),
+                         fmt::format("{} {}", item.at("vendor").get<std::string>(),
+                                     item.at("model").get<std::string>())};
+      if (item.at("width_px").is_null())
+        throw Error(ErrorKind::device, "a camera does not say how large its pictures are",
+                    {.field = "device " + camera.device}, item.value("why_not_asked", ""));
+      camera.width_px = item.at("width_px");
+      camera.height_px = item.at("height_px");
+      found.push_back(std::move(camera));
+    }
+  if (found.empty())
+    throw Error(ErrorKind::device, "no camera answers", {},
+                "check power, cable and network card; or give --cameras with names");
+  return found;
+}
+
+constexpr const char* kCameras = R"(schema = "drapebench/cameras/1"
+# What capture/README.md says of each line.
+[sync]
+method = "software_trigger"
+fall_back = ["free_run"]
+frame_rate_hz = 5.0
+)";
+
+/// As TOML writes it between quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
+std::string cameras_text(const std::vector<FoundCamera>& cameras) {
+  std::string text = kCameras;
+  for (const FoundCamera& c : cameras) {
+    text += fmt::format("\n# {}\n[[camera]]\nname = \"{}\"\nbackend = \"{}\"\ndevice = {}\n",
+                        c.about, c.name, c.backend, quoted(c.device));
+    if (!c.host_address.empty()) text += fmt::format("host_address = {}\n", quoted(c.host_address));
+    text += "# exposure_us = 8000.0\n";
+  }
+  return text;
+}
+
 std::string rig_text(const NewRigOptions& options, const std::string& name,
-                     const std::vector<NewDrape>& drapes) {
+                     const std::vector<NewDrape>& drapes, const std::vector<FoundCamera>& found) {
   std::smatch size;
   static const std::regex kSize("([1-9][0-9]{0,5})x([1-9][0-9]{0,5})");
   if (!std::regex_match(options.size_px, size, kSize)) {
@@ -228,6 +291,10 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
   int index = 0;
   for (const double z_mm : options.stage_z_mm)
     text += fmt::format(kStage, fmt::arg("index", index++), fmt::arg("z", z_mm));
+  for (const FoundCamera& camera : found)
+    text += fmt::format(kCamera, fmt::arg("name", camera.name), fmt::arg("width", camera.width_px),
+                        fmt::arg("height", camera.height_px));
+  if (!found.empty()) return text;
   std::set<std::string> names;
   for (const std::string& camera : options.cameras) {
     check_name(camera, "camera");
@@ -286,7 +353,10 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   const std::string name = folder.filename().string();
   check_name(name, "rig");
   const std::vector<NewDrape> drapes = drapes_of(options);
-  const std::string rig = rig_text(options, name, drapes);
+  std::vector<FoundCamera> found;
+  if (options.cameras == std::vector<std::string>{"auto"} && !fs::exists(folder))
+    found = found_cameras();
+  const std::string rig = rig_text(options, name, drapes, found);
   if (fs::exists(folder)) {
     throw bad_input("the folder exists", {.file = folder.string()},
                     "name a new folder; nothing in this one was changed");
@@ -296,6 +366,7 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   for (const NewDrape& drape : drapes)
     write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape));
   write_fabric(folder / "fabrics");
+  if (!found.empty()) write_durable(folder / "cameras.toml", cameras_text(found));
   write_durable(folder / "rig.toml", rig);
   Ending ending;
   ending.verdict = "the files of a new bench are written";

@@ -8,9 +8,12 @@
 #include <chrono>
 #include <cmath>
 
+#include "capture/device/aravis_features.hpp"
+#include "capture/device/aravis_settings.hpp"
 #include "capture/device/camera.hpp"
 #include "capture/device/gige_discovery.hpp"
-#include "capture/device/socket_filter.hpp"
+#include "capture/device/stream_socket.hpp"
+#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {
@@ -19,8 +22,8 @@ namespace {
 constexpr std::uint16_t kControlPort = 3956;
 constexpr int kBuffers = 16;         // with 8, fast cameras find none free
 constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
-constexpr std::int64_t kPtpWait_ns = 5'000'000'000;  // a slave finds its master in some seconds
-constexpr std::int64_t kMono8 = 0x01080001;
+constexpr std::size_t kFramesInSocket = 2;
+constexpr int kSmallestPacket = 576;  // IPv4 guarantees it; where the camera does not say
 
 struct Unref {
   void operator()(gpointer object) const { g_object_unref(object); }
@@ -33,7 +36,7 @@ std::int64_t now_ns() {
 }
 
 std::string text_of(const char* text) {
-  return text == nullptr ? "" : text;
+  return text == nullptr ? "" : clean_text(text);
 }
 
 /// GError of one call; turns into Error when the call failed.
@@ -50,7 +53,7 @@ class Failure {
   [[nodiscard]] bool failed() const { return error_ != nullptr; }
   void require_none(const std::string& doing) const {
     if (error_ == nullptr) return;
-    throw device_error(fmt::format("{} failed: {}", doing, error_->message), device_,
+    throw device_error(fmt::format("{} failed: {}", doing, clean_text(error_->message)), device_,
                        "check cable, power and network of the camera; `drape doctor` looks closer");
   }
 
@@ -71,25 +74,21 @@ std::string ip_of(GSocketAddress* address) {
 class AravisCamera final : public CameraDevice {
  public:
   AravisCamera(Owned<ArvDevice> device, std::string name, const std::vector<int>& other_sockets)
-      : name_(std::move(name)), device_(std::move(device)) {
+      : name_(std::move(name)), device_(std::move(device)), features_(device_.get(), name_) {
     Failure failure(name_);
     camera_.reset(arv_camera_new_with_device(device_.get(), failure.slot()));
     failure.require_none("opening the camera");
     is_gige_ = ARV_IS_GV_DEVICE(device_.get());
     if (!is_gige_) return;
-    if (!arv_gv_device_is_controller(ARV_GV_DEVICE(device_.get()))) {
+    if (!arv_gv_device_is_controller(gige())) {
       throw device_error("another program controls the camera", name_,
                          "end the other program, or wait until the camera's heartbeat ends it");
     }
-    arv_gv_device_set_packet_size_adjustment(ARV_GV_DEVICE(device_.get()),
-                                             ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
-    // The packet socket would pass by the source filter.
-    arv_gv_device_set_stream_options(ARV_GV_DEVICE(device_.get()),
-                                     ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-    if (has("GevHeartbeatTimeout")) set_integer("GevHeartbeatTimeout", kHeartbeat_ms);
-    identity_.address = ip_of(arv_gv_device_get_device_address(ARV_GV_DEVICE(device_.get())));
-    identity_.host_address =
-        ip_of(arv_gv_device_get_interface_address(ARV_GV_DEVICE(device_.get())));
+    arv_gv_device_set_packet_size_adjustment(gige(), ARV_GV_PACKET_SIZE_ADJUSTMENT_NEVER);
+    if (features_.can_write("GevHeartbeatTimeout"))
+      features_.set_integer("GevHeartbeatTimeout", kHeartbeat_ms);
+    identity_.address = ip_of(arv_gv_device_get_device_address(gige()));
+    identity_.host_address = ip_of(arv_gv_device_get_interface_address(gige()));
     filter_new_sockets(other_sockets, kControlPort);
   }
 
@@ -102,30 +101,25 @@ class AravisCamera final : public CameraDevice {
 
   [[nodiscard]] CameraIdentity identity() const override {
     CameraIdentity identity = identity_;
-    identity.vendor = text_or_empty("DeviceVendorName");
-    identity.model = text_or_empty("DeviceModelName");
-    identity.serial = text_or_empty("DeviceSerialNumber");
-    if (identity.serial.empty()) identity.serial = text_or_empty("DeviceID");
+    identity.vendor = features_.text_or_empty("DeviceVendorName");
+    identity.model = features_.text_or_empty("DeviceModelName");
+    identity.serial = features_.text_or_empty("DeviceSerialNumber");
+    if (identity.serial.empty()) identity.serial = features_.text_or_empty("DeviceID");
     return identity;
   }
 
   [[nodiscard]] std::vector<SettingReadBack> configure(const CameraSettings& s) override {
     stop();
-    read_back_.clear();
-    turn_automatics_off();
-    set_choice("PixelFormat", s.pixel_format);
-    set_region(s);
-    if (is_gige_) set_packets(s);
-    set_trigger_off();
-    set_exposure_and_gain(s);
-    set_rate(s);
-    set_trigger(s);
-    if (s.ptp) set_ptp();
-    note("pixel_format", text_of(device_text("PixelFormat")));
-    payload_ = static_cast<std::size_t>(integer("PayloadSize"));
-    pixel_format_ = s.pixel_format;
-    note("payload_bytes", fmt::format("{}", payload_));
-    return read_back_;
+    std::vector<SettingReadBack> read_back = configure_aravis(features_, s, is_gige_);
+    payload_ = static_cast<std::size_t>(features_.integer("PayloadSize"));
+    for (const SettingReadBack& setting : read_back)
+      if (setting.name == "pixel_format") format_ = find_pixel_format(setting.value);
+    tick_hz_ = tick_rate_hz(features_, is_gige_);
+    read_back.push_back({"payload_bytes", fmt::format("{}", payload_)});
+    read_back.push_back(
+        {"clock_tick_hz", tick_hz_ ? fmt::format("{:.0f}", *tick_hz_) : "not given"});
+    if (is_gige_) choose_socket(read_back);
+    return read_back;
   }
 
   [[nodiscard]] FrameIdRange frame_ids() const override {
@@ -140,12 +134,15 @@ class AravisCamera final : public CameraDevice {
     stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, failure.slot()));
     failure.require_none("opening the image stream");
     if (is_gige_) {
-      // Patient with resends: the defaults give a frame up while its packets are on their way.
+      // The library would set its socket's buffer with the first packet, when it is too late: the
+      // buffer is set here and left alone there. Patient with resends: the defaults give a frame
+      // up while its packets are on their way.
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
-                   "socket-buffer-size", 4 << 20, "packet-resend",
-                   ARV_GV_STREAM_PACKET_RESEND_ALWAYS, "packet-request-ratio", 1.0,
-                   "frame-retention", 400'000U, nullptr);
-      filter_new_sockets(before, static_cast<std::uint16_t>(integer("ArvGevSCSP")));
+                   "socket-buffer-size", 0, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS,
+                   "packet-request-ratio", 1.0, "frame-retention", 400'000U, nullptr);
+      const auto port = features_.integer_if("ArvGevSCSP").value_or(0);  // 0: any
+      for (const int socket : filter_new_sockets(before, static_cast<std::uint16_t>(port)))
+        set_receive_buffer(socket, wanted_buffer_);
     }
     for (int i = 0; i < kBuffers; ++i)
       arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(payload_));
@@ -162,11 +159,7 @@ class AravisCamera final : public CameraDevice {
     stream_.reset();
   }
 
-  void trigger() override {
-    Failure failure(name_);
-    arv_device_execute_command(device_.get(), "TriggerSoftware", failure.slot());
-    failure.require_none("the software trigger");
-  }
+  void trigger() override { features_.execute("TriggerSoftware"); }
 
   [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
     give_back();
@@ -176,7 +169,8 @@ class AravisCamera final : public CameraDevice {
     CameraFrame frame;
     const ArvBufferStatus status = arv_buffer_get_status(current_);
     frame.id = arv_buffer_get_frame_id(current_);
-    frame.device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(current_));
+    // Without a tick rate the library gives the time of arrival instead.
+    if (tick_hz_) frame.device_ns = static_cast<std::int64_t>(arv_buffer_get_timestamp(current_));
     if (status != ARV_BUFFER_STATUS_SUCCESS) {
       frame.fault = status == ARV_BUFFER_STATUS_MISSING_PACKETS ? "packets are missing"
                     : status == ARV_BUFFER_STATUS_TIMEOUT       ? "it did not arrive whole in time"
@@ -188,23 +182,17 @@ class AravisCamera final : public CameraDevice {
   }
 
   [[nodiscard]] std::optional<ClockSample> read_clock() override {
-    const bool legacy = has("GevTimestampControlLatch");
-    if (!legacy && !has("TimestampLatch")) return std::nullopt;
-    const std::int64_t tick_hz = !legacy || !has("GevTimestampTickFrequency")
-                                     ? 1'000'000'000
-                                     : integer("GevTimestampTickFrequency");
+    const bool legacy = features_.has("GevTimestampControlLatch");
+    const char* latch = features_.first_of({"GevTimestampControlLatch", "TimestampLatch"});
+    const char* value = legacy ? "GevTimestampValue" : "TimestampLatchValue";
+    if (latch == nullptr || !features_.has(value) || !tick_hz_) return std::nullopt;
     ClockSample sample;
-    Failure failure(name_);
     sample.host_before_ns = now_ns();
-    arv_device_execute_command(
-        device_.get(), legacy ? "GevTimestampControlLatch" : "TimestampLatch", failure.slot());
+    features_.execute(latch);
     sample.host_after_ns = now_ns();
-    failure.require_none("reading the camera's clock");
-    const std::int64_t ticks = integer(legacy ? "GevTimestampValue" : "TimestampLatchValue");
-    sample.device_ns =
-        tick_hz == 1'000'000'000
-            ? ticks
-            : std::llround(static_cast<double>(ticks) * 1e9 / static_cast<double>(tick_hz));
+    // TimestampLatchValue of SFNC counts ns, whatever the tick of the stream's stamps is.
+    const std::int64_t ticks = features_.integer(value);
+    sample.device_ns = legacy ? ns_of_ticks(ticks) : ticks;
     return sample;
   }
 
@@ -217,194 +205,77 @@ class AravisCamera final : public CameraDevice {
   }
 
  private:
-  [[nodiscard]] bool has(const char* feature) const {
-    GError* error = nullptr;
-    const bool there = arv_device_is_feature_available(device_.get(), feature, &error) != 0;
-    g_clear_error(&error);
-    return there;
+  [[nodiscard]] ArvGvDevice* gige() const { return ARV_GV_DEVICE(device_.get()); }
+
+  [[nodiscard]] std::int64_t ns_of_ticks(std::int64_t ticks) const {
+    if (*tick_hz_ == 1e9) return ticks;
+    return std::llroundl(static_cast<long double>(ticks) * 1e9L / *tick_hz_);
   }
 
-  [[nodiscard]] const char* device_text(const char* feature) const {
-    Failure failure(name_);
-    const char* value = arv_device_get_string_feature_value(device_.get(), feature, failure.slot());
-    failure.require_none(fmt::format("reading {}", feature));
-    return value;
+  /// A UDP socket with a filter of our own where its buffer holds a frame, else the packet socket,
+  /// whose ring the library makes 32 MB large, where this process may open one.
+  void choose_socket(std::vector<SettingReadBack>& read_back) {
+    const auto packet = features_.integer_if("ArvGevSCPSPacketSize").value_or(kSmallestPacket);
+    const std::size_t frame =
+        receive_buffer_for(payload_, static_cast<std::size_t>(std::max<std::int64_t>(packet, 1)));
+    wanted_buffer_ = kFramesInSocket * frame;
+    const std::size_t reached = reachable_receive_buffer(wanted_buffer_);
+    const bool ring = reached < frame && may_open_packet_socket();
+    arv_gv_device_set_stream_options(
+        gige(), ring ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    read_back.push_back({"stream_socket", ring ? "packet" : "udp"});
+    read_back.push_back({"receive_buffer_bytes", fmt::format("{}", reached)});
+    read_back.push_back({"receive_buffer_of_a_frame_bytes", fmt::format("{}", frame)});
   }
 
-  [[nodiscard]] std::string text_or_empty(const char* feature) const {
-    return has(feature) ? text_of(device_text(feature)) : "";
-  }
-
-  [[nodiscard]] std::int64_t integer(const char* feature) const {
-    Failure failure(name_);
-    const std::int64_t value =
-        arv_device_get_integer_feature_value(device_.get(), feature, failure.slot());
-    failure.require_none(fmt::format("reading {}", feature));
-    return value;
-  }
-
-  void set_integer(const char* feature, std::int64_t value) {
-    Failure failure(name_);
-    arv_device_set_integer_feature_value(device_.get(), feature, value, failure.slot());
-    failure.require_none(fmt::format("setting {} to {}", feature, value));
-  }
-
-  void set_choice(const char* feature, const std::string& value) {
-    Failure failure(name_);
-    arv_device_set_string_feature_value(device_.get(), feature, value.c_str(), failure.slot());
-    failure.require_none(fmt::format("setting {} to {}", feature, value));
-    if (const std::string got = text_of(device_text(feature)); got != value)
-      throw device_error(fmt::format("the camera took {} {} instead of {}", feature, got, value),
-                         name_, "give a value the camera can take");
-  }
-
-  void note(const std::string& setting, const std::string& value) {
-    read_back_.push_back({setting, value});
-  }
-
-  void turn_automatics_off() {
-    for (const char* feature : {"ExposureAuto", "GainAuto", "BalanceWhiteAuto"}) {
-      if (!has(feature)) continue;
-      set_choice(feature, "Off");
-      note(feature, "Off");
-    }
-  }
-
-  /// Offsets to zero first, so that a larger size is never refused for the sake of the old offset.
-  void set_region(const CameraSettings& s) {
-    for (const char* offset : {"OffsetX", "OffsetY"})
-      if (has(offset)) set_integer(offset, 0);
-    set_and_note("Width", "width_px", s.width_px);
-    set_and_note("Height", "height_px", s.height_px);
-    if (has("OffsetX")) set_and_note("OffsetX", "offset_x_px", s.offset_x_px);
-    if (has("OffsetY")) set_and_note("OffsetY", "offset_y_px", s.offset_y_px);
-  }
-
-  void set_packets(const CameraSettings& s) {
-    set_and_note("GevSCPSPacketSize", "packet_size_bytes", s.packet_size_bytes);
-    if (has("GevSCPD")) set_and_note("GevSCPD", "packet_delay_ticks", s.packet_delay_ns);
-  }
-
-  void set_and_note(const char* feature, const std::string& name, std::optional<int> value) {
-    if (value) set_integer(feature, *value);
-    const std::int64_t got = integer(feature);
-    if (value && got != *value)
-      throw device_error(fmt::format("the camera took {} {} instead of {}", name, got, *value),
-                         name_, "give a value the camera can take");
-    note(name, fmt::format("{}", got));
-  }
-
-  void set_trigger_off() {
-    Failure failure(name_);
-    arv_camera_clear_triggers(camera_.get(), failure.slot());
-    failure.require_none("turning the triggers off");
-    if (has("AcquisitionMode")) set_choice("AcquisitionMode", "Continuous");
-  }
-
-  void set_exposure_and_gain(const CameraSettings& s) {
-    Failure failure(name_);
-    if (s.exposure_us) {
-      arv_camera_set_exposure_time(camera_.get(), *s.exposure_us, failure.slot());
-      failure.require_none(fmt::format("setting the exposure to {} us", *s.exposure_us));
-    }
-    const double exposure_us = arv_camera_get_exposure_time(camera_.get(), failure.slot());
-    if (!failure.failed()) note("exposure_us", fmt::format("{:g}", exposure_us));
-    if (s.exposure_us) require_taken("exposure_us", *s.exposure_us, exposure_us, name_);
-    if (s.gain_db) {
-      arv_camera_set_gain(camera_.get(), *s.gain_db, failure.slot());
-      failure.require_none(fmt::format("setting the gain to {} dB", *s.gain_db));
-    }
-    const double gain_db = arv_camera_get_gain(camera_.get(), failure.slot());
-    if (!failure.failed()) note("gain_db", fmt::format("{:g}", gain_db));
-    if (s.gain_db) require_taken("gain_db", *s.gain_db, gain_db, name_);
-  }
-
-  void set_rate(const CameraSettings& s) {
-    Failure failure(name_);
-    if (s.frame_rate_hz && s.trigger == TriggerSource::free_run) {
-      arv_camera_set_frame_rate(camera_.get(), *s.frame_rate_hz, failure.slot());
-      failure.require_none(fmt::format("setting the frame rate to {} Hz", *s.frame_rate_hz));
-      const double got = arv_camera_get_frame_rate(camera_.get(), failure.slot());
-      require_taken("frame_rate_hz", *s.frame_rate_hz, got, name_);
-      note("frame_rate_hz", fmt::format("{:g}", got));
-    }
-  }
-
-  void set_trigger(const CameraSettings& s) {
-    if (s.trigger == TriggerSource::free_run) return note("trigger", "off");
-    const std::string source = s.trigger == TriggerSource::software ? "Software"
-                               : s.trigger == TriggerSource::action ? "Action1"
-                                                                    : s.trigger_line;
-    set_choice("TriggerSelector", "FrameStart");
-    set_choice("TriggerMode", "On");
-    set_choice("TriggerSource", source);
-    note("trigger", source);
-    if (s.trigger != TriggerSource::action) return;
-    const ActionKeys keys;
-    set_integer("ActionDeviceKey", keys.device_key);
-    set_integer("ActionGroupKey", keys.group_key);
-    set_integer("ActionGroupMask", keys.group_mask);
-  }
-
-  /// The names of the GenICam standard, and those of cameras from before it.
-  struct PtpNames {
-    const char *enable, *latch, *status, *offset_ns;
-  };
-
-  [[nodiscard]] std::optional<PtpNames> ptp_names() const {
-    for (const PtpNames& names :
-         {PtpNames{"PtpEnable", "PtpDataSetLatch", "PtpStatus", "PtpOffsetFromMaster"},
-          {"GevIEEE1588", "GevIEEE1588DataSetLatch", "GevIEEE1588Status",
-           "GevIEEE1588OffsetFromMaster"}})
-      if (has(names.enable) && has(names.status)) return names;
-    return std::nullopt;
-  }
-
-  /// What came of it is noted; without a master the camera goes on with the clock it has.
-  void set_ptp() {
-    const auto names = ptp_names();
-    if (!names) return note("ptp_status", "not there");
-    Failure failure(name_);
-    arv_device_set_boolean_feature_value(device_.get(), names->enable, 1, failure.slot());
-    failure.require_none("switching PTP on");
-    std::string status;
-    const std::int64_t until = now_ns() + kPtpWait_ns;
-    do {
-      if (!status.empty()) g_usleep(100'000);
-      if (has(names->latch))
-        arv_device_execute_command(device_.get(), names->latch, failure.slot());
-      failure.require_none("reading PTP");
-      status = text_of(device_text(names->status));
-    } while (status != "Slave" && status != "Master" && now_ns() < until);
-    note("ptp_status", status);
-    if (has(names->offset_ns)) note("ptp_offset_ns", fmt::format("{}", integer(names->offset_ns)));
-  }
-
-  /// Filters the sockets that Aravis opened since `before`.
-  void filter_new_sockets(const std::vector<int>& before, std::uint16_t port) {
+  /// Filters the sockets that Aravis opened since `before`, and returns them.
+  std::vector<int> filter_new_sockets(const std::vector<int>& before, std::uint16_t port) {
+    std::vector<int> found;
     for (const int socket : udp_sockets()) {
       if (std::find(before.begin(), before.end(), socket) != before.end()) continue;
       if (!accept_only(socket, identity_.address, port))
         throw device_error("the kernel refused the source filter of a socket", name_,
                            "allow SO_ATTACH_FILTER for this process");
+      found.push_back(socket);
     }
+    return found;
   }
 
   void take_image(CameraFrame& frame) {
+    const auto kind = arv_buffer_get_payload_type(current_);
+    if (kind != ARV_BUFFER_PAYLOAD_TYPE_IMAGE &&
+        kind != ARV_BUFFER_PAYLOAD_TYPE_EXTENDED_CHUNK_DATA) {
+      frame.fault = "it is no image: switch chunk data off";
+      return;
+    }
     std::size_t bytes = 0;
     frame.pixels = static_cast<const std::uint8_t*>(arv_buffer_get_data(current_, &bytes));
     frame.width_px = arv_buffer_get_image_width(current_);
     frame.height_px = arv_buffer_get_image_height(current_);
-    frame.bytes =
-        static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
-    if (arv_buffer_get_image_pixel_format(current_) != kMono8) {
-      frame.fault = "its pixel format is not Mono8";
-    } else if (frame.width_px <= 0 || frame.height_px <= 0 || frame.bytes > bytes ||
-               frame.bytes > payload_) {
+    int pad_x = 0, pad_y = 0;
+    arv_buffer_get_image_padding(current_, &pad_x, &pad_y);
+    if (pad_x > 0)
+      frame.stride_bytes = format_->row_bytes(frame.width_px) + static_cast<std::size_t>(pad_x);
+    const auto* sent = find_pixel_format(arv_buffer_get_image_pixel_format(current_));
+    frame.bytes = std::min(bytes, payload_);
+    if (sent == nullptr || sent->packing != format_->packing || sent->bits != format_->bits ||
+        sent->mosaic != format_->mosaic) {
+      frame.fault = fmt::format("its pixel format is not {}", format_->name);
+    } else if (frame.width_px <= 0 || frame.height_px <= 0 || frame.bytes < bytes_of(frame)) {
       frame.fault = "its size is not the one that was set";
     } else {
+      frame.bytes = bytes_of(frame);
       frame.complete = true;
     }
+  }
+
+  [[nodiscard]] std::size_t bytes_of(const CameraFrame& frame) const {
+    if (frame.stride_bytes > 0) return format_->frame_bytes(frame.stride_bytes, frame.height_px);
+    // Packed formats run on from row to row.
+    return (static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px) *
+                format_->row_bytes(8) +
+            7) /
+           8;
   }
 
   void give_back() {
@@ -429,14 +300,15 @@ class AravisCamera final : public CameraDevice {
 
   std::string name_;
   Owned<ArvDevice> device_;
+  AravisFeatures features_;
   Owned<ArvCamera> camera_;
   Owned<ArvStream> stream_;
   ArvBuffer* current_ = nullptr;
   bool is_gige_ = false;
   CameraIdentity identity_;
-  std::vector<SettingReadBack> read_back_;
-  std::size_t payload_ = 0;
-  std::string pixel_format_;
+  std::size_t payload_ = 0, wanted_buffer_ = 0;
+  std::optional<double> tick_hz_;
+  const PixelFormat* format_ = nullptr;
   CameraCounters counters_;
 };
 

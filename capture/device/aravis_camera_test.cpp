@@ -176,7 +176,7 @@ TEST(AravisCamera, RefusesWhatIsNotThereOrNotTakenOrNotOurs) {
   EXPECT_THAT(refused(s), HasSubstr("setting Width to 10000 failed"));
   s = {};
   s.pixel_format = "Mono12";
-  EXPECT_THAT(refused(s), HasSubstr("setting PixelFormat to Mono12 failed"));
+  EXPECT_THAT(refused(s), HasSubstr("the camera has no pixel format Mono12"));
 }
 
 /// What opening the camera says.

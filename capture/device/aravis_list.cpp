@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "capture/device/aravis_features.hpp"
 #include "capture/device/camera.hpp"
 #include "capture/device/gige_discovery.hpp"
 #include "core/error.hpp"
@@ -13,7 +14,7 @@ namespace drape::capture {
 namespace {
 
 std::string text_of(const char* text) {
-  return text == nullptr ? "" : text;
+  return text == nullptr ? "" : clean_text(text);
 }
 
 void add_hidden(std::vector<FoundDevice>& found) {

@@ -34,7 +34,7 @@ struct CameraAddress {
 /// What is set on a camera. Absent means: leave as the camera has it, and record what that is.
 struct CameraSettings {
   std::optional<int> width_px, height_px, offset_x_px, offset_y_px;
-  std::string pixel_format = "Mono8";
+  std::string pixel_format;  ///< empty: the first of pixel_formats() that the camera has
   std::optional<double> exposure_us, gain_db, frame_rate_hz;
   std::optional<int> packet_size_bytes, packet_delay_ns;
   TriggerSource trigger = TriggerSource::free_run;
@@ -58,9 +58,10 @@ struct CameraFrame {
   std::optional<std::int64_t> device_ns;
   int width_px = 0, height_px = 0;
   bool complete = false;
-  std::string fault;  ///< why it is not complete
-  const std::uint8_t* pixels = nullptr;
+  std::string fault;                     ///< why it is not complete
+  const std::uint8_t* pixels = nullptr;  ///< as sent, in the pixel format that was set
   std::size_t bytes = 0;
+  std::size_t stride_bytes = 0;  ///< of a row; 0: rows without padding
 };
 
 /// What the backend itself counted. Only for information: what is expected is counted by us.
@@ -87,9 +88,10 @@ class CameraDevice {
   /// Writes the settings in the order they depend on each other, with exposure, gain and white
   /// balance no longer automatic, and reads all of them back. Throws when the camera took another
   /// value than it was told (exposure, gain, rate: by more than 2 %).
+  /// "pixel_format" of what is returned names the format of the frames.
   [[nodiscard]] virtual std::vector<SettingReadBack> configure(const CameraSettings& settings) = 0;
   [[nodiscard]] virtual FrameIdRange frame_ids() const = 0;
-  [[nodiscard]] virtual std::size_t frame_bytes() const = 0;  ///< after configure()
+  [[nodiscard]] virtual std::size_t frame_bytes() const = 0;  ///< at most, after configure()
   virtual void start() = 0;
   virtual void stop() = 0;
   virtual void trigger() = 0;
@@ -113,10 +115,13 @@ struct FoundDevice {
   Backend backend = Backend::aravis;
   CameraIdentity identity;
   std::string name;  ///< what to write as `device`
+  std::optional<int> width_px, height_px;  ///< of its pictures now, when it was asked
+  std::string why_not_asked;               ///< what it said instead
 };
 
 /// Devices of all live backends, in order of their names. GigE Vision discovery takes about 1 s.
-[[nodiscard]] std::vector<FoundDevice> find_devices();
+/// `sizes`: each is opened for a moment and asked how large its pictures are.
+[[nodiscard]] std::vector<FoundDevice> find_devices(bool sizes = false);
 [[nodiscard]] std::vector<FoundDevice> find_aravis_devices();
 [[nodiscard]] std::vector<FoundDevice> find_v4l2_devices();
 

@@ -31,10 +31,13 @@ class ReplayCamera final : public CameraDevice {
     if (settings.width_px) require_taken("width_px", *settings.width_px, first.width_px, camera_);
     if (settings.height_px)
       require_taken("height_px", *settings.height_px, first.height_px, camera_);
-    bytes_ = static_cast<std::size_t>(first.width_px) * static_cast<std::size_t>(first.height_px);
+    const auto bytes = read_frame(recording_, recording_.sets.front(), first);
+    deep_ = cv::imdecode(bytes, cv::IMREAD_UNCHANGED).depth() == CV_16U;
+    bytes_ = static_cast<std::size_t>(first.width_px) * static_cast<std::size_t>(first.height_px) *
+             (deep_ ? 2 : 1);
     return {{"width_px", std::to_string(first.width_px)},
             {"height_px", std::to_string(first.height_px)},
-            {"pixel_format", "Mono8"}};
+            {"pixel_format", deep_ ? "Mono16" : "Mono8"}};
   }
 
   [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 1'000'000'000}; }
@@ -54,12 +57,12 @@ class ReplayCamera final : public CameraDevice {
     CameraFrame frame;
     frame.id = next_;  // the set's place in the recording is its instant
     frame.device_ns = static_cast<std::int64_t>(++next_) * 100'000'000;
-    frame.complete = image_.type() == CV_8UC1 && image_.isContinuous();
-    if (!frame.complete) frame.fault = "its pixel format is not Mono8";
+    frame.complete = image_.type() == (deep_ ? CV_16UC1 : CV_8UC1) && image_.isContinuous();
+    if (!frame.complete) frame.fault = "it is not grey, or of another depth than the first";
     frame.width_px = image_.cols;
     frame.height_px = image_.rows;
     frame.pixels = image_.data;
-    frame.bytes = image_.total();
+    frame.bytes = image_.total() * image_.elemSize();
     return frame;
   }
 
@@ -81,7 +84,7 @@ class ReplayCamera final : public CameraDevice {
   Recording recording_;
   std::string camera_;
   std::size_t next_ = 0, bytes_ = 0;
-  bool running_ = false;
+  bool running_ = false, deep_ = false;
   cv::Mat image_;
 };
 

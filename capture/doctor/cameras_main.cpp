@@ -23,6 +23,10 @@ Json json_of(const std::vector<FoundDevice>& devices) {
     item["vendor"] = d.identity.vendor;
     item["model"] = d.identity.model;
     item["address"] = d.identity.address;
+    item["host_address"] = d.identity.host_address;
+    item["width_px"] = d.width_px ? Json(*d.width_px) : Json();
+    item["height_px"] = d.height_px ? Json(*d.height_px) : Json();
+    item["why_not_asked"] = d.why_not_asked.empty() ? Json() : Json(d.why_not_asked);
     list.push_back(std::move(item));
   }
   return list;
@@ -37,8 +41,10 @@ int main(int argc, char** argv) {
       "drape-cameras");
   CommonOptions common;
   add_common_options(app, common);
+  bool sizes = false;
+  app.add_flag("--sizes", sizes, "open each for a moment and ask for the size of its pictures");
   return run_program(app, argc, argv, common, [&] {
-    const auto devices = list_devices(camera_host_program());
+    const auto devices = list_devices(camera_host_program(), sizes);
     if (common.json) {
       fmt::print("{}", pretty({{"cameras", json_of(devices)}}));
       return devices.empty() ? 1 : 0;

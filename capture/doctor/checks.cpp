@@ -25,24 +25,24 @@ constexpr int kPacketHeaders = 36;        ///< IP, UDP and GVSP, part of the pac
 constexpr int kEthernetAround = 18 + 20;  ///< frame, gap and preamble
 constexpr int kUsualPacket = 1400;
 
-int packet_size_of(const LiveCamera& camera) {
-  return camera.settings.packet_size_bytes.value_or(kUsualPacket);
-}
-
-/// Name of the network card with this address.
-std::optional<std::string> card_of(const std::string& address) {
+/// Name of the network card with this address, or else of the one whose subnet holds it.
+std::string card_of(const std::string& address) {
+  in_addr wanted{};
   ifaddrs* all = nullptr;
-  if (::getifaddrs(&all) != 0) return std::nullopt;
-  std::optional<std::string> found;
-  for (const ifaddrs* a = all; a != nullptr && !found; a = a->ifa_next) {
-    if (a->ifa_addr == nullptr || a->ifa_addr->sa_family != AF_INET) continue;
-    char text[INET_ADDRSTRLEN] = {};
-    const auto* inet = reinterpret_cast<const sockaddr_in*>(a->ifa_addr);
-    ::inet_ntop(AF_INET, &inet->sin_addr, text, sizeof text);
-    if (address == text) found = a->ifa_name;
+  if (::inet_pton(AF_INET, address.c_str(), &wanted) != 1 || ::getifaddrs(&all) != 0) return {};
+  std::string same, near;
+  for (const ifaddrs* a = all; a != nullptr; a = a->ifa_next) {
+    if (a->ifa_addr == nullptr || a->ifa_netmask == nullptr || a->ifa_addr->sa_family != AF_INET)
+      continue;
+    const auto own = reinterpret_cast<const sockaddr_in*>(a->ifa_addr)->sin_addr.s_addr;
+    const auto mask = reinterpret_cast<const sockaddr_in*>(a->ifa_netmask)->sin_addr.s_addr;
+    std::string name = a->ifa_name;
+    name = name.substr(0, name.find(':'));  // without the alias
+    if (own == wanted.s_addr) same = name;
+    if ((own & mask) == (wanted.s_addr & mask)) near = name;
   }
   ::freeifaddrs(all);
-  return found;
+  return same.empty() ? near : same;
 }
 
 std::optional<double> number_in(const std::filesystem::path& file) {
@@ -52,23 +52,25 @@ std::optional<double> number_in(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-/// Cameras by the network card they are reached by.
-std::map<std::string, std::vector<const LiveCamera*>> by_host_address(const CamerasFile& cameras) {
-  std::map<std::string, std::vector<const LiveCamera*>> result;
-  for (const LiveCamera& camera : cameras.cameras) {
-    if (camera.address.backend == Backend::aravis && !camera.address.host_address.empty())
-      result[camera.address.host_address].push_back(&camera);
-  }
+std::optional<std::string> setting(const LiveCameraReport& camera, const std::string& name) {
+  for (const SettingReadBack& s : camera.settings)
+    if (s.name == name) return s.value;
+  return std::nullopt;
+}
+
+std::map<std::string, std::vector<const Reached*>> by_card(const std::vector<Reached>& cameras) {
+  std::map<std::string, std::vector<const Reached*>> result;
+  for (const Reached& camera : cameras) result[camera.card].push_back(&camera);
   return result;
 }
 
 }  // namespace
 
-LinkNeeds link_needs(int width_px, int height_px, double frame_rate_hz, int packet_size_bytes,
-                     int cameras, double link_bits_per_s) {
+LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_bytes, int cameras,
+                     double link_bits_per_s) {
   LinkNeeds needs;
   const double data = packet_size_bytes - kPacketHeaders;
-  const double packets = std::ceil(static_cast<double>(width_px) * height_px / data) + 2;
+  const double packets = std::ceil(frame_bytes / data) + 2;
   const double on_wire = packet_size_bytes + kEthernetAround;
   needs.bytes_per_s = packets * on_wire * frame_rate_hz;
   needs.packet_delay_ns =
@@ -76,25 +78,11 @@ LinkNeeds link_needs(int width_px, int height_px, double frame_rate_hz, int pack
   return needs;
 }
 
-std::int64_t largest_socket_buffer() {
-  return static_cast<std::int64_t>(number_in("/proc/sys/net/core/rmem_max").value_or(0));
-}
-
-Check check_socket_buffer(std::int64_t largest_bytes, std::int64_t frame_bytes) {
-  if (largest_bytes == 0)
-    return {"socket buffer", true, "the kernel's limit cannot be read here", ""};
-  return {"socket buffer", largest_bytes >= frame_bytes,
-          fmt::format("at most {:.1f} MB, a frame has {:.1f} MB",
-                      static_cast<double>(largest_bytes) / kMega,
-                      static_cast<double>(frame_bytes) / kMega),
-          fmt::format("sudo sysctl -w net.core.rmem_max={}", 4 * frame_bytes)};
-}
-
 Check check_disk_space(std::uintmax_t free_bytes, std::uintmax_t needed_bytes,
                        const std::string& folder) {
   return {"disk space", free_bytes >= needed_bytes,
-          fmt::format("{:.1f} GB free, {:.1f} GB wanted", static_cast<double>(free_bytes) / 1e9,
-                      static_cast<double>(needed_bytes) / 1e9),
+          fmt::format("{:.1f} GB free, room for {} sets", static_cast<double>(free_bytes) / 1e9,
+                      needed_bytes == 0 ? 0 : free_bytes / needed_bytes),
           fmt::format("free some space in {}", folder)};
 }
 
@@ -112,49 +100,105 @@ Check check_disk_speed(const std::filesystem::path& folder, double needed_bytes_
           "record to a faster disk, or lower frame_rate_hz"};
 }
 
-std::vector<Check> check_mtu(const CamerasFile& cameras) {
-  std::vector<Check> checks;
-  for (const auto& [address, list] : by_host_address(cameras)) {
-    int largest = 0;
-    for (const LiveCamera* camera : list) largest = std::max(largest, packet_size_of(*camera));
-    const auto card = card_of(address);
-    const auto mtu = card ? number_in("/sys/class/net/" + *card + "/mtu") : std::nullopt;
-    if (!card) {
-      checks.push_back({"network card " + address, false, "no network card has this address",
-                        "correct host_address in cameras.toml; `ip address` lists them"});
-    } else if (mtu) {
-      checks.push_back({"packet size on " + *card, *mtu >= largest,
-                        fmt::format("MTU {:.0f} bytes, packets of {} bytes", *mtu, largest),
-                        fmt::format("sudo ip link set {} mtu 9000, or packet_size_bytes = {:.0f}",
-                                    *card, *mtu)});
+std::vector<Reached> reached_cameras(const CamerasFile& cameras,
+                                     const std::vector<FoundDevice>& found,
+                                     const LiveReport& report) {
+  std::vector<Reached> result;
+  for (std::size_t c = 0; c < cameras.cameras.size(); ++c) {
+    const LiveCamera& camera = cameras.cameras[c];
+    if (camera.address.backend != Backend::aravis) continue;
+    Reached reached{camera.name, "", camera.settings.packet_size_bytes.value_or(kUsualPacket),
+                    static_cast<double>(*camera.settings.width_px) * *camera.settings.height_px};
+    std::string address = camera.address.host_address;
+    for (const FoundDevice& d : found)
+      if (address.empty() &&
+          (d.name == camera.address.device || d.identity.address == camera.address.device))
+        address = d.identity.address;
+    if (c < report.cameras.size()) {
+      const LiveCameraReport& seen = report.cameras[c];
+      if (!seen.identity.host_address.empty()) address = seen.identity.host_address;
+      if (const auto size = setting(seen, "packet_size_bytes"))
+        reached.packet_size_bytes = std::stoi(*size);
+      if (const auto bytes = setting(seen, "payload_bytes"))
+        reached.frame_bytes = std::stod(*bytes);
     }
+    reached.card = card_of(address);
+    if (!address.empty()) result.push_back(reached);  // USB3 Vision has no network card
+  }
+  return result;
+}
+
+std::vector<Check> check_mtu(const std::vector<Reached>& cameras) {
+  std::vector<Check> checks;
+  for (const auto& [card, list] : by_card(cameras)) {
+    int largest = 0;
+    for (const Reached* camera : list) largest = std::max(largest, camera->packet_size_bytes);
+    if (card.empty()) {
+      checks.push_back({"network card of " + list.front()->camera, false,
+                        "no network card of this machine is in its subnet",
+                        "give the network card an address in the camera's subnet; `ip address` "
+                        "lists them"});
+      continue;
+    }
+    const auto mtu = number_in("/sys/class/net/" + card + "/mtu");
+    if (mtu)
+      checks.push_back(
+          {"packet size on " + card, *mtu >= largest,
+           fmt::format("MTU {:.0f} bytes, packets of {} bytes", *mtu, largest),
+           fmt::format("sudo ip link set {} mtu 9000, or packet_size_bytes = {:.0f}", card, *mtu)});
+    // A strict filter drops a camera whose answer the kernel would send by another card.
+    const auto strict = number_in("/proc/sys/net/ipv4/conf/" + card + "/rp_filter");
+    if (strict && *strict == 1 && by_card(cameras).size() > 1)
+      checks.push_back({"reverse path filter of " + card, false, "it is strict, on several cards",
+                        fmt::format("sudo sysctl -w net.ipv4.conf.{}.rp_filter=2", card)});
   }
   return checks;
 }
 
-std::vector<Check> check_link(const CamerasFile& cameras) {
+std::vector<Check> check_link(const std::vector<Reached>& cameras, double frame_rate_hz) {
   std::vector<Check> checks;
-  for (const auto& [address, list] : by_host_address(cameras)) {
-    const auto card = card_of(address);
-    const double mbit =
-        card ? number_in("/sys/class/net/" + *card + "/speed").value_or(1000) : 1000;
+  for (const auto& [card, list] : by_card(cameras)) {
+    if (card.empty()) continue;
+    const double mbit = number_in("/sys/class/net/" + card + "/speed").value_or(1000);
     const double link = (mbit > 0 ? mbit : 1000) * kMega;
     double sum = 0;
     int delay_ns = 0;
-    for (const LiveCamera* c : list) {
-      const LinkNeeds needs =
-          link_needs(*c->settings.width_px, *c->settings.height_px, cameras.frame_rate_hz,
-                     packet_size_of(*c), static_cast<int>(list.size()), link);
+    for (const Reached* c : list) {
+      const LinkNeeds needs = link_needs(c->frame_bytes, frame_rate_hz, c->packet_size_bytes,
+                                         static_cast<int>(list.size()), link);
       sum += 8 * needs.bytes_per_s;
       delay_ns = std::max(delay_ns, needs.packet_delay_ns);
     }
+    checks.push_back({"link budget by " + card, sum <= 0.9 * link,
+                      fmt::format("{:.0f} of {:.0f} Mbit/s for {} camera(s); packet_delay_ns {} "
+                                  "lets each send in turn",
+                                  sum / kMega, link / kMega, list.size(), delay_ns),
+                      fmt::format("frame_rate_hz = {:.1f} or less, or a second network card",
+                                  0.9 * link / sum * frame_rate_hz)});
+  }
+  return checks;
+}
+
+std::vector<Check> check_receive_buffers(const LiveReport& report) {
+  std::vector<Check> checks;
+  for (const LiveCameraReport& camera : report.cameras) {
+    const auto has = setting(camera, "receive_buffer_bytes");
+    const auto needs = setting(camera, "receive_buffer_of_a_frame_bytes");
+    if (!has || !needs) continue;
+    const bool ring = setting(camera, "stream_socket") == "packet";
+    const double got = std::stod(*has), frame = std::stod(*needs);
+    // The camera sends no faster than it did in the short capture: too small a buffer alone loses
+    // nothing until this machine is busy.
     checks.push_back(
-        {"link budget by " + address, sum <= 0.9 * link,
-         fmt::format("{:.0f} of {:.0f} Mbit/s for {} camera(s); packet_delay_ns {} lets "
-                     "them share it evenly",
-                     sum / kMega, link / kMega, list.size(), delay_ns),
-         fmt::format("frame_rate_hz = {:.1f} or less, or a second network card",
-                     0.9 * link / sum * cameras.frame_rate_hz)});
+        {"receive buffer of " + camera.name, true,
+         ring ? "packet socket, 32 MB"
+              : fmt::format("{:.1f} MB; a frame takes {:.1f} MB{}", got / kMega, frame / kMega,
+                            got >= frame ? ""
+                                         : fmt::format(": a busy machine loses "
+                                                       "frames. sudo sysctl -w "
+                                                       "net.core.rmem_max={:.0f}",
+                                                       2 * frame)),
+         ""});
   }
   return checks;
 }
@@ -180,15 +224,17 @@ std::vector<Check> check_devices(const CamerasFile& cameras,
 
 Check check_calibration(const std::optional<std::filesystem::path>& calibration,
                         double largest_days) {
-  if (!calibration || !std::filesystem::exists(*calibration))
-    return {"calibration", false, "there is none",
-            "record the target, then drape calib, and give it with --calibration"};
+  if (!calibration)
+    return {"calibration", true, "none is given: record the target, then drape calib", ""};
+  if (!std::filesystem::exists(*calibration))
+    return {"calibration", false, "there is none at " + calibration->string(),
+            "correct --calibration, or leave it out"};
   const auto age = std::filesystem::file_time_type::clock::now() -
                    std::filesystem::last_write_time(*calibration);
   const double days = std::chrono::duration<double>(age).count() / 86400;
   return {"calibration", days <= largest_days,
           fmt::format("{:.1f} days old, at most {:.0f}", days, largest_days),
-          "record the target anew, then drape calib"};
+          "record the target once more, then drape calib"};
 }
 
 std::vector<Check> check_still(const StillReport& still) {
@@ -218,18 +264,16 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
     set.found += fmt::format(", spread {:.3f} ms", 1e3 * *live.pairing.sets[0].spread_s);
   for (const LiveFault& f : live.report.faults)
     set.found += fmt::format("; {}: {}", f.camera, f.what);
-  set.go = whole && live.report.why_fallen_back.empty() &&
-           live.pairing.sets[0].spread_s.value_or(0) <= cameras.largest_spread_s;
-  if (!live.report.why_fallen_back.empty()) {
+  set.go = whole && live.pairing.sets[0].spread_s.value_or(0) <= cameras.largest_spread_s;
+  if (!live.report.why_fallen_back.empty())
     set.found += "; fallen back: " + live.report.why_fallen_back;
-    set.to_type = "choose a sync method that all cameras have";
-  }
+  if (!set.go && !live.report.faults.empty()) set.to_type = live.report.faults[0].what_to_do;
   checks.push_back(set);
   const QualityLimits limits;
   for (std::size_t c = 0; c < cameras.cameras.size(); ++c) {
     const LiveCameraReport& report = live.report.cameras[c];
     if (report.clock)
-      checks.push_back({"clock of " + report.name, report.clock->bound_s < 0.5e-3,
+      checks.push_back({"clock of " + report.name, report.clock->bound_s < cameras.largest_spread_s,
                         fmt::format("offset known to {:.3f} ms", 1e3 * report.clock->bound_s),
                         "take load off this machine and its network"});
     if (!whole) continue;

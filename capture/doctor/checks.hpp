@@ -30,21 +30,36 @@ struct LinkNeeds {
 /// Budget of cameras that share one link. A packet of `packet_size_bytes` goes with 18 bytes of
 /// Ethernet frame around it and 20 of gap and preamble; the delay lets every other camera send a
 /// packet in between.
-[[nodiscard]] LinkNeeds link_needs(int width_px, int height_px, double frame_rate_hz,
-                                   int packet_size_bytes, int cameras, double link_bits_per_s);
+[[nodiscard]] LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_bytes,
+                                   int cameras, double link_bits_per_s);
 
 /// The machine's side: no camera is touched.
-[[nodiscard]] Check check_socket_buffer(std::int64_t largest_bytes, std::int64_t frame_bytes);
 [[nodiscard]] Check check_disk_space(std::uintmax_t free_bytes, std::uintmax_t needed_bytes,
                                      const std::string& folder);
+/// `needed_bytes` is a set's.
 [[nodiscard]] Check check_disk_speed(const std::filesystem::path& folder,
                                      double needed_bytes_per_s);
-[[nodiscard]] std::vector<Check> check_mtu(const CamerasFile& cameras);
-[[nodiscard]] std::vector<Check> check_link(const CamerasFile& cameras);
+/// A camera of the network and the card it is reached by.
+struct Reached {
+  std::string camera, card;
+  int packet_size_bytes = 0;
+  double frame_bytes = 0;
+};
+/// Cards of all GigE Vision cameras: from what a capture read back, else from cameras.toml and the
+/// addresses that answered, by their subnets.
+[[nodiscard]] std::vector<Reached> reached_cameras(const CamerasFile& cameras,
+                                                   const std::vector<FoundDevice>& found,
+                                                   const LiveReport& report);
+[[nodiscard]] std::vector<Check> check_mtu(const std::vector<Reached>& cameras);
+[[nodiscard]] std::vector<Check> check_link(const std::vector<Reached>& cameras,
+                                            double frame_rate_hz);
+/// Would a frame be lost while nobody reads, as each camera's host found?
+[[nodiscard]] std::vector<Check> check_receive_buffers(const LiveReport& report);
 /// Do all devices of the rig answer, each once?
 [[nodiscard]] std::vector<Check> check_devices(const CamerasFile& cameras,
                                                const std::vector<FoundDevice>& found);
-/// Age of the calibration in days.
+/// Age of the calibration in days. Before the first one there is none to look at, and nothing
+/// against a capture.
 [[nodiscard]] Check check_calibration(const std::optional<std::filesystem::path>& calibration,
                                       double largest_days);
 /// One captured set: were all frames whole and together, clocks, exposure, focus?
@@ -52,8 +67,5 @@ struct LinkNeeds {
 
 /// A short burst: is the cloth still, and is every camera where it was at the reference set?
 [[nodiscard]] std::vector<Check> check_still(const StillReport& still);
-
-/// Limit of the kernel on a socket's receive buffer, in bytes; 0 when it cannot be read.
-[[nodiscard]] std::int64_t largest_socket_buffer();
 
 }  // namespace drape::capture

@@ -21,8 +21,8 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program) {
-  const std::string command = quoted(host_program.string()) + " --list 2>/dev/null </dev/null";
+std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program, bool sizes) {
+  const std::string command = quoted(host_program.string()) + (sizes ? " --list --sizes" : " --list") + " 2>/dev/null </dev/null";
   FILE* pipe = ::popen(command.c_str(), "re");
   std::string output;
   char buffer[4096];
@@ -42,6 +42,9 @@ std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program)
     device.backend = item.at("backend") == "v4l2" ? Backend::v4l2 : Backend::aravis;
     device.name = item.at("name");
     device.identity = identity_of(item.at("identity"));
+    if (!item.at("width_px").is_null()) device.width_px = item.at("width_px").get<int>();
+    if (!item.at("height_px").is_null()) device.height_px = item.at("height_px").get<int>();
+    device.why_not_asked = item.at("why_not_asked");
     devices.push_back(device);
   }
   return devices;

@@ -15,43 +15,46 @@ using namespace drape::capture;
 
 namespace {
 
+void append(std::vector<Check>& checks, const std::vector<Check>& more) {
+  checks.insert(checks.end(), more.begin(), more.end());
+}
+
 std::vector<Check> check_machine(const CamerasFile& cameras, const fs::path& out) {
-  constexpr std::uintmax_t frames_per_session = 1000;
   std::uintmax_t bytes = 0;
   for (const auto& c : cameras.cameras) {
     bytes += static_cast<std::uintmax_t>(*c.settings.width_px) *
              static_cast<std::uintmax_t>(*c.settings.height_px);
   }
-  const auto largest = static_cast<std::int64_t>(bytes / cameras.cameras.size());
-  std::vector<Check> checks = {
-      check_socket_buffer(largest_socket_buffer(), largest),
-      check_disk_space(fs::space(out).available, frames_per_session * bytes, out.string()),
-      check_disk_speed(out, static_cast<double>(bytes))};
-  for (const auto& part : {check_mtu(cameras), check_link(cameras)})
-    checks.insert(checks.end(), part.begin(), part.end());
-  return checks;
+  return {check_disk_space(fs::space(out).available, bytes, out.string()),
+          check_disk_speed(out, static_cast<double>(bytes))};
 }
 
 void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& calibration,
                  std::vector<Check>& checks) {
-  const auto devices = check_devices(cameras, list_devices(camera_host_program()));
-  checks.insert(checks.end(), devices.begin(), devices.end());
+  const auto found = list_devices(camera_host_program());
+  append(checks, check_devices(cameras, found));
   LiveOptions options;
   options.host_program = camera_host_program();
   options.patience_s = 3;
+  options.frames = 3;
+  LiveResult live;
+  std::vector<Check> seen;
   try {
-    options.frames = 3;
-    const LiveResult live = capture_live(cameras, options);
+    live = capture_live(cameras, options);
     StillOptions still;
     if (calibration && fs::exists(*calibration)) still.calibration = calibration;
-    for (const auto& seen :
-         {check_capture(live, cameras), check_still(look_still(live, cameras, still))})
-      checks.insert(checks.end(), seen.begin(), seen.end());
+    append(seen, check_receive_buffers(live.report));
+    append(seen, check_capture(live, cameras));
+    append(seen, check_still(look_still(live, cameras, still)));
   } catch (const Error& error) {
-    checks.push_back({"a set of all cameras", false,
-                      fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
-                      error.what_to_do()});
+    seen.push_back({"a set of all cameras", false,
+                    fmt::format("camera `{}`: {}", error.where().camera, error.what_failed()),
+                    error.what_to_do()});
   }
+  const auto reached = reached_cameras(cameras, found, live.report);
+  append(checks, check_mtu(reached));
+  append(checks, check_link(reached, cameras.frame_rate_hz));
+  append(checks, seen);
 }
 
 int tell(const std::vector<Check>& checks, const CommonOptions& common) {

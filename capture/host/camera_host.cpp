@@ -124,7 +124,7 @@ void CameraHost::pump() {
       return fail(WIFSIGNALED(status)
                       ? fmt::format("its camera host was ended by signal {}", WTERMSIG(status))
                       : "its camera host ended",
-                  "it is started again; when that repeats, look for junk on the camera's network");
+                  "when that repeats, look for junk on the camera's network");
     }
     last_sign_ = std::chrono::steady_clock::now();
     take(message);
@@ -142,8 +142,8 @@ void CameraHost::take(const Json& message) {
   if (is == "stopped") started_ = false;
   if (is == "frame") take_frame(message);
   if (is == "error") fail(message.at("what"), message.at("do"));
-  if (is != "alive" || !message.contains("counters")) return;
-  take_clock(message.at("clock"));
+  if (is == "alive" && message.contains("clock")) take_clock(message.at("clock"));
+  if (!message.contains("counters")) return;
   const Json& c = message.at("counters");
   counters_ = {c[0], c[1], c[2], c[3]};
   no_slot_ = c[4];
@@ -170,8 +170,8 @@ void CameraHost::take_frame(const Json& message) {
     frame.width_px = message.at("width_px");
     frame.height_px = message.at("height_px");
     const std::size_t slot = message.at("slot");
-    const auto bytes =
-        static_cast<std::size_t>(frame.width_px) * static_cast<std::size_t>(frame.height_px);
+    frame.stride_bytes = message.at("stride");
+    const std::size_t bytes = message.at("bytes");
     const auto pixels = memory_->slot(slot);
     if (bytes > pixels.size()) return fail("a frame is larger than its slot", "correct rig.toml");
     frame.pixels.assign(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(bytes));
@@ -187,6 +187,12 @@ void CameraHost::take_clock(const Json& samples) {
 void CameraHost::fail(std::string what, std::string what_to_do) {
   fault_ = std::move(what);
   what_to_do_ = std::move(what_to_do);
+}
+
+std::string CameraHost::pixel_format() const {
+  for (const SettingReadBack& s : read_back_)
+    if (s.name == "pixel_format") return s.value;
+  return {};
 }
 
 CameraCounters CameraHost::counters() const {

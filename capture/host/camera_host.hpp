@@ -30,7 +30,8 @@ struct HostFrame {
   bool complete = false;
   std::string fault;
   int width_px = 0, height_px = 0;
-  std::vector<std::uint8_t> pixels;
+  std::size_t stride_bytes = 0;
+  std::vector<std::uint8_t> pixels;  ///< as sent, in CameraHost::pixel_format()
 };
 
 /// One camera behind its own process, seen from the capture. launch() starts a process (a fresh one
@@ -62,6 +63,7 @@ class CameraHost {
 
   [[nodiscard]] const CameraIdentity& identity() const { return identity_; }
   [[nodiscard]] const std::vector<SettingReadBack>& settings() const { return read_back_; }
+  [[nodiscard]] std::string pixel_format() const;
   [[nodiscard]] FrameIdRange frame_ids() const { return ids_; }
   [[nodiscard]] bool on_host_clock() const { return on_host_clock_; }
   [[nodiscard]] const std::vector<ClockSample>& clock_samples() const { return clock_; }

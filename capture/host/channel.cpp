@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/host/channel.hpp"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
@@ -45,9 +46,14 @@ void Descriptor::reset() {
 }
 
 SharedFrames::SharedFrames(std::size_t slots, std::size_t slot_bytes)
-    : memory_(::memfd_create("drape-frames", MFD_CLOEXEC)), slots_(slots), slot_bytes_(slot_bytes) {
+    : memory_(::memfd_create("drape-frames", MFD_CLOEXEC | MFD_ALLOW_SEALING)),
+      slots_(slots),
+      slot_bytes_(slot_bytes) {
   if (memory_.get() < 0 || ::ftruncate(memory_.get(), static_cast<off_t>(slots * slot_bytes)) != 0)
     throw internal_error("no shared memory for the frames");
+  // A host that shrank it would end this process with its next look at a frame.
+  if (::fcntl(memory_.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+    throw internal_error("the shared memory of the frames cannot be sealed");
   map();
 }
 

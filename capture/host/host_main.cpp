@@ -13,12 +13,15 @@ using namespace drape::capture;
 
 namespace {
 
-int list() {
+int list(bool sizes) {
   Json devices = Json::array();
-  for (const FoundDevice& device : find_devices()) {
+  for (const FoundDevice& device : find_devices(sizes)) {
     devices.push_back({{"backend", to_string(device.backend)},
                        {"name", device.name},
-                       {"identity", json_of(device.identity)}});
+                       {"identity", json_of(device.identity)},
+                       {"width_px", device.width_px ? Json(*device.width_px) : Json()},
+                       {"height_px", device.height_px ? Json(*device.height_px) : Json()},
+                       {"why_not_asked", device.why_not_asked}});
   }
   fmt::print("{}\n", devices.dump());
   return 0;
@@ -35,14 +38,15 @@ int main(int argc, char** argv) {
   CommonOptions common;
   add_common_options(app, common);
   int control = -1, memory = -1, limit_mb = 2048;
-  bool listing = false;
+  bool listing = false, sizes = false;
   app.add_flag("--list", listing, "print the cameras that answer as JSON, and end");
+  app.add_flag("--sizes", sizes, "with --list: open each and ask for the size of its pictures");
   app.add_option("--control", control, "inherited descriptor of the commands");
   app.add_option("--memory", memory, "inherited descriptor of the shared frames");
   app.add_option("--memory-limit-mb", limit_mb, "address space of this process, in MB");
   return run_program(app, argc, argv, common, [&] {
     become_camera_host(limit_mb);
-    if (listing || control < 0 || memory < 0) return list();
+    if (listing || control < 0 || memory < 0) return list(sizes);
     serve_camera(Descriptor(control), Descriptor(memory), open_camera);
     return 0;
   });

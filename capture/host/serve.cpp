@@ -16,6 +16,7 @@
 #include <system_error>
 #include <thread>
 
+#include "capture/host/isolation.hpp"
 #include "core/error.hpp"
 
 namespace drape::capture {
@@ -130,14 +131,18 @@ class Server {
     changed_.wait(lock, [&] { return failed_ || running_ == running; });
   }
 
+  [[nodiscard]] Json counters() const {
+    const CameraCounters c = camera_->counters();
+    return {c.packets_requested_again, c.packets_resent, c.packets_repeated, c.buffer_underruns,
+            no_slot_.load()};
+  }
+
   void tell_alive(bool read_clock = false) {
     Json alive{{"is", "alive"}};
     if (camera_) {
       alive["clock"] = Json::array();
       if (++alive_count_ % kClockEvery == 0 || read_clock) add_clock(alive["clock"]);
-      const CameraCounters c = camera_->counters();
-      alive["counters"] = {c.packets_requested_again, c.packets_resent, c.packets_repeated,
-                           c.buffer_underruns, no_slot_.load()};
+      alive["counters"] = counters();
     }
     send_message(control_.get(), alive);
   }
@@ -177,6 +182,7 @@ class Server {
     message["device_ns"] =
         frame->device_ns && *frame->device_ns != 0 ? Json(*frame->device_ns) : Json();
     message["fault"] = frame->fault;
+    message["counters"] = counters();
     if (frame->complete) {
       const auto slot = take_slot();
       if (!slot) return;
@@ -186,6 +192,8 @@ class Server {
       message["slot"] = *slot;
       message["width_px"] = frame->width_px;
       message["height_px"] = frame->height_px;
+      message["bytes"] = frame->bytes;
+      message["stride"] = frame->stride_bytes;
     }
     send_message(control_.get(), message);
   }
@@ -218,9 +226,13 @@ class Server {
 
 void become_camera_host(int memory_limit_mb) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  ::signal(SIGINT, SIG_IGN);  // Ctrl-C ends the capture, which ends its hosts
   const rlim_t bytes = static_cast<rlim_t>(memory_limit_mb) << 20;
   const rlimit limit{bytes, bytes};
   ::setrlimit(RLIMIT_AS, &limit);
+  if (!isolate_camera_host())
+    throw Error(ErrorKind::device, "the kernel does not let a camera host be confined", {},
+                "use a kernel with seccomp filters (CONFIG_SECCOMP_FILTER)");
 }
 
 void serve_camera(Descriptor control, Descriptor memory, const OpenCamera& open) {

@@ -11,7 +11,7 @@ namespace drape::capture {
 /// How a host opens its camera: live ones through their libraries, or a recording.
 using OpenCamera = std::function<std::unique_ptr<CameraDevice>(const CameraAddress&)>;
 
-/// Ends this process with the one that started it, and limits its memory.
+/// Ends this process with the one that started it, limits its memory and confines it.
 void become_camera_host(int memory_limit_mb);
 
 /// The camera's side: opens the camera it is told, obeys commands on `control` and passes frames

@@ -31,15 +31,16 @@ sockaddr_in endpoint(const std::string& address, std::uint16_t port) {
 }  // namespace
 
 std::vector<std::uint8_t> action_datagram(const ActionKeys& keys, std::uint16_t request_id,
-                                          std::optional<std::int64_t> device_ns) {
-  std::vector<std::uint8_t> datagram = {kCommandKey, device_ns ? kScheduledFlag : std::uint8_t{0}};
+                                          std::optional<std::int64_t> device_ticks) {
+  std::vector<std::uint8_t> datagram = {kCommandKey,
+                                        device_ticks ? kScheduledFlag : std::uint8_t{0}};
   put(datagram, kActionCommand, 2);
-  put(datagram, device_ns ? 20 : 12, 2);
+  put(datagram, device_ticks ? 20 : 12, 2);
   put(datagram, request_id, 2);
   put(datagram, keys.device_key, 4);
   put(datagram, keys.group_key, 4);
   put(datagram, keys.group_mask, 4);
-  if (device_ns) put(datagram, static_cast<std::uint64_t>(*device_ns), 8);
+  if (device_ticks) put(datagram, static_cast<std::uint64_t>(*device_ticks), 8);
   return datagram;
 }
 
@@ -57,10 +58,11 @@ ActionSender::~ActionSender() {
   ::close(socket_);
 }
 
-bool ActionSender::send(const std::string& camera_address, std::optional<std::int64_t> device_ns) {
+bool ActionSender::send(const std::string& camera_address,
+                        std::optional<std::int64_t> device_ticks) {
   request_id_ =
       request_id_ == 65535 ? std::uint16_t{1} : static_cast<std::uint16_t>(request_id_ + 1);
-  const auto datagram = action_datagram({}, request_id_, device_ns);
+  const auto datagram = action_datagram({}, request_id_, device_ticks);
   const sockaddr_in to = endpoint(camera_address, kControlPort);
   return ::sendto(socket_, datagram.data(), datagram.size(), 0,
                   reinterpret_cast<const sockaddr*>(&to),

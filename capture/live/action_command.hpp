@@ -11,11 +11,11 @@
 namespace drape::capture {
 
 /// The GigE Vision action command as one datagram (GigE Vision 2.0, ACTION_CMD): all cameras that
-/// hold the keys expose when it arrives, or at `device_ns` of their clock when given. Aravis has no
-/// call for it.
+/// hold the keys expose when it arrives, or at `device_ticks` of their clock when given. Aravis has
+/// no call for it.
 [[nodiscard]] std::vector<std::uint8_t> action_datagram(const ActionKeys& keys,
                                                         std::uint16_t request_id,
-                                                        std::optional<std::int64_t> device_ns);
+                                                        std::optional<std::int64_t> device_ticks);
 
 /// Sends action commands from one network card. Cameras each get their own datagram, back to back,
 /// so that a scheduled time can be given in each camera's own clock.
@@ -26,7 +26,8 @@ class ActionSender {
   ActionSender(const ActionSender&) = delete;
   ActionSender& operator=(const ActionSender&) = delete;
   /// False when the datagram could not be sent.
-  [[nodiscard]] bool send(const std::string& camera_address, std::optional<std::int64_t> device_ns);
+  [[nodiscard]] bool send(const std::string& camera_address,
+                          std::optional<std::int64_t> device_ticks);
 
  private:
   int socket_ = -1;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/rig.hpp"
@@ -57,15 +58,15 @@ LiveCamera read_camera(const TomlTable& table, const Rig& rig) {
   s.height_px = in_rig.height_px;
   s.offset_x_px = integer_if_there(table, "offset_x_px");
   s.offset_y_px = integer_if_there(table, "offset_y_px");
-  s.pixel_format = table.text_or("pixel_format", "Mono8");
+  s.pixel_format = table.text_or("pixel_format", "");
   s.exposure_us = positive_if_there(table, "exposure_us");
   if (table.has("gain_db")) s.gain_db = table.not_negative("gain_db");
   s.packet_size_bytes = integer_if_there(table, "packet_size_bytes");
   s.packet_delay_ns = integer_if_there(table, "packet_delay_ns");
   s.trigger_line = table.text_or("trigger_line", "Line1");
-  if (s.pixel_format != "Mono8")
+  if (!s.pixel_format.empty() && find_pixel_format(s.pixel_format) == nullptr)
     table.reject("pixel_format", fmt::format("{} frames cannot be recorded", s.pixel_format),
-                 "use Mono8");
+                 "leave it out, so that the camera's best is taken");
   return camera;
 }
 
@@ -77,6 +78,7 @@ void read_sync(const TomlTable& root, CamerasFile& result) {
       result.fall_backs.push_back(method_of(sync, "fall_back", name));
   result.frame_rate_hz = sync.positive("frame_rate_hz");
   result.ptp = sync.boolean_or("ptp", false);
+  result.pair_by_arrival = sync.boolean_or("pair_by_arrival", false);
   result.largest_spread_s = sync.has("largest_spread_ms")
                                 ? 1e-3 * sync.positive("largest_spread_ms")
                                 : 0.4 / result.frame_rate_hz;

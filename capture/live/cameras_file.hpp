@@ -35,8 +35,11 @@ struct CamerasFile {
   SyncMethod method = SyncMethod::free_run;
   std::vector<SyncMethod> fall_backs;  ///< tried in this order when a camera cannot do `method`
   bool ptp = false;                    ///< switch PTP on in cameras that have it
-  double frame_rate_hz = 10;           ///< free run, and the pace of the triggers
-  double largest_spread_s = 0;         ///< a set of larger spread is refused
+  /// Frames of cameras whose clocks cannot be read are paired by their arrival: the spread of such
+  /// a set is not known.
+  bool pair_by_arrival = false;
+  double frame_rate_hz = 10;                   ///< free run, and the pace of the triggers
+  double largest_spread_s = 0;                 ///< a set of larger spread is refused
   std::optional<ReferenceSet> reference = {};  ///< tells whether a camera has moved
 };
 

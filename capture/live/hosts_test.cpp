@@ -43,6 +43,32 @@ std::vector<pid_t> camera_hosts() {
   return found;
 }
 
+std::string status_of(pid_t process, const std::string& name) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with(name + ":")) return line.substr(name.size() + 2);
+  return "absent";
+}
+
+TEST(LiveCapture, ACameraHostIsConfined) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Bench bench(2, SyncMethod::free_run);
+  int looked_at = 0;
+  const LiveResult live = bench.capture(5, 20, true, [&](int sets) {
+    if (sets < 1 || looked_at > 0) return;
+    for (const pid_t host : camera_hosts()) {
+      ++looked_at;
+      EXPECT_EQ(status_of(host, "NoNewPrivs"), "1");
+      EXPECT_EQ(status_of(host, "Seccomp"), "2");
+      constexpr unsigned long long network = 0x3000;  // CAP_NET_ADMIN and CAP_NET_RAW
+      EXPECT_EQ(std::stoull(status_of(host, "CapEff"), nullptr, 16) & ~network, 0U);
+      EXPECT_EQ(std::stoull(status_of(host, "CapPrm"), nullptr, 16) & ~network, 0U);
+    }
+  });
+  EXPECT_EQ(looked_at, 2);
+  EXPECT_EQ(live.pairing.sets.size(), 5U) << all_faults(live);
+}
+
 TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   const Bench bench(3, SyncMethod::free_run);

@@ -19,23 +19,53 @@ struct LiveOptions {
   double patience_s = 20;      ///< without a new frame of every camera, it ends with what it has
   double opening_s = 15;       ///< in which every camera must be open at the start
   bool keep_pixels = true;     ///< false only counts, for long tests
+  /// Takes each set as soon as it is sure, with the report up to then; its pixels are then not in
+  /// the result. So memory does not grow with the number of sets.
+  std::function<void(struct LiveSet, const struct LiveReport&)> on_set = {};
+  /// A session that an operator leads: asked all the time; a set is taken only on `take`, and then
+  /// handed to on_set, which is what changes the answer.
+  enum class Demand { wait, take, end };
+  std::function<Demand()> demand = {};
+  /// Looked at all the time: true ends the capture with what it has.
+  std::function<bool()> ended = {};
   std::function<void(double, const std::string&)> progress = {};
 
   void check() const;
 };
 
-/// A frame of a set, pixels as the sensor gave them (8 bit grey, row by row).
+/// A frame of a set.
 struct LiveFrame {
   FrameMark mark;
   int width_px = 0, height_px = 0;
   std::string fault;
-  std::vector<std::uint8_t> pixels;
+  std::vector<std::uint8_t> pixels;  ///< grey 0..255, row by row
+  /// Of more than 8 bits: grey with the sensor's full depth in the high bits of 16.
+  std::vector<std::uint16_t> deep = {};
+  int bits = 8;  ///< that a sample of the sensor has
+  std::string pixel_format = {};
+  std::vector<std::uint8_t> raw = {};  ///< as sent, where the grey does not hold all of it
 };
 
-/// Something that went wrong and was seen: which camera, what, and what to do.
+/// One frame of every camera, of one instant.
+struct LiveSet {
+  std::optional<double> spread_s;        ///< absent when it is not known
+  std::optional<double> spread_bound_s;  ///< then: all exposures lie within that time
+  std::optional<std::int64_t> trigger;
+  std::vector<LiveFrame> frames;
+};
+
+/// Something that went wrong and was seen: which camera, what, what to do, and how often.
 struct LiveFault {
   std::string camera, what, what_to_do;
+  int times = 1;
 };
+
+/// Adds to the list, or counts one more of the same.
+void add_fault(std::vector<LiveFault>& faults, LiveFault fault);
+
+/// What the frames of a set have in common.
+enum class PairedBy { trigger, time, arrival };
+[[nodiscard]] std::string to_string(PairedBy paired_by);
 
 struct LiveCameraReport {
   std::string name;
@@ -53,7 +83,9 @@ struct LiveCameraReport {
 struct LiveReport {
   SyncMethod method = SyncMethod::free_run;  ///< that was used
   std::string why_fallen_back;               ///< empty when it is the one asked for
+  PairedBy paired_by = PairedBy::time;
   std::int64_t triggers = 0;
+  std::int64_t triggers_before = 0;  ///< whose frames only showed that the cameras answer
   std::vector<LiveCameraReport> cameras;
   std::vector<LiveFault> faults;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/live/frame_quality.hpp"
+#include "capture/live/journal.hpp"
 #include "capture/live/live_capture.hpp"
 #include "capture/live/still.hpp"
 #include "core/recording.hpp"
@@ -18,6 +19,7 @@ enum class FrameFormat { png, pgm };
 struct RecordOptions {
   std::filesystem::path folder;  ///< of the recording; made, or one to which the set is added
   std::string set;
+  int frames = 1;        ///< several are <set>_000, <set>_001, ...
   bool average = false;  ///< one set, the mean of all frames, instead of one set per frame
   double largest_spread_s = 0;
   QualityLimits limits;
@@ -31,19 +33,51 @@ struct RecordResult {
   std::vector<LiveFault> refused;  ///< frames and sets that were not, with reason and remedy
   std::vector<std::string> files;  ///< images, relative to the folder
   StillReport still;
+  std::vector<double> spread_bounds_s;  ///< of sets whose spread is not known
 };
 
-/// Throws Error(bad_input) when the recording already holds a set of this name (or, for several
-/// frames, of one that begins with it), or the name cannot be a folder's. Call before capturing.
-void require_new_set(const RecordOptions& options);
+/// File of a frame's raw bytes in its set's folder.
+[[nodiscard]] std::string raw_file(const std::string& camera, const LiveFrame& frame);
 
-/// Stores every good set: <set>/<camera>.png or .pgm, <set>/capture.json (times, spread, settings
-/// read back, clocks, ledger, stillness), and recording.json last, which holds the hashes of all.
-/// Sets are <set>, or <set>_000, <set>_001, ... for several frames. A set is refused when one of
-/// its frames is black, saturated or blurred, has another size than the rig says, its spread is too
-/// large, a camera has moved since the reference set, or the cloth moved in a burst to be averaged;
-/// nothing of it is written.
+/// Throws Error(usage) when the name cannot be a folder's.
+void require_set_name(const std::string& set);
+
+/// Stores the sets of one capture as they come: <set>/<camera>.png or .pgm (8 bit, or 16 bit with
+/// the sensor's value in the high bits), <set>/<camera>.<format>.raw where the grey does not hold
+/// all that was sent, and <set>/capture.json. A set is refused when one of its frames is black,
+/// saturated or blurred, has another size than the rig says, its spread is too large, or a camera
+/// has moved since the reference set; nothing of it is written. An average is refused, too, when
+/// the cloth moved.
+class Recorder {
+ public:
+  /// Throws Error(bad_input) when the recording already holds a set of this name (or, for several
+  /// frames, of one that begins with it).
+  Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal);
+
+  void add(LiveSet set, const LiveReport& report);
+  /// Stores the average. The manifest is written when the journal is closed.
+  [[nodiscard]] RecordResult finish();
+
+ private:
+  void refuse_known_set() const;
+  void sum_up(LiveSet set, const LiveReport& report);
+  void store(const std::string& name, const LiveSet& set, std::size_t averaged,
+             const LiveReport& report);
+
+  const CamerasFile& cameras_;
+  RecordOptions options_;
+  Journal& journal_;
+  StillWatch still_;
+  RecordResult result_;
+  std::size_t taken_ = 0, summed_ = 0;
+  /// Of the average: the first set, and sums of all on the 16-bit scale.
+  std::optional<LiveSet> first_;
+  LiveReport first_report_;
+  std::vector<std::vector<std::uint32_t>> sums_;
+};
+
+/// Stores every good set of a capture that has ended.
 [[nodiscard]] RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
-                                       const RecordOptions& options);
+                                       RecordOptions options);
 
 }  // namespace drape::capture

@@ -16,6 +16,8 @@ struct Arrival {
   std::size_t camera = 0;
   std::int64_t index = 0;
   std::optional<std::size_t> clock;  ///< which of the camera's clocks stamped it, when that is sure
+  std::optional<std::int64_t> counted_trigger;  ///< that it answers, where the camera has no clock
+  std::optional<std::size_t> settled;           ///< number of the set it was given out in
   std::int64_t arrived_ns = 0;
   HostFrame frame;
 };
@@ -40,6 +42,14 @@ struct Running {
   std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before
   bool stamps_are_off = false;
   std::int64_t complete = 0;
+  int opened_in_vain = 0;  ///< times since its last frame
+  bool given_up = false;
+  /// A frame and the trigger it answers, from which a camera without a clock is counted on.
+  struct Counted {
+    std::int64_t index = 0, trigger = 0;
+  };
+  std::optional<Counted> counted;
+  int silent_triggers = 0;  ///< one after another
 };
 
 /// After a restart the device counts from the start again. Frames missed meanwhile are counted by

@@ -5,6 +5,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -17,7 +18,9 @@
 namespace drape::capture {
 namespace {
 
-constexpr std::size_t kMostCompared = 8;  ///< frames of a long burst, evenly chosen
+constexpr std::size_t kAllCompared = 8;  ///< then every frame whose number is a power of two
+constexpr std::size_t kLeastBlocks = 4;
+constexpr double kBeyondFine_px = 2.5;  ///< blocks of the full picture are followed up to 3 px
 
 GreyView view(const LiveFrame& frame) {
   return {frame.pixels, frame.width_px, frame.height_px};
@@ -40,32 +43,14 @@ std::optional<double> mm_per_px(const std::optional<Calibration>& calibration,
   return std::nullopt;
 }
 
-/// Sets to compare with the first: all, or evenly chosen ones up to the last.
-std::vector<std::size_t> compared(std::size_t sets) {
-  std::vector<std::size_t> chosen;
-  const std::size_t others = sets - 1, count = std::min(others, kMostCompared);
-  for (std::size_t i = 1; i <= count; ++i) chosen.push_back(i * others / count);
-  return chosen;
-}
-
-void look_at_burst(const LiveResult& live, std::size_t c, const std::optional<double>& scale_mm,
-                   CameraStill& camera) {
-  const auto& sets = live.pairing.sets;
-  const LiveFrame& first = live.frames[sets[0].frames[c]];
-  for (const std::size_t k : compared(sets.size())) {
-    const LiveFrame& other = live.frames[sets[k].frames[c]];
-    if (other.width_px != first.width_px || other.height_px != first.height_px) continue;
-    const MotionResult motion = block_motion(view(first), view(other), {});
-    if (motion.textured == 0) continue;
-    const double largest = motion.largest_px();
-    camera.motion_px = std::max(camera.motion_px.value_or(0), largest);
-    camera.lost = camera.lost || 10 * motion.lost > motion.textured;
-    if (!scale_mm || !first.mark.time_s || !other.mark.time_s) continue;
-    const double passed_s = *other.mark.time_s - *first.mark.time_s;
-    if (passed_s > 0)
-      camera.speed_mm_per_s =
-          std::max(camera.speed_mm_per_s.value_or(0), largest * *scale_mm / passed_s);
-  }
+/// Of all blocks; 0 when hardly one was found.
+double median_px(const MotionResult& motion) {
+  std::vector<double> lengths;
+  for (const BlockMotion& b : motion.blocks) lengths.push_back(std::hypot(b.dx_px, b.dy_px));
+  if (lengths.size() < kLeastBlocks) return 0;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
 }
 
 std::optional<double> shift_of(const LiveFrame& now, const Recording& reference,
@@ -90,43 +75,97 @@ std::optional<LiveFault> StillReport::cloth_fault() const {
   if (!cloth_moved) return std::nullopt;
   return LiveFault{
       "",
-      fmt::format("the cloth moved by {:.2f} px or more during the burst", motion_px.value_or(0)),
+      motion_px ? fmt::format("the cloth moved by {:.2f} px or more during the burst", *motion_px)
+                : "the cloth moved farther than can be followed during the burst",
       "wait until it hangs still and keep draughts away"};
+}
+
+StillWatch::StillWatch(const CamerasFile& cameras, const StillOptions& options)
+    : cameras_(cameras), options_(options) {
+  if (options_.calibration) calibration_ = read_calibration(*options_.calibration);
+  if (cameras_.reference) reference_ = read_recording(cameras_.reference->recording);
+  for (const LiveCamera& camera : cameras_.cameras)
+    report_.cameras.push_back({camera.name, {}, {}, {}, false});
+}
+
+void StillWatch::look(const LiveSet& set) {
+  spread_s_ = std::max(spread_s_, set.spread_s.value_or(0));
+  const std::size_t k = seen_++;
+  const bool compared = k > 0 && (k <= kAllCompared || std::has_single_bit(k));
+  for (std::size_t c = 0; c < set.frames.size(); ++c) {
+    const LiveFrame& now = set.frames[c];
+    if (k == 0) {
+      first_.push_back({now.mark, now.width_px, now.height_px, {}, now.pixels});
+    } else if (compared && now.pixels.size() == first_[c].pixels.size()) {
+      look_at_motion(c, now);
+    }
+    if (reference_) look_at_place(c, now);
+  }
+  if (report_.speed_mm_per_s) report_.sync_error_mm = *report_.speed_mm_per_s * spread_s_;
+}
+
+void StillWatch::look_at_motion(std::size_t c, const LiveFrame& now) {
+  CameraStill& camera = report_.cameras[c];
+  const LiveFrame& first = first_[c];
+  const MotionResult fine = block_motion(view(first), view(now), {});
+  // A pattern that repeats looks still when it moves by its period: its outlines do not.
+  MotionOptions far;
+  far.shrink = 8;
+  far.block_px = 128;
+  far.largest_px = 6;
+  far.largest_sd_px = 0.5;
+  const double coarse_px = median_px(block_motion(view(first), view(now), far));
+  camera.lost = camera.lost || 10 * fine.lost > fine.textured;
+  std::optional<double> largest;
+  if (coarse_px > kBeyondFine_px) {
+    largest = coarse_px;
+  } else if (!camera.lost && !fine.blocks.empty()) {
+    largest = fine.largest_px();
+  }
+  keep_larger(camera.motion_px, largest);
+  if (camera.lost && !largest) camera.motion_px.reset();
+  report_.cloth_moved = report_.cloth_moved || camera.lost ||
+                        camera.motion_px.value_or(0) > options_.largest_motion_px;
+  const auto scale_mm = mm_per_px(calibration_, camera.name);
+  if (largest && scale_mm && first.mark.time_s && now.mark.time_s) {
+    const double passed_s = *now.mark.time_s - *first.mark.time_s;
+    if (passed_s > 0) keep_larger(camera.speed_mm_per_s, *largest * *scale_mm / passed_s);
+  }
+  keep_larger(report_.speed_mm_per_s, camera.speed_mm_per_s);
+  report_.motion_px.reset();
+  for (const CameraStill& other : report_.cameras) {
+    if (other.lost && !other.motion_px) {
+      report_.motion_px.reset();
+      return;
+    }
+    keep_larger(report_.motion_px, other.motion_px);
+  }
+}
+
+void StillWatch::look_at_place(std::size_t c, const LiveFrame& now) {
+  CameraStill& camera = report_.cameras[c];
+  const auto shift = shift_of(now, *reference_, cameras_.reference->set, camera.name);
+  keep_larger(camera.background_shift_px, shift);
+  keep_larger(report_.background_shift_px, shift);
+  if (shift.value_or(0) <= options_.largest_shift_px) return;
+  const bool known = std::any_of(report_.moved_cameras.begin(), report_.moved_cameras.end(),
+                                 [&](const LiveFault& f) { return f.camera == camera.name; });
+  if (!known)
+    report_.moved_cameras.push_back(
+        {camera.name,
+         fmt::format("it moved since the reference set: its background by {:.2f} px", *shift),
+         "lock the camera and calibrate anew"});
 }
 
 StillReport look_still(const LiveResult& live, const CamerasFile& cameras,
                        const StillOptions& options) {
-  StillReport report;
-  if (live.pairing.sets.empty()) return report;
-  std::optional<Calibration> calibration;
-  if (options.calibration) calibration = read_calibration(*options.calibration);
-  std::optional<Recording> reference;
-  if (cameras.reference) reference = read_recording(cameras.reference->recording);
-  double spread_s = 0;
-  for (const PairedFrames& set : live.pairing.sets)
-    spread_s = std::max(spread_s, set.spread_s.value_or(0));
-  for (std::size_t c = 0; c < cameras.cameras.size(); ++c) {
-    CameraStill camera{cameras.cameras[c].name, {}, {}, {}, false};
-    const auto scale_mm = mm_per_px(calibration, camera.name);
-    if (live.pairing.sets.size() > 1) look_at_burst(live, c, scale_mm, camera);
-    if (reference)
-      camera.background_shift_px = shift_of(live.frames[live.pairing.sets[0].frames[c]], *reference,
-                                            cameras.reference->set, camera.name);
-    if (camera.background_shift_px.value_or(0) > options.largest_shift_px)
-      report.moved_cameras.push_back(
-          {camera.name,
-           fmt::format("it moved since the reference set: its background by {:.2f} px",
-                       *camera.background_shift_px),
-           "lock the camera and calibrate anew"});
-    report.cloth_moved = report.cloth_moved || camera.lost ||
-                         camera.motion_px.value_or(0) > options.largest_motion_px;
-    keep_larger(report.motion_px, camera.motion_px);
-    keep_larger(report.speed_mm_per_s, camera.speed_mm_per_s);
-    keep_larger(report.background_shift_px, camera.background_shift_px);
-    report.cameras.push_back(camera);
+  StillWatch watch(cameras, options);
+  for (const PairedFrames& set : live.pairing.sets) {
+    LiveSet one{set.spread_s, {}, set.trigger, {}};
+    for (const std::size_t i : set.frames) one.frames.push_back(live.frames[i]);
+    watch.look(one);
   }
-  if (report.speed_mm_per_s) report.sync_error_mm = *report.speed_mm_per_s * spread_s;
-  return report;
+  return live.pairing.sets.empty() ? StillReport{} : watch.report();
 }
 
 }  // namespace drape::capture

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "capture/live/live_capture.hpp"
+#include "core/calibration.hpp"
+#include "core/recording.hpp"
 
 namespace drape::capture {
 
@@ -18,7 +20,8 @@ struct StillOptions {
 
 struct CameraStill {
   std::string name;
-  std::optional<double> motion_px;       ///< largest of a block between two frames of the burst
+  /// Largest of a block between two frames of the burst; absent when it moved out of reach.
+  std::optional<double> motion_px;
   std::optional<double> speed_mm_per_s;  ///< of that block, at the depth of the target
   std::optional<double> background_shift_px;
   bool lost = false;  ///< more than a tenth of the blocks moved out of reach
@@ -36,7 +39,29 @@ struct StillReport {
   [[nodiscard]] std::optional<LiveFault> cloth_fault() const;
 };
 
-/// Looks at all sets of `live`, in order, as one burst: the first against the others.
+/// Looks at the sets of a burst as they come: each against the first. Of a long burst the first
+/// eight others, then ever fewer. Memory is that of the first set.
+class StillWatch {
+ public:
+  StillWatch(const CamerasFile& cameras, const StillOptions& options);
+  void look(const LiveSet& set);
+  [[nodiscard]] const StillReport& report() const { return report_; }
+
+ private:
+  void look_at_motion(std::size_t c, const LiveFrame& now);
+  void look_at_place(std::size_t c, const LiveFrame& now);
+
+  const CamerasFile& cameras_;
+  StillOptions options_;
+  std::optional<Calibration> calibration_;
+  std::optional<Recording> reference_;
+  std::vector<LiveFrame> first_;
+  std::size_t seen_ = 0;
+  double spread_s_ = 0;
+  StillReport report_;
+};
+
+/// Looks at all sets of `live`, in order, as one burst.
 [[nodiscard]] StillReport look_still(const LiveResult& live, const CamerasFile& cameras,
                                      const StillOptions& options);
 

@@ -135,6 +135,24 @@ TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
   EXPECT_FALSE(check_still(stored.still)[0].go);
 }
 
+/// Farther than blocks of the full picture are followed: right to a tenth, or not told.
+TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
+  for (const double shift_px : {6.0, 25.0, 40.0, 90.0}) {
+    live_ = {};
+    add_set(0, 0);
+    add_set(shift_px, 0.1);
+    cameras_.reference.reset();
+    const StillReport still = look_still(live_, cameras_, options_.still);
+    EXPECT_TRUE(still.cloth_moved) << shift_px;
+    EXPECT_TRUE(still.cloth_fault()) << shift_px;
+    if (still.motion_px) {
+      EXPECT_NEAR(*still.motion_px, shift_px, 0.1 * shift_px);
+    }
+    std::printf("cloth moved by %.0f px: motion_px %s\n", shift_px,
+                still.motion_px ? fmt::format("{:.2f}", *still.motion_px).c_str() : "absent");
+  }
+}
+
 TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
   add_set(1.5, 0);
   const RecordResult stored = record_live(live_, cameras_, options_);

@@ -99,6 +99,15 @@ TEST(FrameId, CountsOnOverTheWrapAndSkipsZero) {
   EXPECT_THROW(FrameIdUnwrapper({3, 3}), Error);
 }
 
+TEST(FrameId, CountsOnWhereIdsHave64Bits) {
+  FrameIdUnwrapper ids({1, 65535});
+  EXPECT_EQ(ids.unwrap(65534), 0);
+  EXPECT_EQ(ids.unwrap(65536), 2);  // one lost
+  EXPECT_EQ(ids.unwrap(65535), 1);  // late
+  EXPECT_EQ(ids.unwrap(65540), 6);
+  EXPECT_EQ(ids.unwrap(0xFFFFFFFFFFFF), std::nullopt);
+}
+
 TEST(FrameId, CountsManyWraps) {
   FrameIdUnwrapper ids({1, 65535});
   for (std::int64_t i = 0; i < 300'000; i += 7) {

@@ -38,6 +38,10 @@ std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const Pairing
     const FrameMark& frame = frames[i];
     FramePlace& place = result.places[i];
     CameraLedger& ledger = result.cameras[frame.camera];
+    if (frame.settled) {
+      seen[frame.camera].insert(frame.index);
+      continue;
+    }
     if (!seen[frame.camera].insert(frame.index).second) {
       place.why_unpaired = Unpaired::repeated_id;
       ++ledger.repeated;
@@ -77,6 +81,20 @@ void add_set(const std::vector<FrameMark>& frames, std::vector<std::size_t> memb
   }
   const std::optional<double> spread = spread_of(frames, members);
   result.sets.push_back({std::move(members), trigger, spread});
+}
+
+void add_settled_sets(const std::vector<FrameMark>& frames, std::size_t cameras,
+                      PairingResult& result) {
+  std::map<std::size_t, std::vector<std::size_t>> settled;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!frames[i].settled) continue;
+    auto& members = settled.try_emplace(*frames[i].settled, cameras).first->second;
+    members[frames[i].camera] = i;
+  }
+  for (auto& [number, members] : settled) {
+    const auto trigger = frames[members.front()].trigger;
+    add_set(frames, std::move(members), trigger, result);
+  }
 }
 
 void leave_unpaired(const std::vector<FrameMark>& frames, std::size_t i, Unpaired why,
@@ -248,6 +266,7 @@ PairingResult pair_frames(const std::vector<FrameMark>& frames, const PairingOpt
   result.places.resize(frames.size());
   result.cameras.resize(options.cameras);
   std::vector<Candidates> candidates = sift(frames, options, result);
+  add_settled_sets(frames, options.cameras, result);
   if (options.triggers) {
     pair_by_trigger(frames, candidates, result);
   } else {

@@ -11,10 +11,11 @@ namespace drape::capture {
 /// What pairing knows of one frame that reached the host, whole or not.
 struct FrameMark {
   std::size_t camera = 0;
-  std::int64_t index = 0;               ///< unwrapped frame id, see FrameIdUnwrapper
-  std::optional<double> time_s;         ///< device time on the common clock
-  std::optional<std::int64_t> trigger;  ///< 0-based, when the frame is known to answer it
-  bool complete = true;                 ///< every byte of it arrived
+  std::int64_t index = 0;                   ///< unwrapped frame id, see FrameIdUnwrapper
+  std::optional<double> time_s;             ///< device time on the common clock
+  std::optional<std::int64_t> trigger;      ///< 0-based, when the frame is known to answer it
+  bool complete = true;                     ///< every byte of it arrived
+  std::optional<std::size_t> settled = {};  ///< number of a set that was given out already
 };
 
 /// Where a frame went. A frame that never arrived has no FrameMark; it is counted per camera.
@@ -72,10 +73,10 @@ struct PairingResult {
   std::vector<CameraLedger> cameras;  ///< one per camera
 };
 
-/// Puts every frame into exactly one bin. By trigger index when `options.triggers` is given; else
-/// by device time on the common clock, taking for every set the frames of smallest spread, so that
-/// a frame without partner never takes a partner away from another set. The order of the input
-/// (that is, of arrival) never matters.
+/// Puts every frame into exactly one bin. Frames of settled sets stay together. By trigger index
+/// when `options.triggers` is given; else by device time on the common clock, taking for every set
+/// the frames of smallest spread, so that a frame without partner never takes a partner away from
+/// another set. The order of the input (that is, of arrival) never matters.
 ///
 /// Expected frames: the triggers; else `expected_frames`; else the span of the frame ids seen.
 [[nodiscard]] PairingResult pair_frames(const std::vector<FrameMark>& frames,

@@ -75,45 +75,13 @@ std::string most(std::uint32_t value) {
   return fmt::format("<Max>{}</Max>", value);
 }
 
-constexpr const char* kFeatures[] = {"DeviceVendorName",
-                                     "DeviceModelName",
-                                     "DeviceVersion",
-                                     "DeviceSerialNumber",
-                                     "SensorWidth",
-                                     "SensorHeight",
-                                     "Width",
-                                     "Height",
-                                     "OffsetX",
-                                     "OffsetY",
-                                     "PixelFormat",
-                                     "PayloadSize",
-                                     "AcquisitionMode",
-                                     "AcquisitionStart",
-                                     "AcquisitionStop",
-                                     "ExposureTime",
-                                     "ExposureAuto",
-                                     "Gain",
-                                     "GainAuto",
-                                     "AcquisitionFrameRate",
-                                     "TriggerSelector",
-                                     "TriggerMode",
-                                     "TriggerSource",
-                                     "TriggerSoftware",
-                                     "ActionDeviceKey",
-                                     "ActionGroupKey",
-                                     "ActionGroupMask",
-                                     "PtpEnable",
-                                     "PtpDataSetLatch",
-                                     "PtpStatus",
-                                     "PtpOffsetFromMaster",
-                                     "GevHeartbeatTimeout",
-                                     "GevTimestampTickFrequency",
-                                     "GevTimestampControlLatch",
-                                     "GevTimestampValue",
-                                     "GevSCPSPacketSize",
-                                     "GevSCPD"};
+std::string action_keys() {
+  return integer("ActionDeviceKey", reg::action_device_key, 0, most(0xFFFFFFFF), 1) +
+         integer("ActionGroupKey", reg::action_group_key, 0, most(0xFFFFFFFF), 1) +
+         integer("ActionGroupMask", reg::action_group_mask, 0, most(0xFFFFFFFF), 1);
+}
 
-std::string features() {
+std::string features(const Personality& p) {
   const Entries automatic = {{"Off", 0}, {"Once", 1}, {"Continuous", 2}};
   std::string xml;
   xml += text("DeviceVendorName", reg::manufacturer, 32);
@@ -126,33 +94,45 @@ std::string features() {
   xml += integer("Height", reg::height, 1, "<pMax>SensorHeight</pMax>", 1);
   xml += integer("OffsetX", reg::offset_x, 0, "<pMax>SensorWidth</pMax>", 1);
   xml += integer("OffsetY", reg::offset_y, 0, "<pMax>SensorHeight</pMax>", 1);
-  xml += choice("PixelFormat", reg::pixel_format, {{"Mono8", 0x01080001}, {"Mono16", 0x01100007}});
+  xml += choice("PixelFormat", reg::pixel_format, p.pixel_formats);
   xml += int_reg("PayloadSize", reg::payload_size, "RO");
   xml += choice("AcquisitionMode", reg::acquisition_mode, {{"Continuous", 0}, {"SingleFrame", 1}});
   xml += command("AcquisitionStart", reg::acquisition, 1);
   xml += command("AcquisitionStop", reg::acquisition, 0);
-  xml += real("ExposureTime", reg::exposure_us, 10, 1e7, "us");
+  xml += p.exposure == "ExposureTimeRaw"
+             ? integer(p.exposure, reg::exposure_raw_us, 10, most(10'000'000), 1)
+             : real(p.exposure, reg::exposure_us, 10, 1e7, "us");
   xml += choice("ExposureAuto", reg::exposure_auto, automatic);
-  xml += real("Gain", reg::gain_db, 0, 24, "dB");
+  xml += p.gain == "GainRaw" ? integer(p.gain, reg::gain_raw, 0, most(500), 1)
+                             : real(p.gain, reg::gain_db, 0, 24, "dB");
   xml += choice("GainAuto", reg::gain_auto, automatic);
-  xml += real("AcquisitionFrameRate", reg::frame_rate_hz, 0.1, 1000, "Hz");
-  xml += choice("TriggerSelector", reg::trigger_selector, {{"FrameStart", 0}});
+  xml += real(p.rate, reg::frame_rate_hz, 0.1, 1000, "Hz");
+  if (!p.rate_switch.empty()) xml += boolean(p.rate_switch, reg::rate_switch);
+  if (p.chunks_on) xml += boolean("ChunkModeActive", reg::chunks);
+  if (p.gamma_on) xml += boolean("GammaEnable", reg::gamma_switch);
+  if (p.trigger_selector)
+    xml += choice("TriggerSelector", reg::trigger_selector, {{"FrameStart", 0}});
   xml += choice("TriggerMode", reg::trigger_mode, {{"Off", 0}, {"On", 1}});
-  xml +=
-      choice("TriggerSource", reg::trigger_source, {{"Software", 0}, {"Line1", 1}, {"Action1", 2}});
+  Entries sources;
+  for (const std::string& source : p.trigger_sources)
+    sources.emplace_back(source, source == "Software" ? 0 : source == "Action1" ? 2 : 1);
+  xml += choice("TriggerSource", reg::trigger_source, sources);
   xml += command("TriggerSoftware", reg::trigger_software, 1);
-  xml += integer("ActionDeviceKey", reg::action_device_key, 0, most(0xFFFFFFFF), 1);
-  xml += integer("ActionGroupKey", reg::action_group_key, 0, most(0xFFFFFFFF), 1);
-  xml += integer("ActionGroupMask", reg::action_group_mask, 0, most(0xFFFFFFFF), 1);
+  if (p.has_trigger("Action1")) xml += action_keys();
   xml += boolean("PtpEnable", reg::ptp_enable);
   xml += command("PtpDataSetLatch", reg::ptp_latch, 1);
   xml +=
       choice("PtpStatus", reg::ptp_status, {{"Disabled", 0}, {"Listening", 1}, {"Slave", 2}}, "RO");
   xml += int_reg("PtpOffsetFromMaster", reg::ptp_offset_ns, "RO", 8, "Signed");
   xml += integer("GevHeartbeatTimeout", reg::heartbeat_ms, 500, most(60000), 1);
-  xml += int_reg("GevTimestampTickFrequency", reg::tick_high, "RO", 8);
-  xml += command("GevTimestampControlLatch", reg::timestamp_control, 2);
-  xml += int_reg("GevTimestampValue", reg::timestamp_high, "RO", 8);
+  if (p.latch == Latch::gev) {
+    xml += int_reg("GevTimestampTickFrequency", reg::tick_high, "RO", 8);
+    xml += command("GevTimestampControlLatch", reg::timestamp_control, 2);
+    xml += int_reg("GevTimestampValue", reg::timestamp_high, "RO", 8);
+  } else if (p.latch == Latch::sfnc) {
+    xml += command("TimestampLatch", reg::latch, 1);
+    xml += int_reg("TimestampLatchValue", reg::latched_ns, "RO", 8);
+  }
   xml += integer("GevSCPSPacketSize", reg::packet_size, 576, most(65000), 1);
   xml += integer("GevSCPD", reg::packet_delay, 0, most(1000000), 1);
   return xml;
@@ -160,9 +140,17 @@ std::string features() {
 
 }  // namespace
 
-std::string genicam_xml(bool ieee1588_names) {
+std::string genicam_xml(const Personality& p) {
+  const std::string nodes = features(p);
+  // Every node that is no register of another one is a feature.
   std::string root = "<Category Name=\"Root\" NameSpace=\"Standard\">";
-  for (const char* feature : kFeatures) root += fmt::format("<pFeature>{}</pFeature>", feature);
+  for (std::size_t at = nodes.find(" Name=\""); at != std::string::npos;
+       at = nodes.find(" Name=\"", at)) {
+    at += 7;
+    const std::string name = nodes.substr(at, nodes.find('"', at) - at);
+    const bool is_entry = nodes.compare(at - 16, 9, "EnumEntry") == 0;
+    if (!is_entry && !name.ends_with("Reg")) root += fmt::format("<pFeature>{}</pFeature>", name);
+  }
   root += "</Category>\n";
   std::string xml =
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"
@@ -172,8 +160,8 @@ std::string genicam_xml(bool ieee1588_names) {
       "ProductGuid=\"5b6b0ac1-0000-4000-8000-000000000001\" "
       "VersionGuid=\"5b6b0ac1-0000-4000-8000-000000000002\" "
       "xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n" +
-      root + features() + "<Port Name=\"Device\"/>\n</RegisterDescription>\n";
-  if (!ieee1588_names) return xml;
+      root + nodes + "<Port Name=\"Device\"/>\n</RegisterDescription>\n";
+  if (!p.ieee1588_names) return xml;
   for (const auto& [name, older] : {std::pair<std::string, std::string>{"PtpEnable", "GevIEEE1588"},
                                     {"PtpDataSetLatch", "GevIEEE1588DataSetLatch"},
                                     {"PtpStatus", "GevIEEE1588Status"},

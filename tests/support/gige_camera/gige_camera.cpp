@@ -45,7 +45,7 @@ int open_socket(const std::string& address, std::uint16_t port, bool shared) {
 
 GigeCamera::GigeCamera(const GigeCameraOptions& options)
     : options_(options),
-      bank_(reg::xml + genicam_xml(options.ieee1588_names).size() + 512),
+      bank_(reg::xml + 0x10000),
       started_ns_(now_ns()),
       next_id_(options.first_frame_id),
       picture_(static_cast<std::size_t>(options.width_px) * options.height_px, 128),
@@ -56,6 +56,7 @@ GigeCamera::GigeCamera(const GigeCameraOptions& options)
   global_socket_ = open_socket("255.255.255.255", kControlPort, true);
   stream_socket_ = open_socket(options_.address, 0, false);
   fill_registers();
+  acquiring_ = options_.personality.locked_while_streaming;
   control_thread_ = std::thread([this] { serve_control(); });
   stream_thread_ = std::thread([this] { stream(); });
 }
@@ -75,7 +76,9 @@ void GigeCamera::fill_registers() {
   socklen_t size = sizeof source;
   ::getsockname(stream_socket_, reinterpret_cast<sockaddr*>(&source), &size);
   const std::uint32_t ip = ntohl(endpoint(options_.address, 0).sin_addr.s_addr);
-  const std::string xml = genicam_xml(options_.ieee1588_names);
+  options_.personality.ieee1588_names |= options_.ieee1588_names;
+  const Personality& p = options_.personality;
+  const std::string xml = genicam_xml(p);
 
   bank_.set_word(reg::version, 0x00020000);
   bank_.set_word(reg::device_mode, 0x80000001);  // big-endian, UTF-8
@@ -83,25 +86,29 @@ void GigeCamera::fill_registers() {
   bank_.set_word(reg::mac_low, ip);
   bank_.set_word(reg::current_ip, ip);
   bank_.set_word(reg::subnet_mask, 0xFF000000);
-  bank_.set_text(reg::manufacturer, "Drapebench");
-  bank_.set_text(reg::model, "TestCamera");
+  bank_.set_text(reg::manufacturer, p.vendor);
+  bank_.set_text(reg::model, p.model);
   bank_.set_text(reg::device_version, "1");
   bank_.set_text(reg::serial, options_.serial);
   bank_.set_text(reg::xml_url, fmt::format("Local:camera.xml;{:x};{:x}", reg::xml, xml.size()));
   bank_.set_word(reg::network_interfaces, 1);
   bank_.set_word(reg::stream_channels, 1);
-  bank_.set_word(reg::capability, write_memory | action | (options_.resend ? packet_resend : 0));
+  bank_.set_word(reg::capability,
+                 write_memory | action | (options_.resend && p.resend ? packet_resend : 0));
   bank_.set_word(reg::heartbeat_ms, 3000);
-  bank_.set_word(reg::tick_low, 1'000'000'000);
-  bank_.set_word(reg::packet_size, 1400);
+  bank_.set_word(reg::tick_low, p.tick_hz);
+  bank_.set_word(reg::packet_size, p.packet_size);
+  bank_.set_word(reg::chunks, p.chunks_on ? 1 : 0);
+  bank_.set_word(reg::gamma_switch, p.gamma_on ? 1 : 0);
+  bank_.set_word(reg::exposure_raw_us, 10'000);
   bank_.set_word(reg::stream_source_port, ntohs(source.sin_port));
   for (const auto& [address, value] :
        {std::pair{reg::width, options_.width_px}, std::pair{reg::height, options_.height_px},
         std::pair{reg::sensor_width, options_.width_px},
-        std::pair{reg::sensor_height, options_.height_px},
-        std::pair{reg::payload_size, options_.width_px * options_.height_px}})
+        std::pair{reg::sensor_height, options_.height_px}})
     bank_.set_word(address, static_cast<std::uint32_t>(value));
-  bank_.set_word(reg::pixel_format, 0x01080001);
+  bank_.set_word(reg::pixel_format, p.pixel_formats.front().second);
+  set_payload_size();
   bank_.set_word(reg::exposure_auto, 2);  // as cameras come: everything automatic
   bank_.set_word(reg::gain_auto, 2);
   bank_.set_real(reg::exposure_us, 10'000);
@@ -115,6 +122,35 @@ void GigeCamera::show(std::vector<std::uint8_t> pixels) {
     throw std::runtime_error("the picture has another size than the sensor");
   const std::lock_guard lock(mutex_);
   picture_ = std::move(pixels);
+  sends_bytes_ = false;
+}
+
+void GigeCamera::show_bytes(std::vector<std::uint8_t> bytes) {
+  const std::lock_guard lock(mutex_);
+  picture_ = std::move(bytes);
+  sends_bytes_ = true;
+}
+
+/// Bits per pixel stand in the format's code (PFNC).
+void GigeCamera::set_payload_size() {
+  const std::uint64_t bits = bank_.word(reg::pixel_format) >> 16 & 0xFF;
+  const std::uint64_t image =
+      (std::uint64_t{bank_.word(reg::width)} * bank_.word(reg::height) * bits + 7) / 8;
+  bank_.set_word(reg::payload_size, image + (bank_.word(reg::chunks) != 0 ? 16 : 0));
+}
+
+std::uint64_t GigeCamera::ticks(std::int64_t ns) const {
+  const std::uint64_t hz = options_.personality.tick_hz;
+  if (hz == 1'000'000'000 || hz == 0) return static_cast<std::uint64_t>(ns);
+  return static_cast<std::uint64_t>(
+      std::llroundl(static_cast<long double>(ns) * static_cast<long double>(hz) / 1e9L));
+}
+
+std::int64_t GigeCamera::ns_of_ticks(std::uint64_t ticks) const {
+  const std::uint64_t hz = options_.personality.tick_hz;
+  if (hz == 1'000'000'000 || hz == 0) return static_cast<std::int64_t>(ticks);
+  return std::llroundl(static_cast<long double>(static_cast<std::int64_t>(ticks)) * 1e9L /
+                       static_cast<long double>(hz));
 }
 
 void GigeCamera::set_faults(const GigeFaults& faults) {

@@ -28,6 +28,7 @@ struct GigeCameraOptions {
   bool resend = true;           ///< grants packet resend
   bool ptp = false;             ///< enabling PTP brings the device clock onto the host's
   bool ieee1588_names = false;  ///< PTP under the feature names of older cameras
+  Personality personality = {};
   double ptp_error_s = 0;       ///< the clock that PTP brings is that far off the host's
   double exposure_step_us = 0;  ///< above 0: takes the next multiple below, and says nothing
   /// Free run: from the start of the acquisition to the first exposure, then in steps of the
@@ -74,6 +75,9 @@ class GigeCamera {
   GigeCamera(const GigeCamera&) = delete;
   GigeCamera& operator=(const GigeCamera&) = delete;
 
+  /// Sent as they are from the next exposure on, whatever the region: a picture in the camera's
+  /// pixel format.
+  void show_bytes(std::vector<std::uint8_t> bytes);
   /// Shown from the next exposure on; width x height bytes.
   void show(std::vector<std::uint8_t> pixels);
   void set_faults(const GigeFaults& faults);
@@ -97,8 +101,9 @@ class GigeCamera {
 
  private:
   struct Frame {
-    std::uint16_t id = 0;
-    std::int64_t device_ns = 0;
+    std::uint64_t id = 0;
+    bool extended = false, chunks = false;
+    std::uint64_t ticks = 0;
     std::uint32_t width = 0, height = 0;
     std::size_t data_bytes = 0;  ///< image bytes per packet
     std::vector<std::uint8_t> pixels;
@@ -144,6 +149,9 @@ class GigeCamera {
   [[nodiscard]] std::vector<std::uint8_t> region() const;
   [[nodiscard]] std::int64_t device_ns(std::int64_t host_ns) const;
   [[nodiscard]] std::int64_t host_ns_of(std::int64_t device_ns) const;
+  [[nodiscard]] std::uint64_t ticks(std::int64_t device_ns) const;
+  [[nodiscard]] std::int64_t ns_of_ticks(std::uint64_t ticks) const;
+  void set_payload_size();
 
   GigeCameraOptions options_;
   RegisterBank bank_;
@@ -158,7 +166,8 @@ class GigeCamera {
   bool acquiring_ = false;
   std::int64_t next_grid_ns_ = 0;
   std::deque<std::int64_t> due_host_ns_;  ///< triggers and actions waiting for their time
-  std::uint16_t next_id_ = 1;
+  std::uint64_t next_id_ = 1;
+  bool sends_bytes_ = false;  ///< show_bytes() was called last
   std::vector<std::uint8_t> picture_;
   GigeFaults faults_;
   double jumped_s_ = 0;

@@ -109,7 +109,8 @@ void GigeCamera::read_registers(const Request& request) {
   std::vector<std::uint8_t> values;
   for (std::size_t i = 0; i + 4 <= request.bytes; i += 4) {
     const std::uint32_t address = wire::get32(request.payload + i);
-    if (!bank_.holds(address, 4)) return answer(request, kBadAddress, {});
+    const bool hidden = address == reg::stream_source_port && !options_.personality.source_port;
+    if (hidden || !bank_.holds(address, 4)) return answer(request, kBadAddress, {});
     const auto value = bank_.read(address, 4);
     values.insert(values.end(), value.begin(), value.end());
   }
@@ -150,6 +151,11 @@ bool GigeCamera::takes(std::uint32_t address, const std::uint8_t* value) const {
   const auto inside = [&](std::uint32_t other, std::uint32_t sensor) {
     return std::uint64_t{wire::get32(value)} + bank_.word(other) <= bank_.word(sensor);
   };
+  const bool format = address >= reg::width && address <= reg::pixel_format;
+  if (format && options_.personality.locked_while_streaming) {
+    const std::lock_guard lock(mutex_);
+    if (acquiring_) return false;
+  }
   switch (address) {
     case reg::width:
       return inside(reg::offset_x, reg::sensor_width);
@@ -203,8 +209,17 @@ void GigeCamera::after_write(const Request& request, std::uint32_t address) {
       break;
     case reg::width:
     case reg::height:
-      bank_.set_word(reg::payload_size,
-                     std::uint64_t{bank_.word(reg::width)} * bank_.word(reg::height));
+    case reg::pixel_format:
+    case reg::chunks:
+      set_payload_size();
+      break;
+    case reg::frame_rate_hz:
+      // Without its switch the rate is not taken.
+      if (!options_.personality.rate_switch.empty() && bank_.word(reg::rate_switch) == 0)
+        bank_.set_real(reg::frame_rate_hz, 25);
+      break;
+    case reg::latch:
+      bank_.set_long(reg::latched_ns, static_cast<std::uint64_t>(device_ns(now_ns())));
       break;
     case reg::acquisition:
       acquiring_ = bank_.word(reg::acquisition) != 0;
@@ -224,7 +239,7 @@ void GigeCamera::after_write(const Request& request, std::uint32_t address) {
       }
       break;
     case reg::timestamp_control:
-      bank_.set_long(reg::timestamp_high, static_cast<std::uint64_t>(device_ns(now_ns())));
+      bank_.set_long(reg::timestamp_high, ticks(device_ns(now_ns())));
       break;
     case reg::ptp_enable:
       on_master_clock_ = options_.ptp && bank_.word(reg::ptp_enable) != 0;
@@ -251,9 +266,8 @@ void GigeCamera::act(const Request& request) {
     ++(scheduled ? counts_.scheduled_actions : counts_.actions);
     if (acquiring_ && bank_.word(reg::trigger_mode) == 1 && bank_.word(reg::trigger_source) == 2) {
       const bool has_time = scheduled && request.bytes >= 20;
-      due_host_ns_.push_back(
-          has_time ? host_ns_of(static_cast<std::int64_t>(wire::get(request.payload + 12, 8)))
-                   : now_ns());
+      due_host_ns_.push_back(has_time ? host_ns_of(ns_of_ticks(wire::get(request.payload + 12, 8)))
+                                      : now_ns());
     }
   }
   wake_.notify_all();
@@ -261,7 +275,7 @@ void GigeCamera::act(const Request& request) {
 }
 
 void GigeCamera::resend(const Request& request) {
-  if (request.bytes < 12 || !options_.resend) return;
+  if (request.bytes < 12 || !options_.resend || !options_.personality.resend) return;
   const std::uint32_t frame_id = wire::get16(request.payload + 2);
   const std::uint32_t first = wire::get32(request.payload + 4) & 0xFFFFFF;
   const std::uint32_t last = wire::get32(request.payload + 8) & 0xFFFFFF;

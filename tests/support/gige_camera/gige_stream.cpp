@@ -12,7 +12,9 @@ namespace {
 
 constexpr std::uint32_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr std::size_t kHeaders = 20 + 8 + 8;  ///< IP, UDP, GVSP, all counted in the packet size
+constexpr std::size_t kExtendedHeaders = kHeaders + 12;
 constexpr std::size_t kKeptFrames = 16;
+constexpr std::uint32_t kExtendedChunks = 0x4001, kExtendedFlag = 0x80;
 
 std::int64_t now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -62,12 +64,15 @@ std::vector<std::uint8_t> GigeCamera::region() const {
   const std::uint32_t width = bank_.word(reg::width), height = bank_.word(reg::height);
   const std::uint32_t left = bank_.word(reg::offset_x), top = bank_.word(reg::offset_y);
   const auto sensor_width = static_cast<std::uint32_t>(options_.width_px);
+  if (sends_bytes_) return picture_;
   std::vector<std::uint8_t> pixels(std::size_t{width} * height, 0);
   for (std::uint32_t y = 0; y < height; ++y) {
     const auto row =
         picture_.begin() + static_cast<std::ptrdiff_t>((top + y) * sensor_width + left);
     std::copy_n(row, width, pixels.begin() + static_cast<std::ptrdiff_t>(y * width));
   }
+  if (bank_.word(reg::gamma_switch) != 0)
+    for (std::uint8_t& p : pixels) p = static_cast<std::uint8_t>(255 * std::pow(p / 255.0, 0.45));
   return pixels;
 }
 
@@ -79,14 +84,18 @@ void GigeCamera::expose(std::int64_t host_ns) {
     const std::lock_guard lock(mutex_);
     faults = faults_;
     frame->id = next_id_;
-    next_id_ = next_id_ == 65535 ? 1 : static_cast<std::uint16_t>(next_id_ + 1);
+    frame->extended = options_.personality.extended_ids;
+    frame->chunks = bank_.word(reg::chunks) != 0;
+    next_id_ = next_id_ == 65535 && !frame->extended ? 1 : next_id_ + 1;
     // A real shutter opens on time; the grid's own time is the honest one, not the thread's.
-    frame->device_ns = device_ns(host_ns);
+    frame->ticks = ticks(device_ns(host_ns));
     frame->width = bank_.word(reg::width);
     frame->height = bank_.word(reg::height);
-    frame->data_bytes = (bank_.word(reg::packet_size) & 0xFFFF) - kHeaders;
+    frame->data_bytes =
+        (bank_.word(reg::packet_size) & 0xFFFF) - (frame->extended ? kExtendedHeaders : kHeaders);
     frame->pixels = region();
-    exposures_.push_back({frame->id, host_ns});
+    if (frame->chunks) frame->pixels.resize(frame->pixels.size() + 16, 0xC5);
+    exposures_.push_back({static_cast<std::uint16_t>(frame->id), host_ns});
     ++counts_.frames_exposed;
     skip = std::uniform_real_distribution<double>(0, 1)(random_) < faults.skip_frame;
     if (skip) {
@@ -157,13 +166,20 @@ std::vector<std::uint8_t> GigeCamera::packet_bytes(const Frame& frame, std::size
   std::vector<std::uint8_t> bytes;
   bytes.reserve(frame.data_bytes + 64);
   wire::put16(bytes, 0);
-  wire::put16(bytes, frame.id);
   const std::uint32_t kind = leader ? kLeader : trailer ? kTrailer : kPayload;
-  wire::put32(bytes, kind << 24 | static_cast<std::uint32_t>(packet));
+  if (frame.extended) {
+    wire::put16(bytes, 0);
+    wire::put32(bytes, (kExtendedFlag | kind) << 24);
+    wire::put64(bytes, frame.id);
+    wire::put32(bytes, static_cast<std::uint32_t>(packet));
+  } else {
+    wire::put16(bytes, frame.id);
+    wire::put32(bytes, kind << 24 | static_cast<std::uint32_t>(packet));
+  }
   if (leader) {
     wire::put16(bytes, 0);
-    wire::put16(bytes, 1);  // an image
-    wire::put64(bytes, static_cast<std::uint64_t>(frame.device_ns));
+    wire::put16(bytes, frame.chunks ? kExtendedChunks : 1);  // an image
+    wire::put64(bytes, frame.ticks);
     wire::put32(bytes, bank_.word(reg::pixel_format));
     wire::put32(bytes, frame.width);
     wire::put32(bytes, frame.height);

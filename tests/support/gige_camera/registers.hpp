@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/gige_camera/personality.hpp"
+
 /// Addresses of the emulated camera: bootstrap registers of the GigE Vision standard, then ours.
 namespace drape::test::reg {
 
@@ -64,6 +66,13 @@ inline constexpr std::uint32_t ptp_enable = 0xA070;
 inline constexpr std::uint32_t ptp_latch = 0xA074;
 inline constexpr std::uint32_t ptp_status = 0xA078;     ///< 0 Disabled, 1 Listening, 2 Slave
 inline constexpr std::uint32_t ptp_offset_ns = 0xA080;  ///< 64 bit, signed
+inline constexpr std::uint32_t rate_switch = 0xA088;
+inline constexpr std::uint32_t chunks = 0xA08C;
+inline constexpr std::uint32_t gamma_switch = 0xA090;
+inline constexpr std::uint32_t exposure_raw_us = 0xA094;  ///< 32 bit
+inline constexpr std::uint32_t gain_raw = 0xA098;         ///< 32 bit
+inline constexpr std::uint32_t latched_ns = 0xA0A0;       ///< 64 bit, SFNC's latch
+inline constexpr std::uint32_t latch = 0xA0A8;
 inline constexpr std::uint32_t xml = 0x10000;
 
 }  // namespace drape::test::reg
@@ -128,7 +137,7 @@ class RegisterBank {
   std::vector<std::uint8_t> memory_;
 };
 
-/// GenICam description of the registers above; PTP under its older names on request.
-[[nodiscard]] std::string genicam_xml(bool ieee1588_names = false);
+/// GenICam description of the registers above, as this camera names and has them.
+[[nodiscard]] std::string genicam_xml(const Personality& personality);
 
 }  // namespace drape::test

@@ -41,6 +41,9 @@ v4l2_dv_timings slow_signal(std::uint32_t width_px, std::uint32_t height_px,
 VividNode::VividNode(const std::string& file) : file_(file) {
   descriptor_ = ::open(file.c_str(), O_RDWR | O_CLOEXEC);
   if (descriptor_ < 0) throw std::runtime_error(file + ": " + std::strerror(errno));
+  v4l2_capability capability{};
+  call(VIDIOC_QUERYCAP, &capability, "asking what it can");
+  multiplanar_ = (capability.device_caps & V4L2_CAP_VIDEO_OUTPUT_MPLANE) != 0;
 }
 
 VividNode::~VividNode() {
@@ -79,44 +82,68 @@ void VividNode::set_signal(std::uint32_t width_px, std::uint32_t height_px,
   call(VIDIOC_S_DV_TIMINGS, &timings, "setting the signal");
 }
 
-void VividNode::set_output_format(std::uint32_t width_px, std::uint32_t height_px) {
+void VividNode::set_output_format(std::uint32_t width_px, std::uint32_t height_px,
+                                  std::uint32_t fourcc) {
   v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  format.type = multiplanar_ ? V4L2_BUF_TYPE_VIDEO_OUTPUT_MPLANE : V4L2_BUF_TYPE_VIDEO_OUTPUT;
   call(VIDIOC_G_FMT, &format, "reading the format");
-  format.fmt.pix.width = width_px;
-  format.fmt.pix.height = height_px;
-  format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
-  format.fmt.pix.field = V4L2_FIELD_NONE;
-  format.fmt.pix.bytesperline = 0;
+  const auto set = [&](auto& pix) {
+    pix.width = width_px;
+    pix.height = height_px;
+    pix.pixelformat = fourcc;
+    pix.field = V4L2_FIELD_NONE;
+  };
+  if (multiplanar_) {
+    set(format.fmt.pix_mp);
+    format.fmt.pix_mp.num_planes = 1;
+    for (auto& plane : format.fmt.pix_mp.plane_fmt) plane.bytesperline = 0;
+  } else {
+    set(format.fmt.pix);
+    format.fmt.pix.bytesperline = 0;
+  }
   call(VIDIOC_S_FMT, &format, "setting the format");
-  if (format.fmt.pix.sizeimage != width_px * height_px)
-    throw std::runtime_error(file_ + " takes another size of picture");
+  const bool taken = multiplanar_ ? format.fmt.pix_mp.pixelformat == fourcc &&
+                                        format.fmt.pix_mp.width == width_px &&
+                                        format.fmt.pix_mp.height == height_px
+                                  : format.fmt.pix.pixelformat == fourcc &&
+                                        format.fmt.pix.width == width_px &&
+                                        format.fmt.pix.height == height_px;
+  if (!taken) throw std::runtime_error(file_ + " takes another format or size of picture");
 }
 
 void VividNode::show(std::span<const std::uint8_t> pixels) {
+  const std::uint32_t type =
+      multiplanar_ ? V4L2_BUF_TYPE_VIDEO_OUTPUT_MPLANE : V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  const auto bytes = static_cast<std::uint32_t>(pixels.size());
   v4l2_requestbuffers request{};
   request.count = kBuffers;
-  request.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+  request.type = type;
   request.memory = V4L2_MEMORY_MMAP;
   call(VIDIOC_REQBUFS, &request, "asking for buffers");
   for (std::uint32_t i = 0; i < request.count; ++i) {
     v4l2_buffer buffer{};
+    v4l2_plane plane[VIDEO_MAX_PLANES]{};
     buffer.index = i;
-    buffer.type = request.type;
+    buffer.type = type;
     buffer.memory = request.memory;
+    if (multiplanar_) {
+      buffer.m.planes = plane;
+      buffer.length = 1;
+    }
     call(VIDIOC_QUERYBUF, &buffer, "asking for a buffer");
-    if (buffer.length < pixels.size()) throw std::runtime_error(file_ + ": a buffer is too small");
-    void* at = ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_,
-                      buffer.m.offset);
+    const std::uint32_t length = multiplanar_ ? plane[0].length : buffer.length;
+    const std::uint32_t offset = multiplanar_ ? plane[0].m.mem_offset : buffer.m.offset;
+    if (length < bytes) throw std::runtime_error(file_ + ": a buffer is too small");
+    void* at = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor_, offset);
     if (at == MAP_FAILED) throw std::runtime_error(file_ + ": a buffer cannot be mapped");
-    std::memcpy(at, pixels.data(), pixels.size());
-    ::munmap(at, buffer.length);
-    buffer.bytesused = static_cast<std::uint32_t>(pixels.size());
+    std::memcpy(at, pixels.data(), bytes);
+    ::munmap(at, length);
+    (multiplanar_ ? plane[0].bytesused : buffer.bytesused) = bytes;
     buffer.field = V4L2_FIELD_NONE;
     call(VIDIOC_QBUF, &buffer, "queueing a picture");
   }
-  int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
-  call(VIDIOC_STREAMON, &type, "starting the output");
+  std::uint32_t start = type;
+  call(VIDIOC_STREAMON, &start, "starting the output");
 }
 
 }  // namespace drape::test

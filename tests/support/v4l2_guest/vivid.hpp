@@ -22,8 +22,9 @@ class VividNode {
   /// Size and rate of the signal, on an output and on the capture that shows it. At 1600 x 1200 px
   /// a pixel clock of 36.25 MHz gives 14.9 frames/s.
   void set_signal(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t pixel_clock_hz);
-  /// Grey format on an output.
-  void set_output_format(std::uint32_t width_px, std::uint32_t height_px);
+  /// Format of an output, 8-bit grey unless said otherwise; multi-planar nodes in one plane.
+  void set_output_format(std::uint32_t width_px, std::uint32_t height_px,
+                         std::uint32_t fourcc = 0x59455247);
   /// Shows the picture on an output as long as this object lives. (Debian's 6.1 kernel refuses
   /// write() on outputs, so it goes through mapped buffers.)
   void show(std::span<const std::uint8_t> pixels);
@@ -34,6 +35,7 @@ class VividNode {
 
   std::string file_;
   int descriptor_ = -1;
+  bool multiplanar_ = false;
 };
 
 }  // namespace drape::test

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/device/socket_filter.hpp"
+#include "capture/device/stream_socket.hpp"
 
 #include <arpa/inet.h>
 #include <linux/filter.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
+#include <algorithm>
+#include <bit>
 #include <charconv>
 #include <filesystem>
 
@@ -58,6 +61,40 @@ bool accept_only(int socket, const std::string& ip_address, std::uint16_t port) 
   program.push_back(give(0));
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;
+}
+
+std::size_t receive_buffer_for(std::size_t payload_bytes, std::size_t packet_size_bytes) {
+  constexpr std::size_t headers = 36;       // IP, UDP and GVSP, part of the packet size
+  constexpr std::size_t around = 384;       // skb_shared_info and room for the link's header
+  constexpr std::size_t description = 256;  // sk_buff
+  const std::size_t data = packet_size_bytes > headers ? packet_size_bytes - headers : 1;
+  const std::size_t packets = payload_bytes / data + 3;  // leader, trailer, a broken one
+  return packets * (std::bit_ceil(packet_size_bytes + around) + description);
+}
+
+std::size_t set_receive_buffer(int socket, std::size_t bytes) {
+  // The kernel doubles what it is asked for, to make room for its own descriptions.
+  const int half = static_cast<int>(std::min<std::size_t>(bytes / 2, 1U << 30U));
+  if (::setsockopt(socket, SOL_SOCKET, SO_RCVBUFFORCE, &half, sizeof half) != 0)
+    ::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &half, sizeof half);
+  int got = 0;
+  socklen_t size = sizeof got;
+  if (::getsockopt(socket, SOL_SOCKET, SO_RCVBUF, &got, &size) != 0) return 0;
+  return static_cast<std::size_t>(got);
+}
+
+std::size_t reachable_receive_buffer(std::size_t bytes) {
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket < 0) return 0;
+  const std::size_t got = set_receive_buffer(socket, bytes);
+  ::close(socket);
+  return got;
+}
+
+bool may_open_packet_socket() {
+  const int socket = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0);
+  if (socket >= 0) ::close(socket);
+  return socket >= 0;
 }
 
 }  // namespace drape::capture

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/live/journal.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+
+namespace drape::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kUnfinished = ".unfinished-";
+
+fs::path journal_of(const fs::path& folder) {
+  return folder / "recording.journal";
+}
+
+Error cannot_write(const fs::path& file) {
+  return bad_input(fmt::format("cannot be written: {}", std::strerror(errno)),
+                   {.file = file.string()}, "check the rights of the folder and the space on it");
+}
+
+Json json_of(const FrameSet& set) {
+  Json json{{"name", set.name}, {"frames", Json::array()}};
+  for (const RecordedFrame& f : set.frames)
+    json["frames"].push_back({f.camera, f.file, f.sha256, f.width_px, f.height_px,
+                              f.device_time_s ? Json(*f.device_time_s) : Json()});
+  if (set.details_sha256) json["details_sha256"] = *set.details_sha256;
+  if (set.motion_px) json["motion_px"] = *set.motion_px;
+  if (set.camera_shift_px) json["camera_shift_px"] = *set.camera_shift_px;
+  return json;
+}
+
+Error damaged(const fs::path& journal) {
+  return bad_input("the journal of a capture that was ended is damaged", {.file = journal.string()},
+                   "move it away; the sets that recording.json lists are whole");
+}
+
+bool is_plain(const Json& name) {
+  return name.is_string() &&
+         fs::path(name.get<std::string>()).filename() == name.get<std::string>();
+}
+
+FrameSet set_of(const Json& json, const fs::path& journal) {
+  try {
+    FrameSet set{json.at("name"), {}};
+    for (const Json& f : json.at("frames")) {
+      set.frames.push_back({f.at(0), f.at(1), f.at(2), f.at(3), f.at(4), std::nullopt});
+      if (!f.at(5).is_null()) set.frames.back().device_time_s = f.at(5).get<double>();
+    }
+    if (json.contains("details_sha256")) set.details_sha256 = json["details_sha256"];
+    if (json.contains("motion_px")) set.motion_px = json["motion_px"].get<double>();
+    if (json.contains("camera_shift_px"))
+      set.camera_shift_px = json["camera_shift_px"].get<double>();
+    if (is_plain(json["name"])) return set;
+  } catch (const Json::exception&) {  // named below
+  }
+  throw damaged(journal);
+}
+
+void sync_folder(const fs::path& folder) {
+  const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw cannot_write(folder);
+}
+
+}  // namespace
+
+Journal::Journal(fs::path folder, std::string recorded_on)
+    : is_new_(fs::create_directories(folder)) {
+  lock_ = Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (lock_.get() < 0 || ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) throw cannot_write(folder);
+    throw bad_input("another capture records into this folder", {.file = folder.string()},
+                    "wait until it has ended, or give another --out");
+  }
+  recording_ = fs::exists(folder / "recording.json")
+                   ? read_recording(folder)
+                   : Recording{folder, "capture", std::move(recorded_on), {}};
+  adopt();
+}
+
+/// A capture that stored nothing leaves no folder.
+Journal::~Journal() {
+  std::error_code ignored;
+  if (is_new_ && recording_.sets.empty()) fs::remove_all(recording_.folder, ignored);
+}
+
+void Journal::adopt() {
+  const fs::path folder = recording_.folder, journal = journal_of(folder);
+  if (fs::exists(journal)) {
+    std::istringstream lines(read_text(journal));
+    for (std::string line; std::getline(lines, line);) {
+      const Json json = Json::parse(line, nullptr, false);
+      if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
+      if (!json.contains("renamed")) {
+        adopt(set_of(json, journal));
+        continue;
+      }
+      const Json& names = json["renamed"];
+      if (!names.is_array() || names.size() != 2 || !is_plain(names[0]) || !is_plain(names[1]))
+        throw damaged(journal);
+      rename(names[0].get<std::string>(), names[1].get<std::string>());
+      ++adopted_;
+    }
+    if (adopted_ > 0) write_recording(recording_);
+    fs::remove(journal);
+  }
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().filename().string().starts_with(kUnfinished)) fs::remove_all(entry.path());
+}
+
+void Journal::adopt(FrameSet set) {
+  const auto known = std::find_if(recording_.sets.begin(), recording_.sets.end(),
+                                  [&](const FrameSet& s) { return s.name == set.name; });
+  if (known != recording_.sets.end()) return;
+  const fs::path unfinished = recording_.folder / (kUnfinished + set.name);
+  if (fs::exists(unfinished)) fs::rename(unfinished, recording_.folder / set.name);
+  recording_.sets.push_back(std::move(set));
+  ++adopted_;
+}
+
+fs::path Journal::begin(const std::string& set) const {
+  const fs::path unfinished = recording_.folder / (kUnfinished + set);
+  fs::remove_all(unfinished);
+  fs::create_directories(unfinished);
+  return unfinished;
+}
+
+void Journal::add(FrameSet set) {
+  const fs::path folder = recording_.folder;
+  if (fs::exists(folder / set.name))
+    throw bad_input("the folder of this set is there already, and is in no recording",
+                    {.file = (folder / set.name).string(), .set = set.name},
+                    "look what it holds, then remove it, or give another --set");
+  write_line(json_of(set));
+  fs::rename(folder / (kUnfinished + set.name), folder / set.name);
+  sync_folder(folder);
+  recording_.sets.push_back(std::move(set));
+}
+
+bool Journal::holds(const std::string& set) const {
+  return std::any_of(recording_.sets.begin(), recording_.sets.end(),
+                     [&](const FrameSet& s) { return s.name == set; });
+}
+
+void Journal::replace(const std::string& set) {
+  std::string older;
+  for (int take = 1; older.empty() || holds(older); ++take)
+    older = fmt::format("{}.take{}", set, take);
+  for (const auto& [from, to] : {std::pair{set, older}, {set + ".new", set}}) {
+    write_line({{"renamed", Json::array({from, to})}});
+    rename(from, to);
+  }
+}
+
+/// What was renamed already before the end stays as it is.
+void Journal::rename(const std::string& from, const std::string& to) {
+  const fs::path folder = recording_.folder;
+  for (FrameSet& set : recording_.sets) {
+    if (set.name != from || holds(to)) continue;
+    set.name = to;
+    for (RecordedFrame& frame : set.frames)
+      frame.file = to + "/" + fs::path(frame.file).filename().string();
+    if (!fs::exists(folder / to)) fs::rename(folder / from, folder / to);
+    sync_folder(folder);
+    return;
+  }
+}
+
+void Journal::write_line(const Json& json) {
+  const fs::path folder = recording_.folder;
+  if (file_.get() < 0) {
+    file_ = Descriptor(::open(journal_of(folder).c_str(),
+                              O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | O_NOFOLLOW, 0644));
+    if (file_.get() < 0) throw cannot_write(journal_of(folder));
+    sync_folder(folder);
+  }
+  const std::string line = json.dump() + "\n";
+  if (::write(file_.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
+      ::fsync(file_.get()) != 0)
+    throw cannot_write(journal_of(folder));
+}
+
+void Journal::close() {
+  file_.reset();
+  if (recording_.sets.empty()) return;
+  write_recording(recording_);
+  fs::remove(journal_of(recording_.folder));
+}
+
+}  // namespace drape::capture

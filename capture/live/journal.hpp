@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "capture/host/channel.hpp"
+#include "core/recording.hpp"
+
+namespace drape::capture {
+
+/// The recording that this process adds sets to. It is held by a lock, so that no second program
+/// writes into it. Each set that is whole on the disk becomes a line of recording.journal, written
+/// durably; close() makes them part of recording.json. Lines that a killed capture left are made
+/// part of it when the recording is opened the next time.
+class Journal {
+ public:
+  /// Throws Error(bad_input) when another program holds the recording.
+  Journal(std::filesystem::path folder, std::string recorded_on);
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  /// Where a set is written before it is whole: nothing reads it, and the next capture removes it.
+  [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
+  /// Gives the set its name and acknowledges it. Its files stand in the folder of begin().
+  void add(FrameSet set);
+  /// <set>.new, which was added, takes the name of the set that is there, which is called
+  /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
+  void replace(const std::string& set);
+  [[nodiscard]] bool holds(const std::string& set) const;
+  /// Writes recording.json and ends the journal; nothing when there is no set.
+  void close();
+
+  [[nodiscard]] Recording& recording() { return recording_; }
+  [[nodiscard]] const Recording& recording() const { return recording_; }
+  /// Sets of a killed capture.
+  [[nodiscard]] std::size_t adopted() const { return adopted_; }
+
+ private:
+  void adopt();
+  void adopt(FrameSet set);
+  void write_line(const Json& line);
+  void rename(const std::string& from, const std::string& to);
+
+  Descriptor lock_, file_;
+  bool is_new_ = false;  ///< the folder was made here
+  Recording recording_;
+  std::size_t adopted_ = 0;
+};
+
+}  // namespace drape::capture

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/live/journal.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <random>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Stores sets without end and writes a byte to `told` after each.
+[[noreturn]] void store_for_ever(const fs::path& folder, int told) {
+  Journal journal(folder, "2026-01-31");
+  for (std::size_t k = journal.recording().sets.size();; ++k) {
+    const std::string name = "set_" + std::to_string(k), content(20'000 + 7 * k, 'x');
+    write_durable(journal.begin(name) / "cam0.png", content);
+    FrameSet set{name, {}};
+    set.frames.push_back({"cam0", name + "/cam0.png", sha256_of(content), 4, 3, std::nullopt});
+    journal.add(std::move(set));
+    if (::write(told, "s", 1) != 1) ::_exit(1);
+  }
+}
+
+std::size_t bytes_in(int descriptor) {
+  char buffer[256];
+  std::size_t sum = 0;
+  for (ssize_t got = 1; got > 0; sum += static_cast<std::size_t>(std::max<ssize_t>(got, 0)))
+    got = ::read(descriptor, buffer, sizeof buffer);
+  return sum;
+}
+
+TEST(Journal, AKilledCaptureLosesTheSetInHandAtMost) {
+  test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path() / "recording";
+  std::mt19937 random(1);
+  std::size_t acknowledged = 0, kept = 0;
+  const int kills = test::trial_count(30, 200);
+  for (int k = 0; k < kills; ++k) {
+    int pipe[2];
+    ASSERT_EQ(::pipe2(pipe, O_CLOEXEC), 0);
+    const pid_t child = ::fork();
+    if (child == 0) store_for_ever(folder, pipe[1]);
+    ::close(pipe[1]);
+    ::usleep(2000 + static_cast<unsigned>(random() % 40'000));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    acknowledged += bytes_in(pipe[0]);
+    ::close(pipe[0]);
+    Journal journal(folder, "2026-01-31");
+    const std::size_t now = journal.recording().sets.size();
+    ASSERT_GE(now, acknowledged);
+    ASSERT_LE(now, kept + journal.adopted());
+    for (std::size_t s = kept; s < now; ++s) {
+      const FrameSet& set = journal.recording().sets[s];
+      EXPECT_NO_THROW(static_cast<void>(read_frame(journal.recording(), set, set.frames[0])));
+    }
+    // What was written whole, but not told any more, counts from now on.
+    kept = acknowledged = now;
+  }
+  EXPECT_GT(kept, 0U);
+  std::printf("%d kills: %zu sets, none that was acknowledged lost\n", kills, kept);
+  for (const auto& entry : fs::directory_iterator(folder))
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+}
+
+TEST(Journal, ASecondWriterIsRefusedInOneSentence) {
+  test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path() / "recording";
+  Journal first(folder, "2026-01-31");
+  try {
+    Journal second(folder, "2026-01-31");
+    FAIL() << "two captures write into one recording";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_THAT(error.what(), testing::HasSubstr("another capture records into this folder"));
+  }
+}
+
+TEST(Journal, ACaptureThatStoredNothingLeavesNoFolder) {
+  test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path() / "recording";
+  { const Journal journal(folder, "2026-01-31"); }
+  EXPECT_FALSE(fs::exists(folder));
+}
+
+TEST(Journal, ADamagedJournalIsNamed) {
+  test::TemporaryFolder temporary;
+  const fs::path folder = temporary.path() / "recording";
+  write_durable(folder / "recording.journal", "{\"name\": \"../../etc\", \"frames\": []}\n");
+  EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
+  write_durable(folder / "recording.journal", "{\"name\": \"a\", \"frames\": [[1, 2]]}\n");
+  EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
+  write_durable(folder / "recording.journal", "{\"name\": \"a\", \"fra");
+  EXPECT_EQ(Journal(folder, "2026-01-31").adopted(), 0U);
+}
+
+}  // namespace
+}  // namespace drape::capture

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "capture/live/live_capture.hpp"
+#include "capture/live/record.hpp"
+#include "core/files/json_file.hpp"
+
+namespace drape::capture {
+
+/// Content of a set's capture.json: times, spread, settings read back, clocks, ledger up to then,
+/// stillness, faults.
+[[nodiscard]] Json set_details(const std::string& name, const LiveSet& set, std::size_t averaged,
+                               const LiveReport& report, const StillReport& still,
+                               const RecordOptions& options);
+
+}  // namespace drape::capture

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every personality of the emulated camera by every sync method: whole sets of what was sent, bit
+// for bit, or a refusal that says why.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <thread>
+
+#include "capture/live/live_bench.hpp"
+#include "capture/pixel/pixel_format.hpp"
+#include "core/error.hpp"
+#include "tests/support/gige_camera/private_network.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape::capture {
+namespace {
+
+using test::Personality;
+
+constexpr int kWidth_px = 160, kHeight_px = 120, kSets = 2;
+
+constexpr SyncMethod kMethods[] = {SyncMethod::software_trigger, SyncMethod::free_run,
+                                   SyncMethod::line_trigger, SyncMethod::action,
+                                   SyncMethod::scheduled_action};
+
+/// What such a camera cannot do by this method, as the operator reads it; empty when it can.
+std::string expected_refusal(const Personality& p, SyncMethod method) {
+  const bool clock = p.latch != test::Latch::none;
+  const bool line = method == SyncMethod::line_trigger;
+  const bool action = method == SyncMethod::action || method == SyncMethod::scheduled_action;
+  if (line && !p.has_trigger("Line1")) return "has no trigger source Line1";
+  if (action && !p.has_trigger("Action1")) return "has no trigger source Action1";
+  if (!clock && (line || method == SyncMethod::free_run)) return "its clock cannot be read";
+  if (!clock && method == SyncMethod::scheduled_action) return "its clock cannot be read";
+  return {};
+}
+
+/// Bytes of a picture in the camera's first format, and the grey that belongs to it.
+struct Sent {
+  std::vector<std::uint8_t> bytes, grey;
+};
+
+Sent picture_for(const Personality& p, unsigned seed) {
+  const std::string& name = p.pixel_formats.front().first;
+  const PixelFormat& format = *find_pixel_format(name);
+  Sent sent;
+  const auto count = static_cast<std::size_t>(kWidth_px) * kHeight_px;
+  sent.bytes.resize((count * format.row_bytes(8) + 7) / 8);
+  const auto plain = test::picture(kWidth_px, kHeight_px, seed);
+  for (std::size_t i = 0; i < sent.bytes.size(); ++i) sent.bytes[i] = plain[i % count];
+  if (format.bits > 8 && format.packing == Packing::words)
+    for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
+      sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
+  // The packings themselves are proved in pixel_format_test.cpp.
+  const Samples grey = grey_of(unpack(format, sent.bytes, kWidth_px, kHeight_px), format.mosaic);
+  for (const std::uint16_t v : grey.values)
+    sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
+  return sent;
+}
+
+struct Outcome {
+  int sets = 0, wrong = 0, launches = 0;
+  std::string said;
+};
+
+Outcome run(const Personality& personality, SyncMethod method) {
+  CamerasFile file;
+  file.method = method;
+  file.frame_rate_hz = 10;
+  file.largest_spread_s = 0.04;
+  std::vector<std::unique_ptr<test::GigeCamera>> devices;
+  std::vector<Sent> sent;
+  for (unsigned c = 0; c < 2; ++c) {
+    test::GigeCameraOptions options;
+    options.address = fmt::format("127.0.0.{}", 2 + c);
+    options.serial = fmt::format("ZOO{}", c);
+    options.width_px = kWidth_px;
+    options.height_px = kHeight_px;
+    options.clock_offset_s = 5.0 * c + 3;
+    options.clock_drift_ppm = 40.0 * c;
+    options.personality = personality;
+    devices.push_back(std::make_unique<test::GigeCamera>(options));
+    sent.push_back(picture_for(personality, c + 1));
+    // Where gamma is on, the emulator bends the grey levels of what it shows.
+    personality.gamma_on ? devices.back()->show(sent.back().bytes)
+                         : devices.back()->show_bytes(sent.back().bytes);
+    LiveCamera camera{
+        fmt::format("cam{}", c), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
+    camera.settings.width_px = kWidth_px;
+    camera.settings.height_px = kHeight_px;
+    camera.settings.frame_rate_hz = file.frame_rate_hz;
+    camera.settings.exposure_us = 2000;
+    if (personality.tick_hz > 0) camera.settings.packet_delay_ns = 1000;
+    file.cameras.push_back(camera);
+  }
+  std::atomic<bool> ended{false};
+  std::thread pulses([&] {
+    while (!ended) {
+      for (const auto& device : devices) device->pulse_line();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  });
+  Outcome outcome;
+  try {
+    LiveOptions options;
+    options.frames = kSets;
+    options.patience_s = 5;
+    options.host_program = test::program("drape-camera-host");
+    const LiveResult live = capture_live(file, options);
+    outcome.sets = static_cast<int>(live.pairing.sets.size());
+    for (const PairedFrames& set : live.pairing.sets)
+      for (std::size_t c = 0; c < set.frames.size(); ++c)
+        outcome.wrong += live.frames[set.frames[c]].pixels != sent[c].grey;
+    for (const LiveCameraReport& camera : live.report.cameras)
+      outcome.launches = std::max(outcome.launches, camera.host_launches);
+    outcome.said = test::all_faults(live);
+  } catch (const Error& error) {
+    outcome.said = error.what();
+  }
+  ended = true;
+  pulses.join();
+  return outcome;
+}
+
+class Zoo : public testing::TestWithParam<Personality> {};
+
+TEST_P(Zoo, GivesWhatWasSentOrSaysWhyNot) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const Personality& personality = GetParam();
+  const int methods = test::trial_count(1, 5);
+  for (int m = 0; m < methods; ++m) {
+    const SyncMethod method = kMethods[m];
+    const std::string refusal = expected_refusal(personality, method);
+    const Outcome outcome = run(personality, method);
+    SCOPED_TRACE(fmt::format("{} by {}: {}", personality.name, to_string(method), outcome.said));
+    if (refusal.empty()) {
+      EXPECT_EQ(outcome.sets, kSets);
+      EXPECT_EQ(outcome.wrong, 0);
+      EXPECT_EQ(outcome.launches, 1);
+    } else {
+      EXPECT_EQ(outcome.sets, 0);
+      EXPECT_THAT(outcome.said, testing::HasSubstr(refusal));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cameras, Zoo, testing::ValuesIn(test::personalities()),
+                         [](const auto& p) { return p.param.name; });
+
+}  // namespace
+}  // namespace drape::capture

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/support/gige_camera/debian_camera.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+struct Prepared {
+  std::string program, cannot;
+};
+
+const Prepared& prepared() {
+  static const Prepared result = [] {
+    const auto script = source_root() / "tests/support/gige_camera/debian_camera.sh";
+    const auto folder = program("").parent_path().parent_path() / "debian_camera";
+    const std::string line = "bash '" + script.string() + "' '" + folder.string() + "' 2>&1";
+    FILE* pipe = ::popen(line.c_str(), "re");
+    std::array<char, 1024> text{};
+    const bool read = pipe != nullptr && std::fgets(text.data(), text.size(), pipe) != nullptr;
+    const int status = pipe == nullptr ? -1 : ::pclose(pipe);
+    std::string said = read ? text.data() : "";
+    while (!said.empty() && said.back() == '\n') said.pop_back();
+    return status == 0 ? Prepared{said, ""} : Prepared{"", said};
+  }();
+  return result;
+}
+
+/// The camera looks its address up among those of the network cards.
+void add_loopback_address(const std::string& address) {
+  const int descriptor = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  ifreq request{};
+  const std::string alias = "lo:" + address.substr(address.rfind('.') + 1);
+  alias.copy(request.ifr_name, IFNAMSIZ - 1);
+  sockaddr_in inet{};
+  inet.sin_family = AF_INET;
+  ::inet_pton(AF_INET, address.c_str(), &inet.sin_addr);
+  std::memcpy(&request.ifr_addr, &inet, sizeof inet);
+  const bool good = ::ioctl(descriptor, SIOCSIFADDR, &request) == 0;
+  const std::string why = std::strerror(errno);
+  ::close(descriptor);
+  if (!good) throw std::runtime_error(address + " cannot be added to loopback: " + why);
+}
+
+}  // namespace
+
+std::optional<std::string> DebianCamera::cannot() {
+  if (prepared().program.empty()) return prepared().cannot;
+  return std::nullopt;
+}
+
+DebianCamera::DebianCamera(const std::string& address, const std::string& serial) {
+  if (address != "127.0.0.1") add_loopback_address(address);
+  process_ = ::fork();
+  if (process_ == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    const int nowhere = ::open("/dev/null", O_RDWR);
+    for (const int d : {0, 1, 2}) ::dup2(nowhere, d);
+    ::execl(prepared().program.c_str(), "arv-fake-gv-camera-0.8", "-i", address.c_str(), "-s",
+            serial.c_str(), static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  ::usleep(300'000);  // until it listens
+}
+
+DebianCamera::~DebianCamera() {
+  ::kill(process_, SIGKILL);
+  ::waitpid(process_, nullptr, 0);
+}
+
+bool DebianCamera::drew(const std::vector<std::uint8_t>& pixels, int width_px) {
+  if (pixels.empty()) return false;
+  const auto width = static_cast<std::size_t>(width_px);
+  for (std::size_t first = 0; first < 255; ++first) {
+    bool same = true;
+    for (std::size_t i = 0; same && i < pixels.size(); ++i)
+      same = pixels[i] == (first + i % width + i / width) % 255;
+    if (same) return true;
+  }
+  return false;
+}
+
+}  // namespace drape::test

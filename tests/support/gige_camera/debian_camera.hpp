@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace drape::test {
+
+/// Debian's arv-fake-gv-camera-0.8, unmodified, on a loopback address of the private network. It
+/// has no timestamp latch, no packet resend, no PTP and no actions. Nobody of this project wrote
+/// it.
+class DebianCamera {
+ public:
+  /// Why it cannot be had here, or nothing.
+  [[nodiscard]] static std::optional<std::string> cannot();
+
+  DebianCamera(const std::string& address, const std::string& serial);
+  ~DebianCamera();
+  DebianCamera(const DebianCamera&) = delete;
+  DebianCamera& operator=(const DebianCamera&) = delete;
+
+  /// Is this Mono8 picture one that the camera draws at 10 ms of exposure and gain 0: a diagonal
+  /// ramp of 255 levels that moves by a level with each frame (its source, arvfakecamera.c).
+  [[nodiscard]] static bool drew(const std::vector<std::uint8_t>& pixels, int width_px);
+
+ private:
+  pid_t process_ = -1;
+};
+
+}  // namespace drape::test
+
+#define DRAPE_REQUIRE_DEBIAN_CAMERA()                          \
+  if (const auto cannot = drape::test::DebianCamera::cannot()) \
+  GTEST_SKIP() << "Debian's GigE camera is not to be had: " << *cannot

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape::test {
+
+/// How a camera names its clock's latch: GigE Vision 1, SFNC 2, or not at all.
+enum class Latch { gev, sfnc, none };
+
+/// What distinguishes one camera from another: names of its features and how its registers behave.
+struct Personality {
+  std::string name = "plain";
+  std::string vendor = "Drapebench", model = "TestCamera";
+  std::uint64_t tick_hz = 1'000'000'000;
+  Latch latch = Latch::gev;
+  bool source_port = true;  ///< the register that says where the stream comes from
+  bool resend = true;
+  bool extended_ids = false;
+  bool trigger_selector = true;
+  bool locked_while_streaming = false;  ///< and it streams when it is switched on
+  bool chunks_on = false;
+  bool gamma_on = false;
+  bool ieee1588_names = false;
+  std::string exposure = "ExposureTime", gain = "Gain", rate = "AcquisitionFrameRate";
+  std::string rate_switch;  ///< must be on for the rate to be taken; or empty
+  std::vector<std::string> trigger_sources = {"Software", "Line1", "Action1"};
+  std::vector<std::pair<std::string, std::uint32_t>> pixel_formats = {{"Mono8", 0x01080001},
+                                                                      {"Mono16", 0x01100007}};
+  std::uint32_t packet_size = 1400;
+
+  [[nodiscard]] bool has_trigger(const std::string& source) const;
+};
+
+/// Names and behaviour of vendors' cameras, cameras that try what can be tried, and cameras that
+/// have one pixel format each.
+[[nodiscard]] const std::vector<Personality>& personalities();
+
+}  // namespace drape::test
