@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Stores sets without end and writes a byte to `told` after each.
-[[noreturn]] void store_for_ever(const fs::path& folder, int told) {
+/// Stores sets without end and writes a byte to `acknowledged` after each.
+[[noreturn]] void store_for_ever(const fs::path& folder, int acknowledged) {
   Journal journal(folder, "2026-01-31");
   for (std::size_t k = journal.recording().sets.size();; ++k) {
     const std::string name = "set_" + std::to_string(k), content(20'000 + 7 * k, 'x');
@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
     FrameSet set{name, {}};
     set.frames.push_back({"cam0", name + "/cam0.png", sha256_of(content), 4, 3, std::nullopt});
     journal.add(std::move(set));
-    if (::write(told, "s", 1) != 1) ::_exit(1);
+    if (::write(acknowledged, "s", 1) != 1) ::_exit(1);
   }
 }
 
@@ -65,7 +65,7 @@ TEST(Journal, AKilledCaptureLosesTheSetInHandAtMost) {
       const FrameSet& set = journal.recording().sets[s];
       EXPECT_NO_THROW(static_cast<void>(read_frame(journal.recording(), set, set.frames[0])));
     }
-    // What was written whole, but not told any more, counts from now on.
+    // What was written whole, but not acknowledged any more, counts from now on.
     kept = acknowledged = now;
   }
   EXPECT_GT(kept, 0U);

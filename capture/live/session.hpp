@@ -101,7 +101,7 @@ class Session {
   void act(const Running& r, std::optional<std::int64_t> host_ns);
 
   /// After a trigger that a camera without a clock did not answer in time, a late frame could pass
-  /// for the next trigger's: it is counted anew from the next trigger that has one answer.
+  /// for the next trigger's: it is counted again from the next trigger that has one answer.
   void settle_counts();
 
   /// Until every camera has sent a frame, or the time for it is over; `all_of_it`: until it is.

@@ -32,7 +32,7 @@ double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
 }
 
-/// Then its frames are told apart by counting triggers.
+/// Then its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
   return !r.host->on_host_clock() &&
          std::all_of(r.clocks.begin(), r.clocks.end(),

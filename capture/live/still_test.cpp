@@ -135,7 +135,7 @@ TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
   EXPECT_FALSE(check_still(stored.still)[0].go);
 }
 
-/// Farther than blocks of the full picture are followed: right to a tenth, or not told.
+/// Farther than blocks of the full picture are followed: right to a tenth, or absent.
 TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
   for (const double shift_px : {6.0, 25.0, 40.0, 90.0}) {
     live_ = {};
