@@ -94,12 +94,12 @@ std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet
   const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
   if (!std::filesystem::exists(file)) {
     throw bad_input("an image of the recording is missing", where,
-                    "bring the image back, or record anew");
+                    "bring the image back, or record again");
   }
   std::vector<unsigned char> bytes = read_bytes(file);
   if (sha256_of(bytes) != frame.sha256) {
     throw bad_input("the image is not the one that was recorded: it was truncated or altered",
-                    where, "bring the original image back, or record anew");
+                    where, "bring the original image back, or record again");
   }
   return bytes;
 }

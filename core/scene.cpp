@@ -111,7 +111,7 @@ Start read_start(const TomlTable& table) {
     return start;
   }
   if (mode != "flat-from-measured") {
-    table.reject("mode", fmt::format("`{}` is not a way to start", mode),
+    table.reject("mode", fmt::format("`{}` is no start", mode),
                  "use `flat-from-measured`, `measured` or `flat`");
   }
   start.clearance_m = table.not_negative("clearance_mm") * mm;

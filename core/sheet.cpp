@@ -150,7 +150,7 @@ std::string ply_text(const Sheet& sheet) {
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
   if (read_text(ply) != ply_text(sheet)) {
     throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
-                    "make the sheet anew: both files belong together");
+                    "make the sheet again: both files belong together");
   }
 }
 

@@ -197,7 +197,7 @@ void DetectOptions::check() const {
   require(threads >= 1, "the number of threads is below 1");
   require(most_chi2_per_dof > 0, "the largest chi-square per degree of freedom is not positive");
   require(most_misfit > 0, "the largest misfit is not positive");
-  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered share is outside 0..1");
+  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered fraction is outside 0..1");
   require(most_one_sided > 0 && most_one_sided_px >= 0, "the one-sided limit is not positive");
   require(least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
   require(most_sigma_px > 0, "the largest standard deviation in px is not positive");

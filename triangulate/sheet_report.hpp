@@ -9,7 +9,7 @@
 
 namespace drape::triangulate {
 
-/// A mark on its way to the sheet.
+/// A mark that may become one of the sheet.
 struct Placed {
   Agreed agreed;
   double shape_shift_m = 0;

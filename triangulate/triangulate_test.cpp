@@ -134,8 +134,8 @@ Errors errors_of(const TriangulateOptions& options) {
   return errors;
 }
 
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+double quantile(const std::vector<double>& sorted, double fraction) {
+  return sorted[static_cast<std::size_t>(fraction * static_cast<double>(sorted.size() - 1))];
 }
 
 TEST(Triangulate, ReachesBench1sAccuracyFromTheCentroidsOfBentDots) {

@@ -98,7 +98,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
     csv.lines.push_back(number);
   }
   if (csv.names.empty()) {
-    throw bad_input("the file holds no column heads", {.file = file.string()},
+    throw bad_input("the file holds no column headers", {.file = file.string()},
                     "the first line names the columns with their units");
   }
   return csv;
@@ -107,7 +107,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
 Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
   const CsvText text = read_csv_text(file);
   if (text.names != names) {
-    throw bad_input(fmt::format("the column heads are `{}`", fmt::join(text.names, ",")),
+    throw bad_input(fmt::format("the column headers are `{}`", fmt::join(text.names, ",")),
                     {.file = file.string(), .line = text.head_line},
                     fmt::format("the first line must be `{}`: units are part of the names",
                                 fmt::join(names, ",")));

@@ -11,7 +11,7 @@ namespace drape {
 /// Columns of finite numbers, e.g. one Kawabata curve. `#` starts a comment line.
 struct Csv {
   std::filesystem::path file;
-  std::vector<std::string> names;            ///< column heads with units
+  std::vector<std::string> names;            ///< column headers with units
   std::vector<std::vector<double>> columns;  ///< columns[k][row]
   std::vector<int> lines;                    ///< 1-based line of each row
 };

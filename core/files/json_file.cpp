@@ -14,7 +14,7 @@ namespace drape {
 namespace {
 
 constexpr const char* kRemake =
-    "the file is written by drapebench: make it anew with the program that wrote it";
+    "the file is written by drapebench: make it again with the program that wrote it";
 
 bool is_plain_array(const Json& json) {
   if (!json.is_array()) return false;

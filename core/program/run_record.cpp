@@ -123,7 +123,7 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
            unchanged(folder_of(record), root, "inputs") &&
            unchanged(folder_of(record), root, "outputs");
   } catch (const Error&) {
-    return false;  // A damaged record proves nothing, so the step is made anew.
+    return false;  // A damaged record proves nothing, so the step is made again.
   }
 }
 

@@ -13,7 +13,7 @@
 namespace drape::detect {
 namespace {
 
-constexpr double kWindowShare = 0.25;  ///< of the distance to the nearest neighbour
+constexpr double kWindowFraction = 0.25;  ///< of the distance to the nearest neighbour
 constexpr int kLeastHalfWindow_px = 2;
 
 /// Corners by (row, col), with the places of their neighbours.
@@ -117,7 +117,7 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
     for (int col = 0; col < grid->cols; ++col) {
       const double spacing = grid->nearest_neighbour_px(row, col);
       const int half_window =
-          std::max(kLeastHalfWindow_px, static_cast<int>(std::lround(kWindowShare * spacing)));
+          std::max(kLeastHalfWindow_px, static_cast<int>(std::lround(kWindowFraction * spacing)));
       const auto point = find_corner_point(image, grid->at(row, col), half_window);
       if (!point) {
         frame.rejections.push_back({MarkId{row, col}, grid->at(row, col),
