@@ -62,7 +62,7 @@ TEST(Sources, CoreStaysSmall) {
     if (file.folder() == "core" && !file.is_test()) lines += file.lines.size();
   }
   EXPECT_GT(lines, 1000U);
-  EXPECT_LE(lines, max_core_lines) << "core holds only what two or more stages share";
+  EXPECT_LE(lines, max_core_lines) << "core holds only what two or more stages need";
 }
 
 TEST(Sources, EveryFileStartsWithItsLicence) {
