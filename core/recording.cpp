@@ -13,7 +13,8 @@ namespace {
 constexpr int kVersion = 1;
 
 RecordedFrame read_recorded_frame(const JsonNode& node) {
-  return {node.text("camera"),       node.text("file"),
+  static_cast<void>(name_inside({}, node.text("file"), node.where("file")));
+  return {node.name("camera"),       node.text("file"),
           node.text("sha256"),       node.integer("width_px"),
           node.integer("height_px"), node.optional_number("device_time_s")};
 }
@@ -52,7 +53,7 @@ Recording read_recording(const std::filesystem::path& folder) {
   const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
   Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
   for (const JsonNode& set : root.items("sets")) {
-    recording.sets.push_back({set.text("name"),
+    recording.sets.push_back({set.name("name"),
                               {},
                               set.optional_text("details_sha256"),
                               set.optional_number("motion_px"),

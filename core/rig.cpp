@@ -24,7 +24,7 @@ Eigen::Vector2d vector2_m(const TomlTable& table, const std::string& key) {
 
 RigCamera read_camera(const TomlTable& table) {
   RigCamera camera;
-  camera.name = table.text("name");
+  camera.name = table.name("name");
   camera.width_px = table.positive_integer("width_px");
   camera.height_px = table.positive_integer("height_px");
   const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
@@ -53,9 +53,9 @@ void read_cameras(const TomlTable& root, Rig& rig) {
 void read_calibration_plan(const TomlTable& root, Rig& rig) {
   const TomlTable plan = root.table("calibration");
   rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
-  if (plan.has("free_poses")) rig.free_poses = plan.texts("free_poses");
+  if (plan.has("free_poses")) rig.free_poses = plan.names("free_poses");
   for (const TomlTable& stage : plan.tables("stage")) {
-    rig.stages.push_back({stage.text("set"), stage.number("z_mm") * mm});
+    rig.stages.push_back({stage.name("set"), stage.number("z_mm") * mm});
   }
 }
 
@@ -139,7 +139,7 @@ Rig read_rig(const std::filesystem::path& path) {
   Rig rig;
   rig.file = std::filesystem::is_directory(path) ? path / "rig.toml" : path;
   const TomlTable root = TomlTable::open(rig.file, "rig");
-  rig.name = root.text("name");
+  rig.name = root.name("name");
   rig.target_file = root.file_path("target");
   rig.recording = root.file_path("recording");
   if (root.has("scenes") || root.has("print")) read_drapes(root, rig);

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -74,14 +75,12 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
   const std::string kind = root.text("kind");
   const JsonNode node = root.at("source");
   if (kind == "measured") {
-    std::vector<std::string> cameras;
-    for (const Json& name : node.at("cameras").raw()) cameras.push_back(name.get<std::string>());
-    return MeasuredSource{node.text("rig"), node.text("set"), cameras,
+    return MeasuredSource{node.text("rig"), node.name("set"), node.texts("cameras"),
                           node.text("calibration_sha256"), node.text("detections_sha256")};
   }
   if (kind != "simulated")
     root.reject("kind", fmt::format("a sheet is measured or simulated, not `{}`", kind));
-  return SimulatedSource{node.text("scene"),
+  return SimulatedSource{node.name("scene"),
                          node.text("fabric"),
                          node.text("scene_sha256"),
                          node.text("fabric_sha256"),
@@ -146,9 +145,15 @@ std::string ply_text(const Sheet& sheet) {
   return text;
 }
 
-/// The vertices of the PLY must be the marks of the JSON, else one of the two was swapped.
+/// The vertices of the PLY must be the marks of the JSON, in their order, else one of the two was
+/// swapped. Whoever wrote it may have rounded: six digits or 32 bits still hold a micrometre.
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
-  if (read_text(ply) != ply_text(sheet)) {
+  constexpr double kSame_m = 1e-6;
+  const MeshFile mesh = read_mesh_file(ply, true);
+  bool same = mesh.points.size() == sheet.marks.size();
+  for (std::size_t i = 0; same && i < sheet.marks.size(); ++i)
+    same = (mesh.points[i] * mm - sheet.marks[i].point_in_world).norm() < kSame_m;
+  if (!same) {
     throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
                     "make the sheet again: both files belong together");
   }

@@ -33,7 +33,8 @@ commands
   results                                the history in results.sqlite
 {more}
 `drape COMMAND --help` tells a command's options. All have --json, --quiet, --threads N, --version.
-exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal
+exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
+130 and 143 interrupted: what was finished is kept
 )";
 
 int run_command(int argc, char** argv) {
@@ -122,11 +123,11 @@ std::string more_commands() {
 int dispatch(int argc, char** argv) {
   const std::string command = argc < 2 ? "--help" : argv[1];
   if (command == "--help" || command == "-h" || command == "help") {
-    fmt::print(kHelp, fmt::arg("more", more_commands()));
+    print_text(fmt::format(kHelp, fmt::arg("more", more_commands())));
     return argc < 2 ? static_cast<int>(ErrorKind::usage) : 0;
   }
   if (command == "--version") {
-    fmt::print("drapebench {}\n", version());
+    print_text(fmt::format("drapebench {}\n", version()));
     return 0;
   }
   if (command == "run") return run_command(argc - 1, argv + 1);
@@ -141,10 +142,5 @@ int dispatch(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return dispatch(argc, argv);
-  } catch (const Error& error) {
-    fmt::print(stderr, "drape: error: {}\n", error.what());
-    return static_cast<int>(error.kind());
-  }
+  return run_guarded("drape", {}, [&] { return dispatch(argc, argv); });
 }

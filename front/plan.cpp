@@ -35,7 +35,10 @@ struct Bench {
 
 Step step(const std::string& stage, const std::string& what, std::vector<std::string> arguments,
           const fs::path& output, double weight = 1) {
-  return {stage, what, stage_program(stage), std::move(arguments), run_record_path(output), weight};
+  std::vector<fs::path> outputs = {output};
+  if (output.extension() == ".ply") outputs.push_back(fs::path(output).replace_extension(".json"));
+  return {stage,  what,   stage_program(stage), std::move(arguments), run_record_path(output),
+          weight, outputs};
 }
 
 std::string threads_text(const Bench& bench) {

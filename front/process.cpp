@@ -6,11 +6,14 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
@@ -28,6 +31,28 @@ struct Child {
   int output = -1;
   int progress = -1;
   std::string progress_rest;
+};
+
+volatile std::sig_atomic_t last_signal = 0;
+
+void remember(int signal) {
+  last_signal = signal;
+}
+
+/// Which content a file name stands for: it changes with every write and every replacement.
+struct Version {
+  ino_t inode = 0;
+  timespec changed{};
+
+  static Version of(const fs::path& file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0) return {};
+    return {status.st_ino, status.st_ctim};
+  }
+  bool operator==(const Version& other) const {
+    return inode == other.inode && changed.tv_sec == other.changed.tv_sec &&
+           changed.tv_nsec == other.changed.tv_nsec;
+  }
 };
 
 std::vector<char*> c_arguments(const fs::path& program, const std::vector<std::string>& arguments) {
@@ -59,6 +84,7 @@ Child start(const Step& step, std::size_t index) {
   const std::vector<char*> arguments = c_arguments(step.program, step.arguments);
   const std::string descriptor = std::to_string(progress[1]);
   const pid_t parent = ::getpid();
+  std::fflush(nullptr);
   const pid_t pid = ::fork();
   if (pid < 0) fail_to_start(step.program, errno);
   if (pid == 0) {
@@ -115,37 +141,81 @@ void serve(std::vector<Child>& children, std::vector<StepResult>& results,
   }
 }
 
-int wait_for(pid_t pid) {
+/// Waits for the process and puts its end into the result.
+void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepResult& result) {
   int status = 0;
   while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
-  fmt::print(stderr, "drape: error: a stage was ended by signal {}\n", WTERMSIG(status));
-  return static_cast<int>(ErrorKind::internal);
+  const std::string name = fmt::format("{} ({})", step.stage, step.what);
+  if (!WIFEXITED(status)) {
+    const int signal = WTERMSIG(status);
+    result.exit_code = 128 + signal;
+    result.fault = fmt::format("{} was ended by signal {} ({})", name, signal, ::strsignal(signal));
+    return;
+  }
+  result.exit_code = WEXITSTATUS(status);
+  constexpr int most = static_cast<int>(ErrorKind::internal);
+  if (result.exit_code > most)
+    result.fault =
+        fmt::format("{} ended with exit code {}, which no stage has", name, result.exit_code);
+  if (result.exit_code > 1) return;
+  for (std::size_t i = 0; i < step.outputs.size(); ++i) {
+    if (fs::is_regular_file(step.outputs[i]) && !(Version::of(step.outputs[i]) == before[i]))
+      continue;
+    result.fault = fmt::format("{} ended with exit code {} but did not write {}", name,
+                               result.exit_code, step.outputs[i].string());
+  }
 }
 
 }  // namespace
 
+Interrupts::Interrupts() {
+  struct sigaction action {};
+  action.sa_handler = &remember;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+Interrupts::~Interrupts() {
+  struct sigaction action {};
+  action.sa_handler = SIG_DFL;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+int Interrupts::signal() {
+  return last_signal;
+}
+
 std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
                                   const StepProgress& progress) {
   std::vector<StepResult> results(steps.size());
+  std::vector<std::vector<Version>> before;
+  for (const Step& step : steps) {
+    before.emplace_back();
+    for (const fs::path& output : step.outputs) before.back().push_back(Version::of(output));
+  }
   std::vector<Child> children;
   std::size_t next = 0;
-  bool failed = false;
+  bool failed = false, passed_on = false;
   while (!children.empty() || (next < steps.size() && !failed)) {
     while (!failed && next < steps.size() && static_cast<int>(children.size()) < at_once) {
       children.push_back(start(steps[next], next));
       ++next;
     }
     serve(children, results, progress);
+    if (const int signal = Interrupts::signal(); signal != 0 && !passed_on) {
+      for (const Child& child : children) ::kill(child.pid, signal);
+      failed = passed_on = true;
+    }
     for (std::size_t i = 0; i < children.size();) {
       if (children[i].output >= 0 || children[i].progress >= 0) {
         ++i;
         continue;
       }
       const std::size_t step = children[i].step;
-      results[step].exit_code = wait_for(children[i].pid);
-      failed = failed || results[step].exit_code > 1;
+      end(children[i].pid, steps[step], before[step], results[step]);
+      failed = failed || results[step].exit_code > 1 || !results[step].fault.empty();
       progress(step, 1.0, steps[step].what);
       children.erase(children.begin() + static_cast<std::ptrdiff_t>(i));
     }

@@ -16,19 +16,35 @@ struct Step {
   std::vector<std::string> arguments;
   std::filesystem::path record;  ///< run record that proves it up to date
   double weight = 1;             ///< share of the stage's time
+  /// What the step must have written when it ends with a verdict.
+  std::vector<std::filesystem::path> outputs = {};
 };
 
 struct StepResult {
   int exit_code = 0;
   std::string output;  ///< what it printed on standard output
+  std::string fault;   ///< why its end is none that a stage has; empty: it is one
 };
 
 /// Fraction (0..1) and text of one running step.
 using StepProgress =
     std::function<void(std::size_t step, double fraction, const std::string& what)>;
 
+/// While it lives, SIGINT and SIGTERM are remembered instead of ending the process.
+class Interrupts {
+ public:
+  Interrupts();
+  ~Interrupts();
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+
+  [[nodiscard]] static int signal();  ///< the last one; 0: none
+};
+
 /// Runs the steps, at most `at_once` at a time, in order of the list; after the first that ends
-/// with an exit code above 1 no further one is started. Errors of the programs go to stderr.
+/// with an exit code above 1, or a signal, no further one is started and those that run are waited
+/// for; a signal is passed on to them. Errors of the programs go to stderr. A step that ends with a
+/// verdict but has not written its outputs, or ends with a code that no stage has, has a fault.
 /// The children die with this process, so a killed run leaves no writer behind.
 [[nodiscard]] std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
                                                 const StepProgress& progress);

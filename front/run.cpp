@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "front/run.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -20,39 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Held while a run works on its output folder; the system frees it when the process dies.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder) {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    const fs::path file = folder / ".lock";
-    fd_ = failed ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd_ < 0) {
-      throw bad_input("cannot write into the output folder", {.file = folder.string()},
-                      "check the path and its permissions, or give another with --out");
-    }
-    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      throw bad_input("another `drape run` works on this folder", {.file = folder.string()},
-                      "wait for it to end, or give another folder with --out");
-    }
-  }
-  ~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int fd_ = -1;
-};
-
 /// The end of one step, as it is told to people and kept for --json.
 struct StepEnding {
   Step step;
   int exit_code = 0;
   bool made = false;  ///< false: was up to date
-  std::string sentence;
+  std::string text;   ///< what the program printed for people
 };
 
 /// Draws one line for all running steps of a stage.
@@ -64,18 +36,18 @@ class StageProgress {
 
   void already_done(const Step& step) {
     done_ += step.weight;
-    ++ended_;
+    ended_.insert(step.what);
   }
 
   void update(const Step& step, double fraction, const std::string& what) {
     fractions_[step.what] = fraction * step.weight;
-    if (fraction >= 1) ++ended_;
+    if (fraction >= 1) ended_.insert(step.what);
     double sum = done_;
     for (const auto& [name, share] : fractions_) sum += share;
     const std::string detail =
         fraction >= 1 || what == step.what ? step.what : step.what + ", " + what;
-    progress_.update(sum / total_,
-                     fmt::format("{} ({} of {} done)", detail, ended_, group_->steps.size()));
+    progress_.update(sum / total_, fmt::format("{} ({} of {} done)", detail, ended_.size(),
+                                               group_->steps.size()));
   }
 
  private:
@@ -83,7 +55,7 @@ class StageProgress {
   Progress progress_;
   double total_ = 0;
   double done_ = 0;
-  std::size_t ended_ = 0;
+  std::set<std::string> ended_;
   std::map<std::string, double> fractions_;
 };
 
@@ -98,61 +70,66 @@ std::string sentence_of_text(const std::string& output) {
   return {};
 }
 
-std::string sentence_of(const std::string& output) {
+/// The stage's own ending, or, of a stage of another lab that keeps none, what it printed.
+std::string ending_of(const Step& step, const std::string& output) {
+  const fs::path kept = ending_path(step.record);
+  if (fs::is_regular_file(kept)) return read_text(kept);
   const Json json = Json::parse(output, nullptr, false);
-  if (json.is_discarded()) return sentence_of_text(output);
-  if (!json.contains("sentence") || !json["sentence"].is_string()) return {};
-  return json["sentence"].get<std::string>();
-}
-
-/// Where a step's standard output is kept, so that a run without work can show it again.
-fs::path ending_file(const Step& step) {
-  fs::path file = step.record;
-  return file.replace_extension().replace_extension(".ending.txt");
-}
-
-bool can_skip(const Step& step) {
-  return fs::is_regular_file(ending_file(step)) &&
-         is_up_to_date(step.record, step.program, step.arguments);
+  if (!json.is_object() || !json.contains("sentence") || !json["sentence"].is_string())
+    return output;
+  return fmt::format("{}: {}\n", json.value("verdict", "GO"), json["sentence"].get<std::string>());
 }
 
 void print_ending(const StepEnding& ending, const CommonOptions& common) {
   if (common.quiet || common.json) return;
   const char* state = !ending.made ? "up to date" : ending.exit_code == 0 ? "done" : "NO-GO";
-  fmt::print("{:<12} {:<24} {:<10}  {}\n", ending.step.stage, ending.step.what, state,
-             ending.sentence);
-  std::fflush(stdout);
+  print_text(printable(fmt::format("{:<12} {:<24} {:<10}  {}\n", ending.step.stage,
+                                   ending.step.what, state, sentence_of_text(ending.text))));
 }
 
-std::vector<StepEnding> run_group(const Group& group, const CommonOptions& common) {
-  std::vector<StepEnding> endings(group.steps.size());
+/// The endings of all steps that came to a verdict, and why it stopped where one did not.
+struct GroupResult {
+  std::vector<StepEnding> endings;
+  int exit_code = 0;  ///< above 1: of the first step that failed
+  std::string fault;
+};
+
+GroupResult run_group(const Group& group, const CommonOptions& common) {
+  std::vector<std::optional<StepEnding>> endings(group.steps.size());
   std::vector<Step> to_do;
   std::vector<std::size_t> index;
   StageProgress progress(group, common.quiet || common.json);
   for (std::size_t i = 0; i < group.steps.size(); ++i) {
     const Step& step = group.steps[i];
-    endings[i].step = step;
-    if (!can_skip(step)) {
+    if (!is_up_to_date(step.record, step.program, step.arguments)) {
+      // As the stage itself does; one of another lab may not.
+      remove_durable(step.record);
+      remove_durable(ending_path(step.record));
       to_do.push_back(step);
       index.push_back(i);
       continue;
     }
-    endings[i].exit_code = recorded_exit_code(step.record);
-    endings[i].sentence = sentence_of(read_text(ending_file(step)));
+    endings[i] = {step, recorded_exit_code(step.record), false, ending_of(step, {})};
     progress.already_done(step);
   }
   const std::vector<StepResult> results = run_steps(
       to_do, group.at_once, [&](std::size_t step, double fraction, const std::string& what) {
         progress.update(to_do[step], fraction, what);
       });
+  GroupResult result;
   for (std::size_t k = 0; k < results.size(); ++k) {
-    StepEnding& ending = endings[index[k]];
-    ending.made = true;
-    ending.exit_code = results[k].exit_code;
-    ending.sentence = sentence_of(results[k].output);
-    if (ending.exit_code <= 1) write_durable(ending_file(ending.step), results[k].output);
+    const bool verdict = results[k].exit_code <= 1 && results[k].fault.empty();
+    if (verdict) {
+      endings[index[k]] = {to_do[k], results[k].exit_code, true,
+                           ending_of(to_do[k], results[k].output)};
+    } else if (result.exit_code <= 1) {
+      result.exit_code = std::max(results[k].exit_code, 2);
+      result.fault = results[k].fault;
+    }
   }
-  return endings;
+  for (const auto& ending : endings)
+    if (ending) result.endings.push_back(*ending);
+  return result;
 }
 
 Json json_of(const StepEnding& ending) {
@@ -161,7 +138,7 @@ Json json_of(const StepEnding& ending) {
   json["what"] = ending.step.what;
   json["made"] = ending.made;
   json["exit_code"] = ending.exit_code;
-  json["sentence"] = ending.sentence;
+  json["sentence"] = sentence_of_text(ending.text);
   return json;
 }
 
@@ -173,7 +150,6 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
     made += ending.made;
     go = go && ending.exit_code == 0;
   }
-  const std::string tables = read_text(ending_file(endings.back().step));
   if (common.json) {
     Json json;
     json["verdict"] = go ? "GO" : "NO-GO";
@@ -181,10 +157,10 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
     for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
     json["report"] = plan.report.string();
     json["store"] = plan.store.string();
-    fmt::print("{}", pretty(json));
+    print_text(pretty(json));
     return go ? 0 : 1;
   }
-  if (!common.quiet) fmt::print("\n{}\n", tables);
+  if (!common.quiet) print_text(printable("\n" + endings.back().text + "\n"));
   Ending ending;
   ending.go = go;
   ending.verdict =
@@ -200,14 +176,21 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
 
 int run_bench(const RunOptions& options, const CommonOptions& common) {
   const Plan plan = make_plan(options);
-  const FolderLock lock(plan.out);
+  const WriterLock lock(plan.out / ".lock", "another `drape run` works on this folder");
+  const Interrupts interrupts;
   std::vector<StepEnding> endings;
   for (const Group& group : plan.groups) {
-    for (const StepEnding& ending : run_group(group, common)) {
-      if (ending.exit_code > 1) return ending.exit_code;
-      print_ending(ending, common);
-      endings.push_back(ending);
+    const GroupResult result = run_group(group, common);
+    for (const StepEnding& ending : result.endings) print_ending(ending, common);
+    if (const int signal = Interrupts::signal(); signal != 0) {
+      fmt::print(stderr, "drape: interrupted: what was finished is kept, run again to go on\n");
+      return 128 + signal;
     }
+    if (!result.fault.empty())
+      throw Error(ErrorKind::internal, result.fault, {},
+                  "see what it printed above; run again, steps that were finished are kept");
+    if (result.exit_code > 1) return result.exit_code;
+    endings.insert(endings.end(), result.endings.begin(), result.endings.end());
   }
   return conclude(plan, endings, common);
 }

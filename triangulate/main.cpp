@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     options.check();
     options.threads = thread_count(common);
-    RunRecord record("drape-triangulate", arguments_of(argc, argv));
+    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out));
     record.input(detections_file);
     record.input(calibration_file);
     TriangulateResult result = drape::triangulate::triangulate(
@@ -79,8 +79,6 @@ int main(int argc, char** argv) {
     record.output(fs::path(out).replace_extension(".ply"));
     record.output(fs::path(out).replace_extension(".json"));
     note_options(record, options, set);
-    const int code = finish(ending_of(result, options, out), common);
-    record.write(run_record_path(out), code);
-    return code;
+    return finish(ending_of(result, options, out), common, record);
   });
 }

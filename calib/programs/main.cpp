@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
     options.check();
     options.lens = lens_named(lens);
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-calib", arguments_of(argc, argv));
+    RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(out));
     const Rig rig = read_rig(rig_file);
     record.input(rig.file);
     record.input(rig.target_file);
@@ -68,8 +68,6 @@ int main(int argc, char** argv) {
     note_options(record, options.common, method);
     record.option("lens", lens);
     note_joint_options(record, options);
-    const int code = finish(ending, common);
-    record.write(run_record_path(out), code);
-    return code;
+    return finish(ending, common, record);
   });
 }

@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "compare/meshes/mesh_file.hpp"
 #include "core/error.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 

@@ -196,7 +196,7 @@ TEST(Branches, AreFoundBelowTheDrapeStoredOnceAndVerified) {
     Outcome outcome;
     compare_session(session, {}, outcome);
     const ImportCounts counts = import_session(store, session, outcome);
-    seal_store(store, files_of(session));
+    seal_store(StoreLock(store, StoreLock::Kind::alone), store, files_of(session));
     return counts;
   };
   EXPECT_EQ(import().added, 2);

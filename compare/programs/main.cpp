@@ -41,7 +41,9 @@ void add_options(Command& app, Arguments& arguments) {
 
 int run(Arguments& arguments, const CommonOptions& common,
         const std::vector<std::string>& command) {
-  RunRecord record("drape-compare", command);
+  const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
+  RunRecord record("drape-compare", command,
+                   primary.empty() ? std::filesystem::path() : run_record_path(primary));
   arguments.options.max_sigma_ratio = arguments.max_sigma_percent / 100;
   arguments.options.check();
   Progress progress("compare", common.quiet || common.json);
@@ -55,7 +57,9 @@ int run(Arguments& arguments, const CommonOptions& common,
   outcome.arguments = command;
   compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
+  std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {
+    lock.emplace(arguments.store, StoreLock::Kind::alone);
     outcome.stored = import_session(arguments.store, session, outcome);
     record.output(arguments.store);
   }
@@ -64,14 +68,12 @@ int run(Arguments& arguments, const CommonOptions& common,
     for (const auto& file : write_report(arguments.report, session, outcome)) record.output(file);
   }
   progress.update(1, "done");
-  const int code = outcome.go() ? 0 : 1;
-  const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
-  if (!primary.empty()) record.write(run_record_path(primary), code);
   if (!arguments.store.empty()) {
     std::vector<std::filesystem::path> files = files_of(session);
-    if (!arguments.report.empty()) files.push_back(arguments.report);
-    seal_store(arguments.store, files);
+    files.insert(files.end(), record.outputs().begin(), record.outputs().end());
+    seal_store(*lock, arguments.store, files, record.file());
   }
+  record.write(outcome.go() ? 0 : 1, ending_text(session, outcome));
   return print_ending(session, outcome, common);
 }
 

@@ -7,7 +7,9 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/history/signature.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
@@ -35,7 +37,7 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
   }
   if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
   if (!arguments.file.empty()) return write_durable(arguments.file, text);
-  fmt::print("{}", text);
+  print_text(json || csv ? text : printable(text));
 }
 
 void add_filters(Command* command, ResultFilter& filter) {
@@ -60,8 +62,9 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   const Session session = read_session(sheets_in(arguments.sheets), calibration);
   Outcome outcome;
   compare_session(session, {}, outcome);
+  const StoreLock lock(arguments.store, StoreLock::Kind::alone);
   const ImportCounts counts = import_session(arguments.store, session, outcome);
-  seal_store(arguments.store, files_of(session));
+  seal_store(lock, arguments.store, files_of(session));
   Ending ending;
   ending.verdict =
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
@@ -70,8 +73,32 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   return finish(ending, common);
 }
 
+int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
+  const Rescue result = rescue_store(arguments.damaged, arguments.store);
+  Ending ending;
+  ending.go = result.lost.empty();
+  ending.verdict = fmt::format("{} entries rescued, {} lost", result.kept, result.lost.size());
+  ending.numbers = {{"store", arguments.store}};
+  for (const std::string& lost : result.lost) ending.rejected.push_back("lost: " + lost);
+  ending.next_command = ending.go ? "drape results list --store " + arguments.store
+                                  : "import the sheets of what is lost again";
+  return finish(ending, common);
+}
+
+int sign(const ResultsArguments& arguments, const CommonOptions& common) {
+  sign_seal(arguments.store, arguments.signing_key);
+  Ending ending;
+  ending.verdict = "the seal is signed";
+  ending.numbers = {{"signature", seal_path(arguments.store).replace_extension(".sig").string()}};
+  ending.next_command =
+      fmt::format("drape results verify --store {} --key PUBLIC.pem", arguments.store);
+  return finish(ending, common);
+}
+
 int verify(const ResultsArguments& arguments, const CommonOptions& common) {
-  const Verification result = verify_store(arguments.store, !arguments.no_recompute);
+  Verification result = verify_store(arguments.store, !arguments.no_recompute);
+  if (!arguments.signing_key.empty() && !is_signed(arguments.store, arguments.signing_key))
+    result.findings.emplace_back("the seal is not the one that was signed");
   Ending ending;
   ending.go = result.findings.empty();
   ending.verdict =
@@ -101,15 +128,21 @@ int trend(const StoreReader& reader, const ResultsArguments& arguments,
 
 void history(const StoreReader& reader, const ResultsArguments& arguments) {
   const std::string page = history_page(reader, arguments.trend);
-  arguments.file.empty() ? fmt::print("{}", page) : write_durable(arguments.file, page);
+  arguments.file.empty() ? print_text(page) : write_durable(arguments.file, page);
 }
 
 void export_store(const StoreReader& reader, const ResultsArguments& arguments,
                   const CommonOptions& common) {
+  const LedgerCheck ledger = check_ledger(reader);
+  if (!ledger.findings.empty())
+    throw bad_input(
+        "rows of the results store are not as they were written: " + ledger.findings.front(),
+        {.file = arguments.store},
+        "see `drape results verify`; `drape results rescue` keeps what is whole");
   if (arguments.format != "sql")
     return write(arguments, common, {export_table(reader, arguments.table)});
   const std::string dump = dump_sql(reader);
-  arguments.file.empty() ? fmt::print("{}", dump) : write_durable(arguments.file, dump);
+  arguments.file.empty() ? print_text(dump) : write_durable(arguments.file, dump);
 }
 
 void add_reading(Command& app, ResultsArguments& arguments) {
@@ -166,6 +199,15 @@ void add_judging(Command& app, ResultsArguments& arguments) {
                   "of a calibration: the residual of this camera");
   Command* verify = app.add_subcommand(
       "verify", "finds every altered byte, row and option; exit code 1 when there is one");
+  verify->add_option("--key", arguments.signing_key,
+                     "Ed25519 public key (PEM): the seal must be signed with its private key");
+  Command* sign = app.add_subcommand("sign", "signs the seal, so that nobody else can make one");
+  sign->add_option("--key", arguments.signing_key, "Ed25519 private key (PEM)")->required();
+  Command* rescue = app.add_subcommand(
+      "rescue",
+      "a new store (--store) of all that is whole in a damaged one; exit code 1 when "
+      "something is lost");
+  rescue->add_option("DAMAGED", arguments.damaged, "the damaged store")->required();
   verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");
   Command* import = app.add_subcommand("import",
                                        "adds sheets, or every sheet below a folder, as drape run "
@@ -190,6 +232,8 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   const std::string command = app.chosen()->name();
   if (command == "import") return import_files(arguments, common);
   if (command == "verify") return verify(arguments, common);
+  if (command == "rescue") return rescue(arguments, common);
+  if (command == "sign") return sign(arguments, common);
   const StoreReader reader(arguments.store);
   if (command == "why") return why(reader, arguments, common);
   if (command == "trend") return trend(reader, arguments, common);

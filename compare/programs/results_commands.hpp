@@ -15,7 +15,7 @@ namespace drape::compare {
 /// Everything that drape-results can be asked.
 struct ResultsArguments {
   std::string store = "results.sqlite", key, second_key, metric, format, sql, file;
-  std::filesystem::path calibration = {};
+  std::filesystem::path calibration = {}, signing_key = {}, damaged = {};
   std::string table = "v_real_vs_virtual";
   std::string published;  ///< published.csv; empty: the store's own tables
   std::vector<int> mark;  ///< row and column, or empty

@@ -256,7 +256,7 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
       "{3}. Pictures and marks below belong to the best simulation, {4}.</p>\n",
       xml(report.name), xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).set),
       xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig),
-      xml(simulation.source().fabric), simulation.label());
+      xml(simulation.source().fabric), xml(simulation.label()));
   text += facts(drape.input, report);
   text += viewer_figure(report.name, drape.input, best);
   text += html_figure(figures.sheet);

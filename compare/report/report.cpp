@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "compare/report/figures.hpp"
 #include "compare/report/html.hpp"
@@ -34,8 +35,10 @@ std::vector<Figure> overlays_of(const DrapeFiles& drape, const Report& report,
     if (frame.set != set) continue;
     std::vector<unsigned char> preview;
     if (frame.preview_file) {
-      const fs::path file = drape.detections_file.parent_path() / *frame.preview_file;
-      if (fs::is_regular_file(file)) preview = read_bytes(file);
+      const fs::path folder_of_it = drape.detections_file.parent_path();
+      const Where where{.file = drape.detections_file.string(), .field = "preview_file"};
+      if (fs::is_regular_file(name_inside(folder_of_it, *frame.preview_file, where)))
+        preview = read_inside(folder_of_it, *frame.preview_file, where);
     }
     figures.push_back(overlay_figure(report.name, frame, preview, calibrated(session, frame.camera),
                                      drape.input, report.real_virtual[*report.best]));
@@ -176,11 +179,23 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   csv("-model-changes.csv", variant_effect_table(*drape.error_split));
 }
 
-/// Drape names become file names: anything but letters, digits, `-` and `_` is replaced.
-Report with_safe_name(Report report) {
+/// Drape names become file names: anything but letters, digits, `-` and `_` is replaced, and what
+/// is the same then gets a number.
+Report with_safe_name(Report report, std::set<std::string>& taken) {
   for (char& c : report.name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
+  const std::string base = report.name;
+  for (int n = 2; !taken.insert(report.name).second; ++n)
+    report.name = fmt::format("{}_{}", base, n);
   return report;
+}
+
+std::string sha256_base64(const std::string& text) {
+  const std::string hex = sha256_of(std::string_view(text));
+  std::vector<unsigned char> bytes;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    bytes.push_back(static_cast<unsigned char>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  return base64(bytes);
 }
 
 }  // namespace
@@ -190,6 +205,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::vector<fs::path> written;
   std::string drapes;
+  std::set<std::string> taken;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
     if (!report.best) {
@@ -198,7 +214,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
                   html_surfaces(session.drapes[i].input, report) + "</section>\n";
       continue;
     }
-    const Report safe = with_safe_name(report);
+    const Report safe = with_safe_name(report, taken);
     const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
     drapes += html_drape(session.drapes[i], report, session, figures);
     write_exports(folder / file.stem(), session.drapes[i], safe, figures, written);
@@ -206,17 +222,26 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   for (const VirtualGroup& group : outcome.groups)
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
               html_table(virtual_group_table(group)) + "</section>\n";
+  // Nothing but the viewer's own scripts may run, and nothing is fetched.
+  std::string scripts, policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+  if (drapes.find("class=\"turn\"") != std::string::npos) {
+    policy += "; script-src";
+    for (const std::string& script : viewer_scripts()) {
+      policy += " 'sha256-" + sha256_base64(script) + "'";
+      scripts += "<script>" + script + "</script>\n";
+    }
+  }
   const std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+      policy +
+      "\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
       "<title>Real and virtual drapes: " +
       std::string(outcome.go() ? "GO" : "NO-GO") + "</title>\n<style>" + html_style() +
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
       overview_part(session, outcome) + drapes + html_provenance(session, outcome, folder) +
-      "</main>\n" +
-      (drapes.find("class=\"turn\"") != std::string::npos ? viewer_script() : std::string()) +
-      "</body>\n</html>\n";
+      "</main>\n" + scripts + "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);
   return written;

@@ -320,6 +320,11 @@ fs::path prepare_folder(const fs::path& file) {
   return file;
 }
 
+const fs::path& replaceable(const fs::path& file) {
+  if (!fs::is_symlink(file)) require_replaceable(file);
+  return file;
+}
+
 bool is_busy(const SQLite::Exception& exception) {
   const int code = exception.getErrorCode() & 0xFF;
   return code == SQLITE_BUSY || code == SQLITE_LOCKED;
@@ -332,7 +337,7 @@ struct Store::Connection {
   SQLite::Database database;
 
   explicit Connection(const fs::path& path)
-      : file(prepare_folder(path)),
+      : file(prepare_folder(replaceable(path))),
         database(path.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms) {
     const bool complete = is_complete();
     // The mode is kept in the file; asking again would need the write lock for nothing.

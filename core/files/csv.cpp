@@ -122,6 +122,20 @@ Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& 
   return csv;
 }
 
+std::string csv_cell(const std::string& text) {
+  std::string cell = text;
+  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos) {
+    const char* begin = text.data() + (text.front() == '+' ? 1 : 0);
+    const char* end = text.data() + text.size();
+    double number = 0;
+    if (std::from_chars(begin, end, number).ptr != end) cell.insert(cell.begin(), '\'');
+  }
+  if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
+  std::string quoted = "\"";
+  for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 std::string csv_text(const std::vector<std::string>& names,
                      const std::vector<std::vector<double>>& columns) {
   std::string text = fmt::format("{}\n", fmt::join(names, ","));

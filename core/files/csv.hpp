@@ -43,4 +43,8 @@ struct CsvText {
 [[nodiscard]] std::string csv_text(const std::vector<std::string>& names,
                                    const std::vector<std::vector<double>>& columns);
 
+/// One cell: quoted where it must be. Text that a spreadsheet would run as a formula (= + - @ in
+/// front of something that is no number) gets an apostrophe in front.
+[[nodiscard]] std::string csv_cell(const std::string& text);
+
 }  // namespace drape

@@ -2,6 +2,7 @@
 #include "core/files/toml_file.hpp"
 
 #define TOML_EXCEPTIONS 1
+#define TOML_ASSERT(condition) static_cast<void>(0)  // A file must not end a debug build.
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
@@ -70,7 +71,8 @@ std::optional<double> finite(const toml::node& node) {
 
 std::optional<int> whole(const toml::node& node) {
   const std::optional<std::int64_t> value = node.value_exact<std::int64_t>();
-  if (!value || std::abs(*value) > std::numeric_limits<int>::max()) return std::nullopt;
+  constexpr std::int64_t most = std::numeric_limits<int>::max();
+  if (!value || *value > most || *value < -most) return std::nullopt;
   return static_cast<int>(*value);
 }
 
@@ -149,6 +151,18 @@ std::string TomlTable::text(const std::string& key) const {
   const std::optional<std::string> value = state_->need(key).value_exact<std::string>();
   if (!value) wrong(*this, key, "a text in quotes");
   return *value;
+}
+
+std::string TomlTable::name(const std::string& key) const {
+  const std::string found = text(key);
+  require_plain_name(found, state_->where(key));
+  return found;
+}
+
+std::vector<std::string> TomlTable::names(const std::string& key) const {
+  const std::vector<std::string> found = texts(key);
+  for (const std::string& one : found) require_plain_name(one, state_->where(key));
+  return found;
 }
 
 std::string TomlTable::text_or(const std::string& key, const std::string& otherwise) const {

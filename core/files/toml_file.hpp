@@ -27,6 +27,8 @@ class TomlTable {
   [[nodiscard]] int positive_integer(const std::string& key) const;
   [[nodiscard]] bool boolean_or(const std::string& key, bool otherwise) const;
   [[nodiscard]] std::string text(const std::string& key) const;
+  /// A text that can be one component of a path (require_plain_name).
+  [[nodiscard]] std::string name(const std::string& key) const;
   [[nodiscard]] std::string text_or(const std::string& key, const std::string& otherwise) const;
   /// Array of exactly `count` finite numbers; any length when count is 0.
   [[nodiscard]] std::vector<double> numbers(const std::string& key, std::size_t count = 0) const;
@@ -35,6 +37,7 @@ class TomlTable {
   [[nodiscard]] std::vector<std::vector<int>> integer_rows(const std::string& key,
                                                            std::size_t width) const;
   [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
+  [[nodiscard]] std::vector<std::string> names(const std::string& key) const;
   /// A file named in this file, relative to it.
   [[nodiscard]] std::filesystem::path file_path(const std::string& key) const;
   [[nodiscard]] std::filesystem::path beside(const std::string& relative) const;

@@ -9,6 +9,7 @@
 namespace drape {
 
 class Command;
+class RunRecord;
 
 /// Options that every program has.
 struct CommonOptions {
@@ -33,8 +34,22 @@ struct Ending {
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
-/// Parses, runs, and turns every Error into one message and its exit code. Never throws.
+/// The same as the last act of a step: the ending and the record are kept before it is printed.
+int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record);
+
+/// The ending as people read it.
+[[nodiscard]] std::string text_of(const Ending& ending);
+
+/// Prints to standard output; throws Error(internal) when that cannot be written.
+void print_text(const std::string& text);
+
+/// Parses, runs, and turns every Error into one message and its exit code. Never throws. SIGINT and
+/// SIGTERM end the program with 130 and 143 and a sentence; what is written by then is whole.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
+                const std::function<int()>& body);
+
+/// What run_program does around a body that has no command line of its own.
+int run_guarded(const std::string& name, const CommonOptions& options,
                 const std::function<int()>& body);
 
 /// Arguments without the program's name, for the run record.

@@ -46,9 +46,7 @@ int write(const PrintedPage& printed, const Arguments& given, const CommonOption
   ending.next_command =
       "print at 100 %, measure the check length on paper or cloth, and correct pitch_mm when it "
       "differs";
-  const int code = finish(ending, common);
-  record.write(run_record_path(pdf), code);
-  return code;
+  return finish(ending, common, record);
 }
 
 }  // namespace
@@ -66,7 +64,8 @@ int main(int argc, char** argv) {
   add_options(*cloth, given, "print.toml of the patch");
   add_options(*target, given, "target.toml");
   return run_program(app, argc, argv, common, [&] {
-    RunRecord record("drape-print", arguments_of(argc, argv));
+    RunRecord record("drape-print", arguments_of(argc, argv),
+                     run_record_path(fs::path(given.out).replace_extension(".pdf")));
     const PrintedPage printed = cloth->parsed()
                                     ? page_of(read_print(given.description), given.options)
                                     : page_of(read_target(given.description),

@@ -23,7 +23,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     throw usage_error("SCENE or --out is missing", "give both");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
-  RunRecord record("drape-branches", std::move(words));
+  RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json");
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "static";
   args.options.threads = thread_count(common);
@@ -54,8 +54,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
       "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
       "--store results.sqlite --report report.html",
       args.out.string());
-  record.write(args.out / "branches.run.json", ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Arguments : RunArguments {
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.validate) return run_checks(common);
   require_scene_and_out(args.scene, args.out);
-  RunRecord record("drape-simulate", std::move(words));
+  RunRecord record("drape-simulate", std::move(words), run_record_path(args.out / "sheet.ply"));
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
   args.options.mass = args.mass == "paper" ? MassRule::paper : MassRule::area;
@@ -43,9 +43,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
         sha256_of_file(fs::path(*args.start).replace_extension(".json"));
   }
   write_outputs(args.out, result, args.options, record);
-  const Ending ending = ending_of(result, args.out);
-  record.write(run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending_of(result, args.out), common, record);
 }
 
 }  // namespace
