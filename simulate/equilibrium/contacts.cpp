@@ -251,8 +251,8 @@ void StaticContacts::add_forces(const Field& position, Field& force) const {
   }
 }
 
-/// Where a free particle is caught on a straight way that ends in a body, or beyond it: in the
-/// latter case, and where it would come out on the other side, as it enters. A way round an edge
+/// Where a free particle is caught on a straight path that ends in a body, or beyond it: in the
+/// latter case, and where it would come out on the other side, as it enters. A path round an edge
 /// is free.
 std::optional<Vector3d> StaticContacts::caught(int shape, const Vector3d& start,
                                                const Vector3d& end, double deep_m) const {

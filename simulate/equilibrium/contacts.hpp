@@ -49,7 +49,7 @@ class StaticContacts {
 
   /// From here on refresh() leaves the points between particles where they are.
   void keep_points() { seeks_points_ = false; }
-  /// Finds the points between particles anew; those that keep on touching keep their spring.
+  /// Finds the points between particles again; those that keep on touching keep their spring.
   void refresh(const Field& position);
   enum class Limits { follow, keep };
   /// Starts a step: which particles are within `watch_m`, friction's limits and anchors. Limits are
@@ -88,7 +88,7 @@ class StaticContacts {
   /// Takes the quadratic model at another place of the same step, until restore().
   void relinearise(const Field& position);
   void restore() { contacts_.swap(before_); }
-  /// Lifts particles that a straight way put into a surface or through a body.
+  /// Lifts particles that a straight path put into a surface or through a body.
   void retract(const Field& from, Field& to) const;
 
   /// Moves the resting forces of particles and pins to where they hold exactly.
@@ -126,7 +126,7 @@ class StaticContacts {
     bool anchored = false, slips = false;
     double limit = 0;   ///< of friction in this step (N)
     double taken = 0;   ///< that limit as a part of what the pressing force allows
-    double slip_m = 0;  ///< way slid in the last step
+    double slip_m = 0;  ///< distance slid in the last step
     Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step

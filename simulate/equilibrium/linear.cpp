@@ -77,9 +77,9 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
   return true;
 }
 
-/// Solves with the factor just made of the matrix. In single precision a soft way may come out too
-/// short; the energy that the matrix gives it shows that, and conjugate gradients mend it. False
-/// when they do not.
+/// Solves with the factor just made of the matrix. In single precision a soft displacement may come
+/// out too short; the energy that the matrix gives it shows that, and conjugate gradients mend it.
+/// False when they do not.
 bool StaticSolver::solve_by_factor(StaticReport& report) {
   const VectorXd right = step_;
   factor_.solve(step_);

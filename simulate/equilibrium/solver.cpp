@@ -13,30 +13,30 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDeep = 1e-6;         // m; deeper entries are caught before the step is taken
-constexpr double kFaster = 0.5;        // residual over that before, else the old factor is too old
-constexpr double kStepCap = 0.5;       // of the spacing; longest way of a particle in a step
-constexpr double kPinStep = 0.5;       // of that cap; way of a pin between two steps
-constexpr double kWatch = 3;           // of that cap; nearer particles are watched during a step
-constexpr double kShrink = 4;          // of mu, by a failed step
-constexpr double kRestartMu = 10;      // 1/s^2; after an indefinite matrix
-constexpr double kFoldedMu = 100;      // 1/s^2; above, a finer grid's sheet is compressed
-constexpr double kNewtonMu = 1;        // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 1e-2;      // residual below which points between particles are found
-constexpr double kSettledOnFiner = 1;  // the same on a finer grid, which starts near its rest
-constexpr double kNearRest = 0.1;      // residual below which contacts are made rigid
+constexpr double kDeep = 1e-6;     // m; deeper entries are caught before the step is taken
+constexpr double kFaster = 0.5;    // residual over that before, else the old factor is too old
+constexpr double kStepCap = 0.5;   // of the spacing; longest displacement of a particle in a step
+constexpr double kPinStep = 0.5;   // of that cap; way of a pin between two steps
+constexpr double kWatch = 3;       // of that cap; nearer particles are watched during a step
+constexpr double kShrink = 4;      // of mu, by a failed step
+constexpr double kRestartMu = 10;  // 1/s^2; after an indefinite matrix
+constexpr double kFoldedMu = 100;  // 1/s^2; above, a finer grid's sheet is compressed
+constexpr double kNewtonMu = 1;    // 1/s^2; below, mu becomes 0
+constexpr double kSettled = 1e-2;  // residual below which points between particles are found
+constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
+constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
 constexpr double kStiffOnFiner = 1;      // residual below which its contacts are made stiffer too
-constexpr double kFarForPoints = 50e-6;  // m; way after which points are found anew, as in Motion
+constexpr double kFarForPoints = 50e-6;  // m; path after which points are found again, as in Motion
 constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // Moving these points changes the potential, and where one comes and goes the sheet may follow it
-// to and fro. So late in the run, and where it has not come lower since it last was found anew,
-// that happens ever more seldom.
+// back and forth. So late in the run, and where it has not come lower since it last was found
+// again, that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
 constexpr int kSearches = 3;         // for points between particles near rest; then they stay
 constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
-constexpr int kStates = 20;          // of friction, tried for a first-order way
+constexpr int kStates = 20;          // of friction, tried for a first-order displacement
 constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
 constexpr int kStagnation = 50;      // iterations without progress after which a run ends
 constexpr double kLess = 0.9;        // of the least residual so far: progress
@@ -285,7 +285,7 @@ StaticReport StaticSolver::solve() {
   if (!options_.paced) contacts_.let_yield();
   double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
   bool fresh = true;  // points between particles are those of this position
-  double least_j = std::numeric_limits<double>::infinity();  // where they were found anew
+  double least_j = std::numeric_limits<double>::infinity();  // where they were found again
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {
     const bool pins_move = contacts_.carry_pins(position, kPinStep * cap_m_);

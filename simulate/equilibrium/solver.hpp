@@ -62,14 +62,14 @@ struct StaticReport {
 
 /// Finds an equilibrium of a sheet. Each iteration is a step of implicit pseudo-time (backward
 /// Euler without inertia): one Newton iteration on the potential of cloth, gravity, contact and
-/// friction plus mu / 2 times mass times way squared, taken only when it lowers that potential. So
-/// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
-/// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
-/// Hessian is tried first, but in the first steps of a finer grid; where it is indefinite the
-/// element-wise convex one takes its place.
-/// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
-/// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
-/// of a spacing. Late steps of a finer grid take friction's limits from where they end.
+/// friction plus mu / 2 times mass times displacement squared, taken only when it lowers that
+/// potential. So the energy falls from step to step by at least what friction takes. mu falls as
+/// the quadratic model proves true, to zero near the equilibrium, where this is Newton's method.
+/// The exact Hessian is tried first, but in the first steps of a finer grid; where it is indefinite
+/// the element-wise convex one takes its place. A step too long for its quadratic model is not cut
+/// at once but iterated on, its springs pulling as the linear model says (see add_hessian()); so a
+/// bent sheet is moved on by more than a tenth of a spacing. Late steps of a finer grid take
+/// friction's limits from where they end.
 class StaticSolver {
  public:
   StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
@@ -87,10 +87,10 @@ class StaticSolver {
 
   [[nodiscard]] double gravity_energy_j() const;
   [[nodiscard]] double mean_weight_n() const { return weight_n_; }
-  /// First-order way of the sheet, x, y, z of each particle in turn, when `force` (N, in the same
-  /// order) begins to act at the equilibrium. What slides and would be drawn back sticks, found
-  /// by solving anew until nothing changes; so the way for minus the force is another one.
-  /// Nothing where the stiffness is not positive definite.
+  /// First-order displacement of the sheet, x, y, z of each particle in turn, when `force` (N, in
+  /// the same order) begins to act at the equilibrium. What slides and would be drawn back sticks,
+  /// found by solving again until nothing changes; so the displacement for minus the force is
+  /// another one. Nothing where the stiffness is not positive definite.
   [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
 
  private:

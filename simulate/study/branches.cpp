@@ -53,7 +53,7 @@ std::vector<int> border_of(const GridSpec& grid) {
   return border;
 }
 
-/// Maxima that stand out by kFold from the lowest value on both ways to a higher one.
+/// Maxima that stand out by kFold from the lowest value towards a higher one on both sides.
 int count_folds(const std::vector<double>& radius) {
   const auto n = static_cast<int>(radius.size());
   const auto value = [&](int i) { return radius[((i % n) + n) % n]; };

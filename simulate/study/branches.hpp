@@ -33,7 +33,7 @@ struct StartVariation {
 void apply(const StartVariation& variation, const GridSpec& grid, Field& position);
 
 /// Folds of the sheet's border: its horizontal distance from the vertical through the sheet's
-/// middle, over the share of the border's length.
+/// middle, over the fraction of the border's length.
 struct HemLabel {
   int nodes = 0;                        ///< folds: maxima that stand out by 3 mm
   std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of that distance
