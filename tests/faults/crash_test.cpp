@@ -3,7 +3,7 @@
 // numbered, the run is ended (or the call fails) at one of them, and then run again. What that
 // second run leaves must be what an undisturbed run leaves: files, tables, and `verify` good.
 //
-//   DRAPE_CRASH_POINTS    points per situation, spread evenly (default 4); `all` visits every one
+//   DRAPE_CRASH_POINTS    points per situation, spread evenly (default 2); `all` visits every one
 //   DRAPE_CRASH_PROGRAMS  folder of the programs under test (default: those of this build)
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
@@ -230,7 +230,7 @@ class Stage {
 };
 
 std::vector<long> points(long calls) {
-  const std::string asked = environment("DRAPE_CRASH_POINTS", "4");
+  const std::string asked = environment("DRAPE_CRASH_POINTS", "2");
   const long count = asked == "all" ? calls : std::min(calls, std::atol(asked.c_str()));
   std::vector<long> chosen;
   // The last call always: between it and the end nothing may be missing.
