@@ -60,7 +60,8 @@ struct Job {
   const RigCamera* camera = nullptr;
 };
 
-/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error.
+/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error,
+/// but a free pose of the target may lack a camera's image: calib lists it.
 std::vector<Job> plan(const Recording& recording, const Rig& rig,
                       const std::vector<std::string>& sets) {
   std::vector<Job> jobs;
@@ -72,6 +73,8 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
           std::find_if(set.frames.begin(), set.frames.end(),
                        [&](const RecordedFrame& f) { return f.camera == camera.name; });
       if (frame == set.frames.end()) {
+        if (std::find(rig.free_poses.begin(), rig.free_poses.end(), name) != rig.free_poses.end())
+          continue;
         throw bad_input("the recording has no image of this camera",
                         {.file = recording.folder.string(), .camera = camera.name, .set = name},
                         "add the image and import the recording again, or take the camera out of "

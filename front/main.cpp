@@ -70,6 +70,8 @@ int calib_images_command(int argc, char** argv) {
       ->required()
       ->positive();
   app.add_option("--out", options.out, "output folder")->required();
+  app.add_option("--lens-from", options.lens_from,
+                 "calibration.json whose cameras of the same names have these lenses");
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] { return calibrate_images(options, common); });
 }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "core/units.hpp"
@@ -30,6 +31,15 @@ std::string views_text(const std::vector<int>& marks_by_views) {
                         views);
   }
   return text.empty() ? "none" : text;
+}
+
+std::string pairs_text(const TriangulateReport& report) {
+  std::string text = "miss each other by";
+  for (const PairAgreement& pair : report.pairs) {
+    text += fmt::format("{} {:.2f} sigma ({}, {})", &pair == &report.pairs.front() ? "" : ",",
+                        pair.rms_sigmas, pair.first, pair.second);
+  }
+  return text + fmt::format(", limit {:g}", PairAgreement::max_sigmas);
 }
 
 std::string budget_text(const ErrorBudget& budget) {
@@ -80,6 +90,16 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                        ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
                        : fmt::format("{} marks measured, at least {} are needed", report.measured,
                                      options.min_marks);
+  const auto apart = std::find_if(report.pairs.begin(), report.pairs.end(),
+                                  [](const PairAgreement& pair) { return !pair.good(); });
+  if (ending.go && report.has_calibration_covariance && apart != report.pairs.end()) {
+    ending.go = false;
+    ending.verdict = fmt::format(
+        "{} and {} miss each other by {:.1f} stated standard deviations ({:.2f} px) over {} "
+        "marks, limit {:g}: a camera moved since the calibration; calibrate again",
+        apart->first, apart->second, apart->rms_sigmas, apart->rms_px, apart->marks,
+        PairAgreement::max_sigmas);
+  }
   ending.numbers = {
       {"views", views_text(report.marks_by_views)},
       {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
@@ -95,6 +115,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                    report.largest_shape_shift_mm)}};
   if (result.sheet.error_budget)
     ending.numbers.emplace_back("error budget", budget_text(*result.sheet.error_budget));
+  if (!report.pairs.empty()) ending.numbers.emplace_back("pairs of cameras", pairs_text(report));
   if (report.islands > 0) {
     ending.numbers.emplace_back(
         "islands", fmt::format("{} of {} pieces without labels merged, {} dots",

@@ -13,6 +13,7 @@ namespace drape::triangulate {
 struct Placed {
   Agreed agreed;
   double shape_shift_m = 0;
+  std::vector<View> shaped_views;  ///< corrected for the dot's shape; empty without
 };
 
 /// Root mean squares over the sheet's marks of what their covariances are made of.

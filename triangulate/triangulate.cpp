@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/dot_shape.hpp"
+#include "triangulate/epipolar.hpp"
 #include "triangulate/islands.hpp"
 #include "triangulate/lattice_views.hpp"
 #include "triangulate/neighbours.hpp"
@@ -68,8 +69,9 @@ CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const Agreemen
       const Eigen::Vector3d& at = here->second.in_world;
       const SurfacePatch patch =
           surface_patch(surface, marks[i].mark, lattice.pitch_m, towards_cameras(marks[i], at));
-      placed[i].agreed = solve_with_agreement(
-          without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m), limits);
+      placed[i].shaped_views =
+          without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m);
+      placed[i].agreed = solve_with_agreement(placed[i].shaped_views, limits);
     });
     for (std::size_t i = 0; i < marks.size(); ++i) {
       const auto& point = placed[i].agreed.point;
@@ -194,6 +196,7 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   for (const CalibratedCamera& camera : calibration.cameras)
     report.has_calibration_covariance |= camera.covariance.size() > 0;
   note_statistics(marks, placed, result.sheet, report);
+  report.pairs = pair_agreements(marks, placed, limits.min_angle_rad, options.min_marks);
   if (!result.sheet.marks.empty()) {
     result.sheet.error_budget =
         budget_of(marks, placed, result.sheet, report.has_calibration_covariance);

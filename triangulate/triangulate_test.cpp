@@ -159,6 +159,34 @@ TEST(Triangulate, ReachesBench1sAccuracyFromTheCentroidsOfBentDots) {
   EXPECT_LT(quantile(with.distance_mm, 0.95), quantile(without.distance_mm, 0.95));
 }
 
+TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
+  Calibration calibration = true_calibration();
+  for (CalibratedCamera& camera : calibration.cameras) {
+    camera.covariance_parameters = parameter_names(camera.camera.model);
+    const auto size = static_cast<Eigen::Index>(camera.covariance_parameters.size());
+    camera.covariance = Eigen::MatrixXd::Zero(size, size);
+    camera.covariance(2, 2) = camera.covariance(3, 3) = 0.03 * 0.03;  // px^2, the image centre
+  }
+  const Detections detections = true_detections("A", Seen::centroid, 0.02);
+  const TriangulateResult good = triangulate(detections, calibration, "drape_A", {});
+  ASSERT_EQ(good.report.pairs.size(), 3u);
+  for (const PairAgreement& pair : good.report.pairs) {
+    EXPECT_TRUE(pair.good()) << pair.first << " " << pair.second << " " << pair.rms_sigmas;
+    EXPECT_LT(pair.rms_sigmas, 1.5) << pair.first << " " << pair.second;
+  }
+  // A tenth of a degree, about five pixels.
+  Camera& moved = calibration.cameras[1].camera;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.00175, Eigen::Vector3d(0.6, 0.8, 0)).toRotationMatrix();
+  moved.cam_from_world = {turn * moved.cam_from_world.rotation,
+                          turn * moved.cam_from_world.translation_m};
+  for (const PairAgreement& pair :
+       triangulate(detections, calibration, "drape_A", {}).report.pairs) {
+    EXPECT_EQ(pair.good(), pair.first == "cam0" && pair.second == "cam2")
+        << pair.first << " " << pair.second << " " << pair.rms_sigmas;
+  }
+}
+
 TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {
   Detections detections = true_detections("A", Seen::centre, 0.02);
   detections.frames[1].rejections.push_back({MarkId{10, 10}, std::nullopt, "bad fit"});

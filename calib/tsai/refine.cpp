@@ -2,6 +2,7 @@
 #include "calib/tsai/refine.hpp"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -103,6 +104,12 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
   const Correspondence& point_;
   Matrix2d whitener_;
 };
+
+/// Ceres logs a failed step to stderr although the solver is silent; its summary says the same.
+[[maybe_unused]] const bool quiet = [] {
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  return true;
+}();
 
 ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;
