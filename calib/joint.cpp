@@ -266,8 +266,12 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   }
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);
+  const bool contradicted = report.stages && !report.stages->contradiction.empty();
   if (!causes.fatal.empty()) {
     report.status = causes.fatal;
+  } else if (contradicted) {
+    report.status = report.good() ? report.stages->contradiction
+                                  : report.stages->contradiction + "; " + report.status;
   } else if (!report.good() && !causes.warnings.empty()) {
     report.status += "; a likely cause: " + causes.warnings.front();
   }

@@ -159,6 +159,7 @@ Calibration read_calibration(const std::filesystem::path& file) {
   calibration.rig = root.text("rig");
   calibration.sets = root.texts("sets");
   calibration.warnings = root.texts("warnings");
+  calibration.no_go = root.optional_text("no_go");
   for (const JsonNode& node : root.items("cameras"))
     calibration.cameras.push_back(read_camera(node));
   if (root.has("joint_covariance")) {
@@ -174,6 +175,7 @@ void write_calibration(const std::filesystem::path& file, const Calibration& cal
   json["method"] = calibration.method;
   json["rig"] = calibration.rig;
   json["sets"] = calibration.sets;
+  json["no_go"] = calibration.no_go ? Json(*calibration.no_go) : Json();
   json["warnings"] = calibration.warnings;
   json["cameras"] = Json::array();
   for (const CalibratedCamera& camera : calibration.cameras)

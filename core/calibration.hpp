@@ -46,6 +46,7 @@ struct Calibration {
   std::vector<std::string> joint_covariance_parameters;
   Eigen::MatrixXd joint_covariance;
   std::vector<std::string> warnings;
+  std::optional<std::string> no_go;  ///< why nothing that is measured with it can be trusted
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
 };

@@ -68,10 +68,9 @@ std::vector<int> positive_list(const TomlTable& root, const std::string& key, in
   return values;
 }
 
-/// A rig that is only calibrated has no scenes, and then neither print nor grids.
+/// A rig that is only calibrated has no scenes, and then no grids.
 void read_drapes(const TomlTable& root, Rig& rig) {
   for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
-  rig.print_file = root.file_path("print");
   rig.grids = positive_list(root, "grids", 3);
   rig.segments = positive_list(root, "segments", 1);
 }
@@ -142,7 +141,8 @@ Rig read_rig(const std::filesystem::path& path) {
   rig.name = root.name("name");
   rig.target_file = root.file_path("target");
   rig.recording = root.file_path("recording");
-  if (root.has("scenes") || root.has("print")) read_drapes(root, rig);
+  if (root.has("scenes")) read_drapes(root, rig);
+  if (root.has("scenes") || root.has("print")) rig.print_file = root.file_path("print");
   read_cameras(root, rig);
   read_calibration_plan(root, rig);
   root.finish();

@@ -190,6 +190,7 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   json["cols"] = sheet.cols;
   json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
   json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
+  json["no_go"] = sheet.no_go ? Json(*sheet.no_go) : Json();
   if (sheet.error_budget) json["error_budget_mm"] = json_of(*sheet.error_budget);
   json["marks"] = Json::array();
   for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
@@ -211,6 +212,7 @@ Sheet read_sheet(const std::filesystem::path& file) {
   sheet.cols = root.integer("cols");
   sheet.patch_m = root.vector2("patch_mm") * mm;
   sheet.source = read_source(root);
+  sheet.no_go = root.optional_text("no_go");
   if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
   for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
   for (const JsonNode& node : root.items("gaps")) {

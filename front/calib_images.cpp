@@ -121,8 +121,7 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
               const CommonOptions& common) {
   if (common.quiet) arguments.emplace_back("--quiet");
   const Step step{stage, stage, stage_program(stage), std::move(arguments), {}, 1};
-  const StepResult result =
-      run_steps({step}, 1, [](std::size_t, double, const std::string&) {}).at(0);
+  const StepResult result = run_step(step);
   if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
   std::fflush(stdout);
   return result.exit_code;

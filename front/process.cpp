@@ -18,6 +18,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape {
 namespace {
@@ -74,7 +75,7 @@ std::array<int, 2> make_pipe(const fs::path& program) {
   return ends;
 }
 
-Child start(const Step& step, std::size_t index) {
+Child start(const Step& step, std::size_t index, bool mute) {
   if (!fs::exists(step.program)) {
     throw internal_error("a program of drapebench is missing beside `drape`",
                          {.file = step.program.string()});
@@ -91,6 +92,7 @@ Child start(const Step& step, std::size_t index) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);
     ::dup2(output[1], STDOUT_FILENO);
+    if (mute) ::dup2(output[1], STDERR_FILENO);
     ::fcntl(progress[1], F_SETFD, 0);
     ::setenv("DRAPE_PROGRESS_FD", descriptor.c_str(), 1);
     ::execv(step.program.c_str(), arguments.data());
@@ -187,8 +189,8 @@ int Interrupts::signal() {
   return last_signal;
 }
 
-std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
-                                  const StepProgress& progress) {
+void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
+               const StepEnded& ended) {
   std::vector<StepResult> results(steps.size());
   std::vector<std::vector<Version>> before;
   for (const Step& step : steps) {
@@ -197,16 +199,16 @@ std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
   }
   std::vector<Child> children;
   std::size_t next = 0;
-  bool failed = false, passed_on = false;
-  while (!children.empty() || (next < steps.size() && !failed)) {
-    while (!failed && next < steps.size() && static_cast<int>(children.size()) < at_once) {
-      children.push_back(start(steps[next], next));
+  bool interrupted = false;
+  while (!children.empty() || (next < steps.size() && !interrupted)) {
+    while (!interrupted && next < steps.size() && static_cast<int>(children.size()) < at_once) {
+      children.push_back(start(steps[next], next, false));
       ++next;
     }
     serve(children, results, progress);
-    if (const int signal = Interrupts::signal(); signal != 0 && !passed_on) {
+    if (const int signal = Interrupts::signal(); signal != 0 && !interrupted) {
       for (const Child& child : children) ::kill(child.pid, signal);
-      failed = passed_on = true;
+      interrupted = true;
     }
     for (std::size_t i = 0; i < children.size();) {
       if (children[i].output >= 0 || children[i].progress >= 0) {
@@ -215,13 +217,47 @@ std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
       }
       const std::size_t step = children[i].step;
       end(children[i].pid, steps[step], before[step], results[step]);
-      failed = failed || results[step].exit_code > 1 || !results[step].fault.empty();
-      progress(step, 1.0, steps[step].what);
       children.erase(children.begin() + static_cast<std::ptrdiff_t>(i));
+      ended(step, results[step]);
     }
   }
-  results.resize(next);
-  return results;
+}
+
+StepResult run_step(const Step& step) {
+  StepResult result;
+  run_steps(
+      {step}, 1, [](std::size_t, double, const std::string&) {},
+      [&](std::size_t, const StepResult& ended) { result = ended; });
+  return result;
+}
+
+std::optional<Error> error_in(const StepResult& result) {
+  if (!result.fault.empty()) {
+    return Error(ErrorKind::internal, result.fault, {},
+                 "see what it printed above; run again, steps that were finished are kept");
+  }
+  if (result.exit_code <= 1) return std::nullopt;
+  const std::size_t begin = result.output.find("{\n");
+  const Json json = begin == std::string::npos
+                        ? Json()
+                        : Json::parse(result.output.substr(begin), nullptr, false);
+  const auto kind = static_cast<ErrorKind>(result.exit_code);
+  if (!json.is_object() || !json.contains("error"))
+    return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");
+  const Json& error = json["error"];
+  // The place is one phrase already.
+  return Error(kind, error.value("what_failed", ""), {.file = error.value("where", "")},
+               error.value("what_to_do", ""));
+}
+
+std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
+  const Step step{stage, stage, stage_program(stage), std::move(arguments), {}};
+  std::vector<StepResult> results(1);
+  std::vector<Child> children = {start(step, 0, true)};
+  while (children[0].output >= 0 || children[0].progress >= 0)
+    serve(children, results, [](std::size_t, double, const std::string&) {});
+  end(children[0].pid, step, {}, results[0]);
+  return error_in(results[0]);
 }
 
 void become(const fs::path& program, const std::vector<std::string>& arguments) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "core/error.hpp"
@@ -13,18 +12,20 @@
 #include "core/files/json_file.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+#include "front/check/check.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The end of one step, as it is told to people and kept for --json.
+/// The end of one step, as people see it and kept for --json.
 struct StepEnding {
   Step step;
   int exit_code = 0;
-  bool made = false;  ///< false: was up to date
-  std::string text;   ///< what the program printed for people
+  bool made = false;          ///< false: was up to date
+  std::string text = {};      ///< what the program printed for people
+  std::string sentence = {};  ///< its verdict, or why it failed
 };
 
 /// Draws one line for all running steps of a stage.
@@ -34,18 +35,13 @@ class StageProgress {
     for (const Step& step : group.steps) total_ += step.weight;
   }
 
-  void already_done(const Step& step) {
-    done_ += step.weight;
-    ended_.insert(step.what);
-  }
-
-  void update(const Step& step, double fraction, const std::string& what) {
-    fractions_[step.what] = fraction * step.weight;
-    if (fraction >= 1) ended_.insert(step.what);
-    double sum = done_;
-    for (const auto& [name, share] : fractions_) sum += share;
-    const std::string detail =
-        fraction >= 1 || what == step.what ? step.what : step.what + ", " + what;
+  /// `ended`: the step is over; it says so itself too, maybe more than once.
+  void update(const Step& step, double fraction, const std::string& what, bool ended) {
+    fractions_[step.what] = std::min(fraction, 1.0) * step.weight;
+    if (ended) ended_.insert(step.what);
+    double sum = 0;
+    for (const auto& [name, part] : fractions_) sum += part;
+    const std::string detail = ended ? step.what : step.what + ", " + what;
     progress_.update(sum / total_, fmt::format("{} ({} of {} done)", detail, ended_.size(),
                                                group_->steps.size()));
   }
@@ -54,7 +50,6 @@ class StageProgress {
   const Group* group_;
   Progress progress_;
   double total_ = 0;
-  double done_ = 0;
   std::set<std::string> ended_;
   std::map<std::string, double> fractions_;
 };
@@ -82,54 +77,77 @@ std::string ending_of(const Step& step, const std::string& output) {
 
 void print_ending(const StepEnding& ending, const CommonOptions& common) {
   if (common.quiet || common.json) return;
-  const char* state = !ending.made ? "up to date" : ending.exit_code == 0 ? "done" : "NO-GO";
-  print_text(printable(fmt::format("{:<12} {:<24} {:<10}  {}\n", ending.step.stage,
-                                   ending.step.what, state, sentence_of_text(ending.text))));
+  const std::string state = ending.exit_code > 1   ? coloured("FAILED", "1;31", stdout)
+                            : ending.exit_code > 0 ? coloured("NO-GO", "1;31", stdout)
+                            : ending.made          ? "done"
+                                                   : "up to date";
+  const std::size_t pad =
+      ending.exit_code > 0 ? 10 + state.size() - (ending.exit_code > 1 ? 6 : 5) : 10;
+  print_text(
+      fmt::format("{} {:<{}}  {}\n",
+                  printable(fmt::format("{:<12} {:<24}", ending.step.stage, ending.step.what)),
+                  state, pad, printable(ending.sentence)));
 }
 
-/// The endings of all steps that came to a verdict, and why it stopped where one did not.
-struct GroupResult {
-  std::vector<StepEnding> endings;
-  int exit_code = 0;  ///< above 1: of the first step that failed
-  std::string fault;
-};
+/// Drapes that came to no end, with why, in the order of their failure.
+using Failed = std::vector<std::pair<std::string, std::string>>;
 
-GroupResult run_group(const Group& group, const CommonOptions& common) {
-  std::vector<std::optional<StepEnding>> endings(group.steps.size());
+bool is_out(const Failed& failed, const std::string& drape) {
+  return std::any_of(failed.begin(), failed.end(),
+                     [&](const auto& one) { return one.first == drape; });
+}
+
+/// Runs what is not up to date; the ending of each is kept at once, so that a killed group goes on
+/// where it was.
+std::vector<StepEnding> run_group(const Group& group, const Failed& failed,
+                                  const CommonOptions& common) {
+  std::vector<StepEnding> endings;
   std::vector<Step> to_do;
   std::vector<std::size_t> index;
   StageProgress progress(group, common.quiet || common.json);
-  for (std::size_t i = 0; i < group.steps.size(); ++i) {
-    const Step& step = group.steps[i];
+  for (const Step& step : group.steps) {
+    if (!step.drape.empty() && is_out(failed, step.drape)) continue;
+    StepEnding& ending = endings.emplace_back();
+    ending.step = step;
     if (!is_up_to_date(step.record, step.program, step.arguments)) {
       // As the stage itself does; one of another lab may not.
       remove_durable(step.record);
       remove_durable(ending_path(step.record));
+      index.push_back(endings.size() - 1);
       to_do.push_back(step);
-      index.push_back(i);
       continue;
     }
-    endings[i] = {step, recorded_exit_code(step.record), false, ending_of(step, {})};
-    progress.already_done(step);
+    ending.exit_code = recorded_exit_code(step.record);
+    ending.text = ending_of(step, {});
+    ending.sentence = sentence_of_text(ending.text);
+    progress.update(step, 1, step.what, true);
   }
-  const std::vector<StepResult> results = run_steps(
-      to_do, group.at_once, [&](std::size_t step, double fraction, const std::string& what) {
-        progress.update(to_do[step], fraction, what);
-      });
-  GroupResult result;
-  for (std::size_t k = 0; k < results.size(); ++k) {
-    const bool verdict = results[k].exit_code <= 1 && results[k].fault.empty();
-    if (verdict) {
-      endings[index[k]] = {to_do[k], results[k].exit_code, true,
-                           ending_of(to_do[k], results[k].output)};
-    } else if (result.exit_code <= 1) {
-      result.exit_code = std::max(results[k].exit_code, 2);
-      result.fault = results[k].fault;
+  const auto ended = [&](std::size_t k, const StepResult& result) {
+    StepEnding& ending = endings[index[k]];
+    ending.made = true;
+    ending.exit_code = result.exit_code;
+    const auto error = error_in(result);
+    if (!error) {
+      ending.text = ending_of(ending.step, result.output);
+      ending.sentence = sentence_of_text(ending.text);
+    } else {
+      ending.exit_code = std::max(ending.exit_code, 2);
+      ending.sentence = error->what_failed();
+      if (!result.fault.empty()) {
+        ending.exit_code = static_cast<int>(ErrorKind::internal);
+        fmt::print(stderr, "drape: {}: {}\n", coloured("error", "31", stderr),
+                   printable(error->what()));
+      }
     }
-  }
-  for (const auto& ending : endings)
-    if (ending) result.endings.push_back(*ending);
-  return result;
+    progress.update(ending.step, 1, ending.step.what, true);
+  };
+  run_steps(
+      to_do, group.at_once,
+      [&](std::size_t step, double fraction, const std::string& what) {
+        progress.update(to_do[step], fraction, what, false);
+      },
+      ended);
+  return endings;
 }
 
 Json json_of(const StepEnding& ending) {
@@ -138,21 +156,35 @@ Json json_of(const StepEnding& ending) {
   json["what"] = ending.step.what;
   json["made"] = ending.made;
   json["exit_code"] = ending.exit_code;
-  json["sentence"] = sentence_of_text(ending.text);
+  json["sentence"] = ending.sentence;
   return json;
 }
 
-int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
+/// The first cause: what failed, else the first stage that is NO-GO, in its own words.
+std::string cause_of(const std::vector<StepEnding>& endings, const Failed& failed) {
+  if (!failed.empty()) {
+    const auto& [drape, why] = failed.front();
+    const std::string more =
+        failed.size() > 1 ? fmt::format(" (and {} more)", failed.size() - 1) : std::string();
+    return fmt::format("drape {} could not be measured or simulated: {}{}", drape, why, more);
+  }
+  // A sensitivity that was not found makes the uncertainty larger, not the measurement wrong.
+  for (const StepEnding& ending : endings)
+    if (ending.exit_code != 0 && ending.step.stage != "sensitivity")
+      return fmt::format("{} ({}): {}", ending.step.stage, ending.step.what, ending.sentence);
+  return {};
+}
+
+int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
              const CommonOptions& common) {
   std::size_t made = 0;
-  bool go = true;
-  for (const StepEnding& ending : endings) {
-    made += ending.made;
-    go = go && ending.exit_code == 0;
-  }
+  for (const StepEnding& ending : endings) made += ending.made;
+  const std::string cause = cause_of(endings, failed);
+  const bool go = cause.empty();
   if (common.json) {
     Json json;
     json["verdict"] = go ? "GO" : "NO-GO";
+    json["cause"] = go ? Json() : Json(cause);
     json["steps"] = Json::array();
     for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
     json["report"] = plan.report.string();
@@ -163,36 +195,87 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
   if (!common.quiet) print_text(printable("\n" + endings.back().text + "\n"));
   Ending ending;
   ending.go = go;
-  ending.verdict =
-      go ? "the bench ran from images to stored millimetres" : "see the steps marked NO-GO above";
+  ending.verdict = go ? "the bench ran from images to stored millimetres" : cause;
   ending.numbers = {{"steps", fmt::format("{} made, {} up to date", made, endings.size() - made)},
                     {"results", plan.store.string()},
                     {"report", plan.report.string()}};
+  for (const auto& [drape, why] : failed)
+    ending.rejected.push_back(fmt::format("drape {}: {}", drape, why));
   ending.next_command = fmt::format("drape results list --store {}", plan.store.string());
   return finish(ending, common);
+}
+
+/// Nothing could be compared because what it rests on is NO-GO; an older report would say
+/// otherwise.
+int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const CommonOptions& common) {
+  std::error_code absent;
+  fs::remove(plan.report, absent);
+  Ending ending;
+  ending.go = false;
+  ending.verdict = cause_of(kept, {});
+  ending.warnings = {"nothing was compared and no report was written"};
+  return finish(ending, common);
+}
+
+/// Takes the steps that failed out of what follows; the exit code of one that all need, or 0.
+int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common, Failed& failed,
+             std::set<fs::path>& failed_records, std::vector<StepEnding>& kept) {
+  for (const StepEnding& ending : endings) {
+    if (ending.exit_code > 1 && ending.step.drape.empty()) return ending.exit_code;
+    print_ending(ending, common);
+    if (ending.exit_code <= 1) {
+      kept.push_back(ending);
+      continue;
+    }
+    if (ending.step.stage == "sensitivity") continue;
+    failed_records.insert(ending.step.record);
+    if (ending.step.stage != "simulate")
+      failed_records.insert(run_record_path(ending.step.record.parent_path() / "sheet.ply"));
+    if (!is_out(failed, ending.step.drape) || ending.step.stage == "simulate")
+      failed.emplace_back(ending.step.drape, ending.step.what + ": " + ending.sentence);
+  }
+  return 0;
+}
+
+int interrupted(int signal) {
+  fmt::print(stderr, "drape: interrupted: what was finished is kept, run again to go on\n");
+  return 128 + signal;
 }
 
 }  // namespace
 
 int run_bench(const RunOptions& options, const CommonOptions& common) {
+  const BenchCheck check = check_bench(options.rig, options.recording);
+  if (!check.problems.empty()) return report_check(check, "drape run", common);
+  if (!common.quiet && !common.json)
+    for (const std::string& warning : check.warnings) fmt::print("warning: {}\n", warning);
   const Plan plan = make_plan(options);
   const WriterLock lock(plan.out / ".lock", "another `drape run` works on this folder");
   const Interrupts interrupts;
-  std::vector<StepEnding> endings;
+  plan.write_reduced_rig();
+  std::vector<StepEnding> kept;
+  Failed failed;
+  std::set<fs::path> failed_records;
   for (const Group& group : plan.groups) {
-    const GroupResult result = run_group(group, common);
-    for (const StepEnding& ending : result.endings) print_ending(ending, common);
-    if (const int signal = Interrupts::signal(); signal != 0) {
-      fmt::print(stderr, "drape: interrupted: what was finished is kept, run again to go on\n");
-      return 128 + signal;
-    }
-    if (!result.fault.empty())
-      throw Error(ErrorKind::internal, result.fault, {},
-                  "see what it printed above; run again, steps that were finished are kept");
-    if (result.exit_code > 1) return result.exit_code;
-    endings.insert(endings.end(), result.endings.begin(), result.endings.end());
+    const std::vector<StepEnding> endings = run_group(group, failed, common);
+    if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
+    if (const int code = sort_out(endings, common, failed, failed_records, kept)) return code;
+    // Where every drape failed there is nothing to compare; its own error is the run's.
+    const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
+      return one.exit_code <= 1 && !one.step.drape.empty();
+    });
+    const auto first = std::find_if(endings.begin(), endings.end(),
+                                    [](const StepEnding& one) { return one.exit_code > 1; });
+    if (!any && first != endings.end())
+      return cause_of(kept, {}).empty() ? first->exit_code : end_early(plan, kept, common);
   }
-  return conclude(plan, endings, common);
+  const Group compare{"compare", {plan.compare(failed_records)}, 1};
+  const std::vector<StepEnding> endings = run_group(compare, {}, common);
+  if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
+  if (endings.front().exit_code > 1) return endings.front().exit_code;
+  print_ending(endings.front(), common);
+  kept.push_back(endings.front());
+  return conclude(plan, kept, failed, common);
 }
 
 }  // namespace drape

@@ -67,12 +67,12 @@ void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
     }
   }
   if (many_uncertain > 0) {
-    ending.rejected.push_back(
+    ending.warnings.push_back(
         fmt::format("doubtful, but measured: {} marks less certain than {:g} mm in space:{}",
                     many_uncertain, options.doubt_mm, uncertain));
   }
   if (many_apart > 0) {
-    ending.rejected.push_back(fmt::format(
+    ending.warnings.push_back(fmt::format(
         "doubtful, but measured: {} marks whose views miss each other by more than {:g} "
         "sigma:{}",
         many_apart, options.doubt_sigmas, apart));
@@ -85,21 +85,12 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                  const std::filesystem::path& out) {
   const TriangulateReport& report = result.report;
   Ending ending;
-  ending.go = report.measured >= options.min_marks;
+  ending.go = report.no_go.empty();
   ending.verdict = ending.go
                        ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
-                       : fmt::format("{} marks measured, at least {} are needed", report.measured,
-                                     options.min_marks);
-  const auto apart = std::find_if(report.pairs.begin(), report.pairs.end(),
-                                  [](const PairAgreement& pair) { return !pair.good(); });
-  if (ending.go && report.has_calibration_covariance && apart != report.pairs.end()) {
-    ending.go = false;
-    ending.verdict = fmt::format(
-        "{} and {} miss each other by {:.1f} stated standard deviations ({:.2f} px) over {} "
-        "marks, limit {:g}: a camera moved since the calibration; calibrate again",
-        apart->first, apart->second, apart->rms_sigmas, apart->rms_px, apart->marks,
-        PairAgreement::max_sigmas);
-  }
+                       : report.no_go.front();
+  for (std::size_t i = 1; i < report.no_go.size(); ++i)
+    ending.warnings.push_back("NO-GO also because " + report.no_go[i]);
   ending.numbers = {
       {"views", views_text(report.marks_by_views)},
       {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
@@ -126,7 +117,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   add_doubts(ending, report.doubts, options);
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
   for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);
-  for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
+  ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
   if (ending.go) {
     ending.next_command = fmt::format(
         "drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR", out.string());

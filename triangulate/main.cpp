@@ -56,12 +56,14 @@ int main(int argc, char** argv) {
               "drape-triangulate");
   CommonOptions common;
   TriangulateOptions options;
-  fs::path detections_file, calibration_file, out;
+  fs::path detections_file, calibration_file, scene_file, out;
   std::string set;
   add_common_options(app, common);
   app.add_option("DETECTIONS", detections_file, "detections.json of the cloth")->required();
   app.add_option("--calibration", calibration_file, "calibration.json of the rig")->required();
   app.add_option("--set", set, "frame set to measure")->required();
+  app.add_option("--scene", scene_file,
+                 "scene.toml: NO-GO where the marks contradict its objects, table or fabric");
   app.add_option("--out", out, "sheet.ply to write, with sheet.json beside it")->required();
   add_options(app, options);
   return run_program(app, argc, argv, common, [&] {
@@ -70,6 +72,10 @@ int main(int argc, char** argv) {
     RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out));
     record.input(detections_file);
     record.input(calibration_file);
+    if (!scene_file.empty()) {
+      options.scene = read_scene(scene_file);
+      record.input(scene_file);
+    }
     TriangulateResult result = drape::triangulate::triangulate(
         read_detections(detections_file), read_calibration(calibration_file), set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);

@@ -7,6 +7,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
+#include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::triangulate {
@@ -22,6 +23,8 @@ struct TriangulateOptions {
   bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
   bool merge_islands = true;      ///< pieces of lattice that detect could not label
   int threads = 1;                ///< never changes a result
+  /// What the cloth lies on. Moves no mark: the marks are only asked whether they contradict it.
+  std::optional<Scene> scene = std::nullopt;
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
@@ -66,6 +69,7 @@ struct TriangulateReport {
   std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
   std::vector<PairAgreement> pairs;       ///< of cameras, by name
   std::vector<Doubt> doubts;              ///< by mark
+  std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
   std::vector<std::string> warnings;
 };
 

@@ -54,7 +54,7 @@ Ending import_from(const Arguments& given, RunRecord& record) {
   record.output(given.out);
   Ending ending;
   ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
-  ending.rejected = calibration.warnings;
+  ending.warnings = calibration.warnings;
   ending.next_command =
       fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
                   given.out.string());

@@ -86,9 +86,9 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
         fmt::format("{:.4f} mm RMS of a measured point in the drape volume", *report.volume_sd_mm));
   }
   ending.numbers.emplace_back("print scale", report.print_scale);
-  if (!report.next_view.empty()) ending.numbers.emplace_back("next view to add", report.next_view);
+  if (!report.next_view.empty()) ending.advice.push_back("next view to add: " + report.next_view);
   ending.rejected = report.rejected;
-  ending.rejected.insert(ending.rejected.end(), report.warnings.begin(), report.warnings.end());
+  ending.warnings = report.warnings;
   if (ending.go) {
     ending.next_command = fmt::format(
         "drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply", out.string());

@@ -23,12 +23,16 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
                                          const std::string& method, const JointOptions& options,
                                          const fs::path& out) {
   const Target target = read_target(rig.target_file);
+  const auto judged = [](Calibration calibration, const Ending& ending) {
+    if (!ending.go) calibration.no_go = ending.verdict;
+    return std::pair{std::move(calibration), ending};
+  };
   if (method == "tsai") {
     const CalibResult result = calibrate_tsai(detections, rig, target, options.common);
-    return {result.calibration, ending_of(result, out)};
+    return judged(result.calibration, ending_of(result, out));
   }
   const JointResult result = calibrate_joint(detections, rig, target, options);
-  return {result.calibration, ending_of(result, out)};
+  return judged(result.calibration, ending_of(result, out));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "compare/compare.hpp"
+#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "core/error.hpp"
@@ -288,7 +289,8 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   SheetFiles sheets;
   for (const auto& [name, sha256] : seal.files) {
     const fs::path file = folder_of(store) / name;
-    if (name.ends_with(".json")) sheets[sha256] = file;
+    if (name.ends_with(".json") && (is_copy(name) || sheets.count(sha256) == 0))
+      sheets[sha256] = file;
     if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
   }
   try {

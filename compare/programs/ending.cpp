@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "compare/tables/budget.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -42,11 +43,16 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
   }
   if (outcome.stored) {
     ending.numbers.emplace_back(
-        "store", fmt::format("{}: {} comparisons added, {} were there already", outcome.store,
-                             outcome.stored->added, outcome.stored->present));
+        "store",
+        fmt::format("{}: run {}, {} comparisons added, {} were there already", outcome.store,
+                    outcome.run, outcome.stored->added, outcome.stored->present));
   }
   if (!outcome.report.empty()) ending.numbers.emplace_back("report", outcome.report);
   ending.rejected = rejected_marks(session, outcome);
+  ending.warnings = outcome.warnings;
+  const std::vector<std::string> reasons = outcome.reasons();
+  for (std::size_t i = 1; i < reasons.size(); ++i)
+    ending.warnings.push_back("NO-GO also because " + reasons[i]);
   if (!outcome.store.empty())
     ending.next_command = fmt::format("drape results {} --store {}",
                                       outcome.reports.empty() ? "tables" : "list", outcome.store);
@@ -68,7 +74,13 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     const auto in_mm = [](const std::optional<double>& x) { return x ? Json(*x / mm) : Json(); };
     Json drape;
     drape["name"] = report.name;
-    drape["verdict"] = report.go() ? "GO" : "NO-GO";
+    drape["measurement"] = report.go() ? "GO" : "NO-GO";
+    drape["cause"] = report.go() ? Json() : Json(report.no_go.front());
+    drape["match"] = name_of(report.match.match);
+    drape["match_reason"] = report.match.reason;
+    drape["expanded_uncertainty_mm"] =
+        report.budget ? Json(report.budget->expanded_m() / mm) : Json();
+    if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));
     drape["marks"] = report.measurement.marks;
     drape["gaps"] = report.measurement.gaps;
     drape["sigma_median_mm"] = in_mm(report.measurement.sigma_median_m);
@@ -109,8 +121,6 @@ std::string ending_text(const Session& session, const Outcome& outcome) {
     if (!report.virtual_virtual.empty()) add(virtual_virtual_table(report));
   }
   for (const VirtualGroup& group : outcome.groups) add(virtual_group_table(group));
-  for (const std::string& warning : outcome.warnings) text += "warning: " + warning + '\n';
-  for (const std::string& reason : outcome.reasons()) text += "reason: " + reason + '\n';
   return text + text_of(ending_of(session, outcome));
 }
 

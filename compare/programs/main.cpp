@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
+#include "compare/store/runs.hpp"
 #include "core/program/command.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -14,6 +16,8 @@ namespace {
 struct Arguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report;
+  std::vector<std::filesystem::path> sensitivities;
+  RunLabel label;
   double max_sigma_percent = 10;
   Options options;
 };
@@ -28,6 +32,11 @@ void add_options(Command& app, Arguments& arguments) {
                  "calibration.json: draws the virtual cloth into the photographs");
   app.add_option("--store", arguments.store, "results store to add to (made when absent)");
   app.add_option("--report", arguments.report, "report.html to write, with its pictures beside it");
+  app.add_option("--label", arguments.label.label, "name of the run in the store");
+  app.add_option("--operator", arguments.label.operator_name, "who ran it");
+  app.add_option(
+      "--sensitivity", arguments.sensitivities,
+      "sensitivity.json that must lie beside a measured sheet (it is read there anyway)");
   app.add_option("--min-marks", arguments.options.min_marks,
                  "NO-GO below this number of compared marks (default 10)");
   app.add_option("--max-sigma-percent", arguments.max_sigma_percent,
@@ -60,7 +69,7 @@ int run(Arguments& arguments, const CommonOptions& common,
   std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {
     lock.emplace(arguments.store, StoreLock::Kind::alone);
-    outcome.stored = import_session(arguments.store, session, outcome);
+    outcome.stored = import_session(arguments.store, session, outcome, arguments.label);
     record.output(arguments.store);
   }
   progress.update(0.6, "writing the report");
@@ -70,6 +79,7 @@ int run(Arguments& arguments, const CommonOptions& common,
   progress.update(1, "done");
   if (!arguments.store.empty()) {
     std::vector<std::filesystem::path> files = files_of(session);
+    for (auto& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
     files.insert(files.end(), record.outputs().begin(), record.outputs().end());
     seal_store(*lock, arguments.store, files, record.file());
   }

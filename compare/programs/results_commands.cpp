@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/copies.hpp"
 #include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/history/signature.hpp"
@@ -40,6 +41,14 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
   print_text(json || csv ? text : printable(text));
 }
 
+/// What a run can be asked for as well as a comparison.
+void add_run_filters(Command* command, ResultFilter& filter) {
+  command->add_option("--since", filter.since, "run on this ISO date or later");
+  command->add_option("--until", filter.until, "run on this ISO date or earlier");
+  command->add_option("--calibration", filter.calibration,
+                      "measured with it: the start of its hash, or a part of its name");
+}
+
 void add_filters(Command* command, ResultFilter& filter) {
   command->add_option("--scene", filter.scene, "only this scene, e.g. A");
   command->add_option("--fabric", filter.fabric, "only this fabric");
@@ -48,8 +57,10 @@ void add_filters(Command* command, ResultFilter& filter) {
   command->add_option("--rig", filter.rig, "only sheets measured on this rig");
   command->add_option("--model", filter.model, "only this cloth model");
   command->add_option("--simulator", filter.simulator, "only this simulator, e.g. drapebench");
-  command->add_option("--since", filter.since, "recorded on this ISO date or later");
-  command->add_option("--until", filter.until, "recorded on this ISO date or earlier");
+  add_run_filters(command, filter);
+  command->add_option("--run", filter.run, "only what this run compared, replaced or not");
+  command->add_flag("--all", filter.outdated,
+                    "also what a later run of the same photographs replaced, renamed or left out");
 }
 
 void add_out(Command* command, ResultsArguments& arguments) {
@@ -63,8 +74,10 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   Outcome outcome;
   compare_session(session, {}, outcome);
   const StoreLock lock(arguments.store, StoreLock::Kind::alone);
-  const ImportCounts counts = import_session(arguments.store, session, outcome);
-  seal_store(lock, arguments.store, files_of(session));
+  const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);
+  std::vector<fs::path> files = files_of(session);
+  for (fs::path& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
+  seal_store(lock, arguments.store, files);
   Ending ending;
   ending.verdict =
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
@@ -119,8 +132,32 @@ int why(const StoreReader& reader, const ResultsArguments& arguments, const Comm
   return result.complete ? 0 : 1;
 }
 
+/// The number of a run: digits alone, fewer than any key is asked for.
+std::optional<int> run_number(const std::string& text) {
+  const bool digits =
+      !text.empty() && text.size() <= 6 &&
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return digits ? std::optional(std::stoi(text)) : std::nullopt;
+}
+
+void diff(const StoreReader& reader, const ResultsArguments& arguments,
+          const CommonOptions& common) {
+  const auto first = run_number(arguments.key), second = run_number(arguments.second_key);
+  if (first && second) {
+    const RunDifference found = difference_of_runs(reader, *first, *second);
+    if (!common.json && !arguments.csv) fmt::print("{}\n\n", found.sentence);
+    return write(arguments, common, {found.values, found.drapes});
+  }
+  const Difference found = difference_of(reader, arguments.key, arguments.second_key);
+  write(arguments, common, {found.metrics, found.marks});
+}
+
 int trend(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
+  if (!arguments.by.empty()) {
+    write(arguments, common, {trend_by(reader, arguments.by)});
+    return 0;
+  }
   const Trend result = trend_of(reader, arguments.trend);
   write(arguments, common, {result.table});
   return result.alarms == 0 ? 0 : 1;
@@ -148,6 +185,10 @@ void export_store(const StoreReader& reader, const ResultsArguments& arguments,
 void add_reading(Command& app, ResultsArguments& arguments) {
   add_filters(app.add_subcommand("list", "one line per comparison, real against virtual"),
               arguments.filter);
+  Command* runs = app.add_subcommand("runs", "one line per run: date, label, verdicts, basis");
+  add_run_filters(runs, arguments.filter);
+  runs->add_option("--scene", arguments.filter.scene, "only runs with this scene");
+  runs->add_option("--rig", arguments.filter.rig, "only runs of this rig");
   Command* show = app.add_subcommand("show", "metrics, provenance and marks of one comparison");
   show->add_option("RUN", arguments.key, "start of the comparison's key, from list")->required();
   Command* tables = app.add_subcommand("tables", "the paper's two tables for each drape");
@@ -158,9 +199,11 @@ void add_reading(Command& app, ResultsArguments& arguments) {
                    "rigs/paper/published.csv)")
       ->expected(0, 1)
       ->default_str("rigs/paper/published.csv");
-  Command* diff = app.add_subcommand("diff", "two comparisons side by side");
-  diff->add_option("A", arguments.key, "start of a comparison's key")->required();
-  diff->add_option("B", arguments.second_key, "start of another's")->required();
+  Command* diff =
+      app.add_subcommand("diff", "two runs by number, or two comparisons by key, side by side");
+  diff->add_option("A", arguments.key, "number of a run, or start of a comparison's key")
+      ->required();
+  diff->add_option("B", arguments.second_key, "of another")->required();
   Command* save = app.add_subcommand("export", "a whole table or view as csv, json or sql");
   save->add_option("FORMAT", arguments.format, "csv, json or sql")
       ->required()
@@ -182,6 +225,10 @@ void add_judging(Command& app, ResultsArguments& arguments) {
     command->add_option("--least", arguments.trend.least_before,
                         "values needed before one is judged (default 5)");
   }
+  trend->add_option(
+      "--by", arguments.by,
+      "the distances of all runs, apart by fabric, friction, label or any other key of "
+      "a scene or fabric file; no alarm");
   add_out(page, arguments);
   Command* why = app.add_subcommand(
       "why",
@@ -214,6 +261,8 @@ void add_judging(Command& app, ResultsArguments& arguments) {
                                        "and drape study leave them; again adds "
                                        "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
+  import->add_option("--label", arguments.label.label, "name of the run in the store");
+  import->add_option("--operator", arguments.label.operator_name, "who ran it");
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
 
@@ -247,8 +296,9 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
     const ShownResult shown = show_result(reader, arguments.key);
     write(arguments, common, {shown.metrics, shown.provenance, shown.marks});
   } else if (command == "diff") {
-    const Difference found = difference_of(reader, arguments.key, arguments.second_key);
-    write(arguments, common, {found.metrics, found.marks});
+    diff(reader, arguments, common);
+  } else if (command == "runs") {
+    write(arguments, common, {list_runs(reader, arguments.filter)});
   } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
     write(arguments, common,
           published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"

@@ -41,7 +41,7 @@ std::vector<Figure> overlays_of(const DrapeFiles& drape, const Report& report,
         preview = read_inside(folder_of_it, *frame.preview_file, where);
     }
     figures.push_back(overlay_figure(report.name, frame, preview, calibrated(session, frame.camera),
-                                     drape.input, report.real_virtual[*report.best]));
+                                     drape.input, report.real_virtual[*report.headline]));
   }
   return figures;
 }
@@ -54,15 +54,15 @@ std::vector<Figure> renders_of(const DrapeFiles& drape, const Report& report,
   for (const FrameDetections& frame : drape.detections->frames) {
     const CalibratedCamera* camera = calibrated(session, frame.camera);
     if (frame.set != set || camera == nullptr) continue;
-    figures.push_back(
-        render_figure(report.name, frame, *camera, drape.input, report.real_virtual[*report.best]));
+    figures.push_back(render_figure(report.name, frame, *camera, drape.input,
+                                    report.real_virtual[*report.headline]));
   }
   return figures;
 }
 
-/// Curves that the best simulation read and that are still the same.
+/// Curves that the headline simulation read and that are still the same.
 std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
-  const auto& made_by = drape.simulated_by[report.real_virtual[*report.best].simulation];
+  const auto& made_by = drape.simulated_by[report.real_virtual[*report.headline].simulation];
   if (!made_by) return std::nullopt;
   std::vector<FabricCurve> curves;
   for (const auto& [file, sha256] : made_by->inputs) {
@@ -79,13 +79,13 @@ std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
 }
 
 DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Session& session) {
-  const RealVirtual& best = report.real_virtual[*report.best];
+  const RealVirtual& headline = report.real_virtual[*report.headline];
   return {overlays_of(drape, report, session),
           renders_of(drape, report, session),
-          sheet_figure(report.name, drape.input, best),
-          map_figure(report.name, drape.input, best),
-          histogram_figure(report.name, best),
-          strain_figure(report.name, drape.input, best),
+          sheet_figure(report.name, drape.input, headline),
+          map_figure(report.name, drape.input, headline),
+          histogram_figure(report.name, headline),
+          strain_figure(report.name, drape.input, headline),
           convergence_figure(report.name, drape.input, report),
           hem_figure(report.name, drape.input, report),
           fabric_of(drape, report)};
@@ -95,7 +95,7 @@ std::string verdict_part(const Outcome& outcome) {
   const bool go = outcome.go();
   std::string text =
       fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{}", go ? "go" : "stop",
-                  go ? "GO" : "NO-GO", go ? xml(outcome.sentence()) : "");
+                  go ? "Measurement GO" : "Measurement NO-GO", go ? xml(outcome.sentence()) : "");
   if (!go) {
     text += "<ul>";
     for (const std::string& reason : outcome.reasons()) text += "<li>" + xml(reason) + "</li>";
@@ -105,38 +105,6 @@ std::string verdict_part(const Outcome& outcome) {
   for (const std::string& warning : outcome.warnings)
     text += "<p><b>Warning.</b> " + xml(warning) + "</p>\n";
   return text;
-}
-
-std::string overview_part(const Session& session, const Outcome& outcome) {
-  Table table;
-  table.names = {"drape",
-                 "verdict",
-                 "best mean distance (mm)",
-                 "± (mm)",
-                 "part of the patch",
-                 "best simulation",
-                 "marks",
-                 "gaps",
-                 "sigma of a mark (mm)"};
-  table.numeric = {false, false, true, true, false, false, true, true, true};
-  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
-    const Report& report = outcome.reports[i];
-    const DrapeInput& input = session.drapes[i].input;
-    std::vector<std::string> cells = {report.name, report.go() ? "GO" : "NO-GO", "", "", "", ""};
-    if (report.best) {
-      const RealVirtual& best = report.real_virtual[*report.best];
-      cells[2] = mm_text(best.statistics.mean_m);
-      if (best.statistics.sigma_mean_m)
-        cells[3] = fmt::format("{:.4f}", *best.statistics.sigma_mean_m / mm);
-      cells[4] = percent_text(best.statistics.mean_m, input.measured.sheet.patch_m);
-      cells[5] = input.simulations[best.simulation].label();
-    }
-    cells.push_back(std::to_string(report.measurement.marks));
-    cells.push_back(std::to_string(report.measurement.gaps));
-    cells.push_back(mm_text(report.measurement.sigma_median_m));
-    table.add(std::move(cells));
-  }
-  return html_table(table);
 }
 
 /// Writes one file beside the report and remembers it.
@@ -170,9 +138,9 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
   csv("-gaps.csv", gap_table(input, report));
-  const RealVirtual& best = report.real_virtual[*report.best];
-  csv("-trust.csv", trust_table(input, best));
-  csv("-strain.csv", strain_table(best));
+  const RealVirtual& headline = report.real_virtual[*report.headline];
+  csv("-trust.csv", trust_table(input, headline));
+  csv("-strain.csv", strain_table(headline));
   csv("-drapemeter.csv", drapemeter_table(input, report));
   if (!drape.error_split) return;
   csv("-fabric-values.csv", value_effect_table(*drape.error_split));
@@ -208,7 +176,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   std::set<std::string> taken;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
-    if (!report.best) {
+    if (!report.headline) {
       if (!report.real_surface.empty())
         drapes += "<section>\n<h2>Drape " + xml(report.name) + "</h2>\n" +
                   html_surfaces(session.drapes[i].input, report) + "</section>\n";
@@ -216,7 +184,8 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
     }
     const Report safe = with_safe_name(report, taken);
     const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
-    drapes += html_drape(session.drapes[i], report, session, figures);
+    drapes += html_drape(session.drapes[i], report, session, figures,
+                         html_values(session, outcome, report.name));
     write_exports(folder / file.stem(), session.drapes[i], safe, figures, written);
   }
   for (const VirtualGroup& group : outcome.groups)
@@ -236,12 +205,12 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
       "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
       policy +
       "\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<title>Real and virtual drapes: " +
+      "<title>Real and virtual drapes: measurement " +
       std::string(outcome.go() ? "GO" : "NO-GO") + "</title>\n<style>" + html_style() +
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
-      overview_part(session, outcome) + drapes + html_provenance(session, outcome, folder) +
-      "</main>\n" + scripts + "</body>\n</html>\n";
+      html_certificate(session, outcome) + drapes + html_calibration(session) +
+      html_provenance(session, outcome, folder) + "</main>\n" + scripts + "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);
   return written;

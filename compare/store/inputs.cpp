@@ -98,7 +98,8 @@ std::optional<MadeBy> read_made_by(const fs::path& output) {
 void find_recording(DrapeFiles& drape) {
   for (const auto& [file, sha256] : drape.detected_by->inputs) {
     if (file.filename() != "recording.json") continue;
-    drape.recording = RecordingId{sha256, std::nullopt};
+    drape.recording =
+        RecordingId{sha256, std::nullopt, file.parent_path().filename().generic_string()};
     if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
       drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,7 +18,7 @@ class Database;
 
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 4;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 5;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 
@@ -31,6 +32,7 @@ struct ImportCounts {
 struct RecordingId {
   std::string sha256;                      ///< of recording.json
   std::optional<std::string> recorded_on;  ///< ISO date
+  std::string name = {};                   ///< folder
 };
 
 /// Keeps the store and its seal together: an import holds it alone from its first commit until the
@@ -70,6 +72,8 @@ class Store {
                    const std::optional<RecordingId>& recording = {});
   /// Pairs of simulations without a real cloth.
   ImportCounts add(const VirtualGroup& group);
+  /// Rows of one transaction; see writer.hpp.
+  void write(const std::function<void(class Writer&)>& rows);
   /// Moves everything from the write-ahead log into the one file.
   void close();
 

@@ -223,8 +223,8 @@ Table gap_table(const DrapeInput& input, const Report& report) {
   table.names = {"row", "col", "reason"};
   table.numeric = {true, true, false};
   std::vector<Gap> gaps = input.measured.sheet.gaps;
-  if (report.best) {
-    const auto& excluded = report.real_virtual[*report.best].marks.excluded;
+  if (report.headline) {
+    const auto& excluded = report.real_virtual[*report.headline].marks.excluded;
     gaps.insert(gaps.end(), excluded.begin(), excluded.end());
   }
   std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.mark < b.mark; });

@@ -26,7 +26,8 @@ namespace {
 
 int report_error(const Error& error, const std::string& program, const CommonOptions& options) {
   const int code = static_cast<int>(error.kind());
-  fmt::print(stderr, "{}: error: {}\n", program, printable(error.what()));
+  fmt::print(stderr, "{}: {}: {}\n", program, coloured("error", "31", stderr),
+             printable(error.what()));
   if (!options.json) return code;
   Json json;
   json["error"]["what_failed"] = error.what_failed();
@@ -90,6 +91,8 @@ Json json_of(const Ending& ending) {
   json["numbers"] = Json::object();
   for (const auto& [name, value] : ending.numbers) json["numbers"][name] = value;
   json["rejected"] = ending.rejected;
+  json["warnings"] = ending.warnings;
+  json["advice"] = ending.advice;
   json["next_command"] = ending.next_command;
   return json;
 }
@@ -111,8 +114,9 @@ std::string text_of(const Ending& ending) {
   for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
   for (const auto& [name, value] : ending.numbers)
     text += fmt::format("  {:<{}}  {}\n", name, width, value);
-  for (const std::string& rejected : ending.rejected)
-    text += fmt::format("  rejected: {}\n", rejected);
+  for (const std::string& line : ending.rejected) text += fmt::format("  rejected: {}\n", line);
+  for (const std::string& line : ending.warnings) text += fmt::format("  warning: {}\n", line);
+  for (const std::string& line : ending.advice) text += fmt::format("  advice: {}\n", line);
   if (!ending.next_command.empty()) text += fmt::format("  next: {}\n", ending.next_command);
   return text;
 }
@@ -131,7 +135,9 @@ int finish(const Ending& ending, const CommonOptions& options) {
   if (options.json) {
     print_text(pretty(json_of(ending)));
   } else if (!options.quiet) {
-    print_text(printable(text_of(ending)));
+    const std::string text = printable(text_of(ending));
+    const std::size_t end = text.find(':');
+    print_text(coloured(text.substr(0, end), ending.go ? "32" : "1;31", stdout) + text.substr(end));
   }
   return ending.go ? 0 : 1;
 }
@@ -166,6 +172,11 @@ int run_guarded(const std::string& name, const CommonOptions& options,
   } catch (const std::exception& error) {
     return report_error(internal_error(error.what()), name, options);
   }
+}
+
+std::string coloured(const std::string& text, const char* code, std::FILE* stream) {
+  if (::isatty(::fileno(stream)) == 0 || std::getenv("NO_COLOR") != nullptr) return text;
+  return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
 }
 
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,

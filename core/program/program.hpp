@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
@@ -21,13 +22,15 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads and --version.
 void add_common_options(Command& app, CommonOptions& options);
 
-/// The last lines a person sees (DESIGN: verdict, the few numbers that matter, what was rejected
-/// and why, the next command).
+/// The last lines a person sees: the verdict on the measurement, the few numbers that matter, what
+/// was rejected and why, what to be careful about, what would help, the next command.
 struct Ending {
   bool go = true;
   std::string verdict;                                       ///< one sentence
   std::vector<std::pair<std::string, std::string>> numbers;  ///< name, value with unit
-  std::vector<std::string> rejected;                         ///< what and why, with counts
+  std::vector<std::string> rejected = {};  ///< data that were not used, and why, with counts
+  std::vector<std::string> warnings = {};  ///< data that were used though something is odd
+  std::vector<std::string> advice = {};    ///< what would make the next result better
   std::string next_command;
 };
 
@@ -39,6 +42,10 @@ int finish(const Ending& ending, const CommonOptions& options, const RunRecord& 
 
 /// The ending as people read it.
 [[nodiscard]] std::string text_of(const Ending& ending);
+
+/// The text in a terminal's colour (SGR code, e.g. "31"), plain where `stream` is no terminal or
+/// the environment has NO_COLOR.
+[[nodiscard]] std::string coloured(const std::string& text, const char* code, std::FILE* stream);
 
 /// Prints to standard output; throws Error(internal) when that cannot be written.
 void print_text(const std::string& text);

@@ -38,9 +38,9 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
                     curve.half_hysteresis / unit));
   }
   ending.numbers.emplace_back("twist stiffness", fmt::format("{:.3g} uN m", laws.twist_n_m * 1e6));
-  ending.rejected = report.warnings;
+  ending.warnings = report.warnings;
   for (const std::string& what : fabric.stand_ins)
-    ending.rejected.push_back("not measured: " + what);
+    ending.warnings.push_back("not measured: " + what);
   ending.next_command = fmt::format("drape-simulate SCENE --fabric {} --out DIR", file.string());
   if (plot) {
     write_durable(*plot, curves_svg(fabric, segments));

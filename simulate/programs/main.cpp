@@ -41,6 +41,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   if (args.start) {
     std::get<SimulatedSource>(result.sheet.source).start_sha256 =
         sha256_of_file(fs::path(*args.start).replace_extension(".json"));
+    result.sheet.no_go = inputs.measured->no_go;
   }
   write_outputs(args.out, result, args.options, record);
   return finish(ending_of(result, args.out), common, record);

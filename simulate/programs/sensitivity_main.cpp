@@ -21,7 +21,7 @@ struct Arguments {
   std::optional<fs::path> fabric, start;
   int grid = 21;
   SimulateOptions options;
-  SplitOptions split;
+  SplitOptions split{.scene_values = true};
 };
 
 Ending ending_of(const ErrorSplit& split, const fs::path& out) {

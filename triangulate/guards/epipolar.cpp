@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "triangulate/epipolar.hpp"
+#include "triangulate/guards/epipolar.hpp"
 
 #include <algorithm>
 #include <cmath>
