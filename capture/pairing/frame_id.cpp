@@ -25,8 +25,7 @@ std::optional<std::int64_t> FrameIdUnwrapper::unwrap(std::uint64_t id) {
   if (id < range_.first) return std::nullopt;
   const bool beyond = id > range_.last;  // it counts on where 16 bit would wrap
   const bool wraps = !beyond && range_.last < kLast64;
-  if (!wraps && newest_id_ && id > *newest_id_ && id - *newest_id_ > kFarthest)
-    return std::nullopt;
+  if (!wraps && newest_id_ && id > *newest_id_ && id - *newest_id_ > kFarthest) return std::nullopt;
   if (beyond) range_.last = kLast64;
   if (!newest_id_) {
     newest_id_ = id;

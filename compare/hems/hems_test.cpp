@@ -232,6 +232,27 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
 }
 
+TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
+  const test::TemporaryFolder folder;
+  for (const char* name : {"start-00.ply", "start-01.ply"})
+    write_durable(folder.path() / name,
+                  "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
+                  "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                  "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
+                  "3 0 3 4\n3 0 4 1\n");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}},
+                    {{"file", "start-01.ply"}, {"at_rest", false}, {"specimen_area_mm2", 70000}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet set = read_hems({folder.path()}, {});
+  ASSERT_EQ(set.hems.size(), 2U) << (set.refused.empty() ? "" : set.refused.front());
+  EXPECT_TRUE(set.hems[0].go);
+  EXPECT_FALSE(set.hems[1].go);
+  const double disc = std::numbers::pi * 8100;
+  EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
+}
+
 TEST(Hems, ABestTurnAndAMirrorAreNoDistance) {
   std::vector<double> radius, turned, other;
   const Shape shape{120, {{5, 8, 0.2}, {3, 4, 1.1}}};

@@ -56,6 +56,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     resting += found.at_rest;
     json["starts"].push_back({{"file", name},
                               {"points", drapes[i].mesh.points_m.size()},
+                              {"specimen_area_mm2", drapes[i].mesh.area_m2() / (mm * mm)},
                               {"at_rest", found.at_rest},
                               {"steps", found.steps},
                               {"residual_point_weights", found.residual},
