@@ -7,152 +7,147 @@
 #include <utility>
 
 #include "core/error.hpp"
-<<<<<<< HEAD
-#include "core/files/mesh_file.hpp"
-    =======
 #include "core/files/json_file.hpp"
-    >>>>>>> 1c7cab8 (Carry a virtual drape's status and specimen into its hem)
+#include "core/files/mesh_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 
-    namespace drape::compare {
-  namespace {
+namespace drape::compare {
+namespace {
 
-  using Eigen::Vector2d;
+using Eigen::Vector2d;
 
-  ShadowMesh mesh_of(const Sheet& sheet) {
-    ShadowMesh mesh;
-    if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
-      mesh.status = source->status;
-    std::map<MarkId, std::size_t> index;
-    for (const SheetMark& mark : sheet.marks) {
-      index[mark.mark] = mesh.points_m.size();
-      mesh.points_m.push_back(mark.point_in_world);
-      mesh.material_m.push_back(mark.material_m);
-    }
-    for (const auto& [mark, at] : index) {
-      const auto right = index.find({mark.row, mark.col + 1});
-      const auto below = index.find({mark.row + 1, mark.col});
-      const auto across = index.find({mark.row + 1, mark.col + 1});
-      if (right == index.end() || below == index.end() || across == index.end()) continue;
-      mesh.triangles.push_back({at, right->second, below->second});
-      mesh.triangles.push_back({right->second, across->second, below->second});
-    }
-    return mesh;
+ShadowMesh mesh_of(const Sheet& sheet) {
+  ShadowMesh mesh;
+  if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
+    mesh.status = source->status;
+  std::map<MarkId, std::size_t> index;
+  for (const SheetMark& mark : sheet.marks) {
+    index[mark.mark] = mesh.points_m.size();
+    mesh.points_m.push_back(mark.point_in_world);
+    mesh.material_m.push_back(mark.material_m);
   }
-
-  double flat_area(const ShadowMesh& mesh) {
-    double area = 0;
-    for (const auto& [a, b, c] : mesh.triangles) {
-      const Vector2d u = mesh.material_m[b] - mesh.material_m[a];
-      const Vector2d v = mesh.material_m[c] - mesh.material_m[a];
-      area += std::abs(u.x() * v.y() - u.y() * v.x()) / 2;
-    }
-    return area;
+  for (const auto& [mark, at] : index) {
+    const auto right = index.find({mark.row, mark.col + 1});
+    const auto below = index.find({mark.row + 1, mark.col});
+    const auto across = index.find({mark.row + 1, mark.col + 1});
+    if (right == index.end() || below == index.end() || across == index.end()) continue;
+    mesh.triangles.push_back({at, right->second, below->second});
+    mesh.triangles.push_back({right->second, across->second, below->second});
   }
+  return mesh;
+}
 
-  struct Moments {
-    double area = 0;
-    Vector2d first = Vector2d::Zero();
-  };
-
-  /// Adds what the line at `y` covers, of thickness `height`: its pieces lie in any order.
-  void add_line(std::vector<std::pair<double, double>>& pieces, double y, double height,
-                Moments& moments) {
-    std::sort(pieces.begin(), pieces.end());
-    for (std::size_t i = 0; i < pieces.size();) {
-      const double from = pieces[i].first;
-      double to = pieces[i].second;
-      for (++i; i < pieces.size() && pieces[i].first <= to; ++i)
-        to = std::max(to, pieces[i].second);
-      const double area = (to - from) * height;
-      moments.area += area;
-      moments.first += area * Vector2d((from + to) / 2, y);
-    }
+double flat_area(const ShadowMesh& mesh) {
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector2d u = mesh.material_m[b] - mesh.material_m[a];
+    const Vector2d v = mesh.material_m[c] - mesh.material_m[a];
+    area += std::abs(u.x() * v.y() - u.y() * v.x()) / 2;
   }
+  return area;
+}
 
-  Moments covered(const ShadowMesh& mesh, int lines) {
-    double low = 1e300, high = -1e300;
-    for (const auto& point : mesh.points_m) {
-      low = std::min(low, point.y());
-      high = std::max(high, point.y());
-    }
-    const double height = (high - low) / lines;
-    std::vector<std::vector<std::pair<double, double>>> pieces(static_cast<std::size_t>(lines));
-    const auto line_at = [&](double y) { return (y - low) / height - 0.5; };
-    for (const auto& triangle : mesh.triangles) {
-      std::array<Vector2d, 3> p;
-      for (int k = 0; k < 3; ++k) p[k] = mesh.points_m[triangle[k]].head<2>();
-      const auto [least, most] = std::minmax({p[0].y(), p[1].y(), p[2].y()});
-      const int last = std::min(lines - 1, static_cast<int>(std::floor(line_at(most))));
-      for (int i = std::max(0, static_cast<int>(std::ceil(line_at(least)))); i <= last; ++i) {
-        const double y = low + (i + 0.5) * height;
-        double from = 1e300, to = -1e300;
-        for (int k = 0; k < 3; ++k) {
-          const Vector2d &a = p[k], &b = p[(k + 1) % 3];
-          if ((a.y() - y) * (b.y() - y) > 0 || a.y() == b.y()) continue;
-          const double x = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
-          from = std::min(from, x);
-          to = std::max(to, x);
-        }
-        if (to > from) pieces[i].emplace_back(from, to);
-      }
-    }
-    Moments moments;
-    for (int i = 0; i < lines; ++i) add_line(pieces[i], low + (i + 0.5) * height, height, moments);
-    return moments;
+struct Moments {
+  double area = 0;
+  Vector2d first = Vector2d::Zero();
+};
+
+/// Adds what the line at `y` covers, of thickness `height`: its pieces lie in any order.
+void add_line(std::vector<std::pair<double, double>>& pieces, double y, double height,
+              Moments& moments) {
+  std::sort(pieces.begin(), pieces.end());
+  for (std::size_t i = 0; i < pieces.size();) {
+    const double from = pieces[i].first;
+    double to = pieces[i].second;
+    for (++i; i < pieces.size() && pieces[i].first <= to; ++i) to = std::max(to, pieces[i].second);
+    const double area = (to - from) * height;
+    moments.area += area;
+    moments.first += area * Vector2d((from + to) / 2, y);
   }
+}
 
-  }  // namespace
-
-  namespace {
-
-  /// What the list of virtual drapes beside a mesh says of it.
-  void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
-    for (const JsonNode& start : JsonNode::open(list, "cusick", 1).items("starts")) {
-      if (start.text("file") != name) continue;
-      mesh.status = start.boolean("at_rest") ? "at rest" : "relaxation ended before";
-      mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
-    }
+Moments covered(const ShadowMesh& mesh, int lines) {
+  double low = 1e300, high = -1e300;
+  for (const auto& point : mesh.points_m) {
+    low = std::min(low, point.y());
+    high = std::max(high, point.y());
   }
-
-  }  // namespace
-
-  ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
-    std::filesystem::path json = file;
-    json.replace_extension(".json");
-    if (std::filesystem::exists(json)) return mesh_of(read_sheet(json));
-    const MeshFile read = read_mesh_file(file);
-    ShadowMesh mesh;
-    for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
-    for (const auto& t : read.triangles)
-      mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
-    const std::filesystem::path list = file.parent_path() / "cusick.json";
-    if (std::filesystem::exists(list)) read_list(list, file.filename().string(), mesh);
-    return mesh;
-  }
-
-  Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
-    const Moments moments = covered(mesh, lines);
-    if (!(moments.area > 0))
-      throw bad_input("the mesh covers nothing seen from above", {}, "z is up");
-    Hem hem{moments.first / moments.area, moments.area, {}, {}};
-    std::vector<std::optional<double>> radius(static_cast<std::size_t>(rays));
-    for (const auto& triangle : mesh.triangles) {
+  const double height = (high - low) / lines;
+  std::vector<std::vector<std::pair<double, double>>> pieces(static_cast<std::size_t>(lines));
+  const auto line_at = [&](double y) { return (y - low) / height - 0.5; };
+  for (const auto& triangle : mesh.triangles) {
+    std::array<Vector2d, 3> p;
+    for (int k = 0; k < 3; ++k) p[k] = mesh.points_m[triangle[k]].head<2>();
+    const auto [least, most] = std::minmax({p[0].y(), p[1].y(), p[2].y()});
+    const int last = std::min(lines - 1, static_cast<int>(std::floor(line_at(most))));
+    for (int i = std::max(0, static_cast<int>(std::ceil(line_at(least)))); i <= last; ++i) {
+      const double y = low + (i + 0.5) * height;
+      double from = 1e300, to = -1e300;
       for (int k = 0; k < 3; ++k) {
-        const std::size_t a = triangle[k], b = triangle[(k + 1) % 3];
-        raise_outline(radius, mesh.points_m[a].head<2>() - hem.centre_m,
-                      mesh.points_m[b].head<2>() - hem.centre_m);
+        const Vector2d &a = p[k], &b = p[(k + 1) % 3];
+        if ((a.y() - y) * (b.y() - y) > 0 || a.y() == b.y()) continue;
+        const double x = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+        from = std::min(from, x);
+        to = std::max(to, x);
       }
+      if (to > from) pieces[i].emplace_back(from, to);
     }
-    for (const auto& r : radius) {
-      if (!r)
-        throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
-      hem.radius_m.push_back(*r);
-    }
-    hem.flat_area_m2 = mesh.flat_area_m2;
-    if (!mesh.material_m.empty()) hem.flat_area_m2 = flat_area(mesh);
-    return hem;
   }
+  Moments moments;
+  for (int i = 0; i < lines; ++i) add_line(pieces[i], low + (i + 0.5) * height, height, moments);
+  return moments;
+}
+
+}  // namespace
+
+namespace {
+
+/// What the list of virtual drapes beside a mesh says of it.
+void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
+  for (const JsonNode& start : JsonNode::open(list, "cusick", 1).items("starts")) {
+    if (start.text("file") != name) continue;
+    mesh.status = start.boolean("at_rest") ? "at rest" : "relaxation ended before";
+    mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
+  }
+}
+
+}  // namespace
+
+ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
+  std::filesystem::path json = file;
+  json.replace_extension(".json");
+  if (std::filesystem::exists(json)) return mesh_of(read_sheet(json));
+  const MeshFile read = read_mesh_file(file);
+  ShadowMesh mesh;
+  for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
+  for (const auto& t : read.triangles)
+    mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
+  const std::filesystem::path list = file.parent_path() / "cusick.json";
+  if (std::filesystem::exists(list)) read_list(list, file.filename().string(), mesh);
+  return mesh;
+}
+
+Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
+  const Moments moments = covered(mesh, lines);
+  if (!(moments.area > 0))
+    throw bad_input("the mesh covers nothing seen from above", {}, "z is up");
+  Hem hem{moments.first / moments.area, moments.area, {}, {}};
+  std::vector<std::optional<double>> radius(static_cast<std::size_t>(rays));
+  for (const auto& triangle : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t a = triangle[k], b = triangle[(k + 1) % 3];
+      raise_outline(radius, mesh.points_m[a].head<2>() - hem.centre_m,
+                    mesh.points_m[b].head<2>() - hem.centre_m);
+    }
+  }
+  for (const auto& r : radius) {
+    if (!r) throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
+    hem.radius_m.push_back(*r);
+  }
+  hem.flat_area_m2 = mesh.flat_area_m2;
+  if (!mesh.material_m.empty()) hem.flat_area_m2 = flat_area(mesh);
+  return hem;
+}
 
 }  // namespace drape::compare
