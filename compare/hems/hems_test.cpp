@@ -43,16 +43,20 @@ struct Shape {
   }
 };
 
-/// Coverage of each pixel by 8 x 8 samples; the shape's centre lies at `centre` px. `squeeze`
-/// narrows the picture along its first diagonal, as a tilted camera far away does.
+/// Coverage of each pixel by 8 x 8 samples, by one sample far from the hem; the shape's centre lies
+/// at `centre` px. `squeeze` narrows the picture along its first diagonal, as a tilted camera far
+/// away does.
 cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre = {127.3, 128.6},
                  double squeeze = 1) {
   constexpr int kSamples = 8;
   cv::Mat grey(size, size, CV_8U);
   for (int v = 0; v < size; ++v) {
     for (int u = 0; u < size; ++u) {
-      int inside = 0;
-      for (int k = 0; k < kSamples * kSamples; ++k) {
+      const double x0 = kPixel * (u - centre.x), y0 = kPixel * (centre.y - v);
+      const double gap = std::hypot(x0, y0) - shape.at(std::atan2(y0, x0));
+      const bool far = std::abs(gap) > 12 * kPixel;
+      int inside = far && gap < 0 ? kSamples * kSamples : 0;
+      for (int k = 0; k < kSamples * kSamples && !far; ++k) {
         double x = u - centre.x + (k % kSamples + 0.5) / kSamples - 0.5;
         double y = centre.y - v - (k / kSamples + 0.5) / kSamples + 0.5;
         const double along = (x + y) / 2 * (1 / squeeze - 1);
