@@ -252,10 +252,6 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
     report.stages =
         check_stages(fit.refinement.camera, fit.points, free, std::max(1.0, report.chi2_per_dof));
   report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
-  if (report.stages && !report.stages->contradiction.empty()) {
-    report.status = report.good() ? report.stages->contradiction
-                                  : report.stages->contradiction + "; " + report.status;
-  }
   CalibratedCamera calibrated;
   calibrated.camera = fit.refinement.camera;
   calibrated.residuals = residuals_of(calibrated.camera, fit.points);

@@ -25,19 +25,6 @@ function(drape_verify_headers target)
   endif()
 endfunction()
 
-# What a program, or a file, is used for: the Debian package (drapebench-<use>, `tools`: drapebench).
-function(drape_use_of_folder variable)
-  file(RELATIVE_PATH here ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-  string(REGEX REPLACE "/.*" "" stage ${here})
-  set(use tools)
-  if(stage STREQUAL front)
-    set(use common)
-  elseif(stage STREQUAL simulate OR stage STREQUAL capture)
-    set(use ${stage})
-  endif()
-  set(${variable} ${use} PARENT_SCOPE)
-endfunction()
-
 # drape_library(<folder> HEADERS ... SOURCES ... PUBLIC ... PRIVATE ...) makes drapebench::<folder>.
 function(drape_library folder)
   cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;PUBLIC;PRIVATE" ${ARGN})
@@ -63,9 +50,6 @@ function(drape_program name)
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS ${name})
-  drape_use_of_folder(use)
-  set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS_${use} ${name})
-  install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT ${use})
 endfunction()
 
 # drape_test(<name> SOURCES ... LINK ...) builds a GoogleTest program and registers its tests.

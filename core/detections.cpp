@@ -129,8 +129,8 @@ Json json_of(const FrameDetections& frame) {
 
 FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& lattice) {
   FrameDetections frame;
-  frame.set = node.name("set");
-  frame.camera = node.name("camera");
+  frame.set = node.text("set");
+  frame.camera = node.text("camera");
   frame.width_px = node.integer("width_px");
   frame.height_px = node.integer("height_px");
   frame.image_sha256 = node.text("image_sha256");

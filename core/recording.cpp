@@ -13,8 +13,7 @@ namespace {
 constexpr int kVersion = 1;
 
 RecordedFrame read_recorded_frame(const JsonNode& node) {
-  static_cast<void>(name_inside({}, node.text("file"), node.where("file")));
-  return {node.name("camera"),       node.text("file"),
+  return {node.text("camera"),       node.text("file"),
           node.text("sha256"),       node.integer("width_px"),
           node.integer("height_px"), node.optional_number("device_time_s")};
 }
@@ -53,7 +52,7 @@ Recording read_recording(const std::filesystem::path& folder) {
   const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
   Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
   for (const JsonNode& set : root.items("sets")) {
-    recording.sets.push_back({set.name("name"),
+    recording.sets.push_back({set.text("name"),
                               {},
                               set.optional_text("details_sha256"),
                               set.optional_number("motion_px"),
@@ -95,12 +94,12 @@ std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet
   const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
   if (!std::filesystem::exists(file)) {
     throw bad_input("an image of the recording is missing", where,
-                    "bring the image back, or record again");
+                    "bring the image back, or record anew");
   }
   std::vector<unsigned char> bytes = read_bytes(file);
   if (sha256_of(bytes) != frame.sha256) {
     throw bad_input("the image is not the one that was recorded: it was truncated or altered",
-                    where, "bring the original image back, or record again");
+                    where, "bring the original image back, or record anew");
   }
   return bytes;
 }

@@ -24,7 +24,7 @@ Eigen::Vector2d vector2_m(const TomlTable& table, const std::string& key) {
 
 RigCamera read_camera(const TomlTable& table) {
   RigCamera camera;
-  camera.name = table.name("name");
+  camera.name = table.text("name");
   camera.width_px = table.positive_integer("width_px");
   camera.height_px = table.positive_integer("height_px");
   const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
@@ -53,9 +53,9 @@ void read_cameras(const TomlTable& root, Rig& rig) {
 void read_calibration_plan(const TomlTable& root, Rig& rig) {
   const TomlTable plan = root.table("calibration");
   rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
-  if (plan.has("free_poses")) rig.free_poses = plan.names("free_poses");
+  if (plan.has("free_poses")) rig.free_poses = plan.texts("free_poses");
   for (const TomlTable& stage : plan.tables("stage")) {
-    rig.stages.push_back({stage.name("set"), stage.number("z_mm") * mm});
+    rig.stages.push_back({stage.text("set"), stage.number("z_mm") * mm});
   }
 }
 
@@ -68,9 +68,10 @@ std::vector<int> positive_list(const TomlTable& root, const std::string& key, in
   return values;
 }
 
-/// A rig that is only calibrated has no scenes, and then no grids.
+/// A rig that is only calibrated has no scenes, and then neither print nor grids.
 void read_drapes(const TomlTable& root, Rig& rig) {
   for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
+  rig.print_file = root.file_path("print");
   rig.grids = positive_list(root, "grids", 3);
   rig.segments = positive_list(root, "segments", 1);
 }
@@ -138,11 +139,10 @@ Rig read_rig(const std::filesystem::path& path) {
   Rig rig;
   rig.file = std::filesystem::is_directory(path) ? path / "rig.toml" : path;
   const TomlTable root = TomlTable::open(rig.file, "rig");
-  rig.name = root.name("name");
+  rig.name = root.text("name");
   rig.target_file = root.file_path("target");
   rig.recording = root.file_path("recording");
-  if (root.has("scenes")) read_drapes(root, rig);
-  if (root.has("scenes") || root.has("print")) rig.print_file = root.file_path("print");
+  if (root.has("scenes") || root.has("print")) read_drapes(root, rig);
   read_cameras(root, rig);
   read_calibration_plan(root, rig);
   root.finish();

@@ -10,7 +10,6 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -75,12 +74,14 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
   const std::string kind = root.text("kind");
   const JsonNode node = root.at("source");
   if (kind == "measured") {
-    return MeasuredSource{node.text("rig"), node.name("set"), node.texts("cameras"),
+    std::vector<std::string> cameras;
+    for (const Json& name : node.at("cameras").raw()) cameras.push_back(name.get<std::string>());
+    return MeasuredSource{node.text("rig"), node.text("set"), cameras,
                           node.text("calibration_sha256"), node.text("detections_sha256")};
   }
   if (kind != "simulated")
     root.reject("kind", fmt::format("a sheet is measured or simulated, not `{}`", kind));
-  return SimulatedSource{node.name("scene"),
+  return SimulatedSource{node.text("scene"),
                          node.text("fabric"),
                          node.text("scene_sha256"),
                          node.text("fabric_sha256"),
@@ -145,17 +146,11 @@ std::string ply_text(const Sheet& sheet) {
   return text;
 }
 
-/// The vertices of the PLY must be the marks of the JSON, in their order, else one of the two was
-/// swapped. Whoever wrote it may have rounded: six digits or 32 bits still hold a micrometre.
+/// The vertices of the PLY must be the marks of the JSON, else one of the two was swapped.
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
-  constexpr double kSame_m = 1e-6;
-  const MeshFile mesh = read_mesh_file(ply, true);
-  bool same = mesh.points.size() == sheet.marks.size();
-  for (std::size_t i = 0; same && i < sheet.marks.size(); ++i)
-    same = (mesh.points[i] * mm - sheet.marks[i].point_in_world).norm() < kSame_m;
-  if (!same) {
+  if (read_text(ply) != ply_text(sheet)) {
     throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
-                    "make the sheet again: both files belong together");
+                    "make the sheet anew: both files belong together");
   }
 }
 
@@ -190,7 +185,6 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   json["cols"] = sheet.cols;
   json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
   json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
-  json["no_go"] = sheet.no_go ? Json(*sheet.no_go) : Json();
   if (sheet.error_budget) json["error_budget_mm"] = json_of(*sheet.error_budget);
   json["marks"] = Json::array();
   for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
@@ -212,7 +206,6 @@ Sheet read_sheet(const std::filesystem::path& file) {
   sheet.cols = root.integer("cols");
   sheet.patch_m = root.vector2("patch_mm") * mm;
   sheet.source = read_source(root);
-  sheet.no_go = root.optional_text("no_go");
   if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
   for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
   for (const JsonNode& node : root.items("gaps")) {

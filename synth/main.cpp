@@ -40,7 +40,9 @@ int write_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions
   record.option("noise_grey", fmt::format("{}", options.synth.render.noise_grey));
   record.option("slope_deg", fmt::format("{}", options.synth.folds_slope_deg));
   record.option("wavelength_mm", fmt::format("{}", options.synth.folds_wavelength_mm));
-  return finish(ending_of(report, rig, options.out), common, record);
+  const int code = finish(ending_of(report, rig, options.out), common);
+  record.write(run_record_path(options.out / "recording.json"), code);
+  return code;
 }
 
 }  // namespace
@@ -61,9 +63,7 @@ int main(int argc, char** argv) {
     resolve(options);
     options.synth.render.threads = thread_count(common);
     if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
-    RunRecord record(
-        "drape-synth", arguments_of(argc, argv),
-        options.predict ? fs::path() : run_record_path(options.out / "recording.json"));
+    RunRecord record("drape-synth", arguments_of(argc, argv));
     const Rig rig = read_rig(options.rig);
     return options.predict ? predict_rig(options, rig, common)
                            : write_rig(options, rig, common, record);

@@ -187,11 +187,11 @@ TEST(Coverage, IntervalsOfPointsHoldOverSyntheticRigs) {
     EXPECT_GE(inside / (3 * count), 0.93);
     EXPECT_LE(inside / (3 * count), 0.97);
     EXPECT_NEAR(mahalanobis / count, 3, 0.25);
-    EXPECT_GT(calibration / total, 0.2) << "the calibration's part is not tested";
+    EXPECT_GT(calibration / total, 0.2) << "the calibration's share is put to no test";
   }
 }
 
-TEST(Coverage, ErrorsInCommonAreNotTakenForSeparateOnes) {
+TEST(Coverage, ErrorsThatCamerasShareAreNotTakenForSeparateOnes) {
   Draw draw(7);
   const SyntheticRig rig = some_rig(draw);
   const JointPlaces places = joint_places(rig.found);

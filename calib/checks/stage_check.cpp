@@ -44,12 +44,6 @@ void add_findings(StageCheck& check, double half_m) {
     }
   }
   if (large(check.stroke_percent, check.stroke_sd_percent, check.stroke_percent / 100 * stroke_m)) {
-    const double factor = 1 + check.stroke_percent / 100;
-    check.contradiction = fmt::format(
-        "the target's pitch and the z stage's strokes contradict each other by {:+.3f} +- {:.3f} "
-        "%, so no length is known: pitch_mm in target.toml divided by {:.4f}, or every z_mm in "
-        "rig.toml times it, would agree; measure both",
-        check.stroke_percent, check.stroke_sd_percent, factor);
     check.findings.push_back(
         fmt::format("z stage: its stroke differs by {:+.3f} +- {:.3f} % from z_mm in rig.toml; {}",
                     check.stroke_percent, check.stroke_sd_percent, remedy));
@@ -145,7 +139,6 @@ ModeMatrix modes_of(double rise_m) {
 /// A stage that does not lie where the others' common motion has it.
 void add_strays(StageCheck& check, const JointModel& model, const std::vector<FreedStage>& freed,
                 const Eigen::VectorXd& left, const MatrixXd& covariance) {
-  double farthest = 0;  // mm; a stage of its own explains more than a stroke of all
   for (std::size_t i = 0; i < freed.size(); ++i) {
     const Vector3d way = left.segment<3>(static_cast<Index>(kModes * i) + 3);
     const Vector3d sd =
@@ -155,8 +148,6 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
         model.placements[freed[i].placement].set, way.x(), way.y(), way.z()));
-    if (way.norm() > farthest) check.contradiction = check.findings.back();
-    farthest = std::max(farthest, way.norm());
   }
 }
 

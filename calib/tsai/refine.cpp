@@ -2,7 +2,6 @@
 #include "calib/tsai/refine.hpp"
 
 #include <ceres/ceres.h>
-#include <glog/logging.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -104,12 +103,6 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
   const Correspondence& point_;
   Matrix2d whitener_;
 };
-
-/// Ceres logs a failed step to stderr although the solver is silent; its summary says the same.
-[[maybe_unused]] const bool quiet = [] {
-  FLAGS_minloglevel = google::GLOG_FATAL;
-  return true;
-}();
 
 ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;

@@ -40,7 +40,7 @@ class Sealed : public testing::Test {
     Outcome outcome;
     compare_session(session, {}, outcome);
     counts_ = import_session(store(), session, outcome);
-    seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), files_of(session));
+    seal_store(store(), files_of(session));
   }
   [[nodiscard]] fs::path store() const { return folder_.path() / "results.sqlite"; }
   [[nodiscard]] std::vector<std::string> findings(bool recompute = false) const {
@@ -78,7 +78,7 @@ TEST_F(Sealed, PairsWithoutARealClothAreRecomputedToo) {
   Outcome outcome;
   compare_session(session, {}, outcome);
   EXPECT_EQ(import_session(file, session, outcome).added, 4);
-  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
+  seal_store(file, files_of(session));
   const Verification result = verify_store(file);
   EXPECT_THAT(result.findings, IsEmpty());
   EXPECT_EQ(result.comparisons, 4);
@@ -111,7 +111,7 @@ TEST_F(Sealed, SealingAgainDoesNotHideRemovedRows) {
     database.exec("DROP TRIGGER ledger_no_DELETE");
     database.exec("DELETE FROM ledger WHERE sequence = (SELECT max(sequence) FROM ledger)");
   }
-  EXPECT_THROW(seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), sheets_), Error);
+  EXPECT_THROW(seal_store(store(), sheets_), Error);
   EXPECT_FALSE(findings().empty());
 }
 

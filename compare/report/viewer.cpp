@@ -102,7 +102,7 @@ std::string viewer_figure(const std::string& drape, const DrapeInput& input,
       name, json.dump());
 }
 
-std::vector<std::string> viewer_scripts() {
+std::string viewer_script() {
   // The licence asks for its notice beside every copy.
   constexpr const char* kNotice =
       "/* three.js, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "
@@ -122,8 +122,8 @@ std::vector<std::string> viewer_scripts() {
       "DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
       "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE "
       "SOFTWARE. */\n";
-  return {std::string("//<![CDATA[\n") + kNotice + three_js() + "\n//]]>",
-          std::string("//<![CDATA[\n") + viewer_js() + "//]]>"};
+  return std::string("<script id=\"three\">//<![CDATA[\n") + kNotice + three_js() +
+         "\n//]]></script>\n<script>//<![CDATA[\n" + viewer_js() + "//]]></script>\n";
 }
 
 }  // namespace drape::compare

@@ -98,7 +98,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
     csv.lines.push_back(number);
   }
   if (csv.names.empty()) {
-    throw bad_input("the file holds no column headers", {.file = file.string()},
+    throw bad_input("the file holds no column heads", {.file = file.string()},
                     "the first line names the columns with their units");
   }
   return csv;
@@ -107,7 +107,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
 Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
   const CsvText text = read_csv_text(file);
   if (text.names != names) {
-    throw bad_input(fmt::format("the column headers are `{}`", fmt::join(text.names, ",")),
+    throw bad_input(fmt::format("the column heads are `{}`", fmt::join(text.names, ",")),
                     {.file = file.string(), .line = text.head_line},
                     fmt::format("the first line must be `{}`: units are part of the names",
                                 fmt::join(names, ",")));
@@ -120,20 +120,6 @@ Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& 
     }
   }
   return csv;
-}
-
-std::string csv_cell(const std::string& text) {
-  std::string cell = text;
-  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos) {
-    const char* begin = text.data() + (text.front() == '+' ? 1 : 0);
-    const char* end = text.data() + text.size();
-    double number = 0;
-    if (std::from_chars(begin, end, number).ptr != end) cell.insert(cell.begin(), '\'');
-  }
-  if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
-  std::string quoted = "\"";
-  for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
 }
 
 std::string csv_text(const std::vector<std::string>& names,

@@ -2,18 +2,9 @@
 #include "core/program/program.hpp"
 
 #include <fmt/format.h>
-#include <signal.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
-#include <filesystem>
-#include <new>
-#include <string_view>
-#include <system_error>
 #include <thread>
 
 #include "core/error.hpp"
@@ -24,65 +15,16 @@
 namespace drape {
 namespace {
 
-int report_error(const Error& error, const std::string& program, const CommonOptions& options) {
-  const int code = static_cast<int>(error.kind());
-  fmt::print(stderr, "{}: {}: {}\n", program, coloured("error", "31", stderr),
-             printable(error.what()));
-  if (!options.json) return code;
+void report_error(const Error& error, const std::string& program, const CommonOptions& options) {
+  fmt::print(stderr, "{}: error: {}\n", program, error.what());
+  if (!options.json) return;
   Json json;
   json["error"]["what_failed"] = error.what_failed();
   json["error"]["where"] = error.where().describe();
   json["error"]["what_to_do"] = error.what_to_do();
-  json["exit_code"] = code;
-  std::fputs(pretty(json).c_str(), stdout);
-  std::fflush(stdout);
-  return code;
+  json["exit_code"] = static_cast<int>(error.kind());
+  fmt::print("{}", pretty(json));
 }
-
-/// The front door says it once for all stages that it started.
-volatile sig_atomic_t below_front_door = 0;
-
-/// Files are replaced whole, so that a program may stop at any place.
-void on_interrupt(int signal) {
-  constexpr std::string_view kSentence =
-      "\ninterrupted: what was finished is kept, run again to go on\n";
-  if (below_front_door == 0) {
-    [[maybe_unused]] const ssize_t ignored =
-        ::write(STDERR_FILENO, kSentence.data(), kSentence.size());
-  }
-  ::_exit(128 + signal);
-}
-
-/// Signals that would end the program without a sentence.
-void prepare_process() {
-  below_front_door = std::getenv("DRAPE_PROGRESS_FD") == nullptr ? 0 : 1;
-  struct sigaction action {};
-  action.sa_handler = &on_interrupt;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
-  action.sa_handler = SIG_IGN;
-  ::sigaction(SIGXFSZ, &action, nullptr);  // A file over the limit is then an error of write().
-}
-
-/// Ends without the libraries' exit handlers: that of OpenBLAS (below OpenCV and Ceres) waits for
-/// ever for threads that the system refused.
-[[noreturn]] void leave(int code) {
-  std::fflush(nullptr);
-#ifdef __SANITIZE_ADDRESS__
-  std::exit(code);
-#else
-  ::_exit(code);
-#endif
-}
-
-/// Before any library starts. OpenBLAS makes its threads then, and nothing here is faster by them;
-/// OpenCV refuses larger images before it decodes them (2^27 pixels, which no camera has).
-void limit_libraries(int, char**, char**) {
-  ::setenv("OPENBLAS_NUM_THREADS", "1", 0);
-  ::setenv("OPENCV_IO_MAX_IMAGE_PIXELS", "134217728", 0);
-}
-[[gnu::section(".preinit_array"), gnu::used]] void (*at_start)(int, char**,
-                                                               char**) = &limit_libraries;
 
 Json json_of(const Ending& ending) {
   Json json;
@@ -91,8 +33,6 @@ Json json_of(const Ending& ending) {
   json["numbers"] = Json::object();
   for (const auto& [name, value] : ending.numbers) json["numbers"][name] = value;
   json["rejected"] = ending.rejected;
-  json["warnings"] = ending.warnings;
-  json["advice"] = ending.advice;
   json["next_command"] = ending.next_command;
   return json;
 }
@@ -108,85 +48,35 @@ void add_common_options(Command& app, CommonOptions& options) {
   app.set_version("drapebench " + version());
 }
 
-std::string text_of(const Ending& ending) {
-  std::string text = fmt::format("{}: {}\n", ending.go ? "GO" : "NO-GO", ending.verdict);
-  std::size_t width = 0;
-  for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
-  for (const auto& [name, value] : ending.numbers)
-    text += fmt::format("  {:<{}}  {}\n", name, width, value);
-  for (const std::string& line : ending.rejected) text += fmt::format("  rejected: {}\n", line);
-  for (const std::string& line : ending.warnings) text += fmt::format("  warning: {}\n", line);
-  for (const std::string& line : ending.advice) text += fmt::format("  advice: {}\n", line);
-  if (!ending.next_command.empty()) text += fmt::format("  next: {}\n", ending.next_command);
-  return text;
-}
-
-void print_text(const std::string& text) {
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
-  if (written && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
-  const int code = errno;
-  std::clearerr(stdout);
-  throw Error(ErrorKind::internal,
-              fmt::format("standard output cannot be written: {}", std::strerror(code)), {},
-              "free the disk, or print elsewhere; files that were written are whole");
-}
-
 int finish(const Ending& ending, const CommonOptions& options) {
+  const int code = ending.go ? 0 : 1;
   if (options.json) {
-    print_text(pretty(json_of(ending)));
+    fmt::print("{}", pretty(json_of(ending)));
   } else if (!options.quiet) {
-    const std::string text = printable(text_of(ending));
-    const std::size_t end = text.find(':');
-    print_text(coloured(text.substr(0, end), ending.go ? "32" : "1;31", stdout) + text.substr(end));
+    fmt::print("{}: {}\n", ending.go ? "GO" : "NO-GO", ending.verdict);
+    std::size_t width = 0;
+    for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
+    for (const auto& [name, value] : ending.numbers)
+      fmt::print("  {:<{}}  {}\n", name, width, value);
+    for (const std::string& rejected : ending.rejected) fmt::print("  rejected: {}\n", rejected);
+    if (!ending.next_command.empty()) fmt::print("  next: {}\n", ending.next_command);
   }
-  return ending.go ? 0 : 1;
-}
-
-int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record) {
-  record.write(ending.go ? 0 : 1, text_of(ending));
-  return finish(ending, options);
-}
-
-int run_guarded(const std::string& name, const CommonOptions& options,
-                const std::function<int()>& body) {
-  prepare_process();
-  try {
-    const int code = body();
-    print_text({});  // What was printed before may still stand in the buffer.
-    return code;
-  } catch (const Error& error) {
-    return report_error(error, name, options);
-  } catch (const std::filesystem::filesystem_error& error) {
-    return report_error(
-        bad_input("a file cannot be used: " + error.code().message(),
-                  {.file = error.path1().string()}, "check the path and its permissions"),
-        name, options);
-  } catch (const std::bad_alloc&) {
-    return report_error(Error(ErrorKind::internal, "the memory is not enough", {},
-                              "close other programs, or ask for less (smaller images or grids)"),
-                        name, options);
-  } catch (const std::system_error& error) {
-    return report_error(Error(ErrorKind::internal, error.what(), {},
-                              "the system refused it: check its limits and the disk"),
-                        name, options);
-  } catch (const std::exception& error) {
-    return report_error(internal_error(error.what()), name, options);
-  }
-}
-
-std::string coloured(const std::string& text, const char* code, std::FILE* stream) {
-  if (::isatty(::fileno(stream)) == 0 || std::getenv("NO_COLOR") != nullptr) return text;
-  return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
+  std::fflush(stdout);
+  return code;
 }
 
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
-  int parsed = -1;
-  const int code = run_guarded(app.name(), options, [&] {
-    parsed = app.parse(argc, argv);
-    return parsed >= 0 ? parsed : body();
-  });
-  leave(code);
+  if (const int code = app.parse(argc, argv); code >= 0) return code;
+  try {
+    return body();
+  } catch (const Error& error) {
+    report_error(error, app.name(), options);
+    return static_cast<int>(error.kind());
+  } catch (const std::exception& error) {
+    report_error(internal_error(error.what()), app.name(), options);
+    return static_cast<int>(ErrorKind::internal);
+  }
 }
 
 std::vector<std::string> arguments_of(int argc, char** argv) {

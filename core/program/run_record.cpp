@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape {
@@ -29,13 +30,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-/// Names of links stay as they are, so that a link that was pointed elsewhere is noticed. The
-/// folder's own links are followed, because `..` in the name will be.
 std::string relative_to(const fs::path& folder, const fs::path& file) {
-  return fs::absolute(file)
-      .lexically_normal()
-      .lexically_relative(fs::weakly_canonical(folder))
-      .generic_string();
+  return fs::proximate(file, folder).generic_string();
 }
 
 Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::string>>& files) {
@@ -46,20 +42,14 @@ Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::s
   return list;
 }
 
-/// Arguments without those that never change a result; those that name files in one spelling,
-/// whatever folder the program was called from.
-std::vector<std::string> decisive(const std::vector<std::string>& arguments,
-                                  const fs::path& folder) {
+/// Arguments without those that never change a result.
+std::vector<std::string> decisive(const std::vector<std::string>& arguments) {
   std::vector<std::string> result;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
     if (argument == "--threads") ++i;
-    if (argument == "--threads" || argument == "--json" || argument == "--quiet") continue;
-    std::error_code unreachable;
-    const bool is_path =
-        !argument.empty() && argument.front() != '-' &&
-        (argument.find('/') != std::string::npos || fs::exists(argument, unreachable));
-    result.push_back(is_path ? relative_to(folder, fs::weakly_canonical(argument)) : argument);
+    if (argument != "--threads" && argument != "--json" && argument != "--quiet")
+      result.push_back(argument);
   }
   return result;
 }
@@ -74,22 +64,10 @@ bool unchanged(const fs::path& folder, const JsonNode& root, const std::string& 
 
 }  // namespace
 
-RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file)
+RunRecord::RunRecord(std::string program, std::vector<std::string> arguments)
     : program_(std::move(program)),
       arguments_(std::move(arguments)),
-      file_(std::move(file)),
-      started_(std::chrono::system_clock::now()) {
-  begin();
-}
-
-void RunRecord::begin() {
-  if (file_.empty()) return;
-  lock_ =
-      std::make_unique<WriterLock>(folder_of(file_) / ("." + file_.filename().string() + ".lock"),
-                                   fmt::format("another program is writing {}", file_.string()));
-  remove_durable(file_);
-  remove_durable(ending_path(file_));
-}
+      started_(std::chrono::system_clock::now()) {}
 
 void RunRecord::input(const fs::path& file) {
   inputs_.emplace_back(file, sha256_of_file(file));
@@ -107,34 +85,24 @@ void RunRecord::option(const std::string& name, const std::string& value) {
   options_.emplace_back(name, value);
 }
 
-void RunRecord::write(int exit_code, std::string_view ending) const {
-  if (file_.empty()) return;
-  const fs::path folder = folder_of(file_);
+void RunRecord::write(const fs::path& file, int exit_code) const {
+  const fs::path folder = folder_of(file);
   std::vector<std::pair<fs::path, std::string>> outputs;
   for (const fs::path& output : outputs_) outputs.emplace_back(output, sha256_of_file(output));
-  write_durable(ending_path(file_), ending);
   Json json;
   json["schema"] = fmt::format("drapebench/run/{}", kVersion);
   json["program"] = program_;
   json["version"] = version();
   json["program_sha256"] = sha256_of_file(this_program());
   json["arguments"] = arguments_;
-  json["decisive_arguments"] = decisive(arguments_, folder);
   json["options"] = Json::object();
   for (const auto& [name, value] : options_) json["options"][name] = value;
   json["inputs"] = hashes(folder, inputs_);
   json["outputs"] = hashes(folder, outputs);
-  json["ending_sha256"] = sha256_of(ending);
   json["started_utc"] = utc(started_);
   json["ended_utc"] = utc(std::chrono::system_clock::now());
   json["exit_code"] = exit_code;
-  write_json(file_, json);
-}
-
-void RunRecord::write(const fs::path& file, int exit_code, std::string_view ending) {
-  file_ = file;
-  begin();
-  write(exit_code, ending);
+  write_json(file, json);
 }
 
 fs::path run_record_path(const fs::path& output) {
@@ -142,25 +110,20 @@ fs::path run_record_path(const fs::path& output) {
   return record.replace_extension(".run.json");
 }
 
-fs::path ending_path(const fs::path& record) {
-  fs::path file = record;
-  return file.replace_extension().replace_extension(".ending.txt");
-}
-
 bool is_up_to_date(const fs::path& record, const fs::path& program,
                    const std::vector<std::string>& arguments) {
   if (!fs::is_regular_file(record) || !fs::is_regular_file(program)) return false;
   try {
     const JsonNode root = JsonNode::open(record, "run", kVersion);
-    const fs::path folder = folder_of(record);
     const int code = root.integer("exit_code");
     return (code == 0 || code == 1) &&
-           root.texts("decisive_arguments") == decisive(arguments, folder) &&
+           decisive(root.at("arguments").raw().get<std::vector<std::string>>()) ==
+               decisive(arguments) &&
            root.text("program_sha256") == sha256_of_file(program) &&
-           root.text("ending_sha256") == sha256_of_file(ending_path(record)) &&
-           unchanged(folder, root, "inputs") && unchanged(folder, root, "outputs");
+           unchanged(folder_of(record), root, "inputs") &&
+           unchanged(folder_of(record), root, "outputs");
   } catch (const Error&) {
-    return false;  // A damaged record, or one of an older version, proves nothing.
+    return false;  // A damaged record proves nothing, so the step is made anew.
   }
 }
 

@@ -46,7 +46,9 @@ int write(const PrintedPage& printed, const Arguments& given, const CommonOption
   ending.next_command =
       "print at 100 %, measure the check length on paper or cloth, and correct pitch_mm when it "
       "differs";
-  return finish(ending, common, record);
+  const int code = finish(ending, common);
+  record.write(run_record_path(pdf), code);
+  return code;
 }
 
 }  // namespace
@@ -64,8 +66,7 @@ int main(int argc, char** argv) {
   add_options(*cloth, given, "print.toml of the patch");
   add_options(*target, given, "target.toml");
   return run_program(app, argc, argv, common, [&] {
-    RunRecord record("drape-print", arguments_of(argc, argv),
-                     run_record_path(fs::path(given.out).replace_extension(".pdf")));
+    RunRecord record("drape-print", arguments_of(argc, argv));
     const PrintedPage printed = cloth->parsed()
                                     ? page_of(read_print(given.description), given.options)
                                     : page_of(read_target(given.description),

@@ -27,7 +27,11 @@ void write_pictures(const std::vector<Picture>& pictures, const fs::path& folder
   }
 }
 
-void note_frames(const DetectResult& result, const Recording& recording, RunRecord& record) {
+void note_inputs(const DetectResult& result, const Recording& recording, const Rig& rig,
+                 Surface surface, RunRecord& record) {
+  record.input(rig.file);
+  record.input(surface == Surface::target ? rig.target_file : rig.print_file);
+  record.input(recording.folder / "recording.json");
   for (const FrameDetections& frame : result.detections.frames) {
     for (const RecordedFrame& recorded : recording.set(frame.set).frames) {
       if (recorded.camera == frame.camera) {
@@ -57,12 +61,9 @@ int main(int argc, char** argv) {
   app.add_option("--overlay", overlay_folder, "folder for PNGs with the marks drawn in");
   return run_program(app, argc, argv, common, [&] {
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out));
+    RunRecord record("drape-detect", arguments_of(argc, argv));
     const Rig rig = read_rig(rig_file);
     const Recording recording = read_recording(recording_folder);
-    record.input(rig.file);
-    record.input(options.surface == Surface::target ? rig.target_file : rig.print_file);
-    record.input(recording.folder / "recording.json");
     if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
     options.threads = thread_count(common);
     options.overlays = !overlay_folder.empty();
@@ -75,9 +76,11 @@ int main(int argc, char** argv) {
     write_pictures(result.overlays, overlay_folder, record);
     write_detections(out, result.detections);
     record.output(out);
-    note_frames(result, recording, record);
+    note_inputs(result, recording, rig, options.surface, record);
     record.option("surface", options.surface == Surface::target ? "target" : "cloth");
     record.option("sets", fmt::format("{}", fmt::join(options.sets, ",")));
-    return finish(ending_of(result.report, options.surface, out.string()), common, record);
+    const int code = finish(ending_of(result.report, options.surface, out.string()), common);
+    record.write(run_record_path(out), code);
+    return code;
   });
 }

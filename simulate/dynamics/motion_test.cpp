@@ -198,7 +198,7 @@ TEST(Motion, FreeFallKeepsMomentumOfTheWholeSheet) {
   EXPECT_LT((momentum() - expected).norm(), 1e-10 * expected.norm());
 }
 
-/// A small stiff sheet on the tilted top of the table: gravity is tilted instead of the table.
+/// A small stiff sheet on the tilted top of the table: gravity leans instead of the table.
 struct Incline {
   GridSpec grid{3, 3, {0.02, 0.02}};
   Cloth cloth{grid, linear_laws(0.2, 2000, 1e-4), MassRule::area};

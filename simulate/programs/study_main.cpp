@@ -20,7 +20,7 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
         std::vector<std::string> words, const CommonOptions& common) {
   if (rig.empty() || out.empty())
     throw usage_error("RIG or --out is missing", "give both, e.g. rigs/paper --out study");
-  RunRecord record("drape-study", std::move(words), out / "study.run.json");
+  RunRecord record("drape-study", std::move(words));
   options.threads = thread_count(common);
   const std::vector<StudyCase> cases = study_cases(rig, out, options);
   Progress progress("study", common.quiet);
@@ -54,7 +54,8 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
   if (!common.json && !common.quiet)
     fmt::print("Mean distance in mm (in brackets: as the paper prints it; *: not at rest)\n\n{}\n",
                tables);
-  return finish(ending, common, record);
+  record.write(out / "study.run.json", ending.go ? 0 : 1);
+  return finish(ending, common);
 }
 
 }  // namespace

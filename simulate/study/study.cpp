@@ -54,8 +54,7 @@ StudyOutcome outcome_from(const StudyCase& the_case) {
 }
 
 void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
-  RunRecord record("drape-study", words_of(the_case, options),
-                   run_record_path(the_case.folder / "sheet.ply"));
+  RunRecord record("drape-study", words_of(the_case, options));
   const Scene scene = read_scene(the_case.scene_file);
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
@@ -82,7 +81,8 @@ void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
     if (rests) break;
   }
   write_outputs(the_case.folder, best, used, record);
-  record.write(best.report.status == RestStatus::at_rest ? 0 : 1, "");
+  record.write(run_record_path(the_case.folder / "sheet.ply"),
+               best.report.status == RestStatus::at_rest ? 0 : 1);
 }
 
 bool is_row_of(int index, int rows, int other_rows, int& other) {

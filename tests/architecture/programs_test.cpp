@@ -44,7 +44,7 @@ std::vector<std::string> programs() {
 TEST(Programs, HelpIsAnAnswer) {
   ASSERT_FALSE(programs().empty());
   for (const std::string& name : programs()) {
-    // The front door itself only lists commands; each of them lists its own options.
+    // The front door itself only lists commands; what they take is told by each of them.
     const std::string arguments = name == "drape" ? "run --help" : "--help";
     EXPECT_EQ(run(name, "--help").exit_code, 0) << name;
     const Outcome help = run(name, arguments);

@@ -35,9 +35,6 @@ struct SourceFile {
 /// All C++ files of core, the front door, the stages and the tests.
 [[nodiscard]] const std::vector<SourceFile>& cpp_files();
 
-/// All Markdown files of the project; build folders and results are not looked into.
-[[nodiscard]] std::vector<SourceFile> markdown_files();
-
 [[nodiscard]] SourceFile read_source(const std::string& path);
 
 /// What an include line names, without brackets or quotes; empty when it is no include line.

@@ -82,8 +82,8 @@ struct Sum {
   [[nodiscard]] double predicted_mm() const { return std::sqrt(predicted / marks); }
   void print(const std::string& what) {
     std::sort(distances_mm.begin(), distances_mm.end());
-    const auto below = [&](double fraction) {
-      return distances_mm.at(static_cast<std::size_t>(fraction * (marks - 1)));
+    const auto below = [&](double share) {
+      return distances_mm.at(static_cast<std::size_t>(share * (marks - 1)));
     };
     std::printf(
         "%s: %d marks, RMS %.4f mm, predicted %.4f mm, median %.4f, 95 %% below %.4f, largest "

@@ -28,9 +28,9 @@ using drape::test::Outcome;
 using drape::test::SmallBench;
 using testing::HasSubstr;
 
-/// What a step said, without the line that counts what its own run added to the store: a run before
+/// What a step told, without the line that counts what its own run added to the store: a run before
 /// may have been killed after it had stored everything.
-std::string said(const fs::path& ending) {
+std::string told(const fs::path& ending) {
   std::istringstream lines(drape::read_text(ending));
   std::string text;
   for (std::string line; std::getline(lines, line);) {
@@ -40,7 +40,7 @@ std::string said(const fs::path& ending) {
 }
 
 /// SHA-256 of every output but the run records, which alone hold clock times, and the store's seal,
-/// which holds their hashes; of what was said, the text itself.
+/// which holds their hashes; of what was told, the text itself.
 std::map<std::string, std::string> contents(const fs::path& out) {
   std::map<std::string, std::string> result;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
@@ -49,14 +49,14 @@ std::map<std::string, std::string> contents(const fs::path& out) {
         name.ends_with(".seal.json"))
       continue;
     result[name] =
-        name.ends_with(".ending.txt") ? said(entry.path()) : drape::sha256_of_file(entry.path());
+        name.ends_with(".ending.txt") ? told(entry.path()) : drape::sha256_of_file(entry.path());
   }
   return result;
 }
 
-double percentile(std::vector<double> values, double fraction) {
+double percentile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
-  return values.at(static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
+  return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
 }
 
 /// Blender's own meshes, given as another simulator's, against the measured sheet of a drape: what

@@ -3,16 +3,15 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <filesystem>
 #include <vector>
 
-namespace drape {
+namespace drape::compare {
 
 /// One corner of a face: a vertex and, where the file has them, its texture coordinates.
 struct MeshCorner {
-  std::uint32_t point = 0;
-  std::uint32_t uv = 0;  ///< index into MeshFile::uvs; only when these are not empty
+  std::size_t point = 0;
+  std::size_t uv = 0;  ///< index into MeshFile::uvs; only when these are not empty
 };
 
 /// A mesh as the file holds it, in the file's own unit and axes. Faces are cut into triangles.
@@ -23,10 +22,8 @@ struct MeshFile {
 };
 
 /// Reads PLY (ascii, binary of either byte order; texture coordinates as vertex properties s, t or
-/// u, v) or OBJ (v, vt, f), by the name's end. Counts are believed only as far as the file's bytes
-/// can hold them; at most 5 million vertices and 10 million triangles. Throws Error(bad_input)
-/// naming the file, and the line where it is text; a mesh without a vertex too unless that is asked
-/// for.
-[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& file, bool may_be_empty = false);
+/// u, v) or OBJ (v, vt, f), by the name's end. Throws Error(bad_input) naming the file, and the
+/// line where it is text.
+[[nodiscard]] MeshFile read_mesh_file(const std::filesystem::path& file);
 
-}  // namespace drape
+}  // namespace drape::compare

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The documents say what is true: commands exist, links lead somewhere, every file format is
-// listed.
+// The papers say what is true: commands exist, links lead somewhere, every file format is listed.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
@@ -22,8 +21,8 @@ std::string text_of(const std::string& path) {
 }
 
 /// Not a matcher on the whole text, so that a failure stays one line long.
-bool says(const std::string& document, const std::string& what) {
-  return text_of(document).find(what) != std::string::npos;
+bool says(const std::string& paper, const std::string& what) {
+  return text_of(paper).find(what) != std::string::npos;
 }
 
 bool is_executable(const std::string& path) {
@@ -31,7 +30,7 @@ bool is_executable(const std::string& path) {
          fs::perms::none;
 }
 
-TEST(Documents, ReadmeNamesTheTwoCommands) {
+TEST(Papers, ReadmeNamesTheTwoCommands) {
   for (const std::string command : {"demo", "check"}) {
     EXPECT_TRUE(says("README.md", "./" + command)) << command;
     EXPECT_TRUE(is_executable(command)) << command;
@@ -39,7 +38,7 @@ TEST(Documents, ReadmeNamesTheTwoCommands) {
   EXPECT_TRUE(says(".ci/run", "./check"));
 }
 
-TEST(Documents, ReadmeListsEveryFolder) {
+TEST(Papers, ReadmeListsEveryFolder) {
   for (const std::string stage : stages) {
     EXPECT_TRUE(says("README.md", "(" + stage + "/README.md)")) << stage;
     EXPECT_TRUE(says("README.md", "`drape-" + stage + "`")) << stage;
@@ -56,7 +55,7 @@ void add_schemas(const std::string& line, std::set<std::string>& found) {
   }
 }
 
-TEST(Documents, EverySchemaIsDocumented) {
+TEST(Papers, EverySchemaIsDocumented) {
   std::vector<SourceFile> files = source_files("rigs", {".toml", ".json"});
   for (const SourceFile& file : cpp_files()) {
     if (!file.is_test()) files.push_back(file);
@@ -85,18 +84,20 @@ std::vector<std::string> link_targets(const std::string& text) {
   return targets;
 }
 
-TEST(Documents, EveryLinkLeadsSomewhere) {
+TEST(Papers, EveryLinkLeadsSomewhere) {
+  std::vector<std::string> papers = {"README.md", "CONVENTIONS.md", "CHANGELOG.md"};
+  for (const std::string stage : stages) papers.push_back(stage + "/README.md");
   std::vector<std::string> dead;
-  for (const SourceFile& document : markdown_files()) {
-    for (const std::string& target : link_targets(text_of(document.path))) {
-      const fs::path to = source_root() / fs::path(document.path).parent_path() / target;
-      if (!fs::exists(to)) dead.push_back(fmt::format("{}: {}", document.path, target));
+  for (const std::string& paper : papers) {
+    for (const std::string& target : link_targets(text_of(paper))) {
+      const fs::path to = source_root() / fs::path(paper).parent_path() / target;
+      if (!fs::exists(to)) dead.push_back(fmt::format("{}: {}", paper, target));
     }
   }
   EXPECT_THAT(dead, IsEmpty());
 }
 
-TEST(Documents, TheVersionIsTheSameEverywhere) {
+TEST(Papers, TheVersionIsTheSameEverywhere) {
   const std::string cmake = text_of("CMakeLists.txt");
   std::smatch match;
   ASSERT_TRUE(std::regex_search(cmake, match, std::regex(R"(VERSION ([0-9]+\.[0-9]+\.[0-9]+))")));

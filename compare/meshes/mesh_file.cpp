@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files/mesh_file.hpp"
+#include "compare/meshes/mesh_file.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -16,13 +15,10 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 
-namespace drape {
+namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t kMostPoints = 5'000'000;
-constexpr std::size_t kMostTriangles = 10'000'000;
 
 [[noreturn]] void reject(const fs::path& file, const std::string& what,
                          std::optional<int> line = {}) {
@@ -32,17 +28,14 @@ constexpr std::size_t kMostTriangles = 10'000'000;
 
 double number_of(const std::string& word, const fs::path& file, int line) {
   double value = 0;
-  const char* begin = word.data() + (word.size() > 1 && word.front() == '+' ? 1 : 0);
-  const auto [end, error] = std::from_chars(begin, word.data() + word.size(), value);
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-    reject(file, fmt::format("`{}` is not a number", word.substr(0, 40)), line);
+    reject(file, fmt::format("`{}` is not a number", word), line);
   return value;
 }
 
 /// A fan of triangles; the corners of a face lie in one plane in every exporter.
-void add_face(MeshFile& mesh, const std::vector<MeshCorner>& corners, const fs::path& file) {
-  if (corners.size() > kMostTriangles - mesh.triangles.size())
-    reject(file, fmt::format("more than {} triangles", kMostTriangles));
+void add_face(MeshFile& mesh, const std::vector<MeshCorner>& corners) {
   for (std::size_t i = 1; i + 1 < corners.size(); ++i)
     mesh.triangles.push_back({corners[0], corners[i], corners[i + 1]});
 }
@@ -69,11 +62,6 @@ struct Element {
   std::string name;
   std::size_t count = 0;
   std::vector<Property> properties;
-
-  [[nodiscard]] bool has(const char* property_name) const {
-    return std::any_of(properties.begin(), properties.end(),
-                       [&](const Property& property) { return property.name == property_name; });
-  }
 };
 
 struct PlyHead {
@@ -121,7 +109,6 @@ PlyHead read_head(const std::string& text, const fs::path& file) {
     if (property.type == "list") words >> property.count_type >> property.type;
     words >> property.name;
     static_cast<void>(size_of(property.type, file));
-    if (!property.count_type.empty()) static_cast<void>(size_of(property.count_type, file));
     head.elements.back().properties.push_back(property);
   }
   head.body = at;
@@ -145,41 +132,17 @@ class PlyBody {
     return value;
   }
 
-  /// A whole number of things that take a byte or more each.
-  std::size_t next_count(const std::string& type) {
-    const double value = next(type);
-    if (value < 0 || value != std::floor(value)) reject(file_, "a list without a sensible count");
-    if (value > static_cast<double>(text_.size() - at_))
-      reject(file_, "a list is longer than the rest of the file");
-    return static_cast<std::size_t>(value);
-  }
-
-  /// Refuses an element of which the file cannot hold so many.
-  void check_count(const Element& element) const {
-    if (element.count == 0) return;
-    if (element.properties.empty() || element.count > text_.size() - at_)
-      reject(file_, fmt::format("the file is too short for {} of `{}`", element.count,
-                                element.name.substr(0, 40)));
-    if (element.name != "vertex") return;
-    if (element.count > kMostPoints)
-      reject(file_, fmt::format("more than {} vertices", kMostPoints));
-    for (const char* axis : {"x", "y", "z"})
-      if (!element.has(axis)) reject(file_, fmt::format("the vertices have no `{}`", axis));
-  }
-
  private:
   double next_word() {
     const std::size_t begin = text_.find_first_not_of(" \t\r\n", at_);
     if (begin == std::string::npos) reject(file_, "the PLY file ends before its data");
     at_ = std::min(text_.find_first_of(" \t\r\n", begin), text_.size());
     const std::string word = text_.substr(begin, at_ - begin);
-    const auto line = [&] {
-      return static_cast<int>(std::count(text_.data(), text_.data() + begin, '\n')) + 1;
-    };
     double value = 0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (error == std::errc() && end == word.data() + word.size()) return value;
-    return number_of(word, file_, line());  // a sign in front, or no number
+    const auto lines = std::count(text_.data(), text_.data() + begin, '\n');
+    reject(file_, fmt::format("`{}` is not a number", word), static_cast<int>(lines) + 1);
   }
 
   template <class T>
@@ -212,10 +175,9 @@ class PlyBody {
   bool swap_ = false;
 };
 
-std::uint32_t index_of(double value, const fs::path& file) {
-  if (value < 0 || value != std::floor(value) || value >= static_cast<double>(kMostPoints))
-    reject(file, fmt::format("a face names vertex {}", value));
-  return static_cast<std::uint32_t>(value);
+std::size_t index_of(double value, const fs::path& file) {
+  if (value < 0) reject(file, "a negative index");
+  return static_cast<std::size_t>(value);
 }
 
 void read_vertex(PlyBody& body, const Element& element, MeshFile& mesh) {
@@ -224,8 +186,7 @@ void read_vertex(PlyBody& body, const Element& element, MeshFile& mesh) {
   bool has_uv = false;
   for (const Property& property : element.properties) {
     if (!property.count_type.empty()) {
-      for (std::size_t left = body.next_count(property.count_type); left > 0; --left)
-        body.next(property.type);
+      for (double left = body.next(property.count_type); left > 0; --left) body.next(property.type);
       continue;
     }
     const double value = body.next(property.type);
@@ -249,15 +210,12 @@ void read_other(PlyBody& body, const Element& element, MeshFile& mesh, const fs:
       body.next(property.type);
       continue;
     }
-    const bool is_face = element.name == "face" && property.name.starts_with("vertex_ind");
     std::vector<MeshCorner> corners;
-    for (std::size_t left = body.next_count(property.count_type); left > 0; --left) {
-      const double value = body.next(property.type);
-      if (!is_face) continue;
-      const std::uint32_t index = index_of(value, file);
+    for (double left = body.next(property.count_type); left > 0; --left) {
+      const std::size_t index = index_of(body.next(property.type), file);
       corners.push_back({index, index});
     }
-    if (is_face) add_face(mesh, corners, file);
+    if (element.name == "face" && property.name.starts_with("vertex_ind")) add_face(mesh, corners);
   }
 }
 
@@ -267,7 +225,6 @@ MeshFile read_ply(const fs::path& file) {
   PlyBody body(text, head, file);
   MeshFile mesh;
   for (const Element& element : head.elements) {
-    body.check_count(element);
     for (std::size_t i = 0; i < element.count; ++i) {
       if (element.name == "vertex") {
         read_vertex(body, element, mesh);
@@ -287,10 +244,9 @@ MeshCorner corner_of(const std::string& word, const MeshFile& mesh, const fs::pa
   const auto resolve = [&](const std::string& text, std::size_t count) {
     const double index = number_of(text, file, line);
     const double resolved = index < 0 ? static_cast<double>(count) + index : index - 1;
-    if (resolved < 0 || resolved >= static_cast<double>(count) || index != std::floor(index))
-      reject(file, fmt::format("a face names vertex {}, there are {}", text.substr(0, 40), count),
-             line);
-    return static_cast<std::uint32_t>(resolved);
+    if (resolved < 0 || resolved >= static_cast<double>(count))
+      reject(file, fmt::format("a face names vertex {}, there are {}", text, count), line);
+    return static_cast<std::size_t>(resolved);
   };
   const std::size_t cut = word.find('/');
   MeshCorner corner{resolve(word.substr(0, cut), mesh.points.size()), 0};
@@ -316,30 +272,26 @@ MeshFile read_obj(const fs::path& file) {
       if (i >= parts.size()) reject(file, "a vertex with too few numbers", number);
       return number_of(parts[i], file, number);
     };
-    if (mesh.points.size() == kMostPoints || mesh.uvs.size() == kMostPoints)
-      reject(file, fmt::format("more than {} vertices", kMostPoints), number);
     if (parts[0] == "v") mesh.points.emplace_back(value(1), value(2), value(3));
     if (parts[0] == "vt") mesh.uvs.emplace_back(value(1), value(2));
     if (parts[0] != "f") continue;
     std::vector<MeshCorner> corners;
     for (std::size_t i = 1; i < parts.size(); ++i)
       corners.push_back(corner_of(parts[i], mesh, file, number));
-    add_face(mesh, corners, file);
+    add_face(mesh, corners);
   }
   return mesh;
 }
 
 }  // namespace
 
-MeshFile read_mesh_file(const fs::path& file, bool may_be_empty) {
-  std::string end = file.extension().string();
-  std::transform(end.begin(), end.end(), end.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+MeshFile read_mesh_file(const fs::path& file) {
+  const std::string end = file.extension().string();
   if (end != ".ply" && end != ".obj") reject(file, "a mesh is read from .ply or .obj only");
   MeshFile mesh = end == ".ply" ? read_ply(file) : read_obj(file);
-  if (mesh.points.empty() && !may_be_empty) reject(file, "the mesh has no vertex");
+  if (mesh.points.empty()) reject(file, "the mesh has no vertex");
   check_indices(mesh, file);
   return mesh;
 }
 
-}  // namespace drape
+}  // namespace drape::compare
