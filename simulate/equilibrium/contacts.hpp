@@ -27,8 +27,19 @@ class StaticContacts {
   StaticContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                  double gravity_m_per_s2, bool between_particles);
 
-  /// Pins: the held material points and their places.
+  /// A particle that a pin holds.
+  struct Pinned {
+    int particle = 0;
+    Eigen::Vector3d place;
+  };
+
+  /// Pins: the held material points and their places. Where the point is a particle, that one is
+  /// pinned() and takes no part in the system; a point within a cell is held by a spring whose
+  /// resting force is moved until it holds exactly.
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
+  [[nodiscard]] const std::vector<Pinned>& pinned() const { return pinned_; }
+  /// Moves pinned particles towards their places, each by at most `most_m`; false: all are there.
+  bool carry_pins(Field& position, double most_m) const;
   /// Takes over the points between particles of a sheet that Motion brought to rest, with their
   /// friction springs; from then on refresh() leaves them, for they are a part of that rest.
   void take_springs(const LineContacts& moved, const Field& position);
@@ -151,7 +162,9 @@ class StaticContacts {
   double particle_stiffness_ = 0, shear_stiffness_ = 0;
   std::vector<Contact> contacts_, before_;
   std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none
-  std::vector<Hold> holds_;
+  std::vector<Pinned> pinned_;
+  std::vector<char> is_pinned_;  ///< by particle
+  std::vector<Hold> holds_;      ///< points within cells
   std::vector<Eigen::Vector3d> hold_in_world_, hold_force_;
   double hold_stiffness_ = 0;
 };

@@ -28,6 +28,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
     hessian_.set_zero();
     add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
     contacts_.add_hessian(trial_, convex, hessian_);
+    fix_pinned();
     ++report.factorisations;
     definite = factorise(convex);
     if (!definite) ++report.indefinite;

@@ -99,9 +99,11 @@ bool StaticSolver::solve_by_factor(StaticReport& report) {
 bool StaticSolver::solve_following(const VectorXd& guess, StaticReport& report) {
   VectorXd lag = VectorXd::Zero(step_.size());
   contacts_.add_lag(lag);
+  release_pinned(lag);
   const NearlySymmetric system{[this](const VectorXd& x, VectorXd& product) {
                                  multiply(x, product);
                                  contacts_.add_following(x, product);
+                                 release_pinned(product);
                                },
                                [this](VectorXd& b) { factor_.solve(b); }};
   const double energy = std::abs(guess.dot(step_));

@@ -22,6 +22,13 @@ inline void add_at(Field& x, int i, const Eigen::Vector3d& value) {
   x[2 * n + i] += value.z();
 }
 
+inline void put_at(Field& x, int i, const Eigen::Vector3d& value) {
+  const std::size_t n = x.size() / 3;
+  x[i] = value.x();
+  x[n + i] = value.y();
+  x[2 * n + i] = value.z();
+}
+
 template <class Mixture>
 Eigen::Vector3d mix(const Field& field, const Mixture& point) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

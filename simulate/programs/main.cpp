@@ -58,8 +58,9 @@ int main(int argc, char** argv) {
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
-  app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
-      ->one_of({"rk4", "static"})
+  app.add_option("--solver", args.options.solver,
+                 "fall: motion, then Newton's method; rk4: motion only; static: Newton only")
+      ->one_of({"fall", "static", "rk4"})
       ->capture_default_str();
   app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
       ->one_of({"area", "paper"})

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/start/local_frame.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -212,24 +213,30 @@ Field fill_measured(const Sheet& measured, const GridSpec& grid) {
   return {solution.data(), solution.data() + solution.size()};
 }
 
+const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene) {
+  return need(measured, scene, "start.mode", "the scene starts from the measured sheet");
+}
+
+FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, double top_z_m,
+                    StartReport& report) {
+  if (scene.start.mode == StartMode::flat)
+    return {scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
+  FlatPose flat =
+      fit_flat(need(measured, scene, "start.mode", "the measured sheet places the virtual one"),
+               top_z_m, report);
+  flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
+  return flat;
+}
+
 StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
                       const std::optional<Sheet>& measured, double top_z_m, double imperfection_m) {
   StartState start;
   const int n = grid.count();
   if (scene.start.mode == StartMode::measured) {
-    start.position = fill_measured(
-        need(measured, scene, "start.mode", "the scene starts from the measured sheet"), grid);
+    start.position = fill_measured(need_measured(measured, scene), grid);
     start.report.marks_used = static_cast<int>(measured->marks.size());
   } else {
-    if (scene.start.mode == StartMode::flat) {
-      start.report.flat = {scene.start.centre_in_world.value_or(Vector3d::Zero()),
-                           scene.start.yaw_rad};
-    } else {
-      const Sheet& sheet =
-          need(measured, scene, "start.mode", "the measured sheet places the virtual one");
-      start.report.flat = fit_flat(sheet, top_z_m, start.report);
-      start.report.flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
-    }
+    start.report.flat = flat_start(scene, measured, top_z_m, start.report);
     start.position.assign(3 * static_cast<std::size_t>(n), 0.0);
     for (int r = 0; r < grid.rows; ++r) {
       for (int c = 0; c < grid.cols; ++c) {

@@ -13,6 +13,8 @@
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/world.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -24,12 +26,7 @@ using units::mm;
 constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
 constexpr int kHemSamples = 256;
 constexpr double kSameAxis = 1e-6;  // m
-constexpr int kStartsAtOnce = 16;   // drapes kept until they are compared
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
+constexpr double kPlace = 2e-3;     // m; by which a hand lays a sheet beside its place
 
 /// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
 double random_share(std::uint64_t index) {
@@ -112,7 +109,7 @@ double distance_after_turn(const Field& a, const Field& b, bool reversed) {
 
 }  // namespace
 
-StartVariation variation_of(int index) {
+StartVariation variation_of(int index, bool friction_known) {
   StartVariation v;
   if (index == 0) return v;
   const auto pick = [&](int what, double low, double high) {
@@ -126,6 +123,9 @@ StartVariation variation_of(int index) {
   v.folds = 2 + static_cast<int>(pick(5, 0, 6.999));
   v.fold_m = pick(6, 0, 6e-3);
   v.fold_phase_rad = pick(7, 0, 2 * std::numbers::pi);
+  v.place_m = {pick(8, -kPlace, kPlace), pick(9, -kPlace, kPlace)};
+  v.friction_factor = friction_known ? pick(10, 0.9, 1.1) : std::exp2(pick(10, -1, 1));
+  v.damping_per_s = std::exp2(pick(11, 0, 4));
   return v;
 }
 
@@ -149,7 +149,7 @@ void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
     lowest = std::min(lowest, moved[i].z());
   }
   for (std::size_t i = 0; i < n; ++i) {
-    moved[i] += middle + Vector3d(0, 0, v.lift_m - lowest);
+    moved[i] += middle + Vector3d(v.place_m.x(), v.place_m.y(), v.lift_m - lowest);
     for (std::size_t a = 0; a < 3; ++a) position[a * n + i] = moved[i][static_cast<int>(a)];
   }
 }
@@ -202,20 +202,14 @@ namespace {
 
 /// Puts a rest with the branch that it is, or as a new one.
 void book(Branch branch, const GridSpec& grid, double same_m, Branches& branches) {
-  const auto same =
-      std::find_if(branches.found.begin(), branches.found.end(), [&](const Branch& other) {
-        return mean_distance_m(grid, other.position, branch.position, branches.round) < same_m;
-      });
-  if (same == branches.found.end()) {
-    branches.found.push_back(std::move(branch));
+  for (Branch& other : branches.found) {
+    const double apart_m = mean_distance_m(grid, other.position, branch.position, branches.round);
+    if (!(apart_m < same_m)) continue;
+    other.starts.push_back(branch.starts.front());
+    other.spread_m = std::max(other.spread_m, apart_m);
     return;
   }
-  branch.starts.insert(branch.starts.begin(), same->starts.begin(), same->starts.end());
-  if (same->energy_j <= branch.energy_j) {
-    same->starts = branch.starts;
-  } else {
-    *same = std::move(branch);
-  }
+  branches.found.push_back(std::move(branch));
 }
 
 }  // namespace
@@ -224,32 +218,47 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                        const StaticOptions& options, const BranchOptions& how) {
   Branches branches;
   branches.round = is_round(the_case.scene);
-  StaticOptions alone = options;
-  alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
-  for (int first = 0; first < how.starts; first += kStartsAtOnce) {
-    std::vector<StaticDrape> drapes(std::min(kStartsAtOnce, how.starts - first));
-    parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
-      const int start = first + static_cast<int>(k);
-      drapes[k] =
-          drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
-            if (start > 0) apply(variation_of(start), here, position);
-          });
+  const std::vector<std::string>& guessed = the_case.scene.stand_ins;
+  const bool friction_known =
+      std::find(guessed.begin(), guessed.end(), "friction") == guessed.end();
+  std::vector<StaticDrape> drapes(how.starts);
+  std::vector<double> friction(how.starts);
+  parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
+    const StartVariation variation = variation_of(static_cast<int>(k), friction_known);
+    StaticOptions alone = options;
+    alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
+    alone.friction *= variation.friction_factor;
+    alone.damping_per_s = variation.damping_per_s.value_or(options.damping_per_s);
+    friction[k] = alone.friction;
+    drapes[k] = drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
+      if (k > 0) apply(variation, here, position);
     });
-    for (std::size_t k = 0; k < drapes.size(); ++k) {
-      StaticDrape& drape = drapes[k];
-      const int start = first + static_cast<int>(k);
-      if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
-        branches.not_at_rest.push_back(start);
-        continue;
-      }
-      const double energy_j = drape.report.history.back().sum_j();
-      const HemLabel hem = label_hem(grid, drape.position);
-      book({std::move(drape.position), std::move(drape.report), energy_j, hem, {start}}, grid,
-           how.same_m, branches);
+  });
+  branches.members.resize(how.starts);
+  std::vector<Branch> rests;
+  for (std::size_t k = 0; k < drapes.size(); ++k) {
+    StaticDrape& drape = drapes[k];
+    const int start = static_cast<int>(k);
+    if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
+      branches.not_at_rest.push_back(start);
+      continue;
     }
+    const double energy_j = drape.report.history.back().sum_j();
+    const HemLabel hem = label_hem(grid, drape.position);
+    branches.members[k] = drape.position;
+    rests.push_back({std::move(drape.position),
+                     std::move(drape.report),
+                     energy_j,
+                     hem,
+                     {start},
+                     friction[k],
+                     0});
   }
-  std::stable_sort(branches.found.begin(), branches.found.end(),
+  // By energy, so that each branch is named by its lowest.
+  std::stable_sort(rests.begin(), rests.end(),
                    [](const Branch& a, const Branch& b) { return a.energy_j < b.energy_j; });
+  for (Branch& rest : rests) book(std::move(rest), grid, how.same_m, branches);
+  for (Branch& branch : branches.found) std::sort(branch.starts.begin(), branch.starts.end());
   return branches;
 }
 
@@ -272,6 +281,10 @@ Json branches_json(const Branches& branches) {
     one["largest_residual_per_particle_weight"] = branch.report.residual;
     one["stable"] = branch.report.stable;
     one["starts"] = branch.starts;
+    one["fraction"] = static_cast<double>(branch.starts.size()) /
+                      static_cast<double>(std::max<std::size_t>(branches.members.size(), 1));
+    one["friction"] = branch.friction;
+    one["farthest_member_mm"] = branch.spread_m / mm;
     one["hem_nodes"] = branch.hem.nodes;
     Json spectrum = Json::array();
     for (const double amplitude : branch.hem.amplitude_m) spectrum.push_back(amplitude / mm);
@@ -282,10 +295,6 @@ Json branches_json(const Branches& branches) {
   return json;
 }
 
-}  // namespace drape::simulate
-
-namespace drape::simulate {
-
 BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const Print& print,
                                const std::optional<Sheet>& measured, const SimulateOptions& options,
                                const BranchOptions& how) {
@@ -293,28 +302,40 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
   const ClothLaws laws = make_laws(fabric, options.segments, report);
-  const Surroundings surroundings(scene);
-  const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+  const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
+  const Surroundings surroundings(local.scene);
+  const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};
   BranchResult result;
   Branches& branches = result.branches;
-  branches = find_branches(the_case, grid, static_options(scene, options), how);
+  branches = find_branches(the_case, grid, static_options(local.scene, options), how);
   std::vector<Branch> found;
   found.swap(branches.found);
   SimulateOptions by_static = options;
-  by_static.solver = "static";
+  if (by_static.solver == "rk4") by_static.solver = "static";
   for (Branch& branch : found) {
     SimulateResult judged;
     judged.report = report;
     finish_static(the_case, fabric, grid, by_static,
                   {{}, branch.position, branch.report, branch.report.iterations}, judged);
-    judge_rest(judged, scene, fabric, print, by_static);
+    take_to_world(local, mass_kg(fabric, print, options), judged);
+    Scene as_run = scene;
+    as_run.friction = branch.friction;
+    judge_rest(judged, as_run, fabric, print, by_static);
     if (judged.report.status != RestStatus::at_rest) {
       branches.refused.push_back({branch.starts, judged.report.sentence});
+      for (const int start : branch.starts) branches.members[start].clear();
       continue;
     }
     result.sheets.push_back(std::move(judged.sheet));
+    branch.energy_j += local.gravity_offset_j(mass_kg(fabric, print, options));
     branches.found.push_back(std::move(branch));
   }
+  const auto take_there = [&](Field& field) {
+    for (int i = 0, n = static_cast<int>(field.size() / 3); i < n; ++i)
+      put_at(field, i, local.to_world(at(field, i)));
+  };
+  for (Branch& branch : branches.found) take_there(branch.position);
+  for (Field& member : branches.members) take_there(member);
   return result;
 }
 
