@@ -47,6 +47,7 @@ int run_command(int argc, char** argv) {
   app.add_option("--recording", options.recording, "another recording than the rig's");
   app.add_option("--out", options.out, "output folder (default: out/<rig name>)");
   app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
+  app.add_flag("--single", options.single, "no ensemble: each drape from the scene's start only");
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
     options.threads = thread_count(common);

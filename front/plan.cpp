@@ -16,6 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kEnsembleGrid = 21;  // particles per side, at most
+
 struct Drape {
   Scene scene;
   fs::path folder;
@@ -110,7 +112,7 @@ Group simulate_group(const Bench& bench) {
                              segments == 1 ? "" : "s"),
                  {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
                   std::to_string(grid), "--segments", std::to_string(segments), "--start-from",
-                  (drape.folder / "sheet.ply").string(), "--solver", "static", "--out",
+                  (drape.folder / "sheet.ply").string(), "--solver", "fall", "--out",
                   folder.string(), "--threads", "1", "--json"},
                  folder / "sheet.ply", static_cast<double>(grid) * grid * grid));
       }
@@ -119,6 +121,27 @@ Group simulate_group(const Bench& bench) {
   // The longest first, so that no core waits for the last one.
   std::stable_sort(group.steps.begin(), group.steps.end(),
                    [](const Step& a, const Step& b) { return a.weight > b.weight; });
+  return group;
+}
+
+/// The equilibria that starts like the scene's come to, on the finest grid up to kEnsembleGrid: 32
+/// drapes cost as much as all others together already there.
+Group ensemble_group(const Bench& bench) {
+  Group group{"branches", {}, 1};
+  if (bench.options.single || bench.rig.grids.empty() || bench.rig.segments.empty()) return group;
+  int grid = *std::min_element(bench.rig.grids.begin(), bench.rig.grids.end());
+  for (const int one : bench.rig.grids) grid = one <= kEnsembleGrid ? std::max(grid, one) : grid;
+  const int segments = *std::max_element(bench.rig.segments.begin(), bench.rig.segments.end());
+  for (const Drape& drape : bench.drapes) {
+    const fs::path folder = drape.folder / "ensemble";
+    group.steps.push_back(
+        step("branches", fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
+             {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
+              std::to_string(grid), "--segments", std::to_string(segments), "--start-from",
+              (drape.folder / "sheet.ply").string(), "--out", folder.string(), "--threads",
+              threads_text(bench), "--json"},
+             folder / "branches.json"));
+  }
   return group;
 }
 
@@ -218,11 +241,13 @@ Plan make_plan(const RunOptions& options) {
   bench.drapes = read_drapes(bench.rig, bench.out);
   check_recording(bench);
   const fs::path report = bench.out / "report.html";
-  return {bench.out,
-          bench.store,
-          report,
-          {detect_group(bench), calib_group(bench), triangulate_group(bench), simulate_group(bench),
-           compare_group(bench, report)}};
+  Plan plan{bench.out, bench.store, report, {}};
+  for (Group& group :
+       std::vector{detect_group(bench), calib_group(bench), triangulate_group(bench),
+                   simulate_group(bench), ensemble_group(bench), compare_group(bench, report)}) {
+    if (!group.steps.empty()) plan.groups.push_back(std::move(group));
+  }
+  return plan;
 }
 
 }  // namespace drape

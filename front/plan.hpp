@@ -17,6 +17,7 @@ struct RunOptions {
   std::filesystem::path out;        ///< empty: out/<rig name>
   std::filesystem::path store;      ///< empty: <out>/results.sqlite
   int threads = 1;
+  bool single = false;  ///< no ensemble of starts for each drape
 };
 
 /// Steps that may run side by side; the next group needs all of this one.
