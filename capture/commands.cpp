@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "capture/ending.hpp"
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"

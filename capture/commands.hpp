@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::capture {

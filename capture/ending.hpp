@@ -2,7 +2,7 @@
 #pragma once
 
 #include "capture/capture.hpp"
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/program/program.hpp"
 
 namespace drape::capture {

@@ -82,7 +82,9 @@ int new_command(int argc, char** argv) {
   NewRigOptions options;
   CommonOptions common;
   app.add_option("RIG", options.folder, "folder to make; its last part names the rig")->required();
-  app.add_option("--cameras", options.cameras, "names, two or more; or auto: those that answer")->required()->delimiter(',');
+  app.add_option("--cameras", options.cameras, "names, two or more; or auto: those that answer")
+      ->required()
+      ->delimiter(',');
   app.add_option("--size-px", options.size_px, "image size of the cameras")->capture_default_str();
   app.add_option("--drape", options.drapes,
                  "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM")

@@ -114,7 +114,7 @@ class CameraDevice {
 struct FoundDevice {
   Backend backend = Backend::aravis;
   CameraIdentity identity;
-  std::string name;  ///< what to write as `device`
+  std::string name;                        ///< what to write as `device`
   std::optional<int> width_px, height_px;  ///< of its pictures now, when it was asked
   std::string why_not_asked;               ///< what it said instead
 };

@@ -13,7 +13,7 @@
 #include <fstream>
 #include <map>
 
-#include "capture/live/frame_quality.hpp"
+#include "capture/recording/frame_quality.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 

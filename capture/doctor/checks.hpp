@@ -10,7 +10,7 @@
 #include "capture/device/camera.hpp"
 #include "capture/live/cameras_file.hpp"
 #include "capture/live/live_capture.hpp"
-#include "capture/live/still.hpp"
+#include "capture/recording/still.hpp"
 
 namespace drape::capture {
 

@@ -22,7 +22,8 @@ std::string quoted(const std::string& text) {
 }  // namespace
 
 std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program, bool sizes) {
-  const std::string command = quoted(host_program.string()) + (sizes ? " --list --sizes" : " --list") + " 2>/dev/null </dev/null";
+  const std::string command = quoted(host_program.string()) +
+                              (sizes ? " --list --sizes" : " --list") + " 2>/dev/null </dev/null";
   FILE* pipe = ::popen(command.c_str(), "re");
   std::string output;
   char buffer[4096];

@@ -12,7 +12,7 @@
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
-#include "capture/live/journal.hpp"
+#include "capture/recording/journal.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "capture/live/live_bench.hpp"
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "tests/support/gige_camera/debian_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/still.hpp"
+#include "capture/recording/still.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/live/motion.hpp"
+#include "capture/recording/motion.hpp"
 #include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/recording.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/frame_quality.hpp"
+#include "capture/recording/frame_quality.hpp"
 
 #include <fmt/format.h>
 

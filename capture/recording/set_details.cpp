@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/set_details.hpp"
+#include "capture/recording/set_details.hpp"
 
 #include "core/files/files.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/journal.hpp"
+#include "capture/recording/journal.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

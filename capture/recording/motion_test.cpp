@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/motion.hpp"
+#include "capture/recording/motion.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "capture/live/still.hpp"
+#include "capture/recording/still.hpp"
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
 

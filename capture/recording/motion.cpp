@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/motion.hpp"
+#include "capture/recording/motion.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "capture/live/set_details.hpp"
+#include "capture/recording/set_details.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Is the cloth still, is the camera in its place: bench1 as frames of emulated cameras would be.
-#include "capture/live/still.hpp"
+#include "capture/recording/still.hpp"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -11,7 +11,7 @@
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "tests/support/bench1_calibration.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "capture/live/live_capture.hpp"
-#include "capture/live/record.hpp"
+#include "capture/recording/record.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape::capture {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/live/frame_quality.hpp"
-#include "capture/live/journal.hpp"
 #include "capture/live/live_capture.hpp"
-#include "capture/live/still.hpp"
+#include "capture/recording/frame_quality.hpp"
+#include "capture/recording/journal.hpp"
+#include "capture/recording/still.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
