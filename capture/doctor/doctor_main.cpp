@@ -35,8 +35,7 @@ void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& cali
   append(checks, check_devices(cameras, found));
   LiveOptions options;
   options.host_program = camera_host_program();
-  options.patience_s = 3;
-  options.frames = 3;
+  options.patience_s = options.frames = 3;
   LiveResult live;
   std::vector<Check> seen;
   try {
