@@ -82,7 +82,7 @@ std::vector<Personality> vendors() {
   p.tick_hz = 36'858'974;
   p.exposure = "ExposureTimeAbs";
   p.rate = "AcquisitionFrameRateAbs";
-  p.trigger_sources = {"Software", "Line1", "Line2"};
+  p.trigger_sources = {"Software", "Line1"};
   p.pixel_formats = kUsual;
   list.push_back(p);
 
