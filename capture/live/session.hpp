@@ -104,8 +104,9 @@ class Session {
   /// for the next trigger's: it is counted again from the next trigger that has one answer.
   void settle_counts();
 
-  /// Until every camera has sent a frame, or the time for it is over; `all_of_it`: until it is.
-  void await_answers(bool all_of_it);
+  /// Until every camera has sent a frame, or the time for it is over; then `and_silence`: as long
+  /// again, for frames that nobody asked for.
+  void await_answers(bool and_silence);
 
   // ---- what comes out -----------------------------------------------------------------------
   [[nodiscard]] std::optional<double> time_of(

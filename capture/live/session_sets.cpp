@@ -21,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 constexpr double kScheduleAhead_s = 0.03;    ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;     ///< clock error allowed before a trigger
 constexpr double kAnswer_s = 0.5;            ///< of a trigger, above the exposure
+constexpr double kFirstAnswer_s = 3;         ///< of a stream, or of a camera without a clock
 constexpr std::int64_t kPartnersWithin = 8;  ///< frames: a later partner would be off by seconds
 constexpr double kStreamEnds_s = 0.3;        ///< once told to
 
@@ -236,34 +237,45 @@ void Session::settle_counts() {
       continue;
     }
     if (++r.silent_triggers < 2) continue;
-    // Half a second without a late frame: the next one answers the next trigger.
-    const std::int64_t before = r.newest, until = now_ns() + std::llround(1e9 * kAnswer_s);
-    while (now_ns() < until && r.newest == before) {
+    // Once no late frame comes any more, the next one answers the next trigger.
+    const std::int64_t until = now_ns() + std::llround(1e9 * kFirstAnswer_s);
+    std::int64_t newest = r.newest, quiet_ns = now_ns();
+    while (seconds(now_ns() - quiet_ns) < kAnswer_s && now_ns() < until && !interrupted()) {
       wait(0.02);
       take_in();
+      if (std::exchange(newest, r.newest) != r.newest) quiet_ns = now_ns();
     }
-    if (r.newest != before) continue;
     r.counted = Running::Counted{r.newest, last};
     r.silent_triggers = 0;
   }
 }
 
-void Session::await_answers(bool all_of_it) {
+void Session::await_answers(bool and_silence) {
   std::vector<std::int64_t> before;
   for (const Running& r : running_) before.push_back(r.newest);
   double exposure_s = 0;
   for (const LiveCamera& c : file_.cameras)
     exposure_s = std::max(exposure_s, 1e-6 * c.settings.exposure_us.value_or(0));
   // A line is pulsed from outside whenever it likes.
+  // Without a clock a late frame could pass for the next trigger's.
+  const bool clocks = std::none_of(running_.begin(), running_.end(), never_had_clock);
+  const double answer_s = exposure_s + (clocks ? kAnswer_s : kFirstAnswer_s);
   const double allowed =
-      report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + kAnswer_s;
+      report_.method == SyncMethod::line_trigger ? options_.patience_s : answer_s;
   const std::int64_t until = now_ns() + std::llround(1e9 * allowed);
   const auto answered = [&] {
     for (std::size_t c = 0; c < running_.size(); ++c)
       if (running_[c].newest == before[c]) return false;
     return true;
   };
-  while ((all_of_it || !answered()) && now_ns() < until && !interrupted()) {
+  while (!answered() && now_ns() < until && !interrupted()) {
+    wait(0.02);
+    take_in();
+  }
+  if (!and_silence) return;
+  // Frames that nobody asked for come within the time that an answer takes.
+  const std::int64_t silent = now_ns() + std::llround(1e9 * (exposure_s + kAnswer_s));
+  while (now_ns() < silent && !interrupted()) {
     wait(0.02);
     take_in();
   }
