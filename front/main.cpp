@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "core/error.hpp"
@@ -82,7 +83,9 @@ int new_command(int argc, char** argv) {
   NewRigOptions options;
   CommonOptions common;
   app.add_option("RIG", options.folder, "folder to make; its last part names the rig")->required();
-  app.add_option("--cameras", options.cameras, "names, two or more; or auto: those that answer")->required()->delimiter(',');
+  app.add_option("--cameras", options.cameras, "names, two or more; or auto: those that answer")
+      ->required()
+      ->delimiter(',');
   app.add_option("--size-px", options.size_px, "image size of the cameras")->capture_default_str();
   app.add_option("--drape", options.drapes,
                  "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM")
@@ -119,8 +122,19 @@ std::string more_commands() {
   become(stage_program(command), arguments);
 }
 
+/// The commands that are not a program of their own.
+const std::map<std::string, int (*)(int, char**)> kOwnCommands = {
+    {"run", run_command}, {"calib-images", calib_images_command}, {"new", new_command}};
+
 int dispatch(int argc, char** argv) {
   const std::string command = argc < 2 ? "--help" : argv[1];
+  if (command == "--help-declarations") {
+    fmt::print(
+        "{}",
+        Command(fmt::format(kHelp, fmt::arg("more", more_commands())), "drape").declarations());
+    for (const auto& [name, run] : kOwnCommands) fmt::print("own\t{}\n", name);
+    return 0;
+  }
   if (command == "--help" || command == "-h" || command == "help") {
     fmt::print(kHelp, fmt::arg("more", more_commands()));
     return argc < 2 ? static_cast<int>(ErrorKind::usage) : 0;
@@ -129,9 +143,8 @@ int dispatch(int argc, char** argv) {
     fmt::print("drapebench {}\n", version());
     return 0;
   }
-  if (command == "run") return run_command(argc - 1, argv + 1);
-  if (command == "calib-images") return calib_images_command(argc - 1, argv + 1);
-  if (command == "new") return new_command(argc - 1, argv + 1);
+  const auto own = kOwnCommands.find(command);
+  if (own != kOwnCommands.end()) return own->second(argc - 1, argv + 1);
   // Like git: every program `drape-X` beside this one is the command `drape X`.
   const bool known = std::filesystem::is_regular_file(stage_program(command));
   if (known || command == "import") run_stage(command, {argv + 2, argv + argc});

@@ -150,6 +150,27 @@ void Command::set_version(const std::string& text) {
   parser_->app->set_version_flag("--version", text);
 }
 
+std::string Command::declarations() const {
+  const CLI::App& app = *parser_->app;
+  std::string described = app.get_description() + "\n\n" + app.get_footer();
+  while (described.ends_with('\n')) described.pop_back();
+  for (std::size_t at = 0; (at = described.find('\n', at)) != std::string::npos; at += 2)
+    described.replace(at, 1, "\\n");
+  std::string text = (parser_->owned ? "program\t" : "command\t") + name_ + "\t" + described + "\n";
+  for (const CLI::Option* option : app.get_options()) {
+    const bool positional = option->get_positional();
+    const std::string names = option->get_name(positional, !positional);
+    const std::string value = option->get_items_expected_max() > 0 ? option->get_type_name() : "";
+    // A flag that switches off is named "--no-x{false}"; a value is "TEXT:{a,b}", "INT:INT in ...".
+    text += "option\t" + names.substr(0, names.find('{')) + "\t" +
+            value.substr(value.find(':') + 1) + "\t" + option->get_default_str() + "\t" +
+            (positional ? "positional " : "") + (option->get_required() ? "required" : "") + "\t" +
+            option->get_description() + "\n";
+  }
+  for (const auto& subcommand : subcommands_) text += subcommand->declarations();
+  return text;
+}
+
 bool Command::parsed() const {
   return parser_->app->parsed();
 }

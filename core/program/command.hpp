@@ -71,6 +71,11 @@ class Command {
   void set_version(const std::string& text);
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  /// What --help says, for cmake/manuals.sh, with tabs between fields: "program", name,
+  /// description; each option as "option", names, value (empty: a flag), default, "positional" or
+  /// "required" or both, text; each subcommand as "command", name, description, followed by its
+  /// options.
+  [[nodiscard]] std::string declarations() const;
   [[nodiscard]] bool parsed() const;
   /// How often the option was given; `name` as in add_option().
   [[nodiscard]] std::size_t count(const std::string& name) const;

@@ -67,6 +67,10 @@ int finish(const Ending& ending, const CommonOptions& options) {
 
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
+  if (argc == 2 && std::string(argv[1]) == "--help-declarations") {
+    fmt::print("{}", app.declarations());
+    return 0;
+  }
   if (const int code = app.parse(argc, argv); code >= 0) return code;
   try {
     return body();
