@@ -4,10 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/program/command.hpp"
+#include "core/program/manual.hpp"
 #include "core/program/run_record.hpp"
 #include "front/calib_images.hpp"
 #include "front/new.hpp"
@@ -119,8 +121,21 @@ std::string more_commands() {
   become(stage_program(command), arguments);
 }
 
+/// The commands that are not a program of their own.
+const std::map<std::string, int (*)(int, char**)> kOwnCommands = {
+    {"run", run_command}, {"calib-images", calib_images_command}, {"new", new_command}};
+
 int dispatch(int argc, char** argv) {
   const std::string command = argc < 2 ? "--help" : argv[1];
+  if (command == "--help-man") {
+    const Command app(fmt::format(kHelp, fmt::arg("more", more_commands())), "drape");
+    fmt::print("{}", manual_page(app));
+    return 0;
+  }
+  if (command == "--help-words") {
+    for (const auto& [name, run] : kOwnCommands) fmt::print("{}\n", name);
+    return 0;
+  }
   if (command == "--help" || command == "-h" || command == "help") {
     fmt::print(kHelp, fmt::arg("more", more_commands()));
     return argc < 2 ? static_cast<int>(ErrorKind::usage) : 0;
@@ -129,9 +144,8 @@ int dispatch(int argc, char** argv) {
     fmt::print("drapebench {}\n", version());
     return 0;
   }
-  if (command == "run") return run_command(argc - 1, argv + 1);
-  if (command == "calib-images") return calib_images_command(argc - 1, argv + 1);
-  if (command == "new") return new_command(argc - 1, argv + 1);
+  const auto own = kOwnCommands.find(command);
+  if (own != kOwnCommands.end()) return own->second(argc - 1, argv + 1);
   // Like git: every program `drape-X` beside this one is the command `drape X`.
   const bool known = std::filesystem::is_regular_file(stage_program(command));
   if (known || command == "import") run_stage(command, {argv + 2, argv + argc});

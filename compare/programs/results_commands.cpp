@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/merge.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
@@ -67,6 +68,16 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
   ending.numbers = {{"store", arguments.store}};
   ending.next_command = "drape results list --store " + arguments.store;
+  return finish(ending, common);
+}
+
+int merge(const ResultsArguments& arguments, const CommonOptions& common) {
+  const MergeCounts counts = merge_stores(arguments.store, arguments.sheets);
+  Ending ending;
+  ending.verdict = fmt::format("{} entries of the ledger added, {} were there already",
+                               counts.added, counts.present);
+  ending.numbers = {{"store", arguments.store}};
+  ending.next_command = "drape results verify --store " + arguments.store;
   return finish(ending, common);
 }
 
@@ -172,6 +183,9 @@ void add_judging(Command& app, ResultsArguments& arguments) {
                                        "and drape study leave them; again adds "
                                        "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
+  Command* merge = app.add_subcommand(
+      "merge", "adds what other stores hold, e.g. those of a study's parts; again adds nothing");
+  merge->add_option("STORE", arguments.sheets, "the other stores")->required();
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
 
@@ -189,6 +203,7 @@ void add_commands(Command& app, ResultsArguments& arguments) {
 int answer(const Command& app, const ResultsArguments& arguments, const CommonOptions& common) {
   const std::string command = app.chosen()->name();
   if (command == "import") return import_files(arguments, common);
+  if (command == "merge") return merge(arguments, common);
   if (command == "verify") return verify(arguments, common);
   const StoreReader reader(arguments.store);
   if (command == "why") return why(reader, arguments, common);

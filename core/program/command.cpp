@@ -150,6 +150,30 @@ void Command::set_version(const std::string& text) {
   parser_->app->set_version_flag("--version", text);
 }
 
+std::string Command::description() const {
+  const std::string footer = parser_->app->get_footer();
+  return parser_->app->get_description() + (footer.empty() ? "" : "\n\n" + footer);
+}
+
+std::vector<OptionText> Command::option_texts() const {
+  std::vector<OptionText> texts;
+  for (const CLI::Option* option : std::as_const(*parser_->app).get_options()) {
+    OptionText text;
+    text.positional = option->get_positional();
+    text.names = option->get_name(text.positional, !text.positional);
+    // A flag that switches off is named "--no-x{false}".
+    text.names = text.names.substr(0, text.names.find('{'));
+    if (option->get_items_expected_max() > 0) text.value = option->get_type_name();
+    // "TEXT:{a,b}" and "INT:INT in [0 - 9]": what the check says is enough.
+    text.value.erase(0, text.value.find(':') + 1);
+    text.usual = option->get_default_str();
+    text.text = option->get_description();
+    text.required = option->get_required();
+    texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
 bool Command::parsed() const {
   return parser_->app->parsed();
 }

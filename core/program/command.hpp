@@ -32,6 +32,16 @@ class Option {
   void* option_;  ///< CLI::Option, owned by the command's parser
 };
 
+/// What --help says of one option or positional argument.
+struct OptionText {
+  std::string names;  ///< "--out,-o", or the bare word of a positional argument
+  std::string value;  ///< "TEXT", "INT in [0 - 1024]", "{rk4,static}"; empty: a flag
+  std::string usual;  ///< the default; empty: none
+  std::string text;
+  bool positional = false;
+  bool required = false;
+};
+
 /// A program's command line, or a subcommand of it. A variable given to an option must outlive
 /// parse(). Wrong words end in Error(usage) or in the text of --help, see run_program().
 class Command {
@@ -71,6 +81,12 @@ class Command {
   void set_version(const std::string& text);
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] std::string description() const;
+  /// All options in the order of their declaration, --help and --version among them.
+  [[nodiscard]] std::vector<OptionText> option_texts() const;
+  [[nodiscard]] const std::vector<std::unique_ptr<Command>>& subcommands() const {
+    return subcommands_;
+  }
   [[nodiscard]] bool parsed() const;
   /// How often the option was given; `name` as in add_option().
   [[nodiscard]] std::size_t count(const std::string& name) const;

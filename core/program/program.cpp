@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
+#include "core/program/manual.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape {
@@ -67,6 +68,11 @@ int finish(const Ending& ending, const CommonOptions& options) {
 
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
+  const std::string only = argc == 2 ? argv[1] : "";
+  if (only == "--help-man" || only == "--help-words") {
+    fmt::print("{}", only == "--help-man" ? manual_page(app) : completion_words(app));
+    return 0;
+  }
   if (const int code = app.parse(argc, argv); code >= 0) return code;
   try {
     return body();

@@ -33,7 +33,8 @@ struct Ending {
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
-/// Parses, runs, and turns every Error into one message and its exit code. Never throws.
+/// Parses, runs, and turns every Error into one message and its exit code. Never throws. The only
+/// word --help-man prints the manual page, --help-words what the completion of a shell offers.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body);
 

@@ -8,6 +8,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
+#include "simulate/programs/study_parts.hpp"
 #include "simulate/study/study.hpp"
 
 namespace fs = std::filesystem;
@@ -67,8 +68,8 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   fs::path rig, out;
   StudyOptions options;
-  app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper");
-  app.add_option("--out", out, "folder for <scene>/<model>/<grid>-<segments>/ and the tables");
+  PlanArguments plan;
+  add_plan_options(app, rig, out, plan);
   app.add_option("--scenes", options.scenes, "names, comma-separated; default: all")
       ->delimiter(',');
   const auto list = [&app](const char* name, auto& values, const char* what) {
@@ -85,6 +86,7 @@ int main(int argc, char** argv) {
                  "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
       ->capture_default_str();
   return run_program(app, argc, argv, common, [&] {
+    if (is_plan(app, rig)) return run_plan(app, rig, out, plan, common);
     options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
     return run(rig, out, options, arguments_of(argc, argv), common);
   });

@@ -5,8 +5,11 @@
 #include <sys/wait.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <regex>
 #include <sstream>
 
+#include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::test {
@@ -69,6 +72,63 @@ TEST(Programs, AWrongOptionIsAUsageError) {
     EXPECT_EQ(wrong.exit_code, 2) << name << " --no-such-option: " << wrong.output;
     EXPECT_FALSE(wrong.output.empty()) << name << " says nothing";
   }
+}
+
+bool is_installed(const std::string& tool) {
+  return std::system(fmt::format("command -v {} >/dev/null 2>&1", tool).c_str()) == 0;
+}
+
+TEST(Programs, ManualPagesNameEveryOptionAndAreClean) {
+  const bool mandoc = is_installed("mandoc");
+  const TemporaryFolder folder;
+  for (const std::string& name : programs()) {
+    const Outcome page = run(name, "--help-man");
+    ASSERT_EQ(page.exit_code, 0) << name;
+    EXPECT_THAT(page.output, HasSubstr(".SH EXIT STATUS")) << name;
+    const std::string help = run(name, "--help").output;
+    const std::regex option("--[a-z][a-z-]+");
+    for (std::sregex_iterator it(help.begin(), help.end(), option), end; it != end; ++it) {
+      const std::string word = std::regex_replace(it->str(), std::regex("-"), "\\\\-");
+      EXPECT_THAT(page.output, HasSubstr(word)) << name;
+    }
+    if (!mandoc) continue;
+    const auto file = folder.path() / (name + ".1");
+    write_durable(file, page.output);
+    // Status 0: not even a warning.
+    EXPECT_EQ(std::system(fmt::format("mandoc -Tlint -Wwarning '{}' >&2", file.string()).c_str()),
+              0)
+        << name;
+  }
+  if (!mandoc) GTEST_SKIP() << "mandoc (Debian package mandoc) is not installed: not checked by it";
+}
+
+TEST(Programs, BashCompletesCommandsOptionsAndValues) {
+  const TemporaryFolder folder;
+  const std::string made =
+      fmt::format("'{}' '{}' '{}' {}", (source_root() / "cmake/manuals.sh").string(),
+                  folder.path().string(), program("drape").parent_path().string(), DRAPE_PROGRAMS);
+  ASSERT_EQ(std::system(made.c_str()), 0);
+  const auto completed = [&](const std::string& words, int at) {
+    const std::string script = fmt::format(
+        "cd '{0}' && . completions/drape && COMP_WORDS=({1}) COMP_CWORD={2} && _drape drape && "
+        "echo \" ${{COMPREPLY[*]}} \"",
+        folder.path().string(), words, at);
+    write_durable(folder.path() / "script", script);
+    FILE* pipe =
+        ::popen(fmt::format("bash '{}'", (folder.path() / "script").string()).c_str(), "r");
+    char buffer[8192] = {};
+    const std::size_t got = std::fread(buffer, 1, sizeof buffer - 1, pipe);
+    ::pclose(pipe);
+    return std::string(buffer, got);
+  };
+  EXPECT_THAT(completed("drape si", 1), HasSubstr(" simulate "));
+  EXPECT_THAT(completed("drape ne", 1), HasSubstr(" new "));
+  EXPECT_THAT(completed("drape simulate --sol", 2), HasSubstr(" --solver "));
+  EXPECT_EQ(completed("drape simulate --solver st", 3), " static \n");
+  EXPECT_THAT(completed("drape results li", 2), HasSubstr(" list "));
+  EXPECT_THAT(completed("drape results list --sc", 3), HasSubstr(" --scene "));
+  EXPECT_THAT(completed("drape run comp", 2), HasSubstr(" completions "));
+  EXPECT_EQ(completed("drape simulate --no-such", 2), "  \n");
 }
 
 }  // namespace
