@@ -250,7 +250,7 @@ std::vector<Check> check_still(const StillReport& still) {
       checks.push_back({"place of " + camera.name, fault == still.moved_cameras.end(),
                         fmt::format("its background is {:.2f} px from the reference set",
                                     *camera.background_shift_px),
-                        "lock the camera and calibrate anew"});
+                        "lock the camera and calibrate again"});
   }
   return checks;
 }

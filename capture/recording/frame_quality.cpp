@@ -63,7 +63,7 @@ std::string quality_remedy(const FrameQuality& q, const QualityLimits& limits) {
   if (q.saturated_share > limits.largest_saturated_share) return "lower exposure_us or the light";
   if (q.contrast < limits.least_contrast)
     return "take the lens cap off, raise exposure_us or the light";
-  return "focus the lens and lock it, then calibrate anew";
+  return "focus the lens and lock it, then calibrate again";
 }
 
 }  // namespace drape::capture

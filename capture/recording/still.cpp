@@ -154,7 +154,7 @@ void StillWatch::look_at_place(std::size_t c, const LiveFrame& now) {
     report_.moved_cameras.push_back(
         {camera.name,
          fmt::format("it moved since the reference set: its background by {:.2f} px", *shift),
-         "lock the camera and calibrate anew"});
+         "lock the camera and calibrate again"});
 }
 
 StillReport look_still(const LiveResult& live, const CamerasFile& cameras,

@@ -159,7 +159,7 @@ TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
   ASSERT_EQ(stored.refused.size(), 3U);
   EXPECT_EQ(stored.refused[0].camera, "cam0");
   EXPECT_THAT(stored.refused[0].what, HasSubstr("it moved since the reference set"));
-  EXPECT_THAT(stored.refused[0].what_to_do, HasSubstr("calibrate anew"));
+  EXPECT_THAT(stored.refused[0].what_to_do, HasSubstr("calibrate again"));
   EXPECT_FALSE(fs::exists(options_.folder));
   EXPECT_FALSE(stored.still.motion_px) << "one set tells nothing of the cloth";
 }

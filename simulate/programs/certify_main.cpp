@@ -61,8 +61,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
 }  // namespace
 
 int main(int argc, char** argv) {
-  Command app("Judges the certificate of a simulated sheet anew, with code of its own.",
-              "drape-certify");
+  Command app("Judges the certificate of a simulated sheet with code of its own.", "drape-certify");
   CommonOptions common;
   add_common_options(app, common);
   fs::path folder, scene;
