@@ -248,10 +248,16 @@ CameraResult calibrate_camera(const Points& measured, const RigCamera& rig_camer
   if (fit.points.size() == kept.size())
     report.max_eccentricity_px = largest_shift_px(fit.points, kept);
   const Eigen::MatrixXd covariance = scaled_covariance(fit, free, report);
-  if (covariance.size() > 0)
+  if (covariance.size() > 0) {
+    const double dof = 2.0 * static_cast<double>(fit.points.size()) - free_parameters(free);
     report.stages =
-        check_stages(fit.refinement.camera, fit.points, free, std::max(1.0, report.chi2_per_dof));
+        check_stages(fit.refinement.camera, fit.points, free, dof * report.chi2_per_dof);
+  }
   report.status = status_of(report, fit, covariance.size() > 0, measured.size(), options);
+  if (report.stages && !report.stages->contradiction.empty()) {
+    report.status = report.good() ? report.stages->contradiction
+                                  : report.stages->contradiction + "; " + report.status;
+  }
   CalibratedCamera calibrated;
   calibrated.camera = fit.refinement.camera;
   calibrated.residuals = residuals_of(calibrated.camera, fit.points);

@@ -8,12 +8,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/checks/causes.hpp"
 #include "calib/checks/joint_checks.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/checks/next_view.hpp"
-#include "calib/joint/common_error.hpp"
 #include "calib/joint/covariance.hpp"
 #include "calib/joint/start.hpp"
+#include "calib/joint/stated_fit.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -100,7 +101,7 @@ double largest_eccentricity(const JointModel& model) {
 /// The lens by held-out error; the table goes into the report.
 LensTerms chosen_lens(const JointModel& solved, const JointFit& fit, const JointOptions& options,
                       JointReport& report) {
-  if (options.lens) return *options.lens;
+  if (options.lens || options.known_lenses) return fit.lens;
   for (const LensTerms lens : all_lens_terms) {
     JointFit candidate = fit;
     candidate.lens = lens;
@@ -115,33 +116,22 @@ LensTerms chosen_lens(const JointModel& solved, const JointFit& fit, const Joint
   return choose_lens(report.held_out);
 }
 
-void reset_unused(JointModel& model, LensTerms lens) {
-  for (JointCamera& camera : model.cameras) {
-    auto& brown = std::get<BrownLens>(camera.camera.model.lens);
-    if (lens < LensTerms::k1_k2_p1_p2_k3) brown.k3 = 0;
-    if (lens < LensTerms::k1_k2_p1_p2) brown.p1 = brown.p2 = 0;
-    if (lens < LensTerms::k1_k2) brown.k2 = 0;
-  }
-}
-
-/// Covariances and the view that would help most.
+/// Covariances with the choice of the lens in them.
 void add_uncertainty(const JointSolution& solution, const JointFit& fit,
-                     const JointOptions& options, JointResult& result) {
+                     const JointCleaning& cleaning, const JointOptions& options,
+                     JointResult& result) {
   const JointModel& model = solution.model;
   JointReport& report = result.report;
   Calibration& calibration = result.calibration;
-  const double dof = 2.0 * static_cast<double>(count_points(model)) - free_parameters(model, fit);
-  report.chi2_per_dof = solution.chi2 / dof;
-  const double factor = std::max(1.0, report.chi2_per_dof);
-  const MatrixXd information = information_of(model, fit);
-  const MatrixXd common = factor * common_error_pull(model, fit, options.common_share);
-  const JointCovariance covariance = joint_covariance(model, fit, information, common, factor);
-  report.bow_sd_mm = covariance.bow_sd_mm;
-  calibration.joint_covariance_parameters = covariance.names;
-  calibration.joint_covariance = covariance.cameras;
-  if (covariance.cameras.size() == 0) return;
+  report.chi2_per_dof = chi2_per_dof(solution, fit);
+  const StatedFit own = with_lens_choice(solution, fit, cleaning, report.held_out);
+  report.view_inflation = own.scatter.inflation;
+  report.bow_sd_mm = own.covariance.bow_sd_mm;
+  calibration.joint_covariance_parameters = own.covariance.names;
+  calibration.joint_covariance = own.covariance.cameras;
+  if (options.known_lenses)
+    add_known_lenses(calibration.joint_covariance, model, fit, *options.known_lenses);
   add_scale_uncertainty(calibration.joint_covariance, model, options.scale_uncertainty);
-  report.next_view = next_view(model, fit, common, report.chi2_per_dof);
 }
 
 /// The first stage keeps the world; the others lie where the views say.
@@ -153,6 +143,42 @@ Rig with_free_stages(Rig rig) {
   rig.free_poses.insert(rig.free_poses.begin(), free.begin(), free.end());
   rig.stages.resize(1);
   return rig;
+}
+
+/// Takes out the views that stay off as a whole, and fits again. Not where they are no minority: a
+/// camera or a stage that moved is for the verdict to name.
+void drop_views(JointSolution& solution, const JointFit& fit, const JointCleaning& cleaning,
+                std::vector<std::string>& rejected) {
+  JointModel& model = solution.model;
+  std::vector<std::size_t> off = frames_off(model, cleaning);
+  // A stage that is off is for the check of the stages to name.
+  const auto known = std::count_if(model.placements.begin(), model.placements.end(),
+                                   [](const Placement& placement) { return placement.known; });
+  std::erase_if(off, [&](std::size_t f) {
+    return known > 1 && model.placements[model.frames[f].placement].known;
+  });
+  std::vector<int> views(model.cameras.size(), 0), gone(model.cameras.size(), 0);
+  for (const JointFrame& frame : model.frames) ++views[frame.camera];
+  for (const std::size_t f : off) ++gone[model.frames[f].camera];
+  for (std::size_t c = 0; c < views.size(); ++c)
+    if (3 * gone[c] > views[c]) return;
+  std::vector<JointFrame> kept;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const JointFrame& frame = model.frames[f];
+    const Placement& placement = model.placements[frame.placement];
+    if (std::find(off.begin(), off.end(), f) == off.end()) {
+      kept.push_back(frame);
+      continue;
+    }
+    rejected.push_back(fmt::format(
+        "set {}, {}: the whole view, most of its points lie off the other views' result "
+        "(a target or camera that moved, a turned corner order, blur)",
+        placement.set, model.cameras[frame.camera].camera.name));
+  }
+  if (off.empty()) return;
+  model.frames = std::move(kept);
+  drop_unseen_placements(model);
+  solution = fit_joint(model, fit, cleaning);
 }
 
 void add_warnings(JointReport& report) {
@@ -169,10 +195,6 @@ void add_warnings(JointReport& report) {
 
 void JointOptions::check() const {
   common.check();
-  if (!(common_share >= 0 && common_share < 1)) {
-    throw usage_error(fmt::format("--common-share is {}", common_share),
-                      "give a part of the points' own noise: 0 or more, below 1");
-  }
 }
 
 WorldBox drape_volume(const JointModel& model) {
@@ -188,10 +210,11 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
                             const JointOptions& options) {
   JointResult result;
   JointReport& report = result.report;
-  check_views(model, report.warnings);
-  const std::size_t measured = count_points(model);
+  check_views(model, options.known_lenses.has_value(), report.warnings);
   JointFit fit;
   fit.lens = options.lens.value_or(LensTerms::k1_k2);
+  fit.lens_known = options.known_lenses.has_value();
+  if (fit.lens_known) fit.lens = LensTerms::k1_k2_p1_p2_k3;
   fit.skew = options.estimate_skew;
   fit.bow = options.estimate_bow;
   fit.max_iterations = options.common.max_iterations;
@@ -199,11 +222,17 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   cleaning.dot_diameter_m = options.common.correct_eccentricity ? dot_diameter_m : 0;
   cleaning.outlier_sigmas = options.common.outlier_sigmas;
   JointSolution solution = fit_joint(model, fit, cleaning);
+  const Causes causes = causes_of(solution.model, fit);
+  report.alone_px = causes.alone_px;
+  report.warnings.insert(report.warnings.end(), causes.warnings.begin(), causes.warnings.end());
+  drop_views(solution, fit, cleaning, report.rejected);
+  const std::size_t measured = count_points(solution.model);
   const JointModel all_points = solution.model;
-  report.rejected = reject_outliers(solution.model, cleaning);
+  const std::vector<std::string> outliers = reject_outliers(solution.model, cleaning);
+  report.rejected.insert(report.rejected.end(), outliers.begin(), outliers.end());
   fit.lens = chosen_lens(solution.model, fit, options, report);
   report.lens = fit.lens;
-  reset_unused(solution.model, fit.lens);
+  clear_unused(solution.model, fit.lens);
   solution = fit_joint(solution.model, fit, cleaning);
   report.stages = check_stages(all_points, fit, cleaning);
   if (report.stages) {
@@ -215,7 +244,7 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   report.bow_mm = solution.model.bow.edge_rise_mm;
   report.max_eccentricity_px = largest_eccentricity(solution.model);
   report.views = view_reports(solution.model);
-  add_uncertainty(solution, fit, options, result);
+  add_uncertainty(solution, fit, cleaning, options, result);
   Calibration& calibration = result.calibration;
   calibration.method = "joint";
   for (const Placement& placement : solution.model.placements)
@@ -231,8 +260,21 @@ JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
   const bool has_covariance = calibration.joint_covariance.size() > 0;
   if (has_covariance)
     report.volume_sd_mm = volume_sd_mm(calibration, grid_of(drape_volume(solution.model), 3));
+  if (has_covariance) {
+    const double now_mm = report.volume_sd_mm.value_or(report.cameras.front().position_sd_mm);
+    report.next_view = next_view(solution.model, fit, now_mm);
+  }
   report.status =
       joint_status(report, solution.converged, has_covariance, measured, options.common);
+  const bool contradicted = report.stages && !report.stages->contradiction.empty();
+  if (!causes.fatal.empty()) {
+    report.status = causes.fatal;
+  } else if (contradicted) {
+    report.status = report.good() ? report.stages->contradiction
+                                  : report.stages->contradiction + "; " + report.status;
+  } else if (!report.good() && !causes.warnings.empty()) {
+    report.status += "; a likely cause: " + causes.warnings.front();
+  }
   add_warnings(report);
   if (!report.good()) calibration.warnings.push_back(report.status);
   calibration.warnings.insert(calibration.warnings.end(), report.warnings.begin(),
@@ -249,8 +291,13 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   std::vector<std::string> notes;
   JointModel model =
       joint_frames(detections, options.free_stages ? with_free_stages(rig) : rig, target, notes);
-  check_places(model);
-  start_joint(model);
+  if (options.known_lenses) {
+    use_lenses(model, *options.known_lenses);
+  } else {
+    check_places(model);
+  }
+  const std::vector<std::string> dropped = start_joint(model, {options.known_lenses.has_value()});
+  notes.insert(notes.end(), dropped.begin(), dropped.end());
   JointOptions with_scale = options;
   with_scale.scale_uncertainty = scale_uncertainty(target);
   JointResult result = calibrate_joint(model, target.dot_diameter_m, with_scale);

@@ -18,13 +18,13 @@ namespace drape::calib {
 
 struct JointOptions {
   CalibOptions common;
-  std::optional<LensTerms> lens;  ///< absent: the held-out error chooses
-  bool estimate_bow = true;       ///< of the target's plate
-  bool estimate_skew = false;     ///< a library option: calibration.json has no skew
-  int held_out_groups = 4;        ///< of placements, for the lens and the report
-  bool free_stages = false;       ///< z stages but the first are free poses
-  double common_share = 0.1;      ///< of a point's noise that a view's points share (smooth)
-  double scale_uncertainty = 0;   ///< of the print (1), common to all cameras
+  std::optional<LensTerms> lens;            ///< absent: the held-out error chooses
+  bool estimate_bow = true;                 ///< of the target's plate
+  bool estimate_skew = false;               ///< a library option: calibration.json has no skew
+  int held_out_groups = 4;                  ///< of placements, for the lens and the report
+  bool free_stages = false;                 ///< z stages but the first are free poses
+  std::optional<Calibration> known_lenses;  ///< lenses calibrated before, by camera name
+  double scale_uncertainty = 0;             ///< of the print (1), common to all cameras
   void check() const;
 };
 
@@ -54,6 +54,8 @@ struct JointReport {
   std::string status;  ///< "good", or why the result must not be used
   LensTerms lens = LensTerms::k1_k2;
   std::vector<HeldOut> held_out;  ///< each lens on views it never saw
+  std::vector<double> alone_px;   ///< RMS by camera with each view's own pose of the target
+  double view_inflation = 1;      ///< variance of the views over that of their points' noise
   std::vector<JointCameraReport> cameras;
   std::vector<ViewReport> views;
   Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero(), bow_sd_mm = Eigen::Vector2d::Zero();

@@ -2,16 +2,34 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <cmath>
 #include <random>
 
-#include "calib/joint/common_error.hpp"
 #include "calib/joint/model.hpp"
 #include "core/units.hpp"
 
 namespace drape::test {
 
 using namespace calib;
+
+/// Six smooth shapes at a frame's points, orthogonal, each with a mean square of 1 (n x 6).
+inline Eigen::MatrixXd smooth_shapes(const JointFrame& frame) {
+  const auto points = static_cast<Eigen::Index>(frame.points.size());
+  Eigen::MatrixXd shapes(points, 6);
+  double reach_m = 0;
+  for (const TargetPoint& point : frame.points)
+    reach_m = std::max(reach_m, point.point_in_target.head<2>().cwiseAbs().maxCoeff());
+  for (Eigen::Index i = 0; i < points; ++i) {
+    const Eigen::Vector2d at =
+        frame.points[static_cast<std::size_t>(i)].point_in_target.head<2>() / reach_m;
+    shapes.row(i) << 1, at.x(), at.y(), at.x() * at.x(), at.x() * at.y(), at.y() * at.y();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factor(shapes);
+  const Eigen::Index rank = factor.rank();
+  const Eigen::MatrixXd first = Eigen::MatrixXd::Identity(points, rank);
+  return std::sqrt(static_cast<double>(points)) * (factor.householderQ() * first);
+}
 
 /// Adds an error that all points of a frame share: a quadratic function of the place, in u and v.
 inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {

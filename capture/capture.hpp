@@ -19,6 +19,8 @@ struct CaptureOptions {
   /// Called with the fraction done (0..1) and the file just done; one call at a time.
   std::function<void(double, const std::string&)> progress = {};
 
+  bool allow_missing = false;  ///< import: a set may lack a camera's image, which is a warning
+
   /// ISO date (2026-01-31) that an import states; absent when nobody knows it.
   std::optional<std::string> recorded_on = {};
 
@@ -34,7 +36,7 @@ struct IgnoredFile {
 };
 
 struct ImportReport {
-  std::vector<std::string> cameras;  ///< natural order; every set holds all of them
+  std::vector<std::string> cameras;  ///< natural order; every set holds all, or is warned of
   std::size_t images = 0;
   std::uintmax_t image_bytes = 0;  ///< sum of the file sizes
   bool in_place = false;           ///< the recording is the imported folder itself

@@ -286,20 +286,20 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
 }
 
 int run_import(const fs::path& folder, const fs::path& recording_folder,
-               const std::optional<std::string>& recorded_on, std::vector<std::string> arguments,
-               const CommonOptions& common) {
-  RunRecord record("drape-capture", std::move(arguments));
+               const std::optional<std::string>& recorded_on, bool allow_missing,
+               std::vector<std::string> arguments, const CommonOptions& common) {
+  const fs::path manifest = recording_folder / "recording.json";
+  RunRecord record("drape-capture", std::move(arguments), run_record_path(manifest));
   Progress progress("import", common.quiet);
   CaptureOptions options = options_with(common, progress);
   options.recorded_on = recorded_on;
+  options.allow_missing = allow_missing;
   const ImportResult result = import_folder(folder, recording_folder, options);
   for (const FrameSet& set : result.recording.sets) {
     for (const RecordedFrame& frame : set.frames) record.input(folder / frame.file, frame.sha256);
   }
-  const fs::path manifest = recording_folder / "recording.json";
   record.output(manifest);  // which holds the hashes of the copied images
-  record.write(run_record_path(manifest), 0);
-  return finish(ending_of(result, recording_folder), common);
+  return finish(ending_of(result, recording_folder), common, record);
 }
 
 int run_verify(const fs::path& recording_folder, const CommonOptions& common) {

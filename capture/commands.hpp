@@ -29,8 +29,8 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common);
 int run_import(const std::filesystem::path& folder, const std::filesystem::path& recording,
-               const std::optional<std::string>& recorded_on, std::vector<std::string> arguments,
-               const CommonOptions& common);
+               const std::optional<std::string>& recorded_on, bool allow_missing,
+               std::vector<std::string> arguments, const CommonOptions& common);
 int run_verify(const std::filesystem::path& recording, const CommonOptions& common);
 
 }  // namespace drape::capture

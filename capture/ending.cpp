@@ -20,9 +20,7 @@ Ending ending_of(const ImportResult& result, const std::filesystem::path& record
   for (const auto& [file, reason] : report.ignored) {
     ending.rejected.push_back(fmt::format("{}: {}", file, reason));
   }
-  for (std::size_t i = 0; i < report.warnings.size(); ++i) {
-    ending.numbers.emplace_back(fmt::format("warning {}", i + 1), report.warnings[i]);
-  }
+  ending.warnings = report.warnings;
   ending.next_command =
       fmt::format("drape detect {} --rig RIG --surface target --sets SETS --out detections.json",
                   recording_folder.string());

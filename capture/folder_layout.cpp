@@ -132,7 +132,8 @@ std::vector<std::string> image_files_below(const fs::path& folder) {
   return files;
 }
 
-std::vector<std::string> require_same_cameras(const fs::path& folder, const FolderLayout& layout) {
+std::vector<std::string> require_same_cameras(const fs::path& folder, const FolderLayout& layout,
+                                              std::vector<std::string>* missing) {
   const auto order = [](const std::string& a, const std::string& b) { return natural_less(a, b); };
   std::set<std::string, decltype(order)> cameras(order);
   for (const SetLayout& set : layout.sets) {
@@ -142,6 +143,10 @@ std::vector<std::string> require_same_cameras(const fs::path& folder, const Fold
     for (const std::string& camera : cameras) {
       const auto is_camera = [&](const ImageFile& image) { return image.camera == camera; };
       if (std::any_of(set.images.begin(), set.images.end(), is_camera)) continue;
+      if (missing != nullptr) {
+        missing->push_back(fmt::format("set {} has no image of camera {}", set.name, camera));
+        continue;
+      }
       throw bad_input(fmt::format("set `{}` has no image of camera `{}`, which other sets have",
                                   set.name, camera),
                       {.file = (folder / set.name).string(), .camera = camera, .set = set.name},

@@ -33,8 +33,10 @@ struct FolderLayout {
 /// Image files of all set folders relative to `folder`, in natural order.
 [[nodiscard]] std::vector<std::string> image_files_below(const std::filesystem::path& folder);
 
-/// The cameras of all sets. Throws Error(bad_input) naming the set and the camera it lacks.
-[[nodiscard]] std::vector<std::string> require_same_cameras(const std::filesystem::path& folder,
-                                                            const FolderLayout& layout);
+/// The cameras of all sets. Throws Error(bad_input) naming the set and the camera it lacks; with
+/// `missing` it says so there instead.
+[[nodiscard]] std::vector<std::string> require_same_cameras(
+    const std::filesystem::path& folder, const FolderLayout& layout,
+    std::vector<std::string>* missing = nullptr);
 
 }  // namespace drape::capture

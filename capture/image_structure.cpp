@@ -56,6 +56,7 @@ Fault png_fault(Bytes bytes) {
     if (crc != unsigned_at(bytes, offset + 8 + *length, 4, false)) {
       return fmt::format("is damaged in chunk {} (checksum differs)", name);
     }
+    if (name == "acTL") return "is an animation of several pictures";
     has_pixels = has_pixels || name == "IDAT";
     if (name == "IEND") return has_pixels ? Fault() : "holds no pixels";
     offset += std::size_t{*length} + 12;

@@ -57,7 +57,11 @@ void require_same_sizes(const fs::path& folder, const std::vector<CheckedImage>&
         fmt::format("the image is {} x {} px, but camera `{}` has {} x {} px in set `{}`",
                     frame.width_px, frame.height_px, frame.camera, first.frame.width_px,
                     first.frame.height_px, first.image.set),
-        where_is(folder, checked.image), "put back the camera's original image");
+        where_is(folder, checked.image),
+        frame.width_px == first.frame.height_px && frame.height_px == first.frame.width_px
+            ? "this image was saved turned by a quarter turn (its EXIF orientation applied): put "
+              "back the camera's original image"
+            : "put back the camera's original image");
   }
 }
 
@@ -150,7 +154,8 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   report.in_place = is_same_folder(folder, recording_folder);
   const FolderLayout layout = read_layout(folder);
   if (!report.in_place) require_not_inside(folder, recording_folder);
-  report.cameras = require_same_cameras(folder, layout);
+  report.cameras =
+      require_same_cameras(folder, layout, options.allow_missing ? &report.warnings : nullptr);
   report.ignored = layout.ignored;
 
   std::vector<CheckedImage> images = list_images(layout);
@@ -163,7 +168,8 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   require_nothing_replaced(recording_folder, images);
   report.images = images.size();
   for (const CheckedImage& checked : images) report.image_bytes += checked.bytes;
-  report.warnings = same_bytes_warnings(images);
+  const std::vector<std::string> same = same_bytes_warnings(images);
+  report.warnings.insert(report.warnings.end(), same.begin(), same.end());
 
   if (!report.in_place) {
     for (const CheckedImage& checked : images) copy_one(folder, recording_folder, checked);

@@ -44,12 +44,16 @@ int main(int argc, char** argv) {
       ->required();
   std::optional<std::string> recorded_on;
   importing->add_option("--recorded-on", recorded_on, "day of the recording, as 2026-01-31");
+  bool allow_missing = false;
+  importing->add_flag("--allow-missing", allow_missing,
+                      "a set may lack a camera's image: a warning, not an error");
   Command* verifying = app.add_subcommand("verify", "is every image as it was recorded?");
   verifying->add_option("RECORDING", recording, "folder with recording.json")->required();
   return run_program(app, argc, argv, common, [&] {
     auto arguments = arguments_of(argc, argv);
     if (importing->parsed())
-      return run_import(folder, recording, recorded_on, std::move(arguments), common);
+      return run_import(folder, recording, recorded_on, allow_missing, std::move(arguments),
+                        common);
     if (verifying->parsed()) return run_verify(recording, common);
     command.recording = recording;
     return run_capture(command, std::move(arguments), common);

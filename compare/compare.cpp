@@ -298,6 +298,17 @@ void measure_drapes(const DrapeInput& input, Report& report) {
     report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene, {}));
 }
 
+/// What rests on a NO-GO is NO-GO, in the words of the first cause, said once.
+void judge_foundation(const DrapeInput& input, Report& report) {
+  if (input.measured.sheet.no_go) report.no_go.push_back(*input.measured.sheet.no_go);
+  for (const Simulation& simulation : input.simulations) {
+    const auto& cause = simulation.sheet.sheet.no_go;
+    if (!cause || cause == input.measured.sheet.no_go) continue;
+    report.no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
+                                       simulation.label(), *cause));
+  }
+}
+
 void judge_simulations(const DrapeInput& input, const Options& options, Report& report) {
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
@@ -340,32 +351,33 @@ void judge_measurement(const Options& options, Report& report) {
         "unknown");
     return;
   }
-  if (!report.best) return;
+  if (!report.headline) return;
   const double limit =
-      options.max_sigma_ratio * report.real_virtual[*report.best].statistics.mean_m;
+      options.max_sigma_ratio * report.real_virtual[*report.headline].statistics.mean_m;
   if (*report.measurement.sigma_median_m > limit) {
     report.no_go.push_back(fmt::format(
-        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the best mean distance "
+        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the mean distance "
         "({:.3f} mm)",
         *report.measurement.sigma_median_m / mm, options.max_sigma_ratio * 100,
-        report.real_virtual[*report.best].statistics.mean_m / mm));
+        report.real_virtual[*report.headline].statistics.mean_m / mm));
   }
 }
 
-/// The smallest mean among this program's own simulations; among the others where there is none.
-std::optional<std::size_t> best_of(const DrapeInput& input, const Report& report) {
-  std::optional<std::size_t> best;
-  const auto is_other = [&](std::size_t row) {
-    return input.simulations[report.real_virtual[row].simulation].other_simulator.has_value();
+/// See Report::headline. Another simulator speaks for the drape only where it is alone.
+std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
+  constexpr int kSegments = 5;  // as far as the paper goes
+  const auto rank = [&](const RealVirtual& row) {
+    const Simulation& simulation = input.simulations[row.simulation];
+    const int segments = simulation.segments().value_or(0);
+    return std::tuple(!simulation.other_simulator, simulation.sheet.sheet.rows,
+                      segments == kSegments, segments);
   };
+  std::optional<std::size_t> chosen;
   for (std::size_t row = 0; row < report.real_virtual.size(); ++row) {
-    const bool better =
-        !best || (is_other(*best) && !is_other(row)) ||
-        (is_other(*best) == is_other(row) &&
-         report.real_virtual[row].statistics.mean_m < report.real_virtual[*best].statistics.mean_m);
-    if (better) best = row;
+    if (!chosen || rank(report.real_virtual[row]) > rank(report.real_virtual[*chosen]))
+      chosen = row;
   }
-  return best;
+  return chosen;
 }
 
 }  // namespace
@@ -444,11 +456,12 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   }
   report.branch_sets = compare_branches(input, surfaces);
   stand_in_for_runs(input, report);
-  report.best = best_of(input, report);
+  report.headline = headline_of(input, report);
   report.real_surface = compare_surfaces(input);
   const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
   report.virtual_virtual = virtual_pairs(input.simulations, surfaces, places);
   measure_drapes(input, report);
+  judge_foundation(input, report);
   judge_measurement(options, report);
   judge_simulations(input, options, report);
   warn_of_other_starts(input, report);

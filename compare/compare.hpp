@@ -147,6 +147,26 @@ struct Measurement {
   std::optional<double> sigma_max_m;
 };
 
+/// How the simulation compares with the real drape; never a verdict on the measurement.
+enum class Match { inside, outside, undecided };
+struct MatchVerdict {
+  Match match = Match::undecided;
+  std::string reason;
+};
+
+/// One contribution to the uncertainty of a mean distance.
+struct BudgetLine {
+  std::string what;
+  double u_m = 0;      ///< standard uncertainty of the mean distance
+  std::string origin;  ///< where it comes from
+};
+struct Budget {
+  std::vector<BudgetLine> lines;     ///< the largest first
+  std::vector<std::string> missing;  ///< what nothing is known of, and what to do
+
+  [[nodiscard]] double expanded_m() const;  ///< U with k = 2
+};
+
 /// Everything found for one drape.
 struct Report {
   std::string name;  ///< scene of the simulations, else the set of the measured sheet
@@ -158,10 +178,14 @@ struct Report {
   std::vector<BranchSet> branch_sets;
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
   bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
-  std::optional<std::size_t> best;       ///< index into real_virtual of the smallest mean
+  /// Index into real_virtual of the simulation that speaks for the drape. The rule stands before
+  /// any distance is known: the finest grid with five segments (else the most), of this program.
+  std::optional<std::size_t> headline;
+  std::optional<Budget> budget;  ///< of the headline's mean distance
+  MatchVerdict match;
   std::vector<DrapemeterResult> drapemeters;  ///< as DrapeInput::simulations
   DrapemeterResult measured_drapemeter;
-  std::vector<std::string> no_go;  ///< reasons; empty means GO
+  std::vector<std::string> no_go;  ///< why the measurement is NO-GO, the first cause first
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool go() const { return no_go.empty(); }

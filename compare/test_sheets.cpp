@@ -122,12 +122,12 @@ namespace {
 /// A run record with these inputs and outputs, as the program would have left it.
 void write_step(const std::string& program, const std::vector<std::string>& arguments,
                 const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
-  RunRecord record(program, arguments);
+  RunRecord record(program, arguments, run_record_path(outputs.back()));
   for (const fs::path& file : inputs) record.input(file);
   for (const fs::path& file : outputs) record.output(file);
   record.option("method", "the usual one");
   record.option("limit_px", "0.3");
-  record.write(run_record_path(outputs.back()), 0);
+  record.write(0, "GO: an example\n");
 }
 
 }  // namespace

@@ -101,12 +101,7 @@ CamFromWorld read_pose(const JsonNode& node) {
 void read_covariance(const JsonNode& node, const std::string& prefix,
                      std::vector<std::string>& names, Eigen::MatrixXd& covariance) {
   const std::string key = prefix + "_parameters";
-  const Json& list = node.at(key).raw();
-  if (!list.is_array()) node.reject(key, "it is not a list of names");
-  for (const Json& name : list) {
-    if (!name.is_string()) node.reject(key, "a name is not text");
-    names.push_back(name.get<std::string>());
-  }
+  names = node.texts(key);
   covariance = node.matrix(prefix);
   const auto parameters = static_cast<Eigen::Index>(names.size());
   if (covariance.rows() != parameters || covariance.cols() != parameters)
@@ -115,7 +110,7 @@ void read_covariance(const JsonNode& node, const std::string& prefix,
 
 CalibratedCamera read_camera(const JsonNode& node) {
   CalibratedCamera result;
-  result.camera.name = node.text("name");
+  result.camera.name = node.name("name");
   result.camera.model = {read_lens(node.at("lens")), node.integer("width_px"),
                          node.integer("height_px")};
   result.camera.cam_from_world = read_pose(node.at("cam_from_world"));
@@ -162,9 +157,9 @@ Calibration read_calibration(const std::filesystem::path& file) {
   Calibration calibration;
   calibration.method = root.text("method");
   calibration.rig = root.text("rig");
-  for (const Json& set : root.at("sets").raw()) calibration.sets.push_back(set.get<std::string>());
-  for (const Json& warning : root.at("warnings").raw())
-    calibration.warnings.push_back(warning.get<std::string>());
+  calibration.sets = root.texts("sets");
+  calibration.warnings = root.texts("warnings");
+  calibration.no_go = root.optional_text("no_go");
   for (const JsonNode& node : root.items("cameras"))
     calibration.cameras.push_back(read_camera(node));
   if (root.has("joint_covariance")) {
@@ -180,6 +175,7 @@ void write_calibration(const std::filesystem::path& file, const Calibration& cal
   json["method"] = calibration.method;
   json["rig"] = calibration.rig;
   json["sets"] = calibration.sets;
+  json["no_go"] = calibration.no_go ? Json(*calibration.no_go) : Json();
   json["warnings"] = calibration.warnings;
   json["cameras"] = Json::array();
   for (const CalibratedCamera& camera : calibration.cameras)

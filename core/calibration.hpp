@@ -42,10 +42,11 @@ struct Calibration {
   std::vector<std::string> sets;  ///< frame sets used
   std::vector<CalibratedCamera> cameras;
   /// Covariance of ALL cameras' parameters together, named "cam0/fx_px" and so on, in file units:
-  /// cameras that saw one target share its errors. Empty when the method gives none ("tsai").
+  /// cameras that saw one target have common errors. Empty when the method gives none ("tsai").
   std::vector<std::string> joint_covariance_parameters;
   Eigen::MatrixXd joint_covariance;
   std::vector<std::string> warnings;
+  std::optional<std::string> no_go;  ///< why nothing that is measured with it can be trusted
 
   [[nodiscard]] const CalibratedCamera& camera(const std::string& name) const;
 };

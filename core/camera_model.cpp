@@ -24,7 +24,7 @@ double radial_slope(const BrownLens& lens, double r2) {
   return 1 + r2 * (3 * lens.k1 + r2 * (5 * lens.k2 + r2 * 7 * lens.k3));
 }
 
-/// The slope must be positive on the way out, not only at the end.
+/// The slope must be positive all along the radius, not only at the end.
 bool is_monotonic(const BrownLens& lens, double r2) {
   constexpr int kSamples = 8;
   for (int i = 1; i <= kSamples; ++i) {

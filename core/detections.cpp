@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/lattice_size.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -97,9 +98,12 @@ MarkLattice read_lattice(const JsonNode& node) {
   const std::string surface = node.text("surface");
   if (surface != "cloth" && surface != "target")
     node.reject("surface", "the surface is neither cloth nor target");
+  const int rows = node.integer("rows"), cols = node.integer("cols");
+  if (!is_lattice_size(rows, cols))
+    node.reject("rows", fmt::format("a lattice has 1 to {} marks", kMostMarks));
   return {surface == "cloth" ? Surface::cloth : Surface::target,
-          node.integer("rows"),
-          node.integer("cols"),
+          rows,
+          cols,
           node.number("pitch_mm") * mm,
           node.number("dot_diameter_mm") * mm,
           node.vector2("patch_mm") * mm,
@@ -129,8 +133,8 @@ Json json_of(const FrameDetections& frame) {
 
 FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& lattice) {
   FrameDetections frame;
-  frame.set = node.text("set");
-  frame.camera = node.text("camera");
+  frame.set = node.name("set");
+  frame.camera = node.name("camera");
   frame.width_px = node.integer("width_px");
   frame.height_px = node.integer("height_px");
   frame.image_sha256 = node.text("image_sha256");

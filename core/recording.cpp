@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
@@ -13,7 +15,8 @@ namespace {
 constexpr int kVersion = 1;
 
 RecordedFrame read_recorded_frame(const JsonNode& node) {
-  return {node.text("camera"),       node.text("file"),
+  static_cast<void>(name_inside({}, node.text("file"), node.where("file")));
+  return {node.name("camera"),       node.text("file"),
           node.text("sha256"),       node.integer("width_px"),
           node.integer("height_px"), node.optional_number("device_time_s")};
 }
@@ -27,6 +30,20 @@ Json json_of(const RecordedFrame& frame) {
   json["height_px"] = frame.height_px;
   json["device_time_s"] = frame.device_time_s ? Json(*frame.device_time_s) : Json();
   return json;
+}
+
+/// Each set once, and in it each camera once: which of two would be measured?
+void check_unique(const JsonNode& root, const Recording& recording) {
+  std::set<std::string> sets;
+  for (const FrameSet& set : recording.sets) {
+    if (!sets.insert(set.name).second)
+      root.reject("sets", fmt::format("the set `{}` is there twice", set.name));
+    std::set<std::string> cameras;
+    for (const RecordedFrame& frame : set.frames)
+      if (!cameras.insert(frame.camera).second)
+        root.reject("sets", fmt::format("the camera `{}` is twice in the set `{}`", frame.camera,
+                                        set.name));
+  }
 }
 
 }  // namespace
@@ -52,7 +69,7 @@ Recording read_recording(const std::filesystem::path& folder) {
   const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
   Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
   for (const JsonNode& set : root.items("sets")) {
-    recording.sets.push_back({set.text("name"),
+    recording.sets.push_back({set.name("name"),
                               {},
                               set.optional_text("details_sha256"),
                               set.optional_number("motion_px"),
@@ -61,6 +78,7 @@ Recording read_recording(const std::filesystem::path& folder) {
       recording.sets.back().frames.push_back(read_recorded_frame(frame));
     }
   }
+  check_unique(root, recording);
   if (recording.sets.empty()) {
     throw bad_input("the recording is empty: it lists no set",
                     {.file = manifest.string(), .field = "/sets"},
@@ -94,12 +112,12 @@ std::vector<unsigned char> read_frame(const Recording& recording, const FrameSet
   const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
   if (!std::filesystem::exists(file)) {
     throw bad_input("an image of the recording is missing", where,
-                    "bring the image back, or record anew");
+                    "bring the image back, or record again");
   }
   std::vector<unsigned char> bytes = read_bytes(file);
   if (sha256_of(bytes) != frame.sha256) {
     throw bad_input("the image is not the one that was recorded: it was truncated or altered",
-                    where, "bring the original image back, or record anew");
+                    where, "bring the original image back, or record again");
   }
   return bytes;
 }

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/files/lattice_size.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
@@ -24,7 +25,7 @@ Eigen::Vector2d vector2_m(const TomlTable& table, const std::string& key) {
 
 RigCamera read_camera(const TomlTable& table) {
   RigCamera camera;
-  camera.name = table.text("name");
+  camera.name = table.name("name");
   camera.width_px = table.positive_integer("width_px");
   camera.height_px = table.positive_integer("height_px");
   const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
@@ -53,9 +54,9 @@ void read_cameras(const TomlTable& root, Rig& rig) {
 void read_calibration_plan(const TomlTable& root, Rig& rig) {
   const TomlTable plan = root.table("calibration");
   rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
-  if (plan.has("free_poses")) rig.free_poses = plan.texts("free_poses");
+  if (plan.has("free_poses")) rig.free_poses = plan.names("free_poses");
   for (const TomlTable& stage : plan.tables("stage")) {
-    rig.stages.push_back({stage.text("set"), stage.number("z_mm") * mm});
+    rig.stages.push_back({stage.name("set"), stage.number("z_mm") * mm});
   }
 }
 
@@ -68,12 +69,22 @@ std::vector<int> positive_list(const TomlTable& root, const std::string& key, in
   return values;
 }
 
-/// A rig that is only calibrated has no scenes, and then neither print nor grids.
+void check_size(const TomlTable& root, int rows, int cols) {
+  if (is_lattice_size(rows, cols)) return;
+  root.reject("rows", fmt::format("more than {} marks", kMostMarks),
+              "count rows and columns again");
+}
+
+/// A rig that is only calibrated has no scenes, and then no grids.
 void read_drapes(const TomlTable& root, Rig& rig) {
   for (const std::string& scene : root.texts("scenes")) rig.scenes.push_back(root.beside(scene));
-  rig.print_file = root.file_path("print");
   rig.grids = positive_list(root, "grids", 3);
   rig.segments = positive_list(root, "segments", 1);
+  for (const int side : rig.grids)
+    if (!is_lattice_size(side, side))
+      root.reject("grids",
+                  fmt::format("{} x {} are more than {} particles", side, side, kMostMarks),
+                  "give the particles along a side, e.g. grids = [21, 31]");
 }
 
 std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& print) {
@@ -139,10 +150,11 @@ Rig read_rig(const std::filesystem::path& path) {
   Rig rig;
   rig.file = std::filesystem::is_directory(path) ? path / "rig.toml" : path;
   const TomlTable root = TomlTable::open(rig.file, "rig");
-  rig.name = root.text("name");
+  rig.name = root.name("name");
   rig.target_file = root.file_path("target");
   rig.recording = root.file_path("recording");
-  if (root.has("scenes") || root.has("print")) read_drapes(root, rig);
+  if (root.has("scenes")) read_drapes(root, rig);
+  if (root.has("scenes") || root.has("print")) rig.print_file = root.file_path("print");
   read_cameras(root, rig);
   read_calibration_plan(root, rig);
   root.finish();
@@ -229,6 +241,7 @@ Target read_target(const std::filesystem::path& file) {
   target.kind = kind_of(root);
   target.rows = root.positive_integer("rows");
   target.cols = root.positive_integer("cols");
+  check_size(root, target.rows, target.cols);
   target.pitch_m = root.positive("pitch_mm") * mm;
   if (target.kind == TargetKind::dot_grid) read_dots(root, target);
   if (target.kind >= TargetKind::charuco) read_board_tags(root, target);
@@ -248,6 +261,7 @@ Print read_print(const std::filesystem::path& file) {
   print.file = file;
   print.rows = root.positive_integer("rows");
   print.cols = root.positive_integer("cols");
+  check_size(root, print.rows, print.cols);
   print.pitch_m = root.positive("pitch_mm") * mm;
   print.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
   print.patch_m = vector2_m(root, "patch_mm");

@@ -35,7 +35,7 @@ enum class TargetKind {
 /// Calibration target (target.toml). Frame: origin at the grid's centre, x along the columns,
 /// y along the rows, z out of the printed face. A chessboard's four squares around corner (0, 0)
 /// include a dark one between the corners (0, 0) and (1, 1), which tells its sides apart when
-/// rows + cols is odd. A ChArUco board or an AprilGrid is told by its tags.
+/// rows + cols is odd. A ChArUco board or an AprilGrid is identified by its tags.
 struct Target {
   TargetKind kind = TargetKind::dot_grid;
   int rows = 0, cols = 0;        ///< dots or corners; rows along y, cols along x

@@ -91,8 +91,18 @@ Obstacle read_obstacle(const TomlTable& table) {
                "use `sphere`, `box`, `cylinder`, `plane` or `mesh`");
 }
 
+std::optional<double> optional_length(const TomlTable& table, const std::string& key) {
+  return table.has(key) ? std::optional(table.positive(key) * mm) : std::nullopt;
+}
+
 Pin read_pin(const TomlTable& table) {
-  Pin pin{{table.integer("row"), table.integer("col")}, std::nullopt};
+  Pin pin;
+  if (table.has("at_material_mm")) {
+    const std::vector<double> at = table.numbers("at_material_mm", 2);
+    pin.at_material_m = Eigen::Vector2d(at[0], at[1]) * mm;
+  } else {
+    pin.mark = {table.integer("row"), table.integer("col")};
+  }
   if (table.has("at_mm")) pin.point_in_world = vector3(table, "at_mm") * mm;
   return pin;
 }
@@ -111,7 +121,7 @@ Start read_start(const TomlTable& table) {
     return start;
   }
   if (mode != "flat-from-measured") {
-    table.reject("mode", fmt::format("`{}` is not a way to start", mode),
+    table.reject("mode", fmt::format("`{}` is no start", mode),
                  "use `flat-from-measured`, `measured` or `flat`");
   }
   start.clearance_m = table.not_negative("clearance_mm") * mm;
@@ -137,8 +147,15 @@ Scene read_scene(const std::filesystem::path& file) {
   scene.friction = root.not_negative("friction");
   if (root.has("gravity_m_per_s2")) scene.gravity_m_per_s2 = vector3(root, "gravity_m_per_s2");
   if (root.has("stand_ins")) scene.stand_ins = root.texts("stand_ins");
-  for (const TomlTable& table : root.tables("object"))
+  scene.stated_table_uncertainty_m = optional_length(root, "table_z_uncertainty_mm");
+  if (root.has("friction_uncertainty"))
+    scene.friction_uncertainty = root.positive("friction_uncertainty");
+  for (const TomlTable& table : root.tables("object")) {
     scene.obstacles.push_back(read_obstacle(table));
+    scene.uncertainties.push_back({optional_length(table, "place_uncertainty_mm"),
+                                   optional_length(table, "size_uncertainty_mm"),
+                                   table.boolean_or("on_stand", false)});
+  }
   for (const TomlTable& table : root.tables("pin")) scene.pins.push_back(read_pin(table));
   scene.start = read_start(root.table("start"));
   root.finish();

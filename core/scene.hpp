@@ -10,6 +10,7 @@
 
 #include "core/marks.hpp"
 #include "core/pose.hpp"
+#include "core/rig.hpp"
 
 namespace drape {
 
@@ -47,10 +48,28 @@ struct MeshObject {
 
 using Obstacle = std::variant<Sphere, Box, Cylinder, Plane, MeshObject>;
 
-/// A mark held in place: at a measured mark of the sheet, or where the operator measured it.
+/// Standard uncertainties of an object as the operator states them; what is absent counts as half a
+/// division of a steel rule.
+struct ObjectUncertainty {
+  static constexpr double ruler_m = 0.5e-3;
+  std::optional<double> stated_place_m;  ///< along each axis
+  std::optional<double> stated_size_m;
+  bool on_stand = false;  ///< it stands on something that is not in the scene, above the table
+
+  [[nodiscard]] double place_m() const { return stated_place_m.value_or(ruler_m); }
+  [[nodiscard]] double size_m() const { return stated_size_m.value_or(ruler_m); }
+};
+
+/// A mark, or any other material point, held in place: where the measured sheet has it, or where
+/// the operator measured it.
 struct Pin {
-  MarkId mark;
-  std::optional<Eigen::Vector3d> point_in_world;  ///< absent: take the measured sheet's mark
+  MarkId mark;                                    ///< says nothing when there is a material point
+  std::optional<Eigen::Vector3d> point_in_world;  ///< absent: where the measured sheet has it
+  std::optional<Eigen::Vector2d> at_material_m = std::nullopt;  ///< (warp, weft)
+
+  [[nodiscard]] Eigen::Vector2d material_m(const Print& print) const {
+    return at_material_m.value_or(print.material_m(mark));
+  }
 };
 
 /// How the virtual cloth starts.
@@ -78,9 +97,19 @@ struct Scene {
   double friction = 0;   ///< Coulomb coefficient cloth-object; 0 is the paper's case
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   std::vector<Obstacle> obstacles;
+  std::vector<ObjectUncertainty> uncertainties;  ///< of each obstacle; what is absent is unstated
+  std::optional<double> stated_table_uncertainty_m;
+  std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
   std::vector<Pin> pins;
   Start start;
   std::vector<std::string> stand_ins;  ///< values of this scene that nobody measured
+
+  [[nodiscard]] ObjectUncertainty uncertainty_of(std::size_t obstacle) const {
+    return obstacle < uncertainties.size() ? uncertainties[obstacle] : ObjectUncertainty{};
+  }
+  [[nodiscard]] double table_uncertainty_m() const {
+    return stated_table_uncertainty_m.value_or(ObjectUncertainty::ruler_m);
+  }
 };
 
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);

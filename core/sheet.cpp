@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/lattice_size.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 
 namespace drape {
@@ -74,14 +77,12 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
   const std::string kind = root.text("kind");
   const JsonNode node = root.at("source");
   if (kind == "measured") {
-    std::vector<std::string> cameras;
-    for (const Json& name : node.at("cameras").raw()) cameras.push_back(name.get<std::string>());
-    return MeasuredSource{node.text("rig"), node.text("set"), cameras,
+    return MeasuredSource{node.text("rig"), node.name("set"), node.texts("cameras"),
                           node.text("calibration_sha256"), node.text("detections_sha256")};
   }
   if (kind != "simulated")
     root.reject("kind", fmt::format("a sheet is measured or simulated, not `{}`", kind));
-  return SimulatedSource{node.text("scene"),
+  return SimulatedSource{node.name("scene"),
                          node.text("fabric"),
                          node.text("scene_sha256"),
                          node.text("fabric_sha256"),
@@ -146,12 +147,23 @@ std::string ply_text(const Sheet& sheet) {
   return text;
 }
 
-/// The vertices of the PLY must be the marks of the JSON, else one of the two was swapped.
+/// The vertices of the PLY must be the marks of the JSON, by their row and column where the file
+/// has them, else in the same order; otherwise one of the two was swapped. Whoever wrote it may
+/// have rounded: single precision keeps 0.06 um of a metre.
 void check_ply(const std::filesystem::path& ply, const Sheet& sheet) {
-  if (read_text(ply) != ply_text(sheet)) {
-    throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
-                    "make the sheet anew: both files belong together");
+  constexpr double kSame_m = 1e-6;
+  const MeshFile mesh = read_mesh_file(ply, true);
+  bool same = mesh.points.size() == sheet.marks.size();
+  std::set<const SheetMark*> met;
+  for (std::size_t i = 0; same && i < sheet.marks.size(); ++i) {
+    const SheetMark* mark = &sheet.marks[i];
+    if (!mesh.lattice.empty()) mark = sheet.find({mesh.lattice[i][0], mesh.lattice[i][1]});
+    same = mark != nullptr && met.insert(mark).second &&
+           (mesh.points[i] * mm - mark->point_in_world).norm() < kSame_m;
   }
+  if (same) return;
+  throw bad_input("the points of the sheet's .ply and .json differ", {.file = ply.string()},
+                  "make the sheet again: both files belong together");
 }
 
 void check_marks(const JsonNode& root, const Sheet& sheet) {
@@ -159,12 +171,10 @@ void check_marks(const JsonNode& root, const Sheet& sheet) {
     const MarkId mark = sheet.marks[i].mark;
     const bool inside =
         mark.row >= 0 && mark.col >= 0 && mark.row < sheet.rows && mark.col < sheet.cols;
-    const bool ordered = i == 0 || sheet.marks[i - 1].mark < mark;
-    if (!inside || !ordered) {
-      root.reject(fmt::format("marks/{}", i),
-                  fmt::format("mark ({}, {}) is outside the sheet, twice there or out of order",
-                              mark.row, mark.col));
-    }
+    if (inside && (i == 0 || sheet.marks[i - 1].mark < mark)) continue;
+    root.reject(fmt::format("marks/{}", i),
+                fmt::format("mark ({}, {}) is outside the sheet, twice there or out of order",
+                            mark.row, mark.col));
   }
 }
 
@@ -185,6 +195,7 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   json["cols"] = sheet.cols;
   json["patch_mm"] = to_json_vector(sheet.patch_m / mm);
   json["source"] = std::visit([](const auto& source) { return json_of(source); }, sheet.source);
+  json["no_go"] = sheet.no_go ? Json(*sheet.no_go) : Json();
   if (sheet.error_budget) json["error_budget_mm"] = json_of(*sheet.error_budget);
   json["marks"] = Json::array();
   for (const SheetMark& mark : sheet.marks) json["marks"].push_back(json_of(mark));
@@ -204,8 +215,11 @@ Sheet read_sheet(const std::filesystem::path& file) {
   Sheet sheet;
   sheet.rows = root.integer("rows");
   sheet.cols = root.integer("cols");
+  if (!is_lattice_size(sheet.rows, sheet.cols))
+    root.reject("rows", fmt::format("a sheet has 1 to {} marks", kMostMarks));
   sheet.patch_m = root.vector2("patch_mm") * mm;
   sheet.source = read_source(root);
+  sheet.no_go = root.optional_text("no_go");
   if (root.has("error_budget_mm")) sheet.error_budget = read_budget(root.at("error_budget_mm"));
   for (const JsonNode& node : root.items("marks")) sheet.marks.push_back(read_mark(node));
   for (const JsonNode& node : root.items("gaps")) {

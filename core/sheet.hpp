@@ -67,6 +67,9 @@ struct Sheet {
   std::vector<Gap> gaps;         ///< ordered by mark
   std::variant<MeasuredSource, SimulatedSource> source;
   std::optional<ErrorBudget> error_budget = std::nullopt;  ///< measured sheets only
+  /// Why the measurement that made or placed it is NO-GO, in the words of the first cause. A
+  /// simulation that does not rest says so in its source, not here.
+  std::optional<std::string> no_go = std::nullopt;
 
   [[nodiscard]] bool is_measured() const { return std::holds_alternative<MeasuredSource>(source); }
   /// The mark, or nothing when it is a gap.

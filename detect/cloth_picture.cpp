@@ -140,7 +140,7 @@ std::optional<Eigen::Vector2d> ClothPicture::place_at(const Eigen::Vector2d& px)
   }
   const double weft = front_mm_[static_cast<std::size_t>(across)];
   if (weft < 0) return std::nullopt;
-  // The bin's weft distance lies where the cloth passes it; the rest of the way is straight.
+  // The bin's weft distance lies where the cloth passes it; the remainder is straight.
   const auto k = static_cast<std::size_t>(std::lround(weft / step_mm));
   const double rest = across * step_mm + first_along_mm_ - along_mm_[k];
   const double forward = std::cos(view_.slope_rad(weft));
@@ -172,7 +172,7 @@ GreyImage ClothPicture::draw() const {
   cv::Mat picture(view_.height_px, view_.width_px, CV_64F);
   for (int v = 0; v < view_.height_px; ++v) {
     for (int u = 0; u < view_.width_px; ++u) {
-      double share = 0;
+      double fraction = 0;
       for (int k = 0; k < samples * samples; ++k) {
         const auto place = place_at(
             {u - 0.5 + (k % samples + 0.5) / samples, v - 0.5 + (k / samples + 0.5) / samples});
@@ -183,10 +183,10 @@ GreyImage ClothPicture::draw() const {
           level = ink_[static_cast<std::size_t>(y) * side_x_ + x] != 0 ? view_.dark / view_.bright
                                                                        : 1.0;
         }
-        share += level / (samples * samples);
+        fraction += level / (samples * samples);
       }
       const double slope = 1 + view_.light_slope_per_px * (u - view_.width_px / 2.0);
-      picture.at<double>(v, u) = view_.bright * share * slope * view_.light(u, v);
+      picture.at<double>(v, u) = view_.bright * fraction * slope * view_.light(u, v);
     }
   }
   cv::GaussianBlur(picture, picture, {}, view_.blur_px);

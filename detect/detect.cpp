@@ -60,7 +60,8 @@ struct Job {
   const RigCamera* camera = nullptr;
 };
 
-/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error.
+/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error,
+/// but a free pose of the target may lack a camera's image: calib lists it.
 std::vector<Job> plan(const Recording& recording, const Rig& rig,
                       const std::vector<std::string>& sets) {
   std::vector<Job> jobs;
@@ -72,6 +73,8 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
           std::find_if(set.frames.begin(), set.frames.end(),
                        [&](const RecordedFrame& f) { return f.camera == camera.name; });
       if (frame == set.frames.end()) {
+        if (std::find(rig.free_poses.begin(), rig.free_poses.end(), name) != rig.free_poses.end())
+          continue;
         throw bad_input("the recording has no image of this camera",
                         {.file = recording.folder.string(), .camera = camera.name, .set = name},
                         "add the image and import the recording again, or take the camera out of "
@@ -197,7 +200,7 @@ void DetectOptions::check() const {
   require(threads >= 1, "the number of threads is below 1");
   require(most_chi2_per_dof > 0, "the largest chi-square per degree of freedom is not positive");
   require(most_misfit > 0, "the largest misfit is not positive");
-  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered share is outside 0..1");
+  require(most_masked_edge >= 0 && most_masked_edge < 1, "the covered fraction is outside 0..1");
   require(most_one_sided > 0 && most_one_sided_px >= 0, "the one-sided limit is not positive");
   require(least_semi_axis_px > 0, "the smallest semi-axis in px is not positive");
   require(most_sigma_px > 0, "the largest standard deviation in px is not positive");

@@ -21,7 +21,7 @@ struct DetectOptions {
   bool overlays = false;           ///< PNG per frame with what was found and what was rejected
   double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
   double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded
-  double most_masked_edge = 0.25;  ///< share of a dot's outline that may be covered
+  double most_masked_edge = 0.25;  ///< fraction of a dot's outline that may be covered
   double most_one_sided = 30;  ///< chi-square of the leave-an-eighth-out shift, per chi2_per_dof
   double most_one_sided_px = 0.2;    ///< and that shift; both must be exceeded
   double least_semi_axis_px = 1.35;  ///< smaller ellipses are no longer measured
@@ -59,7 +59,7 @@ struct DetectResult {
   DetectReport report;
 };
 
-/// Called after each frame with the share done and its name, from one thread at a time.
+/// Called after each frame with the fraction done and its name, from one thread at a time.
 using DetectProgress = std::function<void(double fraction, const std::string& what)>;
 
 /// Finds, labels and measures the printed marks of the asked frame sets, each image decoded once

@@ -51,9 +51,9 @@ std::optional<double> dot_radius_px(const PrintPlane& plane,
   return median(radii);
 }
 
-/// Edge width of this frame from its largest dots, where it can be told from their size.
+/// Edge width of this frame from its largest dots, where their size shows it.
 BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseModel& noise,
-                     double light_centre_share) {
+                     double light_centre_fraction) {
   std::vector<const Blob*> largest;
   for (const Blob& blob : found.blobs) largest.push_back(&blob);
   std::stable_sort(largest.begin(), largest.end(), [](const Blob* a, const Blob* b) {
@@ -61,7 +61,7 @@ BlurGuess frame_blur(const GreyImage& image, const Blobs& found, const NoiseMode
   });
   std::vector<double> widths;
   for (const Blob* blob : largest) {
-    const auto width = blur_of_dot(image, found.map, noise, *blob, light_centre_share);
+    const auto width = blur_of_dot(image, found.map, noise, *blob, light_centre_fraction);
     if (width) widths.push_back(*width);
     if (widths.size() == blur_samples) break;
   }
@@ -81,14 +81,14 @@ bool inside_tag(const Eigen::Vector2d& px, const TagDetection& tag) {
 }
 
 std::vector<DotFit> fit_all(const GreyImage& image, const Blobs& found, const NoiseModel& noise,
-                            double light_centre_share) {
-  const BlurGuess blur = frame_blur(image, found, noise, light_centre_share);
+                            double light_centre_fraction) {
+  const BlurGuess blur = frame_blur(image, found, noise, light_centre_fraction);
   std::vector<DotFit> fits;
   fits.reserve(found.blobs.size());
   const std::size_t every = std::max<std::size_t>(1, found.blobs.size() / ring_samples);
   for (const Blob& blob : found.blobs) {
     const bool with_ring = fits.size() % every == every / 2;
-    fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_share, with_ring));
+    fits.push_back(fit_dot(image, found.map, noise, blob, blur, light_centre_fraction, with_ring));
   }
   return fits;
 }
@@ -170,7 +170,7 @@ void drop_other_sizes(std::vector<Blob>& blobs, const DotSizes& sizes) {
   });
 }
 
-/// The fast way: dots first, then the tags between them. Nothing when no tag is read there.
+/// The fast path: dots first, then the tags between them. Nothing when no tag is read there.
 std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& noise,
                                   const PrintPlane& plane, const TagFinder& finder) {
   if (!tags_sit_between_dots(plane)) return std::nullopt;
@@ -185,7 +185,7 @@ std::optional<Found> find_by_dots(const GreyImage& image, const NoiseModel& nois
   return found;
 }
 
-/// The thorough way: tags anywhere in the picture give the dots' size, or their lattice does.
+/// The thorough path: tags anywhere in the picture give the dots' size, or their lattice does.
 Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintPlane& plane,
                    TagFinder& finder) {
   Found found;
@@ -194,7 +194,7 @@ Found find_by_tags(const GreyImage& image, const NoiseModel& noise, const PrintP
   DotSizes sizes = DotSizes::around(radius_px.value_or(0));
   if (!radius_px) {
     radius_px = lattice_radius_px(image, noise, plane);
-    // Some dots of a plate that leans towards the camera may be twice as large as the others.
+    // Some dots of a plate tilted towards the camera may be twice as large as the others.
     sizes = {0.4 * radius_px.value_or(0), 2.6 * radius_px.value_or(0)};
   }
   if (radius_px) found.blobs = find_blobs(image, noise, sizes, plane.classes.has_value());
@@ -212,7 +212,7 @@ Found find_marks(const GreyImage& image, const NoiseModel& noise, const PrintPla
   return std::move(*found);
 }
 
-/// A print without tags is told by its outline: the whole lattice must be there.
+/// A print without tags is identified by its outline: the whole lattice must be there.
 std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
                                        const std::vector<UnlabelledDot>& dots,
                                        std::vector<LatticePiece>& pieces) {
@@ -229,9 +229,9 @@ std::vector<DotLabel> label_by_outline(const PrintPlane& plane,
 
 /// A dot with a light centre shows it unless it is too small; between the limits nothing is said.
 std::optional<bool> class_of(const DotFit& fit) {
-  if (!fit.converged || !fit.centre_share) return std::nullopt;
-  if (*fit.centre_share > least_light_centre) return true;
-  if (*fit.centre_share < most_full_centre) return false;
+  if (!fit.converged || !fit.centre_fraction) return std::nullopt;
+  if (*fit.centre_fraction > least_light_centre) return true;
+  if (*fit.centre_fraction < most_full_centre) return false;
   return std::nullopt;
 }
 
@@ -338,7 +338,8 @@ FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, 
   frame.noise_sigma = noise.sigma(128);
   const Found found = find_marks(image, noise, plane, finder);
   frame.tags = found.tags;
-  const std::vector<DotFit> fits = fit_all(image, found.blobs, noise, plane.light_centre_share());
+  const std::vector<DotFit> fits =
+      fit_all(image, found.blobs, noise, plane.light_centre_fraction());
   std::vector<UnlabelledDot> dots;
   for (const DotFit& fit : fits) {
     const bool sound =

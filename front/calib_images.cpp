@@ -97,11 +97,14 @@ std::string rig_text(const Recording& recording) {
       "schema = \"drapebench/rig/1\"\nname = \"chessboard\"\ntarget = \"target.toml\"\n"
       "recording = \"recording\"\n\n[calibration]\nfree_poses = [\"{}\"]\n",
       fmt::join(views, "\", \""));
-  for (const RecordedFrame& frame : recording.sets.front().frames) {
+  std::map<std::string, RecordedFrame> cameras;
+  for (const FrameSet& set : recording.sets)
+    for (const RecordedFrame& frame : set.frames) cameras.emplace(frame.camera, frame);
+  for (const auto& [name, frame] : cameras) {
     text += fmt::format(
         "\n[[camera]]\nname = \"{}\"\nwidth_px = {}\nheight_px = {}\n"
         "# Nominal: it only scales a focal length in mm.\npixel_pitch_um = [1.0, 1.0]\n",
-        frame.camera, frame.width_px, frame.height_px);
+        name, frame.width_px, frame.height_px);
   }
   return text;
 }
@@ -118,8 +121,7 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
               const CommonOptions& common) {
   if (common.quiet) arguments.emplace_back("--quiet");
   const Step step{stage, stage, stage_program(stage), std::move(arguments), {}, 1};
-  const StepResult result =
-      run_steps({step}, 1, [](std::size_t, double, const std::string&) {}).at(0);
+  const StepResult result = run_step(step);
   if (!common.json && !common.quiet) fmt::print("{}\n{}\n", stage, result.output);
   std::fflush(stdout);
   return result.exit_code;
@@ -136,8 +138,8 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   write_durable(options.out / "target.toml", target_text(board, options.square_mm));
   fs::remove_all(recording);  // Ours alone, made from the folder of images each time.
   const std::string images = import_layout(options).string();
-  if (const int code =
-          run_stage("capture", {"import", images, "--out", recording.string()}, common);
+  if (const int code = run_stage(
+          "capture", {"import", images, "--out", recording.string(), "--allow-missing"}, common);
       code > 1) {
     return code;
   }
@@ -150,10 +152,12 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
       code > 1) {
     return code;
   }
-  const int code = run_stage("calib",
-                             {detections.string(), "--rig", rig.string(), "--method", "joint",
-                              "--out", calibration.string()},
-                             common);
+  std::vector<std::string> arguments = {detections.string(), "--rig", rig.string(),
+                                        "--method",          "joint", "--out",
+                                        calibration.string()};
+  if (!options.lens_from.empty())
+    arguments.insert(arguments.end(), {"--lens-from", options.lens_from.string()});
+  const int code = run_stage("calib", std::move(arguments), common);
   if (code > 1) return code;
   Ending ending;
   ending.go = code == 0;

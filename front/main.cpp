@@ -4,12 +4,15 @@
 #include <fmt/ranges.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/similar.hpp"
 #include "front/calib_images.hpp"
+#include "front/check/check.hpp"
 #include "front/new.hpp"
 #include "front/process.hpp"
 #include "front/run.hpp"
@@ -24,16 +27,19 @@ constexpr const char* kHelp = R"(drape: measures how far a simulated drape is fr
 
 commands
   run RIG                                recorded images to stored and reported millimetres
+  check RIG                              every missing or wrong value of a bench's files at once
   new RIG --cameras a,b --drape A=sphere:90
                                          the files of a bench of your own, commented
   import FOLDER --out RECORDING          images from elsewhere: FOLDER/<set>/<camera>.png|jpg|tif
   calib-images FOLDER --board 9x6 ...    a plain folder of chessboard pictures to a calibration
   capture, detect, calib, triangulate, simulate, compare
                                          one stage
+  bench RIG                              the bench as a page in the browser
   results                                the history in results.sqlite
 {more}
-`drape COMMAND --help` tells a command's options. All have --json, --quiet, --threads N, --version.
-exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal
+`drape help COMMAND` shows a command's options. All have --json, --quiet, --threads N, --version.
+exit codes: 0 good, 1 verdict NO-GO, 2 usage, 3 bad input, 4 device, 5 internal;
+130 and 143 interrupted: what was finished is kept
 )";
 
 int run_command(int argc, char** argv) {
@@ -47,10 +53,34 @@ int run_command(int argc, char** argv) {
   app.add_option("--recording", options.recording, "another recording than the rig's");
   app.add_option("--out", options.out, "output folder (default: out/<rig name>)");
   app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
+  app.add_option("--label", options.label, "name of this run in the store, e.g. \"after washing\"");
+  app.add_flag("--uncertainty", options.uncertainty,
+               "also drape sensitivity for every drape: the total uncertainty is then complete");
+  app.add_flag("--single", options.single,
+               "no ensemble: each drape from the scene's own start only");
+  app.add_option("--operator", options.operator_name, "who ran it, for the store");
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
     options.threads = thread_count(common);
     return run_bench(options, common);
+  });
+}
+
+int check_command(int argc, char** argv) {
+  Command app(
+      "Reads every file of a bench and names all that is missing or wrong, with file, line, why "
+      "and\n"
+      "what to write. `drape run` does the same before it starts. Exit code 3 when there is "
+      "any.\n\n"
+      "  drape check rigs/bench1",
+      "drape check");
+  std::filesystem::path rig, recording;
+  CommonOptions common;
+  app.add_option("RIG", rig, "folder of the rig, or its rig.toml")->required();
+  app.add_option("--recording", recording, "another recording than the rig's");
+  add_common_options(app, common);
+  return run_program(app, argc, argv, common, [&] {
+    return report_check(check_bench(rig, recording), "drape check", common);
   });
 }
 
@@ -69,6 +99,8 @@ int calib_images_command(int argc, char** argv) {
       ->required()
       ->positive();
   app.add_option("--out", options.out, "output folder")->required();
+  app.add_option("--lens-from", options.lens_from,
+                 "calibration.json whose cameras of the same names have these lenses");
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] { return calibrate_images(options, common); });
 }
@@ -99,17 +131,23 @@ int new_command(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] { return make_new_rig(options, common); });
 }
 
-/// Further programs that are built beside this one, for the help text.
-std::string more_commands() {
-  static const std::set<std::string> listed = {"capture",  "detect",  "calib",  "triangulate",
-                                               "simulate", "compare", "results"};
-  std::set<std::string> more;
+/// The commands that programs `drape-X` beside this one add.
+std::vector<std::string> program_commands() {
+  std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(stage_program("x").parent_path())) {
     const std::string name = entry.path().filename().string();
     const std::string prefix = "drape-";
-    if (name.starts_with(prefix) && listed.count(name.substr(prefix.size())) == 0)
-      more.insert(name.substr(prefix.size()));
+    if (name.starts_with(prefix)) names.insert(name.substr(prefix.size()));
   }
+  return {names.begin(), names.end()};
+}
+
+/// Those of them that the help text does not list.
+std::string more_commands() {
+  static const std::set<std::string> listed = {"capture",  "detect",  "calib",   "triangulate",
+                                               "simulate", "compare", "results", "bench"};
+  std::vector<std::string> more = program_commands();
+  std::erase_if(more, [](const std::string& name) { return listed.count(name) != 0; });
   return more.empty() ? "" : fmt::format("  {}\n", fmt::join(more, ", "));
 }
 
@@ -122,31 +160,41 @@ std::string more_commands() {
 }
 
 int dispatch(int argc, char** argv) {
-  const std::string command = argc < 2 ? "--help" : argv[1];
+  std::vector<std::string> words(argv + 1, argv + argc);
+  // `drape help run` is `drape run --help`.
+  if (words.size() == 2 && words[0] == "help") words = {words[1], "--help"};
+  const std::string command = words.empty() ? "--help" : words[0];
   if (command == "--help" || command == "-h" || command == "help") {
-    fmt::print(kHelp, fmt::arg("more", more_commands()));
-    return argc < 2 ? static_cast<int>(ErrorKind::usage) : 0;
+    print_text(fmt::format(kHelp, fmt::arg("more", more_commands())));
+    return words.empty() ? static_cast<int>(ErrorKind::usage) : 0;
   }
   if (command == "--version") {
-    fmt::print("drapebench {}\n", version());
+    print_text(fmt::format("drapebench {}\n", version()));
     return 0;
   }
-  if (command == "run") return run_command(argc - 1, argv + 1);
-  if (command == "calib-images") return calib_images_command(argc - 1, argv + 1);
-  if (command == "new") return new_command(argc - 1, argv + 1);
+  static const std::map<std::string, int (*)(int, char**)> own = {
+      {"run", run_command},
+      {"check", check_command},
+      {"calib-images", calib_images_command},
+      {"new", new_command}};
+  if (const auto found = own.find(command); found != own.end()) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    return found->second(static_cast<int>(arguments.size()), arguments.data());
+  }
   // Like git: every program `drape-X` beside this one is the command `drape X`.
   const bool known = std::filesystem::is_regular_file(stage_program(command));
-  if (known || command == "import") run_stage(command, {argv + 2, argv + argc});
-  throw usage_error(fmt::format("`{}` is not a command", command), "see `drape --help`");
+  if (known || command == "import") run_stage(command, {words.begin() + 1, words.end()});
+  std::vector<std::string> commands = program_commands();
+  for (const auto& [name, function] : own) commands.push_back(name);
+  commands.emplace_back("import");
+  throw usage_error(
+      fmt::format("`{}` is not a command{}", command, did_you_mean(command, commands)),
+      "see `drape --help`");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    return dispatch(argc, argv);
-  } catch (const Error& error) {
-    fmt::print(stderr, "drape: error: {}\n", error.what());
-    return static_cast<int>(error.kind());
-  }
+  return run_guarded("drape", {}, [&] { return dispatch(argc, argv); });
 }

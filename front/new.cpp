@@ -76,7 +76,8 @@ constexpr const char* kPrint = R"(schema = "drapebench/print/1"
 # Rows follow each other along the warp, columns along the weft.
 rows = 11
 cols = 11
-pitch_mm = 19.0
+# Uncomment to print, then put here what you measure on the cloth, over as many dots as a ruler spans.
+# pitch_mm = 19.0
 dot_diameter_mm = 3.0
 patch_mm = [200.0, 200.0]   # along (warp, weft)
 margin_mm = [5.0, 5.0]      # from the patch corner to mark (0, 0), along (warp, weft)
@@ -113,17 +114,21 @@ diameter_mm = {size}
 # x_mm = 0.0         # centre, measured in the world frame
 # y_mm = 0.0
 # z_bottom_mm = -6.0 # where it stands
+# place_uncertainty_mm = 0.5 # one standard deviation of x, y, z; half a division of a ruler if absent
+# size_uncertainty_mm = 0.5
 )";
 
 constexpr const char* kBox = R"(
 [[object]]
 kind = "box"
 size_mm = [{size}, {size}, {size}]
-edge_radius_mm = 1.0   # no edge is sharp
+# edge_radius_mm = 1.0 # no edge is sharp: a radius gauge, or the width of the gap under a square
 # x_mm = 0.0         # centre of the base, measured in the world frame
 # y_mm = 0.0
 # z_bottom_mm = -6.0 # where it stands
-yaw_deg = 0.0
+# yaw_deg = 0.0      # of its edges from the world's x axis towards y
+# place_uncertainty_mm = 0.5 # one standard deviation of x, y, z; half a division of a ruler if absent
+# size_uncertainty_mm = 0.5
 )";
 
 constexpr const char* kHung = R"(
@@ -222,9 +227,7 @@ std::vector<FoundCamera> found_cameras() {
   Step step;
   step.program = stage_program("cameras");
   step.arguments = {"--json", "--sizes"};
-  const Json json =
-      Json::parse(run_steps({step}, 1, [](std::size_t, double, const std::string&) {}).at(0).output,
-                  nullptr, false);
+  const Json json = Json::parse(run_step(step).output, nullptr, false);
   std::vector<FoundCamera> found;
   if (json.is_object() && json.contains("cameras"))
     for (const Json& item : json["cameras"]) {

@@ -62,8 +62,8 @@ TEST(NewRig, IsReadOnceEveryMeasuredValueIsFilledIn) {
   const test::TemporaryFolder place;
   const fs::path folder = place.path() / "my-rig";
   ASSERT_EQ(make(three_drapes(folder)), 0);
-  for (const char* file : {"rig.toml", "target.toml", "scenes/A.toml", "scenes/C.toml",
-                           "scenes/D.toml", "fabrics/cloth.toml"})
+  for (const char* file : {"rig.toml", "target.toml", "print.toml", "scenes/A.toml",
+                           "scenes/C.toml", "scenes/D.toml", "fabrics/cloth.toml"})
     fill_in(folder / file);
   const Rig rig = read_rig(folder / "rig.toml");
   EXPECT_EQ(rig.name, "my-rig");

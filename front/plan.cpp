@@ -7,14 +7,17 @@
 #include <algorithm>
 #include <set>
 
-#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
-#include "core/recording.hpp"
+#include "core/units.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kEnsembleGrid = 15;  // particles per side, at most
 
 struct Drape {
   Scene scene;
@@ -27,7 +30,7 @@ struct Bench {
   Rig rig;
   fs::path recording;
   std::vector<Drape> drapes;
-  fs::path out, store;
+  fs::path out, store, reduced_rig;
 
   [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
   [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
@@ -35,7 +38,10 @@ struct Bench {
 
 Step step(const std::string& stage, const std::string& what, std::vector<std::string> arguments,
           const fs::path& output, double weight = 1) {
-  return {stage, what, stage_program(stage), std::move(arguments), run_record_path(output), weight};
+  std::vector<fs::path> outputs = {output};
+  if (output.extension() == ".ply") outputs.push_back(fs::path(output).replace_extension(".json"));
+  return {stage,  what,   stage_program(stage), std::move(arguments), run_record_path(output),
+          weight, outputs};
 }
 
 std::string threads_text(const Bench& bench) {
@@ -45,7 +51,7 @@ std::string threads_text(const Bench& bench) {
 Step detect_step(const Bench& bench, const std::string& what, const std::string& surface,
                  const std::vector<std::string>& sets, const fs::path& output) {
   return step("detect", what,
-              {bench.recording.string(), "--rig", bench.rig.file.string(), "--surface", surface,
+              {bench.recording.string(), "--rig", bench.reduced_rig.string(), "--surface", surface,
                "--sets", fmt::format("{}", fmt::join(sets, ",")), "--out", output.string(),
                "--threads", threads_text(bench), "--json"},
               output, static_cast<double>(sets.size()));
@@ -66,6 +72,7 @@ Group detect_group(const Bench& bench) {
   for (const Drape& drape : bench.drapes) {
     group.steps.push_back(detect_step(bench, "drape " + drape.scene.name, "cloth",
                                       {drape.scene.set}, drape.folder / "detections.json"));
+    group.steps.back().drape = drape.scene.name;
   }
   return group;
 }
@@ -75,8 +82,8 @@ Group calib_group(const Bench& bench) {
   const std::string method = bench.rig.free_poses.empty() ? "tsai" : "joint";
   return {"calib",
           {step("calib", fmt::format("{} cameras", bench.rig.cameras.size()),
-                {bench.target_detections().string(), "--rig", bench.rig.file.string(), "--method",
-                 method, "--out", bench.calibration().string(), "--json"},
+                {bench.target_detections().string(), "--rig", bench.reduced_rig.string(),
+                 "--method", method, "--out", bench.calibration().string(), "--json"},
                 bench.calibration())},
           1};
 }
@@ -85,11 +92,12 @@ Group triangulate_group(const Bench& bench) {
   Group group{"triangulate", {}, bench.options.threads};
   for (const Drape& drape : bench.drapes) {
     const fs::path output = drape.folder / "sheet.ply";
-    group.steps.push_back(step(
-        "triangulate", "drape " + drape.scene.name,
-        {(drape.folder / "detections.json").string(), "--calibration", bench.calibration().string(),
-         "--set", drape.scene.set, "--out", output.string(), "--json"},
-        output));
+    group.steps.push_back(step("triangulate", "drape " + drape.scene.name,
+                               {(drape.folder / "detections.json").string(), "--calibration",
+                                bench.calibration().string(), "--set", drape.scene.set, "--scene",
+                                drape.scene.file.string(), "--out", output.string(), "--json"},
+                               output));
+    group.steps.back().drape = drape.scene.name;
   }
   return group;
 }
@@ -110,9 +118,10 @@ Group simulate_group(const Bench& bench) {
                              segments == 1 ? "" : "s"),
                  {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
                   std::to_string(grid), "--segments", std::to_string(segments), "--start-from",
-                  (drape.folder / "sheet.ply").string(), "--solver", "static", "--out",
+                  (drape.folder / "sheet.ply").string(), "--solver", "fall", "--out",
                   folder.string(), "--threads", "1", "--json"},
                  folder / "sheet.ply", static_cast<double>(grid) * grid * grid));
+        group.steps.back().drape = drape.scene.name;
       }
     }
   }
@@ -122,14 +131,89 @@ Group simulate_group(const Bench& bench) {
   return group;
 }
 
-Group compare_group(const Bench& bench, const fs::path& report) {
-  std::vector<std::string> arguments;
+/// The segments that speak for a drape: five, else the most.
+int headline_segments(const Rig& rig) {
+  const bool five = std::find(rig.segments.begin(), rig.segments.end(), 5) != rig.segments.end();
+  return five ? 5 : *std::max_element(rig.segments.begin(), rig.segments.end());
+}
+
+fs::path ensemble_file(const Drape& drape) {
+  return drape.folder / "ensemble" / "branches.json";
+}
+
+/// The equilibria that starts like the scene's come to, on at most kEnsembleGrid particles per
+/// side: beyond, 32 drapes cost more than all other steps together.
+Group ensemble_group(const Bench& bench) {
+  Group group{"branches", {}, bench.options.threads};
+  const int finest = *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end());
+  const int grid = std::min(kEnsembleGrid, finest);
   for (const Drape& drape : bench.drapes) {
-    arguments.push_back((drape.folder / "sheet.ply").string());
-    for (const int grid : bench.rig.grids) {
-      for (const int segments : bench.rig.segments) {
-        arguments.push_back((simulation_folder(drape, grid, segments) / "sheet.ply").string());
-      }
+    group.steps.push_back(
+        step("branches", fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
+             {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
+              std::to_string(grid), "--segments", std::to_string(headline_segments(bench.rig)),
+              "--start-from", (drape.folder / "sheet.ply").string(), "--out",
+              ensemble_file(drape).parent_path().string(), "--threads", "1", "--json"},
+             ensemble_file(drape)));
+    group.steps.back().drape = drape.scene.name;
+  }
+  return group;
+}
+
+/// The sheets of its branches, as far as the ensemble was made and found any.
+std::vector<fs::path> branch_sheets(const Bench& bench, const Drape& drape,
+                                    const std::set<fs::path>& failed) {
+  const fs::path list = ensemble_file(drape);
+  if (bench.options.single || failed.count(run_record_path(list)) != 0 ||
+      !fs::is_regular_file(list))
+    return {};
+  std::vector<fs::path> sheets;
+  for (const JsonNode& branch : JsonNode::open(list, "branches", 1).items("branches"))
+    sheets.push_back(name_inside(list.parent_path(), branch.text("sheet"), branch.where("sheet")));
+  return sheets;
+}
+
+/// What the total uncertainty needs: how each distance answers to fabric and scene values, on a
+/// grid that is quick (21) with the headline's segments.
+Group sensitivity_group(const Bench& bench) {
+  constexpr int kGrid = 21;
+  Group group{"sensitivity", {}, bench.options.threads};
+  const int chosen = headline_segments(bench.rig);
+  const int grid =
+      std::min(kGrid, *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end()));
+  for (const Drape& drape : bench.drapes) {
+    const fs::path folder = drape.folder / "sensitivity";
+    group.steps.push_back(
+        step("sensitivity", "drape " + drape.scene.name,
+             {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(),
+              "--reference", (drape.folder / "sheet.ply").string(), "--grid", std::to_string(grid),
+              "--segments", std::to_string(chosen), "--only-first-order", "--out", folder.string(),
+              "--threads", "1", "--json"},
+             folder / "sensitivity.json"));
+    group.steps.back().drape = drape.scene.name;
+  }
+  return group;
+}
+
+Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs::path>& failed) {
+  std::vector<std::string> arguments;
+  const auto add = [&](const fs::path& sheet) {
+    const bool there = failed.count(run_record_path(sheet)) == 0;
+    if (there) arguments.push_back(sheet.string());
+    return there;
+  };
+  for (const Drape& drape : bench.drapes) {
+    if (!add(drape.folder / "sheet.ply")) continue;
+    for (const int grid : bench.rig.grids)
+      for (const int segments : bench.rig.segments)
+        add(simulation_folder(drape, grid, segments) / "sheet.ply");
+    for (const fs::path& sheet : branch_sheets(bench, drape, failed))
+      arguments.push_back(sheet.string());
+    const fs::path split = drape.folder / "sensitivity" / "sensitivity.json";
+    // Named, so that a comparison from before it was made is not up to date.
+    if (fs::is_regular_file(split)) {
+      arguments.emplace_back("--sensitivity");
+      arguments.push_back(split.string());
     }
   }
   for (const std::string& more :
@@ -137,70 +221,57 @@ Group compare_group(const Bench& bench, const fs::path& report) {
         bench.store.string(), std::string("--report"), report.string()}) {
     arguments.push_back(more);
   }
-  return {"compare", {step("compare", "all drapes", arguments, report)}, 1};
-}
-
-void check_rig(const Rig& rig) {
-  if (rig.cameras.size() < 2) {
-    throw bad_input(fmt::format("{} camera in the rig", rig.cameras.size()),
-                    {.file = rig.file.string(), .field = "camera"},
-                    "a point in space needs two views: add [[camera]] tables");
-  }
-  const Where where{.file = rig.file.string(), .field = "calibration.stage"};
-  const bool joint = !rig.free_poses.empty();
-  if (rig.stages.size() < (joint ? 1 : 2)) {
-    throw bad_input(
-        joint ? std::string("no target stage: the target's reference pose defines the world")
-              : fmt::format("{} target stage(s): Tsai's method needs points at two heights or more",
-                            rig.stages.size()),
-        where, "add [[calibration.stage]] tables with set and z_mm");
-  }
-  if (rig.scenes.empty()) {
-    throw bad_input("the rig names no scene", {.file = rig.file.string(), .field = "scenes"},
-                    "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
-  }
-}
-
-/// Each set a step will read must be there with an image of each camera.
-void check_recording(const Bench& bench) {
-  const Recording recording = read_recording(bench.recording);
-  std::vector<std::string> needed = target_sets(bench.rig);
-  for (const Drape& drape : bench.drapes) needed.push_back(drape.scene.set);
-  for (const std::string& name : needed) {
-    const FrameSet& set = recording.set(name);
-    for (const RigCamera& camera : bench.rig.cameras) {
-      const bool found =
-          std::any_of(set.frames.begin(), set.frames.end(),
-                      [&](const RecordedFrame& frame) { return frame.camera == camera.name; });
-      if (!found) {
-        throw bad_input("a camera of the rig is missing in the recording",
-                        {.file = (recording.folder / "recording.json").string(),
-                         .camera = camera.name,
-                         .set = name},
-                        "record the set with all cameras, or remove the camera from rig.toml");
-      }
-    }
-  }
+  if (!bench.options.label.empty()) arguments.push_back("--label=" + bench.options.label);
+  if (!bench.options.operator_name.empty())
+    arguments.push_back("--operator=" + bench.options.operator_name);
+  return step("compare", "all drapes", arguments, report);
 }
 
 std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   std::vector<Drape> drapes;
-  std::set<std::string> names;
   for (const fs::path& file : rig.scenes) {
     Scene scene = read_scene(file);
-    if (scene.set.empty()) {
-      throw bad_input("the scene names no frame set", {.file = file.string(), .field = "set"},
-                      "add `set = \"...\"`: the set of the recording that shows this drape");
-    }
-    if (!names.insert(scene.name).second) {
-      throw bad_input(fmt::format("two scenes are called `{}`", scene.name),
-                      {.file = file.string(), .field = "name"}, "give each scene its own name");
-    }
-    static_cast<void>(read_print(scene.print_file));
     const fs::path folder = out / scene.name;
     drapes.push_back({std::move(scene), folder});
   }
   return drapes;
+}
+
+std::string quoted(const std::string& text) {
+  return Json(text).dump();  // TOML's basic strings have JSON's escapes
+}
+
+/// What detect and calib read of the rig, in a file of its own in the output folder, so that other
+/// grids, segments and scenes leave their results up to date. Written only when it changes.
+fs::path write_reduced_rig(const Bench& bench) {
+  const auto relative = [&](const fs::path& file) {
+    return quoted(fs::proximate(file, bench.out).generic_string());
+  };
+  const Rig& rig = bench.rig;
+  std::string text = fmt::format(
+      "# Made by `drape run`: the part of {} that detect and calib read.\n"
+      "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nprint = {}\nrecording = {}\n\n"
+      "[calibration]\nestimate_scale_x = {}\n",
+      rig.file.filename().string(), quoted(rig.name), relative(rig.target_file),
+      relative(rig.print_file), relative(bench.recording), rig.estimate_scale_x);
+  text += fmt::format("free_poses = {}\n", Json(rig.free_poses).dump());
+  for (const TargetStage& stage : rig.stages)
+    text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
+                        stage.z_m / units::mm);
+  for (const RigCamera& camera : rig.cameras)
+    text += fmt::format(
+        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
+        "{:.9f}]\n",
+        quoted(camera.name), camera.width_px, camera.height_px, camera.pixel_pitch_x_m / units::um,
+        camera.pixel_pitch_y_m / units::um);
+  const fs::path file = bench.out / "rig.toml";
+  if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
+  return file;
+}
+
+/// The same file has one name, however it was spelled, so that its steps stay up to date.
+fs::path one_name(const fs::path& path) {
+  return fs::proximate(fs::absolute(path).lexically_normal());
 }
 
 }  // namespace
@@ -208,21 +279,25 @@ std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
 Plan make_plan(const RunOptions& options) {
   Bench bench;
   bench.options = options;
-  bench.rig = read_rig(options.rig);
-  check_rig(bench.rig);
-  static_cast<void>(read_target(bench.rig.target_file));
-  static_cast<void>(read_print(bench.rig.print_file));
-  bench.recording = options.recording.empty() ? bench.rig.recording : options.recording;
-  bench.out = options.out.empty() ? fs::path("out") / bench.rig.name : options.out;
-  bench.store = options.store.empty() ? bench.out / "results.sqlite" : options.store;
+  bench.rig = read_rig(one_name(options.rig));
+  bench.recording = one_name(options.recording.empty() ? bench.rig.recording : options.recording);
+  bench.out = one_name(options.out.empty() ? fs::path("out") / bench.rig.name : options.out);
+  bench.store = options.store.empty() ? bench.out / "results.sqlite" : one_name(options.store);
   bench.drapes = read_drapes(bench.rig, bench.out);
-  check_recording(bench);
+  bench.reduced_rig = bench.out / "rig.toml";
   const fs::path report = bench.out / "report.html";
+  std::vector<Group> groups = {detect_group(bench), calib_group(bench), triangulate_group(bench),
+                               simulate_group(bench)};
+  if (!options.single) groups.push_back(ensemble_group(bench));
+  if (options.uncertainty) groups.push_back(sensitivity_group(bench));
   return {bench.out,
           bench.store,
           report,
-          {detect_group(bench), calib_group(bench), triangulate_group(bench), simulate_group(bench),
-           compare_group(bench, report)}};
+          std::move(groups),
+          [bench, report](const std::set<fs::path>& failed) {
+            return compare_step(bench, report, failed);
+          },
+          [bench] { static_cast<void>(write_reduced_rig(bench)); }};
 }
 
 }  // namespace drape

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +18,10 @@ struct RunOptions {
   std::filesystem::path recording;  ///< empty: the rig's
   std::filesystem::path out;        ///< empty: out/<rig name>
   std::filesystem::path store;      ///< empty: <out>/results.sqlite
+  std::string label;                ///< of the run in the store; may be empty
+  std::string operator_name;
+  bool uncertainty = false;  ///< with the sensitivities that the total uncertainty needs
+  bool single = false;       ///< no ensemble of starts for each drape
   int threads = 1;
 };
 
@@ -31,11 +37,13 @@ struct Plan {
   std::filesystem::path out;
   std::filesystem::path store;
   std::filesystem::path report;
-  std::vector<Group> groups;
+  std::vector<Group> groups;  ///< all stages but compare
+  /// Of all sheets but those whose run records stand in `failed`.
+  std::function<Step(const std::set<std::filesystem::path>& failed)> compare;
+  std::function<void()> write_reduced_rig;  ///< what the first steps read; before they start
 };
 
-/// Reads rig, target, prints and scenes, so that a fault in any of them is named before hours of
-/// work start, and lays out the steps. Throws Error(bad_input).
+/// Lays out the steps of a bench that check_bench() found nothing against. Throws Error(bad_input).
 [[nodiscard]] Plan make_plan(const RunOptions& options);
 
 }  // namespace drape

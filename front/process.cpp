@@ -6,15 +6,19 @@
 #include <poll.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape {
 namespace {
@@ -28,6 +32,28 @@ struct Child {
   int output = -1;
   int progress = -1;
   std::string progress_rest;
+};
+
+volatile std::sig_atomic_t last_signal = 0;
+
+void remember(int signal) {
+  last_signal = signal;
+}
+
+/// Which content a file name stands for: it changes with every write and every replacement.
+struct Version {
+  ino_t inode = 0;
+  timespec changed{};
+
+  static Version of(const fs::path& file) {
+    struct stat status {};
+    if (::stat(file.c_str(), &status) != 0) return {};
+    return {status.st_ino, status.st_ctim};
+  }
+  bool operator==(const Version& other) const {
+    return inode == other.inode && changed.tv_sec == other.changed.tv_sec &&
+           changed.tv_nsec == other.changed.tv_nsec;
+  }
 };
 
 std::vector<char*> c_arguments(const fs::path& program, const std::vector<std::string>& arguments) {
@@ -49,7 +75,7 @@ std::array<int, 2> make_pipe(const fs::path& program) {
   return ends;
 }
 
-Child start(const Step& step, std::size_t index) {
+Child start(const Step& step, std::size_t index, bool mute) {
   if (!fs::exists(step.program)) {
     throw internal_error("a program of drapebench is missing beside `drape`",
                          {.file = step.program.string()});
@@ -59,12 +85,14 @@ Child start(const Step& step, std::size_t index) {
   const std::vector<char*> arguments = c_arguments(step.program, step.arguments);
   const std::string descriptor = std::to_string(progress[1]);
   const pid_t parent = ::getpid();
+  std::fflush(nullptr);
   const pid_t pid = ::fork();
   if (pid < 0) fail_to_start(step.program, errno);
   if (pid == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);
     ::dup2(output[1], STDOUT_FILENO);
+    if (mute) ::dup2(output[1], STDERR_FILENO);
     ::fcntl(progress[1], F_SETFD, 0);
     ::setenv("DRAPE_PROGRESS_FD", descriptor.c_str(), 1);
     ::execv(step.program.c_str(), arguments.data());
@@ -115,43 +143,122 @@ void serve(std::vector<Child>& children, std::vector<StepResult>& results,
   }
 }
 
-int wait_for(pid_t pid) {
+/// Waits for the process and puts its end into the result.
+void end(pid_t pid, const Step& step, const std::vector<Version>& before, StepResult& result) {
   int status = 0;
   while (::waitpid(pid, &status, 0) < 0 && errno == EINTR) {
   }
-  if (WIFEXITED(status)) return WEXITSTATUS(status);
-  fmt::print(stderr, "drape: error: a stage was ended by signal {}\n", WTERMSIG(status));
-  return static_cast<int>(ErrorKind::internal);
+  const std::string name = fmt::format("{} ({})", step.stage, step.what);
+  if (!WIFEXITED(status)) {
+    const int signal = WTERMSIG(status);
+    result.exit_code = 128 + signal;
+    result.fault = fmt::format("{} was ended by signal {} ({})", name, signal, ::strsignal(signal));
+    return;
+  }
+  result.exit_code = WEXITSTATUS(status);
+  constexpr int most = static_cast<int>(ErrorKind::internal);
+  if (result.exit_code > most)
+    result.fault =
+        fmt::format("{} ended with exit code {}, which no stage has", name, result.exit_code);
+  if (result.exit_code > 1) return;
+  for (std::size_t i = 0; i < step.outputs.size(); ++i) {
+    if (fs::is_regular_file(step.outputs[i]) && !(Version::of(step.outputs[i]) == before[i]))
+      continue;
+    result.fault = fmt::format("{} ended with exit code {} but did not write {}", name,
+                               result.exit_code, step.outputs[i].string());
+    return;
+  }
 }
 
 }  // namespace
 
-std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
-                                  const StepProgress& progress) {
+Interrupts::Interrupts() {
+  struct sigaction action {};
+  action.sa_handler = &remember;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+Interrupts::~Interrupts() {
+  struct sigaction action {};
+  action.sa_handler = SIG_DFL;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+}
+
+int Interrupts::signal() {
+  return last_signal;
+}
+
+void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
+               const StepEnded& ended) {
   std::vector<StepResult> results(steps.size());
+  std::vector<std::vector<Version>> before;
+  for (const Step& step : steps) {
+    before.emplace_back();
+    for (const fs::path& output : step.outputs) before.back().push_back(Version::of(output));
+  }
   std::vector<Child> children;
   std::size_t next = 0;
-  bool failed = false;
-  while (!children.empty() || (next < steps.size() && !failed)) {
-    while (!failed && next < steps.size() && static_cast<int>(children.size()) < at_once) {
-      children.push_back(start(steps[next], next));
+  bool interrupted = false;
+  while (!children.empty() || (next < steps.size() && !interrupted)) {
+    while (!interrupted && next < steps.size() && static_cast<int>(children.size()) < at_once) {
+      children.push_back(start(steps[next], next, false));
       ++next;
     }
     serve(children, results, progress);
+    if (const int signal = Interrupts::signal(); signal != 0 && !interrupted) {
+      for (const Child& child : children) ::kill(child.pid, signal);
+      interrupted = true;
+    }
     for (std::size_t i = 0; i < children.size();) {
       if (children[i].output >= 0 || children[i].progress >= 0) {
         ++i;
         continue;
       }
       const std::size_t step = children[i].step;
-      results[step].exit_code = wait_for(children[i].pid);
-      failed = failed || results[step].exit_code > 1;
-      progress(step, 1.0, steps[step].what);
+      end(children[i].pid, steps[step], before[step], results[step]);
       children.erase(children.begin() + static_cast<std::ptrdiff_t>(i));
+      ended(step, results[step]);
     }
   }
-  results.resize(next);
-  return results;
+}
+
+StepResult run_step(const Step& step) {
+  StepResult result;
+  run_steps(
+      {step}, 1, [](std::size_t, double, const std::string&) {},
+      [&](std::size_t, const StepResult& ended) { result = ended; });
+  return result;
+}
+
+std::optional<Error> error_in(const StepResult& result) {
+  if (!result.fault.empty()) {
+    return Error(ErrorKind::internal, result.fault, {},
+                 "see what it printed above; run again, steps that were finished are kept");
+  }
+  if (result.exit_code <= 1) return std::nullopt;
+  const std::size_t begin = result.output.find("{\n");
+  const Json json = begin == std::string::npos
+                        ? Json()
+                        : Json::parse(result.output.substr(begin), nullptr, false);
+  const auto kind = static_cast<ErrorKind>(result.exit_code);
+  if (!json.is_object() || !json.contains("error"))
+    return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");
+  const Json& error = json["error"];
+  // The place is one phrase already.
+  return Error(kind, error.value("what_failed", ""), {.file = error.value("where", "")},
+               error.value("what_to_do", ""));
+}
+
+std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
+  const Step step{stage, stage, stage_program(stage), std::move(arguments), {}};
+  std::vector<StepResult> results(1);
+  std::vector<Child> children = {start(step, 0, true)};
+  while (children[0].output >= 0 || children[0].progress >= 0)
+    serve(children, results, [](std::size_t, double, const std::string&) {});
+  end(children[0].pid, step, {}, results[0]);
+  return error_in(results[0]);
 }
 
 void become(const fs::path& program, const std::vector<std::string>& arguments) {

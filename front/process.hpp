@@ -3,8 +3,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "core/error.hpp"
 
 namespace drape {
 
@@ -15,23 +18,54 @@ struct Step {
   std::filesystem::path program;
   std::vector<std::string> arguments;
   std::filesystem::path record;  ///< run record that proves it up to date
-  double weight = 1;             ///< share of the stage's time
+  double weight = 1;             ///< part of the stage's time
+  /// What the step must have written when it ends with a verdict.
+  std::vector<std::filesystem::path> outputs = {};
+  std::string drape = {};  ///< whose failure stops this one alone; empty: all need it
 };
 
 struct StepResult {
   int exit_code = 0;
   std::string output;  ///< what it printed on standard output
+  std::string fault;   ///< why its end is none that a stage has; empty: it is one
 };
+
+/// Called when a step has ended, before the next one starts.
+using StepEnded = std::function<void(std::size_t step, const StepResult& result)>;
 
 /// Fraction (0..1) and text of one running step.
 using StepProgress =
     std::function<void(std::size_t step, double fraction, const std::string& what)>;
 
-/// Runs the steps, at most `at_once` at a time, in order of the list; after the first that ends
-/// with an exit code above 1 no further one is started. Errors of the programs go to stderr.
-/// The children die with this process, so a killed run leaves no writer behind.
-[[nodiscard]] std::vector<StepResult> run_steps(const std::vector<Step>& steps, int at_once,
-                                                const StepProgress& progress);
+/// While it lives, SIGINT and SIGTERM are remembered instead of ending the process.
+class Interrupts {
+ public:
+  Interrupts();
+  ~Interrupts();
+  Interrupts(const Interrupts&) = delete;
+  Interrupts& operator=(const Interrupts&) = delete;
+
+  [[nodiscard]] static int signal();  ///< the last one; 0: none
+};
+
+/// Runs the steps, at most `at_once` at a time, in order of the list; one that fails ends none of
+/// the others, a signal is passed on to those that run and ends the list. Errors of the programs go
+/// to stderr. A step that ends with a verdict but has not written its outputs, or ends with a code
+/// that no stage has, has a fault. The children die with this process, so a killed run leaves no
+/// writer behind.
+void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
+               const StepEnded& ended);
+
+/// One step alone.
+[[nodiscard]] StepResult run_step(const Step& step);
+
+/// The error of a program that was started with --json, from what it printed, or its fault; nothing
+/// without one.
+[[nodiscard]] std::optional<Error> error_in(const StepResult& result);
+
+/// Runs a stage's program in silence; its error, or nothing when it ended well.
+[[nodiscard]] std::optional<Error> error_of_stage(const std::string& stage,
+                                                  std::vector<std::string> arguments);
 
 /// Replaces this process by the program; throws Error when it cannot be started.
 [[noreturn]] void become(const std::filesystem::path& program,

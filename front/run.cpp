@@ -1,58 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "front/run.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
-#include <chrono>
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+#include "front/check/check.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Held while a run works on its output folder; the system frees it when the process dies.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder) {
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    const fs::path file = folder / ".lock";
-    fd_ = failed ? -1 : ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (fd_ < 0) {
-      throw bad_input("cannot write into the output folder", {.file = folder.string()},
-                      "check the path and its permissions, or give another with --out");
-    }
-    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
-      throw bad_input("another `drape run` works on this folder", {.file = folder.string()},
-                      "wait for it to end, or give another folder with --out");
-    }
-  }
-  ~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  int fd_ = -1;
-};
-
-/// The end of one step, as it is told to people and kept for --json.
+/// The end of one step, as people see it and kept for --json.
 struct StepEnding {
   Step step;
   int exit_code = 0;
-  bool made = false;  ///< false: was up to date
-  std::string sentence;
+  bool made = false;          ///< false: was up to date
+  std::string text = {};      ///< what the program printed for people
+  std::string sentence = {};  ///< its verdict, or why it failed
 };
 
 /// Draws one line for all running steps of a stage.
@@ -62,28 +35,22 @@ class StageProgress {
     for (const Step& step : group.steps) total_ += step.weight;
   }
 
-  void already_done(const Step& step) {
-    done_ += step.weight;
-    ++ended_;
-  }
-
-  void update(const Step& step, double fraction, const std::string& what) {
-    fractions_[step.what] = fraction * step.weight;
-    if (fraction >= 1) ++ended_;
-    double sum = done_;
-    for (const auto& [name, share] : fractions_) sum += share;
-    const std::string detail =
-        fraction >= 1 || what == step.what ? step.what : step.what + ", " + what;
-    progress_.update(sum / total_,
-                     fmt::format("{} ({} of {} done)", detail, ended_, group_->steps.size()));
+  /// `ended`: the step is over; it says so itself too, maybe more than once.
+  void update(const Step& step, double fraction, const std::string& what, bool ended) {
+    fractions_[step.what] = std::min(fraction, 1.0) * step.weight;
+    if (ended) ended_.insert(step.what);
+    double sum = 0;
+    for (const auto& [name, part] : fractions_) sum += part;
+    const std::string detail = ended ? step.what : step.what + ", " + what;
+    progress_.update(sum / total_, fmt::format("{} ({} of {} done)", detail, ended_.size(),
+                                               group_->steps.size()));
   }
 
  private:
   const Group* group_;
   Progress progress_;
   double total_ = 0;
-  double done_ = 0;
-  std::size_t ended_ = 0;
+  std::set<std::string> ended_;
   std::map<std::string, double> fractions_;
 };
 
@@ -98,60 +65,88 @@ std::string sentence_of_text(const std::string& output) {
   return {};
 }
 
-std::string sentence_of(const std::string& output) {
+/// The stage's own ending, or, of a stage of another lab that keeps none, what it printed.
+std::string ending_of(const Step& step, const std::string& output) {
+  const fs::path kept = ending_path(step.record);
+  if (fs::is_regular_file(kept)) return read_text(kept);
   const Json json = Json::parse(output, nullptr, false);
-  if (json.is_discarded()) return sentence_of_text(output);
-  if (!json.contains("sentence") || !json["sentence"].is_string()) return {};
-  return json["sentence"].get<std::string>();
-}
-
-/// Where a step's standard output is kept, so that a run without work can show it again.
-fs::path ending_file(const Step& step) {
-  fs::path file = step.record;
-  return file.replace_extension().replace_extension(".ending.txt");
-}
-
-bool can_skip(const Step& step) {
-  return fs::is_regular_file(ending_file(step)) &&
-         is_up_to_date(step.record, step.program, step.arguments);
+  if (!json.is_object() || !json.contains("sentence") || !json["sentence"].is_string())
+    return output;
+  return fmt::format("{}: {}\n", json.value("verdict", "GO"), json["sentence"].get<std::string>());
 }
 
 void print_ending(const StepEnding& ending, const CommonOptions& common) {
   if (common.quiet || common.json) return;
-  const char* state = !ending.made ? "up to date" : ending.exit_code == 0 ? "done" : "NO-GO";
-  fmt::print("{:<12} {:<24} {:<10}  {}\n", ending.step.stage, ending.step.what, state,
-             ending.sentence);
-  std::fflush(stdout);
+  const std::string state = ending.exit_code > 1   ? coloured("FAILED", "1;31", stdout)
+                            : ending.exit_code > 0 ? coloured("NO-GO", "1;31", stdout)
+                            : ending.made          ? "done"
+                                                   : "up to date";
+  const std::size_t pad =
+      ending.exit_code > 0 ? 10 + state.size() - (ending.exit_code > 1 ? 6 : 5) : 10;
+  print_text(
+      fmt::format("{} {:<{}}  {}\n",
+                  printable(fmt::format("{:<12} {:<24}", ending.step.stage, ending.step.what)),
+                  state, pad, printable(ending.sentence)));
 }
 
-std::vector<StepEnding> run_group(const Group& group, const CommonOptions& common) {
-  std::vector<StepEnding> endings(group.steps.size());
+/// Drapes that came to no end, with why, in the order of their failure.
+using Failed = std::vector<std::pair<std::string, std::string>>;
+
+bool is_out(const Failed& failed, const std::string& drape) {
+  return std::any_of(failed.begin(), failed.end(),
+                     [&](const auto& one) { return one.first == drape; });
+}
+
+/// Runs what is not up to date; the ending of each is kept at once, so that a killed group goes on
+/// where it was.
+std::vector<StepEnding> run_group(const Group& group, const Failed& failed,
+                                  const CommonOptions& common) {
+  std::vector<StepEnding> endings;
   std::vector<Step> to_do;
   std::vector<std::size_t> index;
   StageProgress progress(group, common.quiet || common.json);
-  for (std::size_t i = 0; i < group.steps.size(); ++i) {
-    const Step& step = group.steps[i];
-    endings[i].step = step;
-    if (!can_skip(step)) {
+  for (const Step& step : group.steps) {
+    if (!step.drape.empty() && is_out(failed, step.drape)) continue;
+    StepEnding& ending = endings.emplace_back();
+    ending.step = step;
+    if (!is_up_to_date(step.record, step.program, step.arguments)) {
+      // As the stage itself does; one of another lab may not.
+      remove_durable(step.record);
+      remove_durable(ending_path(step.record));
+      index.push_back(endings.size() - 1);
       to_do.push_back(step);
-      index.push_back(i);
       continue;
     }
-    endings[i].exit_code = recorded_exit_code(step.record);
-    endings[i].sentence = sentence_of(read_text(ending_file(step)));
-    progress.already_done(step);
+    ending.exit_code = recorded_exit_code(step.record);
+    ending.text = ending_of(step, {});
+    ending.sentence = sentence_of_text(ending.text);
+    progress.update(step, 1, step.what, true);
   }
-  const std::vector<StepResult> results = run_steps(
-      to_do, group.at_once, [&](std::size_t step, double fraction, const std::string& what) {
-        progress.update(to_do[step], fraction, what);
-      });
-  for (std::size_t k = 0; k < results.size(); ++k) {
+  const auto ended = [&](std::size_t k, const StepResult& result) {
     StepEnding& ending = endings[index[k]];
     ending.made = true;
-    ending.exit_code = results[k].exit_code;
-    ending.sentence = sentence_of(results[k].output);
-    if (ending.exit_code <= 1) write_durable(ending_file(ending.step), results[k].output);
-  }
+    ending.exit_code = result.exit_code;
+    const auto error = error_in(result);
+    if (!error) {
+      ending.text = ending_of(ending.step, result.output);
+      ending.sentence = sentence_of_text(ending.text);
+    } else {
+      ending.exit_code = std::max(ending.exit_code, 2);
+      ending.sentence = error->what_failed();
+      if (!result.fault.empty() && Interrupts::signal() == 0) {
+        ending.exit_code = static_cast<int>(ErrorKind::internal);
+        fmt::print(stderr, "drape: {}: {}\n", coloured("error", "31", stderr),
+                   printable(error->what()));
+      }
+    }
+    progress.update(ending.step, 1, ending.step.what, true);
+  };
+  run_steps(
+      to_do, group.at_once,
+      [&](std::size_t step, double fraction, const std::string& what) {
+        progress.update(to_do[step], fraction, what, false);
+      },
+      ended);
   return endings;
 }
 
@@ -165,51 +160,126 @@ Json json_of(const StepEnding& ending) {
   return json;
 }
 
-int conclude(const Plan& plan, const std::vector<StepEnding>& endings,
+/// Steps beside the drapes themselves: without them less is said of a result, not something wrong.
+bool is_extra(const Step& step) {
+  return step.stage == "sensitivity" || step.stage == "branches";
+}
+
+/// The first cause: what failed, else the first stage that is NO-GO, in its own words.
+std::string cause_of(const std::vector<StepEnding>& endings, const Failed& failed) {
+  if (!failed.empty()) {
+    const auto& [drape, why] = failed.front();
+    const std::string more =
+        failed.size() > 1 ? fmt::format(" (and {} more)", failed.size() - 1) : std::string();
+    return fmt::format("drape {} could not be measured or simulated: {}{}", drape, why, more);
+  }
+  for (const StepEnding& ending : endings)
+    if (ending.exit_code != 0 && !is_extra(ending.step))
+      return fmt::format("{} ({}): {}", ending.step.stage, ending.step.what, ending.sentence);
+  return {};
+}
+
+int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
              const CommonOptions& common) {
   std::size_t made = 0;
-  bool go = true;
-  for (const StepEnding& ending : endings) {
-    made += ending.made;
-    go = go && ending.exit_code == 0;
-  }
-  const std::string tables = read_text(ending_file(endings.back().step));
+  for (const StepEnding& ending : endings) made += ending.made;
+  const std::string cause = cause_of(endings, failed);
+  const bool go = cause.empty();
   if (common.json) {
     Json json;
     json["verdict"] = go ? "GO" : "NO-GO";
+    json["cause"] = go ? Json() : Json(cause);
     json["steps"] = Json::array();
     for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
     json["report"] = plan.report.string();
     json["store"] = plan.store.string();
-    fmt::print("{}", pretty(json));
+    print_text(pretty(json));
     return go ? 0 : 1;
   }
-  if (!common.quiet) fmt::print("\n{}\n", tables);
+  if (!common.quiet) print_text(printable("\n" + endings.back().text + "\n"));
   Ending ending;
   ending.go = go;
-  ending.verdict =
-      go ? "the bench ran from images to stored millimetres" : "see the steps marked NO-GO above";
+  ending.verdict = go ? "the bench ran from images to stored millimetres" : cause;
   ending.numbers = {{"steps", fmt::format("{} made, {} up to date", made, endings.size() - made)},
                     {"results", plan.store.string()},
                     {"report", plan.report.string()}};
+  for (const auto& [drape, why] : failed)
+    ending.rejected.push_back(fmt::format("drape {}: {}", drape, why));
   ending.next_command = fmt::format("drape results list --store {}", plan.store.string());
   return finish(ending, common);
+}
+
+/// Nothing could be compared because what it rests on is NO-GO; an older report would say
+/// otherwise.
+int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const CommonOptions& common) {
+  std::error_code absent;
+  fs::remove(plan.report, absent);
+  Ending ending;
+  ending.go = false;
+  ending.verdict = cause_of(kept, {});
+  ending.warnings = {"nothing was compared and no report was written"};
+  return finish(ending, common);
+}
+
+/// Takes the steps that failed out of what follows; the exit code of one that all need, or 0.
+int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common, Failed& failed,
+             std::set<fs::path>& failed_records, std::vector<StepEnding>& kept) {
+  for (const StepEnding& ending : endings) {
+    if (ending.exit_code > 1 && ending.step.drape.empty()) return ending.exit_code;
+    print_ending(ending, common);
+    if (ending.exit_code <= 1) {
+      kept.push_back(ending);
+      continue;
+    }
+    failed_records.insert(ending.step.record);
+    if (is_extra(ending.step)) continue;
+    if (ending.step.stage != "simulate")
+      failed_records.insert(run_record_path(ending.step.record.parent_path() / "sheet.ply"));
+    if (!is_out(failed, ending.step.drape) || ending.step.stage == "simulate")
+      failed.emplace_back(ending.step.drape, ending.step.what + ": " + ending.sentence);
+  }
+  return 0;
+}
+
+int interrupted(int signal) {
+  fmt::print(stderr, "drape: interrupted: what was finished is kept, run again to go on\n");
+  return 128 + signal;
 }
 
 }  // namespace
 
 int run_bench(const RunOptions& options, const CommonOptions& common) {
+  const BenchCheck check = check_bench(options.rig, options.recording);
+  if (!check.problems.empty()) return report_check(check, "drape run", common);
+  if (!common.quiet && !common.json)
+    for (const std::string& warning : check.warnings) fmt::print("warning: {}\n", warning);
   const Plan plan = make_plan(options);
-  const FolderLock lock(plan.out);
-  std::vector<StepEnding> endings;
+  const WriterLock lock(plan.out / ".lock", "another `drape run` works on this folder");
+  const Interrupts interrupts;
+  plan.write_reduced_rig();
+  std::vector<StepEnding> kept;
+  Failed failed;
+  std::set<fs::path> failed_records;
   for (const Group& group : plan.groups) {
-    for (const StepEnding& ending : run_group(group, common)) {
-      if (ending.exit_code > 1) return ending.exit_code;
-      print_ending(ending, common);
-      endings.push_back(ending);
-    }
+    const std::vector<StepEnding> endings = run_group(group, failed, common);
+    if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
+    if (const int code = sort_out(endings, common, failed, failed_records, kept)) return code;
+    // Where every drape failed there is nothing to compare; its own error is the run's.
+    const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
+      return one.exit_code <= 1 && !one.step.drape.empty();
+    });
+    const auto first = std::find_if(endings.begin(), endings.end(),
+                                    [](const StepEnding& one) { return one.exit_code > 1; });
+    if (!any && first != endings.end())
+      return cause_of(kept, {}).empty() ? first->exit_code : end_early(plan, kept, common);
   }
-  return conclude(plan, endings, common);
+  const Group compare{"compare", {plan.compare(failed_records)}, 1};
+  const std::vector<StepEnding> endings = run_group(compare, {}, common);
+  if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
+  if (endings.front().exit_code > 1) return endings.front().exit_code;
+  print_ending(endings.front(), common);
+  kept.push_back(endings.front());
+  return conclude(plan, kept, failed, common);
 }
 
 }  // namespace drape

@@ -27,7 +27,7 @@ Ending ending_of(const Prediction& prediction, const PredictOptions& options) {
   ending.verdict = fmt::format(
       "{:.1f} % of the marks that two cameras see, on slopes up to 45 degrees, reach {:g} mm in "
       "space; {:.0f} % is asked",
-      100 * prediction.reached_share, options.asked_sigma_m / mm, 100 * options.asked_share);
+      100 * prediction.reached_fraction, options.asked_sigma_m / mm, 100 * options.asked_fraction);
   for (const PredictedSlope& slope : prediction.slopes) {
     const std::string name = fmt::format("slope {:g} degrees", slope.slope_deg);
     const double seen = 100.0 * slope.seen_by_two / slope.marks;
@@ -42,9 +42,9 @@ Ending ending_of(const Prediction& prediction, const PredictOptions& options) {
                           slope.median_px));
   }
   ending.rejected.push_back(fmt::format(
-      "not in these figures: the calibration's share and dots on bends; {:.0f} % of the marks on "
+      "not in these figures: the calibration's part and dots on bends; {:.0f} % of the marks on "
       "slopes up to 45 degrees are seen by fewer than two cameras",
-      100 * (1 - prediction.seen_share)));
+      100 * (1 - prediction.seen_fraction)));
   ending.next_command = prediction.go ? "the same cameras with --out RECORDING give pictures to try"
                                       : "bring the cameras nearer, apart, or take longer lenses";
   return ending;

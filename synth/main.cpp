@@ -40,9 +40,7 @@ int write_rig(const ProgramOptions& options, const Rig& rig, const CommonOptions
   record.option("noise_grey", fmt::format("{}", options.synth.render.noise_grey));
   record.option("slope_deg", fmt::format("{}", options.synth.folds_slope_deg));
   record.option("wavelength_mm", fmt::format("{}", options.synth.folds_wavelength_mm));
-  const int code = finish(ending_of(report, rig, options.out), common);
-  record.write(run_record_path(options.out / "recording.json"), code);
-  return code;
+  return finish(ending_of(report, rig, options.out), common, record);
 }
 
 }  // namespace
@@ -63,7 +61,9 @@ int main(int argc, char** argv) {
     resolve(options);
     options.synth.render.threads = thread_count(common);
     if (fs::is_directory(options.rig)) options.rig /= "rig.toml";
-    RunRecord record("drape-synth", arguments_of(argc, argv));
+    RunRecord record(
+        "drape-synth", arguments_of(argc, argv),
+        options.predict ? fs::path() : run_record_path(options.out / "recording.json"));
     const Rig rig = read_rig(options.rig);
     return options.predict ? predict_rig(options, rig, common)
                            : write_rig(options, rig, common, record);

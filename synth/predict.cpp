@@ -22,10 +22,10 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::deg;
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   if (values.empty()) return 0;
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  return values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
 }
 
 /// One mark of the volume, and its covariance where two cameras see it.
@@ -165,10 +165,10 @@ Prediction predict(const std::vector<Camera>& cameras, const Print& print,
     result.slopes.push_back(slope_of(cameras, print, slope_deg, options, counts));
     if (slope_deg <= 45) gentle = counts;
   }
-  const auto share = [](int part, int whole) { return whole == 0 ? 0.0 : part / double(whole); };
-  result.reached_share = share(gentle.reached, gentle.seen);
-  result.seen_share = share(gentle.seen, gentle.marks);
-  result.go = result.reached_share >= options.asked_share && gentle.seen > 0;
+  const auto fraction = [](int part, int whole) { return whole == 0 ? 0.0 : part / double(whole); };
+  result.reached_fraction = fraction(gentle.reached, gentle.seen);
+  result.seen_fraction = fraction(gentle.seen, gentle.marks);
+  result.go = result.reached_fraction >= options.asked_fraction && gentle.seen > 0;
   return result;
 }
 

@@ -12,12 +12,12 @@
 namespace drape::synth {
 
 struct PredictOptions {
-  double height_m = 0.1;        ///< of the drape volume, above the world's origin
-  double floor_px = 0.02;       ///< error of a centre beyond its noise, as in drape triangulate
-  double most_facing_deg = 60;  ///< a dot seen more askew is not counted as seen
-  double asked_sigma_m = 5e-5;  ///< in space, root sum of the three variances
-  double asked_share = 0.95;    ///< of the marks that must reach it
-  RenderOptions render;         ///< light, blur and noise of the pictures
+  double height_m = 0.1;         ///< of the drape volume, above the world's origin
+  double floor_px = 0.02;        ///< error of a centre beyond its noise, as in drape triangulate
+  double most_facing_deg = 60;   ///< a dot seen more askew is not counted as seen
+  double asked_sigma_m = 5e-5;   ///< in space, root sum of the three variances
+  double asked_fraction = 0.95;  ///< of the marks that must reach it
+  RenderOptions render;          ///< light, blur and noise of the pictures
 
   void check() const;
 };
@@ -34,9 +34,9 @@ struct PredictedSlope {
 
 struct Prediction {
   std::vector<PredictedSlope> slopes;  ///< 0, 30, 45, 60 degrees, turned to eight sides
-  double reached_share = 0;  ///< of all marks that two cameras see: within the asked accuracy
-  double seen_share = 0;     ///< of all marks: seen by two cameras or more
-  bool go = false;           ///< both shares reach what was asked for slopes up to 45 degrees
+  double reached_fraction = 0;  ///< of all marks that two cameras see: within the asked accuracy
+  double seen_fraction = 0;     ///< of all marks: seen by two cameras or more
+  bool go = false;              ///< both fractions reach what was asked for slopes up to 45 degrees
 };
 
 /// Smallest covariance (px^2) that any unbiased estimate of a dot's centre can have: Cramer-Rao

@@ -35,7 +35,7 @@ Json json_of(const TrueMark& mark, const std::vector<Camera>& cameras) {
     seen["px"] = json_of(view.px);
     seen["centroid_px"] = json_of(view.centroid_px);
     seen["facing_deg"] = view.facing_rad / deg;
-    seen["visible_share"] = view.visible_share;
+    seen["visible_share"] = view.visible_fraction;
     json["views"].push_back(seen);
   }
   return json;

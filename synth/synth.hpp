@@ -41,7 +41,7 @@ struct SynthReport {
   int marks = 0;        ///< over all sets
 };
 
-/// Called after each set with the share done and its name.
+/// Called after each set with the fraction done and its name.
 using SynthProgress = std::function<void(double fraction, const std::string& what)>;
 
 /// Renders the frame sets of a rig as its cameras would see them and writes a recording: PNG files,

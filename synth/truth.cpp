@@ -36,8 +36,8 @@ bool is_seen(const GridSurface& surface, const SceneView& view, const FacePoint&
   return hit.is_hit() && hit.front && std::abs(hit.depth_m - in_camera.z()) < slack_m;
 }
 
-/// Share of a dot that is seen, from its centre and rings of points out to its outline.
-double seen_share(const GridSurface& surface, const SceneView& view, const MarkOnFace& mark) {
+/// Fraction of a dot that is seen, from its centre and rings of points out to its outline.
+double seen_fraction(const GridSurface& surface, const SceneView& view, const MarkOnFace& mark) {
   constexpr int rings = 3, around = 16;
   int seen = is_seen(surface, view, mark.centre) ? 1 : 0, all = 1;
   for (int ring = 1; ring <= rings && mark.radius_m > 0; ++ring) {
@@ -118,7 +118,7 @@ std::vector<TrueMark> truth_of(const SyntheticScene& scene, const std::vector<Ma
                              : seen.px;
       const Vector3d to_camera = (centre_in_world(camera) - *point).normalized();
       seen.facing_rad = std::acos(std::clamp(to_camera.dot(known.normal_in_world), -1.0, 1.0));
-      seen.visible_share = seen_share(scene.surface, *view, mark);
+      seen.visible_fraction = seen_fraction(scene.surface, *view, mark);
       known.views.push_back(seen);
     }
     truth.push_back(known);

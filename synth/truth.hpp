@@ -15,9 +15,9 @@ namespace drape::synth {
 struct TrueMarkView {
   std::optional<Eigen::Vector2d> px;           ///< image of the centre; absent: not in front
   std::optional<Eigen::Vector2d> centroid_px;  ///< of the dot's whole area in the image
-  double facing_rad = 0;     ///< between the printed side's normal and the way to the camera
-  double visible_share = 0;  ///< of the dot's area: inside the picture and hidden by nothing
-  [[nodiscard]] bool is_whole() const { return visible_share == 1; }
+  double facing_rad = 0;        ///< between the printed side's normal and the ray to the camera
+  double visible_fraction = 0;  ///< of the dot's area: inside the picture and hidden by nothing
+  [[nodiscard]] bool is_whole() const { return visible_fraction == 1; }
 };
 
 struct TrueMark {

@@ -9,9 +9,11 @@
 #include <random>
 
 #include "core/camera_derivatives.hpp"
+#include "core/dot_image.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 #include "triangulate/lattice_views.hpp"
+#include "triangulate/plate/plate_pose.hpp"
 #include "triangulate/point.hpp"
 #include "triangulate/triangulate.hpp"
 
@@ -187,11 +189,11 @@ TEST(Coverage, IntervalsOfPointsHoldOverSyntheticRigs) {
     EXPECT_GE(inside / (3 * count), 0.93);
     EXPECT_LE(inside / (3 * count), 0.97);
     EXPECT_NEAR(mahalanobis / count, 3, 0.25);
-    EXPECT_GT(calibration / total, 0.2) << "the calibration's share is put to no test";
+    EXPECT_GT(calibration / total, 0.2) << "the calibration's part is not tested";
   }
 }
 
-TEST(Coverage, ErrorsThatCamerasShareAreNotTakenForSeparateOnes) {
+TEST(Coverage, ErrorsInCommonAreNotTakenForSeparateOnes) {
   Draw draw(7);
   const SyntheticRig rig = some_rig(draw);
   const JointPlaces places = joint_places(rig.found);
@@ -207,6 +209,87 @@ TEST(Coverage, ErrorsThatCamerasShareAreNotTakenForSeparateOnes) {
   const JointPlaces blind_places = joint_places(blind.found);
   const Matrix3d separate = measured(blind, blind_places, truth, 3, draw).calibration_covariance_m2;
   EXPECT_GT(std::abs(joint.trace() / separate.trace() - 1), 0.05);
+}
+
+/// A plate of 5 x 5 dots, 80 mm wide, somewhere on the bench, and its dots' noisy centroids.
+struct SomePlate {
+  MarkLattice lattice;
+  WorldFromObject truth;
+  std::vector<MarkViews> marks;
+};
+
+SomePlate some_plate(const SyntheticRig& rig, const JointPlaces& places, Draw& draw) {
+  SomePlate plate;
+  plate.lattice.surface = Surface::target;
+  plate.lattice.rows = plate.lattice.cols = 5;
+  plate.lattice.pitch_m = 16 * mm;
+  plate.lattice.dot_diameter_m = 5 * mm;
+  const Vector3d axis(draw.normal(), draw.normal(), 20 * draw.normal());
+  plate.truth.rotation =
+      Eigen::AngleAxisd(draw.between(0, 0.5), axis.normalized()).toRotationMatrix();
+  plate.truth.translation_m = {draw.between(-0.05, 0.05), draw.between(-0.05, 0.05),
+                               draw.between(0, 0.12)};
+  const Matrix3d& turn = plate.truth.rotation;
+  for (int row = 0; row < 5; ++row) {
+    for (int col = 0; col < 5; ++col) {
+      MarkViews mark{{row, col}, {}, {}};
+      const Vector3d at = plate.truth * Vector3d(16 * mm * (col - 2), 16 * mm * (row - 2), 0);
+      for (std::size_t i = 0; i < rig.truth.size(); ++i) {
+        const Pose<frame::Camera, frame::World>& pose = rig.truth[i].cam_from_world;
+        View view;
+        view.camera = &rig.found.cameras[i];
+        view.joint = &places.at(rig.truth[i].name);
+        view.px = *dot_centroid_px(rig.truth[i].model, {pose * at, pose.rotation * turn.col(0),
+                                                        pose.rotation * turn.col(1), 2.5 * mm}) +
+                  kPixel * Vector2d(draw.normal(), draw.normal());
+        view.covariance_px2 = kPixel * kPixel * Eigen::Matrix2d::Identity();
+        mark.views.push_back(view);
+      }
+      plate.marks.push_back(mark);
+    }
+  }
+  return plate;
+}
+
+/// Translation (m) and turn (rad, world axes) from the pose to the truth.
+Eigen::Matrix<double, 6, 1> error_of(const PlatePose& found, const WorldFromObject& truth) {
+  const Eigen::AngleAxisd turn(
+      Matrix3d(truth.rotation * found.world_from_plate.rotation.transpose()));
+  Eigen::Matrix<double, 6, 1> error;
+  error << truth.translation_m - found.world_from_plate.translation_m, turn.angle() * turn.axis();
+  return error;
+}
+
+TEST(Coverage, IntervalsOfAPlatesPoseHoldOverSyntheticRigs) {
+  const int rigs = test::trial_count(300, 3000);
+  double inside = 0, blind = 0, worst_mm = 0, worst_deg = 0;
+  for (int r = 0; r < rigs; ++r) {
+    Draw draw(5000 + r);
+    const SyntheticRig rig = some_rig(draw);
+    const JointPlaces places = joint_places(rig.found);
+    SomePlate plate = some_plate(rig, places, draw);
+    const PlatePose found = plate_pose(plate.marks, plate.lattice);
+    const auto error = error_of(found, plate.truth);
+    // The same with the cameras taken for perfect: the control, which must fail.
+    for (MarkViews& mark : plate.marks)
+      for (View& view : mark.views) view.joint = nullptr;
+    const PlatePose alone = plate_pose(plate.marks, plate.lattice);
+    for (int k = 0; k < 6; ++k) {
+      inside += std::abs(error[k]) <= 1.959964 * std::sqrt(found.covariance(k, k));
+      blind += std::abs(error[k]) <= 1.959964 * std::sqrt(alone.covariance(k, k));
+    }
+    worst_mm = std::max(worst_mm, error.head<3>().norm() / mm);
+    worst_deg = std::max(worst_deg, error.tail<3>().norm() / deg);
+  }
+  std::printf(
+      "%d plates: %.2f %% inside the 95 %% intervals, %.2f %% with perfect cameras; largest "
+      "error %.4f mm, %.4f degrees\n",
+      rigs, 100 * inside / (6 * rigs), 100 * blind / (6 * rigs), worst_mm, worst_deg);
+  EXPECT_GE(inside / (6 * rigs), 0.93);
+  EXPECT_LE(inside / (6 * rigs), 0.97);
+  EXPECT_LT(blind / (6 * rigs), 0.93) << "the cameras' part is not tested";
+  EXPECT_LT(worst_mm, 0.1);
+  EXPECT_LT(worst_deg, 0.1);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ using Eigen::VectorXd;
 
 constexpr int kDirections = 400;  // start directions over the sphere, about 10 degrees apart
 constexpr int kSteps = 12;
-constexpr double kShapeSigma = 0.02;  // of a squared semi-axis, as a share of the dot's own
+constexpr double kShapeSigma = 0.02;  // of a squared semi-axis, as a fraction of the dot's own
 constexpr double kSizeSigma = 0.03;   // of the print: dots bleed or shrink alike in all views
 constexpr double kLargestMisfit = 0.1;
 

@@ -13,7 +13,7 @@ namespace drape::triangulate {
 struct DotNormal {
   Eigen::Vector3d normal;
   double sigma_rad = 0;  ///< standard deviation of its less certain direction
-  double misfit = 0;     ///< RMS of the ellipses' shape, as a share of the dot's own size
+  double misfit = 0;     ///< RMS of the ellipses' shape, as a fraction of the dot's own size
 };
 
 /// Normal from the ellipses alone: a round dot's outline tells its tilt in each view, and two

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "core/units.hpp"
@@ -32,6 +33,15 @@ std::string views_text(const std::vector<int>& marks_by_views) {
   return text.empty() ? "none" : text;
 }
 
+std::string pairs_text(const TriangulateReport& report) {
+  std::string text = "miss each other by";
+  for (const PairAgreement& pair : report.pairs) {
+    text += fmt::format("{} {:.2f} sigma ({}, {})", &pair == &report.pairs.front() ? "" : ",",
+                        pair.rms_sigmas, pair.first, pair.second);
+  }
+  return text + fmt::format(", limit {:g}", PairAgreement::max_sigmas);
+}
+
 std::string budget_text(const ErrorBudget& budget) {
   return fmt::format(
       "{:.4f} mm RMS in space: detection {:.4f}, calibration {}, dot shape {:.4f} mm",
@@ -57,12 +67,12 @@ void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
     }
   }
   if (many_uncertain > 0) {
-    ending.rejected.push_back(
+    ending.warnings.push_back(
         fmt::format("doubtful, but measured: {} marks less certain than {:g} mm in space:{}",
                     many_uncertain, options.doubt_mm, uncertain));
   }
   if (many_apart > 0) {
-    ending.rejected.push_back(fmt::format(
+    ending.warnings.push_back(fmt::format(
         "doubtful, but measured: {} marks whose views miss each other by more than {:g} "
         "sigma:{}",
         many_apart, options.doubt_sigmas, apart));
@@ -75,11 +85,12 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                  const std::filesystem::path& out) {
   const TriangulateReport& report = result.report;
   Ending ending;
-  ending.go = report.measured >= options.min_marks;
+  ending.go = report.no_go.empty();
   ending.verdict = ending.go
                        ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
-                       : fmt::format("{} marks measured, at least {} are needed", report.measured,
-                                     options.min_marks);
+                       : report.no_go.front();
+  for (std::size_t i = 1; i < report.no_go.size(); ++i)
+    ending.warnings.push_back("NO-GO also because " + report.no_go[i]);
   ending.numbers = {
       {"views", views_text(report.marks_by_views)},
       {"median reprojection", fmt::format("{:.4f} px RMS", report.median_reprojection_px)},
@@ -95,6 +106,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                    report.largest_shape_shift_mm)}};
   if (result.sheet.error_budget)
     ending.numbers.emplace_back("error budget", budget_text(*result.sheet.error_budget));
+  if (!report.pairs.empty()) ending.numbers.emplace_back("pairs of cameras", pairs_text(report));
   if (report.islands > 0) {
     ending.numbers.emplace_back(
         "islands", fmt::format("{} of {} pieces without labels merged, {} dots",
@@ -105,7 +117,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   add_doubts(ending, report.doubts, options);
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
   for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);
-  for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
+  ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
   if (ending.go) {
     ending.next_command = fmt::format(
         "drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR", out.string());

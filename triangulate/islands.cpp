@@ -28,7 +28,7 @@ struct Island {
   std::string reason;
 };
 
-/// A way to lay an island on the lattice: quarter turns, then a shift.
+/// A placement of an island on the lattice: quarter turns, then a shift.
 struct Laying {
   int turns = 0;
   MarkId shift;
@@ -39,7 +39,7 @@ struct Laying {
   }
 };
 
-/// What speaks for and against a laying.
+/// Evidence for and against a placement.
 struct Verdict {
   Laying laying;
   int evidence = 0;  ///< pixel coordinates that agree beyond what placing the points uses up
@@ -160,7 +160,7 @@ class Merger {
   }
 
   bool try_to_merge(Island& island, Labelled& labelled) {
-    std::vector<Verdict> standing;  // every place that some view speaks for and few refute
+    std::vector<Verdict> standing;  // every place that some view supports and few refute
     for (const Laying& laying : layings(island)) {
       const Verdict verdict = judged(island, laying, labelled);
       if (verdict.is_tested() && verdict.refutations < options_.least_refutations)
@@ -185,7 +185,7 @@ class Merger {
     return true;
   }
 
-  /// All ways to lay the island wholly on the lattice.
+  /// All placements of the island wholly on the lattice.
   [[nodiscard]] std::vector<Laying> layings(const Island& island) const {
     const MarkLattice& lattice = result_.detections.lattice;
     std::vector<Laying> all;

@@ -39,7 +39,7 @@ struct MergedIslands {
 /// anywhere on the lattice, in four turns. A place is refuted by views that miss each other
 /// (epipolar distance), by neighbours farther in space than the cloth is long (White, Crane,
 /// Forsyth 2007) and by marks that the frame has already. It is taken when enough views and
-/// neighbours agree, none contradicts, and every other place that any view speaks for is refuted;
+/// neighbours agree, none contradicts, and every other place that any view supports is refuted;
 /// in doubt the island stays one. Merged islands count as labels for the next. Only measured pixels
 /// enter: no simulated shape.
 [[nodiscard]] MergedIslands merge_islands(const Detections& detections,

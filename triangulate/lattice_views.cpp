@@ -114,10 +114,6 @@ JointPlaces joint_places(const Calibration& calibration) {
 std::vector<MarkViews> collect_views(const Detections& detections, const Calibration& calibration,
                                      const JointPlaces& places, const std::string& set,
                                      double floor_px) {
-  if (detections.lattice.surface != Surface::cloth) {
-    throw bad_input("the detections are of the calibration target, not of a cloth", {.set = set},
-                    "give the file that `drape detect --surface cloth` wrote");
-  }
   std::vector<MarkViews> marks = empty_lattice(detections.lattice);
   int frames = 0;
   for (const FrameDetections& frame : detections.frames) {

@@ -56,20 +56,26 @@ int main(int argc, char** argv) {
               "drape-triangulate");
   CommonOptions common;
   TriangulateOptions options;
-  fs::path detections_file, calibration_file, out;
+  fs::path detections_file, calibration_file, scene_file, out;
   std::string set;
   add_common_options(app, common);
   app.add_option("DETECTIONS", detections_file, "detections.json of the cloth")->required();
   app.add_option("--calibration", calibration_file, "calibration.json of the rig")->required();
   app.add_option("--set", set, "frame set to measure")->required();
+  app.add_option("--scene", scene_file,
+                 "scene.toml: NO-GO where the marks contradict its objects, table or fabric");
   app.add_option("--out", out, "sheet.ply to write, with sheet.json beside it")->required();
   add_options(app, options);
   return run_program(app, argc, argv, common, [&] {
     options.check();
     options.threads = thread_count(common);
-    RunRecord record("drape-triangulate", arguments_of(argc, argv));
+    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out));
     record.input(detections_file);
     record.input(calibration_file);
+    if (!scene_file.empty()) {
+      options.scene = read_scene(scene_file);
+      record.input(scene_file);
+    }
     TriangulateResult result = drape::triangulate::triangulate(
         read_detections(detections_file), read_calibration(calibration_file), set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);
@@ -79,8 +85,6 @@ int main(int argc, char** argv) {
     record.output(fs::path(out).replace_extension(".ply"));
     record.output(fs::path(out).replace_extension(".json"));
     note_options(record, options, set);
-    const int code = finish(ending_of(result, options, out), common);
-    record.write(run_record_path(out), code);
-    return code;
+    return finish(ending_of(result, options, out), common, record);
   });
 }

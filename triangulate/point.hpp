@@ -9,7 +9,7 @@
 
 namespace drape::triangulate {
 
-/// Derivative of a pixel by unknowns that all views of a mark share, each scaled to a standard
+/// Derivative of a pixel by unknowns common to all views of a mark, each scaled to a standard
 /// deviation of 1; as many columns in every view of the mark.
 using SharedUnknowns = Eigen::Matrix<double, 2, Eigen::Dynamic>;
 
@@ -62,7 +62,7 @@ struct Point {
 /// Weighted least squares on distorted pixels from the midpoint (Gauss-Newton). The weight is the
 /// inverse of the detections' covariance together with that of the shared unknowns, so that the
 /// views themselves tell of these what they can; the covariance of the point is (J'WJ)^-1 and the
-/// calibration's share.
+/// calibration's part.
 [[nodiscard]] Point solve_point(const std::vector<View>& views, double min_angle_rad);
 
 }  // namespace drape::triangulate

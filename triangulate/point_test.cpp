@@ -70,7 +70,7 @@ TEST(Point, MahalanobisErrorIsThreeOverManyNoisyTrials) {
   }
 }
 
-TEST(Point, CalibrationShareAgreesWithDisturbedCameras) {
+TEST(Point, CalibrationPartAgreesWithDisturbedCameras) {
   // The point from exact pixels, solved with cameras drawn from their own covariance.
   Bench bench;
   Eigen::VectorXd sigma(11);

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string_view>
 
 #include "core/units.hpp"
 
@@ -90,6 +92,29 @@ std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks, const std::vec
     if (doubt.sigma_mm || doubt.sigmas) doubts.push_back(doubt);
   }
   return doubts;
+}
+
+std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks, const Sheet& sheet) {
+  constexpr int kLeast = 3;  // fewer are single dots, not a view
+  constexpr std::string_view kWord = " rejected it: ";
+  std::map<std::pair<std::string, std::string>, int> counts;
+  for (const MarkViews& mark : marks) {
+    if (mark.views.size() >= 2 || sheet.find(mark.mark) != nullptr) continue;
+    for (const std::string& refused : mark.refused) {
+      const std::size_t at = refused.find(kWord);
+      if (at == std::string::npos) continue;
+      const std::string reason = refused.substr(at + kWord.size());
+      ++counts[{refused.substr(0, at), reason.substr(0, reason.find_first_of(":;,("))}];
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [what, count] : counts) {
+    if (count < kLeast) continue;
+    const bool bright = what.second.find("saturated") != std::string::npos;
+    lines.push_back(fmt::format("{} cost {} marks: {}{}", what.first, count, what.second,
+                                bright ? "; lower its exposure or the light" : ""));
+  }
+  return lines;
 }
 
 void note_calibration(const Calibration& calibration, TriangulateReport& report) {

@@ -9,10 +9,11 @@
 
 namespace drape::triangulate {
 
-/// A mark on its way to the sheet.
+/// A mark that may become one of the sheet.
 struct Placed {
   Agreed agreed;
   double shape_shift_m = 0;
+  std::vector<View> shaped_views;  ///< corrected for the dot's shape; empty without
 };
 
 /// Root mean squares over the sheet's marks of what their covariances are made of.
@@ -29,6 +30,11 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
 [[nodiscard]] std::vector<Doubt> doubts_of(const std::vector<MarkViews>& marks,
                                            const std::vector<Placed>& placed, const Sheet& sheet,
                                            const TriangulateOptions& options);
+
+/// Which camera cost how many marks, and why: what it saw and could not use of marks that became
+/// gaps for want of a second view ("cam1 cost 12 marks: saturated; lower its exposure").
+[[nodiscard]] std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks,
+                                                      const Sheet& sheet);
 
 /// One line, however much there is to say of the calibration: its own ending and file say all.
 void note_calibration(const Calibration& calibration, TriangulateReport& report);

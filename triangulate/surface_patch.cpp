@@ -18,7 +18,7 @@ constexpr double kUnknownPerM = 40;
 constexpr std::size_t kLeastLines = 20;  // an RMS of so many is known to a sixth
 constexpr double kUnknownTiltRad = 0.3;  // of a mark whose ellipses tell no normal
 
-/// How the cloth leaves the tangent plane on the way to one neighbour. Lengths along the cloth.
+/// How the cloth leaves the tangent plane towards one neighbour. Lengths along the cloth.
 struct Arm {
   Vector3d direction;    ///< unit tangent at the mark towards the neighbour
   double length_m = 0;   ///< along the cloth
@@ -40,12 +40,12 @@ std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const M
   const auto other = marks.find(neighbour);
   if (!from.normal || other == marks.end() || !other->second.normal) return std::nullopt;
   const Vector3d& normal = from.normal->normal;
-  const Vector3d way = other->second.in_world - from.in_world;
+  const Vector3d chord = other->second.in_world - from.in_world;
   Arm arm;
-  arm.height_m = way.dot(normal);
-  arm.direction = (way - arm.height_m * normal).normalized();
-  // Cloth hardly stretches, so the way along it is that on the print.
-  arm.length_m = std::max(printed_m, way.norm());
+  arm.height_m = chord.dot(normal);
+  arm.direction = (chord - arm.height_m * normal).normalized();
+  // Cloth hardly stretches, so its length is that on the print.
+  arm.length_m = std::max(printed_m, chord.norm());
   arm.normal = other->second.normal->normal;
   arm.sigma_rad = other->second.normal->sigma_rad;
   arm.sigma_here_rad = from.normal->sigma_rad;
@@ -58,7 +58,7 @@ std::optional<Arm> arm_to(const MarksOnSurface& marks, MarkId neighbour, const M
 struct Bend {
   double per_m = 0;
   double sigma_per_m = 0;
-  double strongest_per_m = 0;  ///< bend seen on the way to a neighbour
+  double strongest_per_m = 0;  ///< bend seen between the dot and a neighbour
 };
 
 /// Cubic through height 0 and slope 0 at the mark and height and slope at the neighbour.
@@ -103,10 +103,10 @@ std::optional<Line> line_through(const std::optional<Arm>& ahead, const std::opt
 std::optional<Bend> bend_along(const MarksOnSurface& marks, MarkId mark, MarkId line, int steps,
                                double pitch_m) {
   const MarkOnSurface& from = marks.at(mark);
-  const MarkId way{steps * line.row, steps * line.col};
+  const MarkId offset{steps * line.row, steps * line.col};
   const double length_m = steps * pitch_m;
-  const auto ahead = arm_to(marks, {mark.row + way.row, mark.col + way.col}, from, length_m);
-  const auto behind = arm_to(marks, {mark.row - way.row, mark.col - way.col}, from, length_m);
+  const auto ahead = arm_to(marks, {mark.row + offset.row, mark.col + offset.col}, from, length_m);
+  const auto behind = arm_to(marks, {mark.row - offset.row, mark.col - offset.col}, from, length_m);
   if (!ahead || !behind) return std::nullopt;
   return bend_of(*ahead, *behind);
 }
@@ -140,7 +140,7 @@ CurvatureTrust curvature_trust(const MarksOnSurface& marks, double pitch_m) {
 Vector3d SurfacePatch::curvature_variance(const CurvatureTrust& trust) const {
   const double least = trust.least_per_m * trust.least_per_m;
   return noise_per_m.cwiseAbs2() + least * Vector3d(1, 0.5, 1) +
-         trust.share * trust.share * strongest_per_m.cwiseAbs2();
+         trust.fraction * trust.fraction * strongest_per_m.cwiseAbs2();
 }
 
 SurfacePatch surface_patch(const MarksOnSurface& marks, MarkId mark, double pitch_m,

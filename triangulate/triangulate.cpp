@@ -12,6 +12,8 @@
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/dot_shape.hpp"
+#include "triangulate/guards/epipolar.hpp"
+#include "triangulate/guards/guards.hpp"
 #include "triangulate/islands.hpp"
 #include "triangulate/lattice_views.hpp"
 #include "triangulate/neighbours.hpp"
@@ -68,8 +70,9 @@ CurvatureTrust correct_shape(const std::vector<MarkViews>& marks, const Agreemen
       const Eigen::Vector3d& at = here->second.in_world;
       const SurfacePatch patch =
           surface_patch(surface, marks[i].mark, lattice.pitch_m, towards_cameras(marks[i], at));
-      placed[i].agreed = solve_with_agreement(
-          without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m), limits);
+      placed[i].shaped_views =
+          without_dot_shape(marks[i].views, at, patch, trust, lattice.dot_diameter_m);
+      placed[i].agreed = solve_with_agreement(placed[i].shaped_views, limits);
     });
     for (std::size_t i = 0; i < marks.size(); ++i) {
       const auto& point = placed[i].agreed.point;
@@ -94,8 +97,10 @@ SheetMark sheet_mark(const MarkViews& mark, const Placed& placed, const MarkLatt
   return result;
 }
 
-void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed,
-                const MarkLattice& lattice, const TriangulateOptions& options, Sheet& sheet) {
+/// Returns every mark that has a point, also those that its neighbours refuse.
+std::vector<SheetMark> fill_sheet(const std::vector<MarkViews>& marks,
+                                  const std::vector<Placed>& placed, const MarkLattice& lattice,
+                                  const TriangulateOptions& options, Sheet& sheet) {
   std::vector<SheetMark> candidates;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (placed[i].agreed.point) candidates.push_back(sheet_mark(marks[i], placed[i], lattice));
@@ -114,6 +119,32 @@ void fill_sheet(const std::vector<MarkViews>& marks, const std::vector<Placed>& 
                                                : placed[i].agreed.gap_reason});
     }
   }
+  return candidates;
+}
+
+Misses misses_of(const std::vector<MarkViews>& marks, const std::vector<Placed>& placed) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < marks.size(); ++i)
+    if (marks[i].views.size() >= 2) all.push_back(placed[i].agreed.disagreement_sigmas);
+  if (all.empty()) return {};
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return {*middle, all.size()};
+}
+
+/// Why the sheet is no measurement, the first cause first.
+std::vector<std::string> reasons_against(const Calibration& calibration, const Sheet& sheet,
+                                         const TriangulateOptions& options,
+                                         const std::vector<std::string>& contradictions,
+                                         const std::vector<std::string>& costs) {
+  std::vector<std::string> reasons;
+  if (calibration.no_go) reasons.push_back("the calibration is NO-GO: " + *calibration.no_go);
+  reasons.insert(reasons.end(), contradictions.begin(), contradictions.end());
+  const int measured = static_cast<int>(sheet.marks.size());
+  if (measured < options.min_marks)
+    reasons.push_back(fmt::format("{} marks measured, at least {} are needed{}", measured,
+                                  options.min_marks, costs.empty() ? "" : "; " + costs.front()));
+  return reasons;
 }
 
 std::vector<std::string> cameras_of(const Detections& detections, const std::string& set) {
@@ -152,6 +183,20 @@ void check_positive(const char* option, double value) {
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
 }
 
+/// Two cameras whose rays miss each other over all marks speak against the calibration.
+void note_moved_camera(TriangulateReport& report) {
+  if (!report.has_calibration_covariance) return;
+  for (const PairAgreement& pair : report.pairs) {
+    if (pair.good()) continue;
+    report.no_go.push_back(fmt::format(
+        "{} and {} miss each other by {:.1f} stated standard deviations ({:.2f} px) over {} "
+        "marks, limit {:g}: a camera moved since the calibration; calibrate again",
+        pair.first, pair.second, pair.rms_sigmas, pair.rms_px, pair.marks,
+        PairAgreement::max_sigmas));
+    return;
+  }
+}
+
 }  // namespace
 
 void TriangulateOptions::check() const {
@@ -169,6 +214,9 @@ void TriangulateOptions::check() const {
 TriangulateResult triangulate(const Detections& all_detections, const Calibration& calibration,
                               const std::string& set, const TriangulateOptions& options) {
   options.check();
+  if (all_detections.lattice.surface != Surface::cloth)
+    throw bad_input("the detections are of the calibration target, not of a cloth", {.set = set},
+                    "give the file that `drape detect --surface cloth` wrote");
   TriangulateResult result;
   const Detections detections =
       with_islands(all_detections, calibration, set, options, result.report);
@@ -186,7 +234,7 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   result.sheet.cols = lattice.cols;
   result.sheet.patch_m = lattice.patch_m;
   result.sheet.source = MeasuredSource{detections.rig, set, cameras_of(detections, set), {}, {}};
-  fill_sheet(marks, placed, lattice, options, result.sheet);
+  const std::vector<SheetMark> all = fill_sheet(marks, placed, lattice, options, result.sheet);
   TriangulateReport& report = result.report;
   report.measured = static_cast<int>(result.sheet.marks.size());
   report.gaps = static_cast<int>(result.sheet.gaps.size());
@@ -194,13 +242,22 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   for (const CalibratedCamera& camera : calibration.cameras)
     report.has_calibration_covariance |= camera.covariance.size() > 0;
   note_statistics(marks, placed, result.sheet, report);
+  report.pairs = pair_agreements(marks, placed, limits.min_angle_rad, options.min_marks);
   if (!result.sheet.marks.empty()) {
     result.sheet.error_budget =
         budget_of(marks, placed, result.sheet, report.has_calibration_covariance);
   }
   report.doubts = doubts_of(marks, placed, result.sheet, options);
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
+  const std::vector<std::string> costs = costs_of_views(marks, result.sheet);
+  report.warnings.insert(report.warnings.end(), costs.begin(), costs.end());
   note_calibration(calibration, report);
+  report.no_go = reasons_against(calibration, result.sheet, options,
+                                 contradictions_of(detections, calibration, set, options,
+                                                   misses_of(marks, placed), all, result.sheet),
+                                 costs);
+  note_moved_camera(report);
+  if (!report.no_go.empty()) result.sheet.no_go = report.no_go.front();
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
+#include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::triangulate {
@@ -22,6 +23,8 @@ struct TriangulateOptions {
   bool correct_dot_shape = true;  ///< eccentricity and curvature of the dots
   bool merge_islands = true;      ///< pieces of lattice that detect could not label
   int threads = 1;                ///< never changes a result
+  /// What the cloth lies on. Moves no mark: the marks are only asked whether they contradict it.
+  std::optional<Scene> scene = std::nullopt;
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
@@ -32,6 +35,19 @@ struct Doubt {
   MarkId mark;
   std::optional<double> sigma_mm;  ///< in space, when that is why
   std::optional<double> sigmas;    ///< by which the views miss each other, when that is why
+};
+
+/// How far two cameras miss each other over the marks that both see (epipolar distance).
+struct PairAgreement {
+  std::string first, second;
+  int marks = 0;
+  double rms_sigmas = 0;  ///< in stated standard deviations, the calibration's included
+  double rms_px = 0;      ///< both over the nine tenths of the marks that miss least
+
+  /// Were all marks off together, as a wrong calibration has them, their RMS would be beyond this
+  /// in one of 1,000 good rigs (normal distribution); independent errors have it at 0.8.
+  static constexpr double max_sigmas = 3.29;
+  [[nodiscard]] bool good() const { return rms_sigmas <= max_sigmas; }
 };
 
 struct TriangulateReport {
@@ -51,7 +67,9 @@ struct TriangulateReport {
   int merged_islands = 0;
   int merged_dots = 0;                    ///< dots that got their label so
   std::vector<std::string> island_fates;  ///< camera, island, dots, what became of it and why
+  std::vector<PairAgreement> pairs;       ///< of cameras, by name
   std::vector<Doubt> doubts;              ///< by mark
+  std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
   std::vector<std::string> warnings;
 };
 

@@ -134,8 +134,8 @@ Errors errors_of(const TriangulateOptions& options) {
   return errors;
 }
 
-double quantile(const std::vector<double>& sorted, double share) {
-  return sorted[static_cast<std::size_t>(share * static_cast<double>(sorted.size() - 1))];
+double quantile(const std::vector<double>& sorted, double fraction) {
+  return sorted[static_cast<std::size_t>(fraction * static_cast<double>(sorted.size() - 1))];
 }
 
 TEST(Triangulate, ReachesBench1sAccuracyFromTheCentroidsOfBentDots) {
@@ -157,6 +157,34 @@ TEST(Triangulate, ReachesBench1sAccuracyFromTheCentroidsOfBentDots) {
   EXPECT_LE(quantile(with.distance_mm, 0.95), 0.15);
   EXPECT_LT(quantile(with.distance_mm, 0.5), quantile(without.distance_mm, 0.5));
   EXPECT_LT(quantile(with.distance_mm, 0.95), quantile(without.distance_mm, 0.95));
+}
+
+TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
+  Calibration calibration = true_calibration();
+  for (CalibratedCamera& camera : calibration.cameras) {
+    camera.covariance_parameters = parameter_names(camera.camera.model);
+    const auto size = static_cast<Eigen::Index>(camera.covariance_parameters.size());
+    camera.covariance = Eigen::MatrixXd::Zero(size, size);
+    camera.covariance(2, 2) = camera.covariance(3, 3) = 0.03 * 0.03;  // px^2, the image centre
+  }
+  const Detections detections = true_detections("A", Seen::centroid, 0.02);
+  const TriangulateResult good = triangulate(detections, calibration, "drape_A", {});
+  ASSERT_EQ(good.report.pairs.size(), 3u);
+  for (const PairAgreement& pair : good.report.pairs) {
+    EXPECT_TRUE(pair.good()) << pair.first << " " << pair.second << " " << pair.rms_sigmas;
+    EXPECT_LT(pair.rms_sigmas, 1.5) << pair.first << " " << pair.second;
+  }
+  // A tenth of a degree, about five pixels.
+  Camera& moved = calibration.cameras[1].camera;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.00175, Eigen::Vector3d(0.6, 0.8, 0)).toRotationMatrix();
+  moved.cam_from_world = {turn * moved.cam_from_world.rotation,
+                          turn * moved.cam_from_world.translation_m};
+  for (const PairAgreement& pair :
+       triangulate(detections, calibration, "drape_A", {}).report.pairs) {
+    EXPECT_EQ(pair.good(), pair.first == "cam0" && pair.second == "cam2")
+        << pair.first << " " << pair.second << " " << pair.rms_sigmas;
+  }
 }
 
 TEST(Triangulate, EveryMarkIsMeasuredOnceOrAGapWithAReason) {

@@ -30,7 +30,7 @@ struct Coverage {
   [[nodiscard]] double share() const { return static_cast<double>(inside) / all; }
 };
 
-/// `share` of the points' noise is common to the points of a view, and stated as such.
+/// `share` of the points' noise is common to the points of a view, which nothing states.
 void expect_coverage(double share) {
   const int rigs = test::trial_count(8, 200);
   int stage_alarms = 0;
@@ -38,7 +38,6 @@ void expect_coverage(double share) {
   for (int seed = 0; seed < rigs; ++seed) {
     const SyntheticBench bench(static_cast<unsigned>(seed), 8, 0.05, share);
     JointOptions options;
-    options.common_share = share;
     options.lens = LensTerms::k1_k2;
     JointModel model = bench.noisy_views();
     start_joint(model);
@@ -87,26 +86,7 @@ TEST(JointCoverage, NinetyFivePercentIntervalsHoldWithIndependentNoise) {
 }
 
 TEST(JointCoverage, AndWhereThePointsOfAViewShareAPartOfIt) {
-  expect_coverage(JointOptions{}.common_share);
-}
-
-TEST(JointCoverage, WhatAViewSharesIsNotSmallForTheImageCentre) {
-  const SyntheticBench bench(5);
-  JointModel model = bench.noisy_views();
-  start_joint(model);
-  JointOptions white, shared;
-  white.lens = shared.lens = LensTerms::k1_k2;
-  white.common_share = 0;
-  const auto sd_px = [&](const JointOptions& options) {
-    return calibrate_joint(model, 0, options).report.cameras.at(0).centre_sd_px;
-  };
-  EXPECT_GT(sd_px(shared), 1.05 * sd_px(white));
-}
-
-TEST(JointCoverage, RefusesAShareThatIsNone) {
-  JointOptions options;
-  options.common_share = 1;
-  EXPECT_THROW(options.check(), Error);
+  expect_coverage(0.1);
 }
 
 }  // namespace

@@ -85,6 +85,7 @@ void check_place_in_image(const JointModel& model, std::size_t camera) {
   const CameraModel& image = model.cameras[camera].camera.model;
   const Vector4d box = box_of(model, camera);
   const Vector2d middle(image.width_px / 2.0, image.height_px / 2.0);
+  if (!(box[0] <= box[2])) return;  // no point at all: start_joint names the camera
   const bool one_side_u = box[2] < middle.x() || box[0] > middle.x();
   const bool one_side_v = box[3] < middle.y() || box[1] > middle.y();
   if (!one_side_u || !one_side_v) return;
@@ -143,8 +144,8 @@ void check_places(const JointModel& views) {
     check_place_in_image(views, camera);
 }
 
-void check_views(const JointModel& started, std::vector<std::string>& warnings) {
-  for (std::size_t camera = 0; camera < started.cameras.size(); ++camera) {
+void check_views(const JointModel& started, bool lens_known, std::vector<std::string>& warnings) {
+  for (std::size_t camera = 0; !lens_known && camera < started.cameras.size(); ++camera) {
     check_directions(started, camera);
   }
   warn_of_duplicates(started, warnings);

@@ -12,9 +12,9 @@ namespace drape::calib {
 void check_places(const JointModel& views);
 
 /// Throws Error(bad_input), naming the camera and the next action, when the views of a started
-/// model cannot calibrate: one view only, parallel planes, too little tilt. Warns of duplicate
-/// views in `warnings`.
-void check_views(const JointModel& started, std::vector<std::string>& warnings);
+/// model cannot calibrate a lens that is not known: one view only, parallel planes, too little
+/// tilt. Warns of duplicate views in `warnings`.
+void check_views(const JointModel& started, bool lens_known, std::vector<std::string>& warnings);
 
 /// Largest angle (deg) between the target's normal and the optical axis over a camera's views.
 [[nodiscard]] double largest_tilt_deg(const JointModel& model, std::size_t camera);

@@ -69,9 +69,10 @@ std::vector<JointFrame> views_of(const JointModel& model, const Placement& place
 
 /// Standard deviation over the drape volume (mm) by an information; for one camera, of its centre.
 double figure_mm(const JointModel& model, const JointFit& fit, const MatrixXd& information,
-                 const MatrixXd& common, double factor, const std::vector<Vector3d>& grid) {
+                 const std::vector<Vector3d>& grid) {
   Calibration calibration;
-  const JointCovariance covariance = joint_covariance(model, fit, information, common, factor);
+  const JointCovariance covariance =
+      joint_covariance(model, fit, inverse_of_information(information));
   calibration.joint_covariance = covariance.cameras;
   for (const JointCamera& camera : model.cameras) {
     calibration.cameras.emplace_back();
@@ -84,13 +85,11 @@ double figure_mm(const JointModel& model, const JointFit& fit, const MatrixXd& i
 
 }  // namespace
 
-std::string next_view(const JointModel& model, const JointFit& fit, const MatrixXd& common,
-                      double variance_factor) {
-  const double factor = std::max(1.0, variance_factor);
+std::string next_view(const JointModel& model, const JointFit& fit, double now_mm) {
   const std::vector<Vector3d> grid = grid_of(drape_volume(model), 2);
   const MatrixXd information = information_of(model, fit);
-  const double now_mm = figure_mm(model, fit, information, common, factor, grid);
-  double best_mm = now_mm;
+  const double by_points_mm = figure_mm(model, fit, information, grid);
+  double best_mm = by_points_mm;
   std::string best;
   for (const Candidate& candidate : candidates(model)) {
     const std::vector<JointFrame> views = views_of(model, candidate.placement);
@@ -98,15 +97,15 @@ std::string next_view(const JointModel& model, const JointFit& fit, const Matrix
     const MatrixXd more = information_of_view(model, fit, candidate.placement, views);
     MatrixXd sum = information;
     sum.topLeftCorner(more.rows(), more.cols()) += more;
-    const double then_mm = figure_mm(model, fit, sum, common, factor, grid);
+    const double then_mm = figure_mm(model, fit, sum, grid);
     if (then_mm >= best_mm) continue;
     best_mm = then_mm;
     best = fmt::format("target {} (seen whole by {} of {} cameras)", candidate.words, views.size(),
                        model.cameras.size());
   }
   if (best.empty()) return "no further pose of the target would help within the cameras' view";
-  return fmt::format("{}: calibration's share of a measured point {:.4f} -> {:.4f} mm", best,
-                     now_mm, best_mm);
+  return fmt::format("{}: calibration's part of a measured point {:.4f} -> {:.4f} mm", best, now_mm,
+                     now_mm * best_mm / by_points_mm);
 }
 
 }  // namespace drape::calib

@@ -7,10 +7,9 @@
 
 namespace drape::calib {
 
-/// One sentence: which further pose of the target would lower the calibration's share of the
+/// One sentence: which further pose of the target would lower the calibration's part of the
 /// measured points' standard deviation most, and by how much (from the information it would add).
-/// `common` is common_error_pull() of the views there are, or empty.
-[[nodiscard]] std::string next_view(const JointModel& model, const JointFit& fit,
-                                    const Eigen::MatrixXd& common, double variance_factor);
+/// `now_mm` is that share as stated today; the gain is that of the points' own noise.
+[[nodiscard]] std::string next_view(const JointModel& model, const JointFit& fit, double now_mm);
 
 }  // namespace drape::calib

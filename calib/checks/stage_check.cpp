@@ -44,6 +44,12 @@ void add_findings(StageCheck& check, double half_m) {
     }
   }
   if (large(check.stroke_percent, check.stroke_sd_percent, check.stroke_percent / 100 * stroke_m)) {
+    const double factor = 1 + check.stroke_percent / 100;
+    check.contradiction = fmt::format(
+        "the target's pitch and the z stage's strokes contradict each other by {:+.3f} +- {:.3f} "
+        "%, so no length is known: pitch_mm in target.toml divided by {:.4f}, or every z_mm in "
+        "rig.toml times it, would agree; measure both",
+        check.stroke_percent, check.stroke_sd_percent, factor);
     check.findings.push_back(
         fmt::format("z stage: its stroke differs by {:+.3f} +- {:.3f} % from z_mm in rig.toml; {}",
                     check.stroke_percent, check.stroke_sd_percent, remedy));
@@ -139,6 +145,7 @@ ModeMatrix modes_of(double rise_m) {
 /// A stage that does not lie where the others' common motion has it.
 void add_strays(StageCheck& check, const JointModel& model, const std::vector<FreedStage>& freed,
                 const Eigen::VectorXd& left, const MatrixXd& covariance) {
+  double farthest = 0;  // mm; a stage of its own explains more than a stroke of all
   for (std::size_t i = 0; i < freed.size(); ++i) {
     const Vector3d way = left.segment<3>(static_cast<Index>(kModes * i) + 3);
     const Vector3d sd =
@@ -148,6 +155,8 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
         model.placements[freed[i].placement].set, way.x(), way.y(), way.z()));
+    if (way.norm() > farthest) check.contradiction = check.findings.back();
+    farthest = std::max(farthest, way.norm());
   }
 }
 
@@ -196,9 +205,12 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
 std::optional<StageCheck> check_stages(const Camera& camera,
                                        const std::vector<Correspondence>& points, TsaiFree free,
                                        double chi2) {
+  // Pixels that are not square move two plates against each other much as a wrong stroke does.
+  if (free == TsaiFree::all_but_scale_x) free = TsaiFree::all;
   const MatrixXd inverse = tsai_covariance(camera, points, free);
   if (inverse.size() == 0) return std::nullopt;
   MatrixXd pull = MatrixXd::Zero(inverse.rows(), kModes);
+  Eigen::VectorXd camera_score = Eigen::VectorXd::Zero(inverse.rows());
   ModeMatrix own = ModeMatrix::Zero();
   ModeVector score = ModeVector::Zero();
   double low_m = points.front().point_in_world.z(), high_m = low_m, half_m = 0;
@@ -220,13 +232,16 @@ std::optional<StageCheck> check_stages(const Camera& camera,
     pull += (w * *d).transpose() * modes;
     own += modes.transpose() * modes;
     score += modes.transpose() * (w * (point.px - image->px));
+    camera_score += (w * *d).transpose() * (w * (point.px - image->px));
   }
   const ModeMatrix information = own - pull.transpose() * inverse * pull;
   const auto spread = inverse_of(information);
   if (!(high_m > low_m) || !spread) return std::nullopt;
-  const ModeVector found = *spread * score;
+  const Eigen::VectorXd camera_step = inverse * camera_score;
+  const ModeVector found = *spread * (score - pull.transpose() * camera_step);
   const double dof = 2.0 * static_cast<double>(points.size()) - free_parameters(free) - kModes;
-  const double factor = std::max(1.0, (chi2 - found.dot(information * found)) / dof);
+  const double explained = camera_score.dot(camera_step) + found.dot(information * found);
+  const double factor = std::max(1.0, (chi2 - explained) / dof);
   return check_of(found, factor * *spread, high_m - low_m, half_m);
 }
 

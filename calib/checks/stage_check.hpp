@@ -18,7 +18,9 @@ struct StageCheck {
   Eigen::Vector2d lean_deg, lean_sd_deg;  ///< of the axis off the plate's normal, towards x and y
   double stroke_percent = 0, stroke_sd_percent = 0;  ///< travel minus what rig.toml says
   Eigen::Vector3d turn_deg, turn_sd_deg;  ///< of the plate about x, y, z over the whole stroke
-  std::vector<std::string> findings;      ///< what is too large to be believed, with what to do
+  /// Why the target's pitch and the stage's strokes cannot both be right; empty: they may be.
+  std::string contradiction;
+  std::vector<std::string> findings;  ///< what is too large to be believed, with what to do
 };
 
 /// Fits all views again with every stage but the first as a free pose, and compares where they come

@@ -54,7 +54,7 @@ Ending import_from(const Arguments& given, RunRecord& record) {
   record.output(given.out);
   Ending ending;
   ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
-  ending.rejected = calibration.warnings;
+  ending.warnings = calibration.warnings;
   ending.next_command =
       fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
                   given.out.string());
@@ -81,13 +81,12 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     if (given.to.empty() == given.from.empty())
       throw usage_error("neither --to nor --from is given", "give one of them");
-    RunRecord record("drape-calib-convert", arguments_of(argc, argv));
+    RunRecord record(
+        "drape-calib-convert", arguments_of(argc, argv),
+        given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json");
     for (const fs::path& input : given.inputs) record.input(input);
     record.option("max_refit_px", fmt::format("{}", given.options.max_refit_px));
-    const int code =
-        finish(given.to.empty() ? import_from(given, record) : export_to(given, record), common);
-    record.write(given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json",
-                 code);
-    return code;
+    return finish(given.to.empty() ? import_from(given, record) : export_to(given, record), common,
+                  record);
   });
 }

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "core/camera_derivatives.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -45,12 +46,9 @@ MatrixXd to_file(const JointModel& model, const std::vector<int>& moved, Index s
 }  // namespace
 
 JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
-                                 const MatrixXd& information, const MatrixXd& common,
-                                 double variance_factor) {
+                                 const MatrixXd& all) {
   JointCovariance out;
-  MatrixXd all = variance_factor * inverse_of_information(information);
   if (all.size() == 0) return out;
-  if (common.size() > 0) all += all * common * all.transpose() / variance_factor;
   const std::vector<int> moved = moved_camera_parameters(fit);
   const auto cameras = static_cast<Index>(moved.size() * model.cameras.size());
   const MatrixXd map = to_file(model, moved, cameras);
@@ -63,6 +61,24 @@ JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
   return out;
 }
 
+Eigen::VectorXd file_difference(const JointModel& a, const JointModel& b) {
+  Eigen::VectorXd difference(kFileParameters * static_cast<Index>(a.cameras.size()));
+  for (std::size_t c = 0; c < a.cameras.size(); ++c) {
+    const auto &one = std::get<BrownLens>(a.cameras[c].camera.model.lens),
+               &two = std::get<BrownLens>(b.cameras[c].camera.model.lens);
+    const CamFromWorld &from = b.cameras[c].camera.cam_from_world,
+                       &to = a.cameras[c].camera.cam_from_world;
+    const Eigen::AngleAxisd at(from.rotation), turn(to.rotation * from.rotation.transpose());
+    auto part = difference.segment<kFileParameters>(kFileParameters * static_cast<Index>(c));
+    part << one.fx_px - two.fx_px, one.fy_px - two.fy_px, one.cx_px - two.cx_px,
+        one.cy_px - two.cy_px, one.k1 - two.k1, one.k2 - two.k2, one.p1 - two.p1, one.p2 - two.p2,
+        one.k3 - two.k3,
+        left_jacobian(at.angle() * at.axis()).inverse() * (turn.angle() * turn.axis()),
+        (to.translation_m - from.translation_m) / units::mm;
+  }
+  return difference;
+}
+
 void add_scale_uncertainty(MatrixXd& covariance, const JointModel& model,
                            double scale_uncertainty) {
   if (covariance.size() == 0) return;
@@ -72,6 +88,60 @@ void add_scale_uncertainty(MatrixXd& covariance, const JointModel& model,
         model.cameras[c].camera.cam_from_world.translation_m / units::mm;
   }
   covariance += scale_uncertainty * scale_uncertainty * growth * growth.transpose();
+}
+
+void use_lenses(JointModel& model, const Calibration& known) {
+  for (JointCamera& camera : model.cameras) {
+    const Where where{.camera = camera.camera.name};
+    const CameraModel& lens = known.camera(camera.camera.name).camera.model;
+    if (lens.width_px != camera.camera.model.width_px ||
+        lens.height_px != camera.camera.model.height_px) {
+      throw bad_input("the known lens was calibrated at another image size", where,
+                      "calibrate the lens at the size that the rig records");
+    }
+    if (!std::holds_alternative<BrownLens>(lens.lens)) {
+      throw bad_input("the known lens is Tsai's", where, "calibrate the lens with --method joint");
+    }
+    camera.camera.model.lens = lens.lens;
+  }
+}
+
+void add_known_lenses(MatrixXd& covariance, const JointModel& model, JointFit fit,
+                      const Calibration& known) {
+  constexpr Index kLens = kFileParameters - 6;
+  if (covariance.size() == 0) return;
+  fit.lens_known = false;
+  fit.lens = LensTerms::k1_k2_p1_p2_k3;
+  const std::vector<int> moved = moved_camera_parameters(fit);
+  const auto cameras = static_cast<Index>(model.cameras.size());
+  MatrixXd information;
+  for (const ViewInformation& view : information_by_view(model, fit)) {
+    if (information.size() == 0) {
+      information = view.with_world;
+    } else {
+      information += view.with_world;
+    }
+  }
+  std::vector<Index> lens, pose;
+  for (Index i = 0; i < information.rows(); ++i) {
+    const bool of_lens = i < kFileParameters * cameras && i % kFileParameters < kLens;
+    (of_lens ? lens : pose).push_back(i);
+  }
+  MatrixXd follows = MatrixXd::Zero(information.rows(), static_cast<Index>(lens.size()));
+  follows(lens, Eigen::all).setIdentity();
+  follows(pose, Eigen::all) =
+      -information(pose, pose).ldlt().solve(MatrixXd(information(pose, lens)));
+  MatrixXd own = MatrixXd::Zero(follows.cols(), follows.cols());
+  for (Index c = 0; c < cameras; ++c) {
+    const CalibratedCamera& camera =
+        known.camera(model.cameras[static_cast<std::size_t>(c)].camera.name);
+    if (camera.covariance.rows() == kFileParameters)
+      own.block<kLens, kLens>(kLens * c, kLens * c) =
+          camera.covariance.topLeftCorner<kLens, kLens>();
+  }
+  const MatrixXd map =
+      to_file(model, moved, kFileParameters * cameras) * follows.topRows(kFileParameters * cameras);
+  covariance += map * own * map.transpose();
 }
 
 Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera) {

@@ -16,18 +16,28 @@ struct JointCovariance {
   Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();
 };
 
-/// Covariance of all cameras' parameters, placements and bow taken out, times `variance_factor`,
-/// from information_of() and, unless it is empty, common_error_pull(). Parameters that the fit
-/// keeps have zero rows and columns.
+/// Covariance of all cameras' parameters in file units from that of the cameras' moved parameters
+/// and the bow (`parameters`). What the fit keeps has zero rows and columns; empty from empty.
 [[nodiscard]] JointCovariance joint_covariance(const JointModel& model, const JointFit& fit,
-                                               const Eigen::MatrixXd& information,
-                                               const Eigen::MatrixXd& common,
-                                               double variance_factor);
+                                               const Eigen::MatrixXd& parameters);
+
+/// Cameras' parameters of `a` minus those of `b` in file units; a turn is that of a rotation
+/// vector.
+[[nodiscard]] Eigen::VectorXd file_difference(const JointModel& a, const JointModel& b);
 
 /// Adds what an uncertain print scale (1) does: all translations grow together. `covariance` is of
 /// the cameras' parameters in file units.
 void add_scale_uncertainty(Eigen::MatrixXd& covariance, const JointModel& model,
                            double scale_uncertainty);
+
+/// Gives the model's cameras the lenses of a calibration, by name. Throws Error(bad_input) naming
+/// the camera when it is missing, has another image size or Tsai's lens.
+void use_lenses(JointModel& model, const Calibration& known);
+
+/// Adds what uncertain known lenses leave open: the lenses' own covariance, and the poses that
+/// follow a lens. `covariance` is of the cameras' parameters in file units.
+void add_known_lenses(Eigen::MatrixXd& covariance, const JointModel& model, JointFit fit,
+                      const Calibration& known);
 
 /// Covariance (mm^2) of the camera centre in the world, from the camera's own covariance.
 [[nodiscard]] Eigen::Matrix3d centre_covariance_mm2(const CalibratedCamera& camera);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
@@ -86,15 +87,6 @@ double update_weights(JointModel& model, double robust_sigmas) {
   return largest;
 }
 
-void clear_unused(JointModel& model, LensTerms terms) {
-  for (JointCamera& camera : model.cameras) {
-    auto& lens = std::get<BrownLens>(camera.camera.model.lens);
-    if (terms < LensTerms::k1_k2_p1_p2_k3) lens.k3 = 0;
-    if (terms < LensTerms::k1_k2_p1_p2) lens.p1 = lens.p2 = 0;
-    if (terms < LensTerms::k1_k2) lens.k2 = 0;
-  }
-}
-
 /// Frames of the placements that are (not) in the group.
 JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, bool inside) {
   JointModel part = model;
@@ -106,6 +98,7 @@ JointModel part_of(const JointModel& model, const std::vector<bool>& in_group, b
 }
 
 void add_errors(HeldOut& sum, const JointModel& model) {
+  sum.views.resize(model.placements.size());
   for (const JointFrame& frame : model.frames) {
     const Camera& camera = model.cameras[frame.camera].camera;
     const double focal = std::get<BrownLens>(camera.model.lens).fx_px;
@@ -115,6 +108,8 @@ void add_errors(HeldOut& sum, const JointModel& model) {
           camera.cam_from_world *
           (model.placements[frame.placement].world_from_target * point.point_in_target);
       sum.rms_px += px * px;
+      sum.views[frame.placement].squares_px2 += px * px;
+      ++sum.views[frame.placement].points;
       sum.object_mm += std::pow(px * in_camera.z() / (focal * mm), 2);
       ++sum.points;
     }
@@ -122,6 +117,15 @@ void add_errors(HeldOut& sum, const JointModel& model) {
 }
 
 }  // namespace
+
+void clear_unused(JointModel& model, LensTerms terms) {
+  for (JointCamera& camera : model.cameras) {
+    auto& lens = std::get<BrownLens>(camera.camera.model.lens);
+    if (terms < LensTerms::k1_k2_p1_p2_k3) lens.k3 = 0;
+    if (terms < LensTerms::k1_k2_p1_p2) lens.p1 = lens.p2 = 0;
+    if (terms < LensTerms::k1_k2) lens.k2 = 0;
+  }
+}
 
 double distance_px(const JointModel& model, const JointFrame& frame, const TargetPoint& point) {
   const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
@@ -148,6 +152,28 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
   return solution;
 }
 
+namespace {
+
+// A hundredth of a pixel is never an outlier, however good the other points are.
+constexpr double kNeverOutlier_px = 0.01;
+
+}  // namespace
+
+std::vector<std::size_t> frames_off(const JointModel& model, const JointCleaning& cleaning) {
+  const double limit = cleaning.outlier_sigmas * robust_scale(model);
+  std::vector<std::size_t> off;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const JointFrame& frame = model.frames[f];
+    const auto far =
+        std::count_if(frame.points.begin(), frame.points.end(), [&](const TargetPoint& point) {
+          return distance_sigmas(model, frame, point) > limit &&
+                 distance_px(model, frame, point) > kNeverOutlier_px;
+        });
+    if (2 * static_cast<std::size_t>(far) > frame.points.size()) off.push_back(f);
+  }
+  return off;
+}
+
 std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning& cleaning) {
   const double limit = cleaning.outlier_sigmas * robust_scale(model);
   std::vector<std::string> rejected;
@@ -156,8 +182,7 @@ std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning&
     for (const TargetPoint& point : frame.points) {
       const double sigmas = distance_sigmas(model, frame, point);
       const double px = distance_px(model, frame, point);
-      // A hundredth of a pixel is never an outlier, however good the other points are.
-      if (sigmas <= limit || px <= 0.01) {
+      if (sigmas <= limit || px <= kNeverOutlier_px) {
         kept.push_back(point);
         continue;
       }
@@ -205,6 +230,31 @@ HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
     sum.object_mm = std::sqrt(sum.object_mm / sum.points);
   }
   return sum;
+}
+
+std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
+  constexpr int kDraws = 400;
+  std::vector<double> probabilities(table.size(), 0);
+  std::mt19937 random(1);
+  const std::size_t views = table.front().views.size();
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::vector<HeldOut> drawn(table.size());
+    for (std::size_t i = 0; i < views; ++i) {
+      const std::size_t view = random() % views;
+      for (std::size_t lens = 0; lens < table.size(); ++lens) {
+        drawn[lens].rms_px += table[lens].views[view].squares_px2;
+        drawn[lens].points += table[lens].views[view].points;
+      }
+    }
+    for (std::size_t lens = 0; lens < table.size(); ++lens) {
+      drawn[lens].lens = table[lens].lens;
+      drawn[lens].rms_px = std::sqrt(drawn[lens].rms_px / std::max(drawn[lens].points, 1));
+    }
+    const LensTerms chosen = choose_lens(drawn);
+    for (std::size_t lens = 0; lens < table.size(); ++lens)
+      if (table[lens].lens == chosen) probabilities[lens] += 1.0 / kDraws;
+  }
+  return probabilities;
 }
 
 LensTerms choose_lens(const std::vector<HeldOut>& table) {

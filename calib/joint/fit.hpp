@@ -21,6 +21,10 @@ struct JointCleaning {
 [[nodiscard]] JointSolution fit_joint(const JointModel& start, const JointFit& fit,
                                       const JointCleaning& cleaning);
 
+/// Indices of the frames most of whose points are too far off to be noise.
+[[nodiscard]] std::vector<std::size_t> frames_off(const JointModel& model,
+                                                  const JointCleaning& cleaning);
+
 /// Takes out the points too far off to be noise; says each by set, camera and index.
 [[nodiscard]] std::vector<std::string> reject_outliers(JointModel& model,
                                                        const JointCleaning& cleaning);
@@ -31,13 +35,25 @@ struct HeldOut {
   double rms_px = 0;     ///< point distance
   double object_mm = 0;  ///< the same at the point's distance from the camera
   int points = 0;
+  struct View {
+    double squares_px2 = 0;
+    int points = 0;
+  };
+  std::vector<View> views;  ///< by placement
 };
+
+/// Sets to 0 what the lens does not have.
+void clear_unused(JointModel& model, LensTerms terms);
 
 /// Leaves out one group of placements after the other (`groups` of them, the world's stays).
 [[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
 
 /// The smallest lens whose held-out error no larger one betters by more than half a percent.
 [[nodiscard]] LensTerms choose_lens(const std::vector<HeldOut>& table);
+
+/// How often choose_lens() would take each lens, were the placements drawn again from those there
+/// are (bootstrap over placements, fixed seed); by the order of `table`, sum 1.
+[[nodiscard]] std::vector<double> lens_probabilities(const std::vector<HeldOut>& table);
 
 /// Distance (px) of a point from its image; infinite where it does not project.
 [[nodiscard]] double distance_px(const JointModel& model, const JointFrame& frame,

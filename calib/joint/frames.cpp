@@ -10,7 +10,7 @@
 namespace drape::calib {
 namespace {
 
-constexpr std::size_t kLeastDots = 12;  ///< of a frame: twice what its pose needs
+constexpr std::size_t kLeastDots = 4;  ///< of a frame: what its pose needs
 
 void set_extent(BoardBow& bow, const Target& target) {
   const Eigen::Vector3d corner =
@@ -32,12 +32,13 @@ std::vector<Placement> placements_of(const Rig& rig) {
     placement.world_from_target.translation_m.z() = stage.z_m;
     placements.push_back(placement);
   }
-  for (const std::string& set : rig.free_poses) placements.push_back({set, {}, placements.empty()});
+  for (const std::string& set : rig.free_poses) placements.push_back({set, {}, false});
   return placements;
 }
 
-/// Drops placements that no camera saw; without stages the first that stays defines the world.
-void drop_unseen(JointModel& model, bool has_stages) {
+}  // namespace
+
+void drop_unseen_placements(JointModel& model) {
   std::vector<Placement> seen;
   std::vector<std::size_t> where(model.placements.size());
   for (std::size_t p = 0; p < model.placements.size(); ++p) {
@@ -48,10 +49,18 @@ void drop_unseen(JointModel& model, bool has_stages) {
   }
   for (JointFrame& frame : model.frames) frame.placement = where[frame.placement];
   model.placements = std::move(seen);
-  if (!has_stages && !model.placements.empty()) model.placements.front().known = true;
+  const bool held = std::any_of(model.placements.begin(), model.placements.end(),
+                                [](const Placement& placement) { return placement.known; });
+  if (held || !model.world_by_first_view || model.placements.empty()) return;
+  const WorldFromTarget first = model.placements.front().world_from_target;
+  const Pose<frame::World, frame::World> to_old{first.rotation, first.translation_m};
+  for (Placement& placement : model.placements)
+    placement.world_from_target = to_old.inverse() * placement.world_from_target;
+  for (JointCamera& camera : model.cameras)
+    camera.camera.cam_from_world = camera.camera.cam_from_world * to_old;
+  model.placements.front().known = true;
+  model.placements.front().world_from_target = {};
 }
-
-}  // namespace
 
 JointModel joint_frames(const Detections& detections, const Rig& rig, const Target& target,
                         std::vector<std::string>& notes) {
@@ -86,7 +95,8 @@ JointModel joint_frames(const Detections& detections, const Rig& rig, const Targ
       model.frames.push_back(std::move(used));
     }
   }
-  drop_unseen(model, !rig.stages.empty());
+  model.world_by_first_view = rig.stages.empty();
+  drop_unseen_placements(model);
   return model;
 }
 

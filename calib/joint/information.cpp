@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "calib/joint/solve.hpp"
 
@@ -8,6 +9,7 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 /// Where the parameters of cameras, bow and placements begin.
 struct Layout {
@@ -66,29 +68,44 @@ std::vector<Piece> pieces_of(const Layout& layout, std::size_t camera, Index pla
   return pieces;
 }
 
-void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
-               const MatrixXd& derivative, Index placement_at) {
+void add_pieces(MatrixXd& information, const std::vector<Piece>& pieces,
+                const MatrixXd& derivative) {
   const MatrixXd part = derivative.transpose() * derivative;
-  const std::vector<Piece> pieces = pieces_of(layout, frame.camera, placement_at);
   for (const Piece& a : pieces) {
     for (const Piece& b : pieces)
       information.block(a.to, b.to, a.size, b.size) += part.block(a.from, b.from, a.size, b.size);
   }
 }
 
-/// W d: the disturbance in units of each point's standard deviation, robust weight included.
-MatrixXd whitened(const JointFrame& frame, const MatrixXd& disturbance_px) {
-  MatrixXd result(disturbance_px.rows(), disturbance_px.cols());
+void add_frame(MatrixXd& information, const Layout& layout, const JointFrame& frame,
+               const MatrixXd& derivative, Index placement_at) {
+  add_pieces(information, pieces_of(layout, frame.camera, placement_at), derivative);
+}
+
+/// In units of each point's standard deviation, robust weight included.
+VectorXd whitened(const JointFrame& frame, const VectorXd& px) {
+  VectorXd result(px.size());
   for (std::size_t i = 0; i < frame.points.size(); ++i) {
     const TargetPoint& point = frame.points[i];
     const auto row = 2 * static_cast<Index>(i);
-    result.middleRows<2>(row) = std::sqrt(point.weight) * whitener(point.covariance_px2) *
-                                disturbance_px.middleRows<2>(row);
+    result.segment<2>(row) =
+        std::sqrt(point.weight) * whitener(point.covariance_px2) * px.segment<2>(row);
   }
   return result;
 }
 
 }  // namespace
+
+VectorXd residuals_px(const JointModel& model, const JointFrame& frame) {
+  VectorXd residuals = VectorXd::Zero(2 * static_cast<Index>(frame.points.size()));
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const TargetPoint& point = frame.points[i];
+    const auto px = pixel_of(model.cameras[frame.camera], model.placements[frame.placement],
+                             model.bow, point.point_in_target);
+    if (px) residuals.segment<2>(2 * static_cast<Index>(i)) = *px - point.px();
+  }
+  return residuals;
+}
 
 int free_parameters(const JointModel& model, const JointFit& fit) {
   return static_cast<int>(Layout(model, fit).size);
@@ -105,16 +122,45 @@ MatrixXd information_of(const JointModel& model, const JointFit& fit) {
   return information;
 }
 
-MatrixXd pull_of(const JointModel& model, const JointFit& fit, const JointFrame& frame,
-                 const MatrixXd& disturbance_px) {
+std::vector<ViewInformation> information_by_view(const JointModel& model, const JointFit& fit,
+                                                 const MoreColumn& more) {
   const Layout layout(model, fit);
-  const MatrixXd part =
-      derivative(model, layout, frame, model.placements[frame.placement]).transpose() *
-      whitened(frame, disturbance_px);
-  MatrixXd pull = MatrixXd::Zero(layout.size, disturbance_px.cols());
-  for (const Piece& piece : pieces_of(layout, frame.camera, layout.placements[frame.placement]))
-    pull.middleRows(piece.to, piece.size) += part.middleRows(piece.from, piece.size);
-  return pull;
+  const Index own = layout.bow + layout.bow_size, common = own + (more ? 1 : 0),
+              size = common + placement_parameters;
+  const auto known = std::count_if(model.placements.begin(), model.placements.end(),
+                                   [](const Placement& p) { return p.known; });
+  std::vector<MatrixXd> informations(model.placements.size(), MatrixXd::Zero(size, size));
+  std::vector<VectorXd> scores(model.placements.size(), VectorXd::Zero(size));
+  for (const JointFrame& frame : model.frames) {
+    const std::size_t p = frame.placement;
+    MatrixXd d = derivative(model, layout, frame, model.placements[p]);
+    std::vector<Piece> pieces = pieces_of(layout, frame.camera, common);
+    if (more) {
+      pieces.push_back({d.cols(), own, 1});
+      d.conservativeResize(Eigen::NoChange, d.cols() + 1);
+      d.col(d.cols() - 1) = whitened(frame, more(frame));
+    }
+    add_pieces(informations[p], pieces, d);
+    const VectorXd pull = d.transpose() * whitened(frame, residuals_px(model, frame));
+    for (const Piece& piece : pieces)
+      scores[p].segment(piece.to, piece.size) += pull.segment(piece.from, piece.size);
+  }
+  std::vector<ViewInformation> views;
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    if (informations[p].isZero(0)) continue;
+    const MatrixXd all = informations[p].topLeftCorner(common, common);
+    ViewInformation view{p, all, scores[p].head(common), all};
+    if (!model.placements[p].known || known == 1) {
+      const MatrixXd cross = informations[p].topRightCorner(common, placement_parameters);
+      const auto pose =
+          informations[p].bottomRightCorner<placement_parameters, placement_parameters>().ldlt();
+      view.information -= cross * pose.solve(cross.transpose());
+      view.score -= cross * pose.solve(scores[p].tail<placement_parameters>());
+      if (!model.placements[p].known) view.with_world = view.information;
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
 }
 
 MatrixXd information_of_view(const JointModel& model, const JointFit& fit,

@@ -72,6 +72,7 @@ struct JointModel {
   std::vector<Placement> placements;
   std::vector<JointFrame> frames;  ///< by placement, then camera
   BoardBow bow;
+  bool world_by_first_view = false;  ///< no stage: the first view that is used holds the world
 };
 
 /// Image of a target point with its derivatives; turns are about the present rotations.

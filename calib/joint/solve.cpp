@@ -2,6 +2,7 @@
 #include "calib/joint/solve.hpp"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <array>
@@ -91,6 +92,12 @@ class FrameResidual : public ceres::CostFunction {
   std::vector<Eigen::Matrix2d> whiteners_;
 };
 
+/// Ceres logs a failed step to stderr although the solver is silent; its summary says the same.
+[[maybe_unused]] const bool quiet = [] {
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  return true;
+}();
+
 ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
@@ -160,6 +167,7 @@ ceres::ParameterBlockOrdering* placements_first(const ceres::Problem& problem, B
 
 std::vector<int> moved_camera_parameters(const JointFit& fit) {
   if (!fit.cameras) return {};
+  if (fit.lens_known) return {10, 11, 12, 13, 14, 15};
   std::vector<int> moved = {0, 1, 2, 3, 4};
   if (fit.lens >= LensTerms::k1_k2) moved.push_back(5);
   if (fit.lens >= LensTerms::k1_k2_p1_p2) moved.insert(moved.end(), {6, 7});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,8 @@ struct JointFit {
   LensTerms lens = LensTerms::k1_k2_p1_p2;
   bool skew = false;
   bool bow = true;
-  bool cameras = true;  ///< false: placements only, to test a calibration on poses it never saw
+  bool lens_known = false;  ///< the cameras' lenses stay as they are
+  bool cameras = true;      ///< false: placements only, to test a calibration on poses it never saw
   int max_iterations = 100;
 };
 
@@ -39,11 +41,25 @@ struct JointSolution {
 /// unknown placements, in the order of joint_model.hpp.
 [[nodiscard]] Eigen::MatrixXd information_of(const JointModel& model, const JointFit& fit);
 
-/// J'W d of a frame for each column of `disturbance_px` (2 rows a point): how strongly that
-/// disturbance of the frame's pixels pulls at the parameters of information_of().
-[[nodiscard]] Eigen::MatrixXd pull_of(const JointModel& model, const JointFit& fit,
-                                      const JointFrame& frame,
-                                      const Eigen::MatrixXd& disturbance_px);
+/// Image minus measured place of a frame's points (px, two rows a point), 0 where one does not
+/// project.
+[[nodiscard]] Eigen::VectorXd residuals_px(const JointModel& model, const JointFrame& frame);
+
+/// What one placement of the target says of cameras and bow, its own pose eliminated.
+struct ViewInformation {
+  std::size_t placement = 0;
+  Eigen::MatrixXd information;  ///< inverse covariance, from the points' covariances
+  Eigen::VectorXd score;        ///< pull of the residuals, J'Wr; their sum is zero at the optimum
+  Eigen::MatrixXd with_world;   ///< the information where this placement alone holds the world
+};
+
+/// Derivative (px, two rows a point) of a frame by one parameter more than the fit has.
+using MoreColumn = std::function<Eigen::VectorXd(const JointFrame&)>;
+
+/// By placement that is seen; with `more` its parameter stands last, after the bow.
+[[nodiscard]] std::vector<ViewInformation> information_by_view(const JointModel& model,
+                                                               const JointFit& fit,
+                                                               const MoreColumn& more = {});
 
 /// Information that one more view of the target would add to cameras and bow, its own placement
 /// eliminated. `frames` are the new view's.

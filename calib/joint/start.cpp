@@ -9,13 +9,12 @@
 #include <limits>
 #include <optional>
 
-#include "calib/joint/planar_view.hpp"
+#include "calib/joint/alone.hpp"
 #include "core/error.hpp"
 
 namespace drape::calib {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 
 /// A rigid motion whose frames are kept by the reader, not by the compiler: this file chains many.
@@ -55,90 +54,125 @@ Motion majority(const std::vector<Motion>& candidates) {
   return candidates[best];
 }
 
-/// Pose of the target in the camera frame, by frame of the model.
-using Poses = std::vector<Motion>;
+/// Pose of the target in the camera frame, by frame of the model; nothing for a dropped frame.
+using Poses = std::vector<std::optional<Motion>>;
 
-Poses poses_of_camera_views(JointModel& model) {
+Where where_of(const JointModel& model, std::size_t frame) {
+  return {.camera = model.cameras[model.frames[frame].camera].camera.name,
+          .set = model.placements[model.frames[frame].placement].set};
+}
+
+std::string name_of(const JointModel& model, std::size_t frame) {
+  const Where where = where_of(model, frame);
+  return fmt::format("set {}, {}", where.set, where.camera);
+}
+
+/// What a camera sees from behind: a minority of its views is labelled wrongly and dropped; a
+/// camera behind a see-through target sees it so in all views, which other cameras can confirm.
+void sort_out_mirrored(const JointModel& model, std::size_t camera, AloneCamera& alone,
+                       std::vector<bool>& behind, std::vector<std::string>& dropped) {
+  std::vector<std::size_t> front, back;
+  for (std::size_t f = 0; f < alone.views.size(); ++f) {
+    if (alone.views[f]) (alone.views[f]->from_behind ? back : front).push_back(f);
+  }
+  behind[camera] = back.size() > front.size();
+  for (const std::size_t f : behind[camera] ? front : back) {
+    alone.views[f].reset();
+    dropped.push_back(name_of(model, f) +
+                      ": not used, its labels are mirrored against the "
+                      "camera's other views");
+  }
+}
+
+Poses poses_of_camera_views(JointModel& model, const StartOptions& options,
+                            std::vector<bool>& behind, std::vector<std::string>& dropped) {
   Poses poses(model.frames.size());
+  behind.assign(model.cameras.size(), false);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    Camera& camera = model.cameras[c].camera;
-    const Vector2d middle((camera.model.width_px - 1) / 2.0, (camera.model.height_px - 1) / 2.0);
-    std::vector<Matrix3d> homographies;
-    std::vector<std::size_t> frames;
-    for (std::size_t f = 0; f < model.frames.size(); ++f) {
-      if (model.frames[f].camera != c) continue;
-      const auto homography = homography_of(model.frames[f].points);
-      if (!homography) {
-        throw bad_input(
-            "the target's points of this view lie on one line",
-            {.camera = camera.name, .set = model.placements[model.frames[f].placement].set},
-            "show the whole target");
+    AloneCamera alone = solve_alone(model, c, options.lens_known, dropped);
+    sort_out_mirrored(model, c, alone, behind, dropped);
+    for (std::size_t f = 0; f < poses.size(); ++f) {
+      if (alone.views[f]) {
+        const CamFromTarget& pose = alone.views[f]->cam_from_target;
+        poses[f] = Motion{pose.rotation, pose.translation_m};
       }
-      homographies.push_back(*homography);
-      frames.push_back(f);
-    }
-    if (frames.empty()) {
-      throw bad_input("no view of the target by this camera", {.camera = camera.name},
-                      "record the target where this camera sees it, then run `drape detect "
-                      "--surface target`");
-    }
-    const auto focal = focal_px_of(homographies, middle);
-    if (!focal) {
-      throw bad_input(
-          "the focal length cannot be told from the distance: the target lies parallel "
-          "to the image in all views",
-          {.camera = camera.name},
-          "add views with the target tilted by 30 degrees or more, to both sides");
-    }
-    camera.model.lens = BrownLens{*focal, *focal, middle.x(), middle.y(), 0, 0, 0, 0, 0};
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      const PlanarPose pose = planar_pose(homographies[i], *focal, middle);
-      if (pose.mirrored) {
-        throw bad_input(
-            "the target's points are mirrored: their x, y, z are left-handed",
-            {.camera = camera.name, .set = model.placements[model.frames[frames[i]].placement].set},
-            "check that the image is not mirrored and that rows and columns of the "
-            "target file run along +y and +x, z out of the printed face");
-      }
-      poses[frames[i]] = {pose.cam_from_target.rotation, pose.cam_from_target.translation_m};
     }
   }
   return poses;
 }
 
-std::optional<std::size_t> frame_at(const JointModel& model, std::size_t camera,
+[[noreturn]] void refuse_mirrored(const JointModel& model, std::size_t camera) {
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (model.frames[f].camera != camera) continue;
+    throw bad_input("the target's points are mirrored: their x, y, z are left-handed",
+                    where_of(model, f),
+                    "check that the image is not mirrored and that rows and columns of the "
+                    "target file run along +y and +x, z out of the printed face");
+  }
+  throw bad_input("no view of the target", {}, "record the target");
+}
+
+std::optional<std::size_t> frame_at(const JointModel& model, const Poses& poses, std::size_t camera,
                                     std::size_t placement) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
-    if (model.frames[f].camera == camera && model.frames[f].placement == placement) return f;
+    if (model.frames[f].camera == camera && model.frames[f].placement == placement && poses[f])
+      return f;
   }
   return std::nullopt;
 }
 
-/// camera-from-camera0 of all cameras, found over placements that two cameras share.
-std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses) {
+/// Two estimates of one motion that agree lie nearer to each other than this (see apart()).
+constexpr double kAgree = 0.1;
+
+/// Part of the candidates that agree with the best of them.
+double agreement(const Motion& best, const std::vector<Motion>& candidates) {
+  const auto close = std::count_if(candidates.begin(), candidates.end(),
+                                   [&](const Motion& m) { return apart(best, m) < kAgree; });
+  return static_cast<double>(close) / static_cast<double>(candidates.size());
+}
+
+/// camera-from-camera0 of all cameras, chained over placements that two cameras see; the pair with
+/// most placements in common comes first.
+std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses,
+                                     const std::vector<bool>& behind,
+                                     std::vector<std::string>& notes) {
   std::vector<std::optional<Motion>> found(model.cameras.size());
-  found[0] = Motion{};
-  for (bool grew = true; grew;) {
-    grew = false;
+  const auto front = std::find(behind.begin(), behind.end(), false);
+  if (front == behind.end()) refuse_mirrored(model, 0);
+  found[static_cast<std::size_t>(front - behind.begin())] = Motion{};
+  for (;;) {
+    std::vector<Motion> most;
+    std::size_t next = 0;
     for (std::size_t c = 0; c < found.size(); ++c) {
       if (found[c]) continue;
       std::vector<Motion> candidates;
-      for (std::size_t other = 0; other < found.size(); ++other) {
-        if (!found[other]) continue;
-        for (std::size_t p = 0; p < model.placements.size(); ++p) {
-          const auto mine = frame_at(model, c, p), its = frame_at(model, other, p);
-          if (!mine || !its) continue;
-          candidates.push_back(after(after(poses[*mine], inverse(poses[*its])), *found[other]));
+      for (std::size_t p = 0; p < model.placements.size(); ++p) {
+        const auto mine = frame_at(model, poses, c, p);
+        for (std::size_t other = 0; mine && other < found.size(); ++other) {
+          const auto its = found[other] ? frame_at(model, poses, other, p) : std::nullopt;
+          if (its)
+            candidates.push_back(after(after(*poses[*mine], inverse(*poses[*its])), *found[other]));
         }
       }
-      if (candidates.empty()) continue;
-      found[c] = majority(candidates);
-      grew = true;
+      if (candidates.size() > most.size()) {
+        most = std::move(candidates);
+        next = c;
+      }
     }
+    if (most.empty()) break;
+    const Motion best = majority(most);
+    if (behind[next]) {
+      // A mirrored picture gives every view another pose; a see-through target gives one.
+      if (most.size() < 3 || agreement(best, most) <= 0.5) refuse_mirrored(model, next);
+      notes.push_back(fmt::format("{}: sees the target from behind in all its views",
+                                  model.cameras[next].camera.name));
+    }
+    found[next] = best;
   }
   std::vector<Motion> result;
   for (std::size_t c = 0; c < found.size(); ++c) {
     if (!found[c]) {
+      if (behind[c]) refuse_mirrored(model, c);
       throw bad_input("this camera shares no view of the target with the others",
                       {.camera = model.cameras[c].camera.name},
                       "record the target where this camera and another one see it together");
@@ -148,15 +182,16 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
   return result;
 }
 
-/// camera0-from-target of all placements.
-std::vector<Motion> placements_before_camera0(const JointModel& model, const Poses& poses,
-                                              const std::vector<Motion>& cameras) {
+/// camera0-from-target of all placements that are seen.
+Poses placements_before_camera0(const JointModel& model, const Poses& poses,
+                                const std::vector<Motion>& cameras) {
   std::vector<std::vector<Motion>> candidates(model.placements.size());
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const JointFrame& frame = model.frames[f];
-    candidates[frame.placement].push_back(after(inverse(cameras[frame.camera]), poses[f]));
+    if (poses[f])
+      candidates[frame.placement].push_back(after(inverse(cameras[frame.camera]), *poses[f]));
   }
-  std::vector<Motion> result(candidates.size());
+  Poses result(candidates.size());
   for (std::size_t p = 0; p < candidates.size(); ++p) {
     if (!candidates[p].empty()) result[p] = majority(candidates[p]);
   }
@@ -174,39 +209,12 @@ double rms_px(const JointModel& model, const JointFrame& frame) {
   return std::sqrt(sum / static_cast<double>(frame.points.size()));
 }
 
-/// A view whose labels contradict the others is off by much of the target's own image.
-void refuse_swapped_labels(const JointModel& model) {
-  for (const JointFrame& frame : model.frames) {
-    Vector2d low = frame.points.front().measured_px, high = low;
-    for (const TargetPoint& p : frame.points) {
-      low = low.cwiseMin(p.measured_px);
-      high = high.cwiseMax(p.measured_px);
-    }
-    const double off = rms_px(model, frame), size = (high - low).norm();
-    if (off < 0.15 * size) continue;
-    throw bad_input(
-        fmt::format("the labels of this view contradict the other views: {:.0f} px off on a target "
-                    "of {:.0f} px (swapped or turned corner order, a wrong height, or a camera "
-                    "that moved)",
-                    off, size),
-        {.camera = model.cameras[frame.camera].camera.name,
-         .set = model.placements[frame.placement].set},
-        "look at the view; detect it again or take the set out of the rig file");
-  }
-}
-
-}  // namespace
-
-void start_joint(JointModel& model) {
-  const Poses poses = poses_of_camera_views(model);
-  const std::vector<Motion> cameras = relative_cameras(model, poses);
-  const std::vector<Motion> targets = placements_before_camera0(model, poses, cameras);
+/// Puts cameras and free placements into the world of the known placements.
+void place_in_world(JointModel& model, const std::vector<Motion>& cameras, const Poses& targets) {
   std::vector<Motion> worlds;  // camera0 from world
   for (std::size_t p = 0; p < targets.size(); ++p) {
-    const bool seen = std::any_of(model.frames.begin(), model.frames.end(),
-                                  [&](const JointFrame& f) { return f.placement == p; });
-    if (model.placements[p].known && seen)
-      worlds.push_back(after(targets[p], inverse(of(model.placements[p].world_from_target))));
+    if (model.placements[p].known && targets[p])
+      worlds.push_back(after(*targets[p], inverse(of(model.placements[p].world_from_target))));
   }
   if (worlds.empty()) {
     throw bad_input("no view of the target in its reference pose", {},
@@ -216,11 +224,90 @@ void start_joint(JointModel& model) {
   for (std::size_t c = 0; c < cameras.size(); ++c)
     model.cameras[c].camera.cam_from_world = after(cameras[c], world);
   for (std::size_t p = 0; p < targets.size(); ++p) {
-    if (model.placements[p].known) continue;
-    const Motion placed = after(inverse(world), targets[p]);
+    if (model.placements[p].known || !targets[p]) continue;
+    const Motion placed = after(inverse(world), *targets[p]);
     model.placements[p].world_from_target = {placed.rotation, placed.translation_m};
   }
-  refuse_swapped_labels(model);
+}
+
+/// A view whose labels contradict the others is off by much of the target's own image.
+std::vector<std::size_t> contradicting_views(const JointModel& model, const Poses& poses,
+                                             std::vector<std::string>& dropped) {
+  std::vector<std::size_t> found;
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (!poses[f]) continue;
+    const JointFrame& frame = model.frames[f];
+    Vector2d low = frame.points.front().measured_px, high = low;
+    for (const TargetPoint& p : frame.points) {
+      low = low.cwiseMin(p.measured_px);
+      high = high.cwiseMax(p.measured_px);
+    }
+    const double off = rms_px(model, frame), size = (high - low).norm();
+    if (off < 0.15 * size) continue;
+    found.push_back(f);
+    dropped.push_back(fmt::format(
+        "{}: not used, it contradicts the other views by {} of the target's size (turned corner "
+        "order, a wrong height, or a camera or target that moved)",
+        name_of(model, f),
+        std::isfinite(off) ? fmt::format("{:.0f} %", 100 * off / size) : "more than 100 %"));
+  }
+  return found;
+}
+
+/// A camera that contradicts the others in most of its views is not calibrated by those that stay.
+void refuse_majority(const JointModel& model, const Poses& poses) {
+  std::vector<int> all(model.cameras.size(), 0), kept(model.cameras.size(), 0);
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    ++all[model.frames[f].camera];
+    kept[model.frames[f].camera] += poses[f] ? 1 : 0;
+  }
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    if (2 * kept[c] >= all[c]) continue;
+    throw bad_input(fmt::format("{} of {} views contradict the other views (turned corner order, a "
+                                "wrong height, or a camera that moved)",
+                                all[c] - kept[c], all[c]),
+                    {.camera = model.cameras[c].camera.name},
+                    "look at its views; detect them again or take their sets out of the rig file");
+  }
+}
+
+/// The first placement that is seen holds the world where no stage does.
+void hold_the_world(JointModel& model, const Poses& poses) {
+  if (!model.world_by_first_view) return;
+  bool held = false;
+  for (std::size_t p = 0; p < model.placements.size(); ++p) {
+    bool seen = false;
+    for (std::size_t f = 0; f < model.frames.size(); ++f)
+      seen = seen || (model.frames[f].placement == p && poses[f]);
+    model.placements[p].known = seen && !held;
+    held = held || seen;
+    if (model.placements[p].known) model.placements[p].world_from_target = {};
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> start_joint(JointModel& model, const StartOptions& options) {
+  std::vector<std::string> dropped, notes;
+  std::vector<bool> behind;
+  Poses poses = poses_of_camera_views(model, options, behind, dropped);
+  for (;;) {
+    hold_the_world(model, poses);
+    notes.clear();
+    const std::vector<Motion> cameras = relative_cameras(model, poses, behind, notes);
+    place_in_world(model, cameras, placements_before_camera0(model, poses, cameras));
+    const std::vector<std::size_t> contradicting = contradicting_views(model, poses, dropped);
+    for (const std::size_t f : contradicting) poses[f].reset();
+    if (contradicting.empty()) break;
+  }
+  refuse_majority(model, poses);
+  std::vector<JointFrame> kept;
+  for (std::size_t f = 0; f < model.frames.size(); ++f)
+    if (poses[f]) kept.push_back(std::move(model.frames[f]));
+  model.frames = std::move(kept);
+  drop_unseen_placements(model);
+  dropped.insert(dropped.end(), notes.begin(), notes.end());
+  return dropped;
 }
 
 }  // namespace drape::calib

@@ -12,15 +12,24 @@ namespace drape::calib {
 
 /// Frames of the target in the rig's sets: the z stages (known placements, world z up) and the
 /// free poses. Without stages the first set defines the world. Throws Error(bad_input) with camera
-/// and set for another target, image size, a number that is not finite, and labels that are
-/// mirrored; `notes` gets a line for each frame that is absent or too poor to use.
+/// and set for another target, image size and a number that is not finite; `notes` gets a line for
+/// each frame that is absent or too poor to use.
 [[nodiscard]] JointModel joint_frames(const Detections& detections, const Rig& rig,
                                       const Target& target, std::vector<std::string>& notes);
 
-/// Start values of cameras and placements from the views' homographies, by the majority of views
-/// where they disagree. Throws Error(bad_input) naming camera and set: no focal length to be had
-/// (parallel planes, one level view), mirrored labels, a camera that shares no view with the
-/// others, labels of one view that contradict the other cameras (corner order).
-void start_joint(JointModel& model);
+struct StartOptions {
+  bool lens_known = false;  ///< the model's cameras have their lenses already
+};
+
+/// Start values of cameras and placements: each camera by itself (solve_alone), the cameras against
+/// each other by the majority of the views they have in common, chained where two never see the
+/// target together. Views that contradict the majority are taken out of the model; returns a line
+/// for each, with set, camera and reason, and for a camera that sees the target from behind. Throws
+/// Error(bad_input) naming the camera: no focal length to be had (parallel planes, one level view),
+/// all its labels mirrored, no view in common with the others.
+std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});
+
+/// Takes out the placements that no frame shows.
+void drop_unseen_placements(JointModel& model);
 
 }  // namespace drape::calib

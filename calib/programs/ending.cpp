@@ -41,13 +41,13 @@ std::string errors_of(const ClassicalErrors& errors) {
 
 /// All that the calibration's warnings say of a camera but its status, which is the verdict.
 void add_reasons(Ending& ending, const CameraReport& camera) {
-  const auto add = [&](const std::vector<std::string>& reasons) {
+  const auto add = [&](const std::vector<std::string>& reasons, std::vector<std::string>& lines) {
     for (const std::string& reason : reasons)
-      ending.rejected.push_back(fmt::format("{}: {}", camera.camera, reason));
+      lines.push_back(fmt::format("{}: {}", camera.camera, reason));
   };
-  add(camera.notes);
-  if (camera.stages) add(camera.stages->findings);
-  add(camera.rejected);
+  add(camera.notes, ending.warnings);
+  if (camera.stages) add(camera.stages->findings, ending.warnings);
+  add(camera.rejected, ending.rejected);
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
       ending.numbers.emplace_back(camera.camera + " z stage", text_of(*camera.stages));
     add_reasons(ending, camera);
     if (camera.origin_shifted) {
-      ending.rejected.push_back(
+      ending.warnings.push_back(
           fmt::format("{}: the world origin lies on the image's x axis (Ty {:.3f} mm), stage 1 "
                       "was solved about another origin",
                       camera.camera, camera.stage1_ty_mm));

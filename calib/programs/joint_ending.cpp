@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/units.hpp"
 
@@ -23,6 +24,11 @@ std::string camera_figures(const JointCameraReport& camera) {
 std::string held_out_figures(const JointReport& report) {
   std::string text;
   for (const HeldOut& row : report.held_out) {
+    if (!std::isfinite(row.rms_px)) {
+      text += fmt::format("{}{} does not reach all their points", text.empty() ? "" : ", ",
+                          name_of(row.lens));
+      continue;
+    }
     text += fmt::format("{}{} {:.5f} px ({:.5f} mm){}", text.empty() ? "" : ", ", name_of(row.lens),
                         row.rms_px, row.object_mm, row.lens == report.lens ? " <- used" : "");
   }
@@ -70,17 +76,19 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
                                   report.bow_sd_mm.y()));
   if (report.stages) ending.numbers.emplace_back("z stage", text_of(*report.stages));
   ending.numbers.emplace_back(
-      "fit", fmt::format("chi2/dof {:.2f}, dot eccentricity up to {:.3f} px", report.chi2_per_dof,
+      "fit", fmt::format("chi2/dof {:.2f}, views scatter {:.2f} times as wide as their points' "
+                         "noise, dot eccentricity up to {:.3f} px",
+                         report.chi2_per_dof, std::sqrt(report.view_inflation),
                          report.max_eccentricity_px));
   if (report.volume_sd_mm) {
     ending.numbers.emplace_back(
-        "calibration's share",
+        "calibration's part",
         fmt::format("{:.4f} mm RMS of a measured point in the drape volume", *report.volume_sd_mm));
   }
   ending.numbers.emplace_back("print scale", report.print_scale);
-  if (!report.next_view.empty()) ending.numbers.emplace_back("next view to add", report.next_view);
+  if (!report.next_view.empty()) ending.advice.push_back("next view to add: " + report.next_view);
   ending.rejected = report.rejected;
-  ending.rejected.insert(ending.rejected.end(), report.warnings.begin(), report.warnings.end());
+  ending.warnings = report.warnings;
   if (ending.go) {
     ending.next_command = fmt::format(
         "drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply", out.string());

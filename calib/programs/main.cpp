@@ -3,6 +3,7 @@
 
 #include "calib/calib.hpp"
 #include "calib/joint.hpp"
+#include "calib/programs/drift_ending.hpp"
 #include "calib/programs/ending.hpp"
 #include "calib/programs/joint_ending.hpp"
 #include "calib/programs/program_options.hpp"
@@ -22,12 +23,16 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
                                          const std::string& method, const JointOptions& options,
                                          const fs::path& out) {
   const Target target = read_target(rig.target_file);
+  const auto judged = [](Calibration calibration, const Ending& ending) {
+    if (!ending.go) calibration.no_go = ending.verdict;
+    return std::pair{std::move(calibration), ending};
+  };
   if (method == "tsai") {
     const CalibResult result = calibrate_tsai(detections, rig, target, options.common);
-    return {result.calibration, ending_of(result, out)};
+    return judged(result.calibration, ending_of(result, out));
   }
   const JointResult result = calibrate_joint(detections, rig, target, options);
-  return {result.calibration, ending_of(result, out)};
+  return judged(result.calibration, ending_of(result, out));
 }
 
 }  // namespace
@@ -36,7 +41,7 @@ int main(int argc, char** argv) {
   Command app("Calibrates the cameras of a rig from detections of its target", "drape-calib");
   CommonOptions common;
   JointOptions options;
-  fs::path detections_file, rig_file, out;
+  fs::path detections_file, rig_file, out, lens_from, compare;
   std::string method = "tsai", lens = "held-out";
   add_common_options(app, common);
   app.add_option("DETECTIONS", detections_file, "detections.json of the target")->required();
@@ -52,24 +57,30 @@ int main(int argc, char** argv) {
       ->one_of({"held-out", "k1", "k1k2", "k1k2p1p2", "k1k2p1p2k3"})
       ->capture_default_str();
   add_joint_options(app, options);
+  app.add_option("--lens-from", lens_from,
+                 "joint: calibration.json whose cameras of the same names have these lenses");
+  app.add_option("--compare", compare, "older calibration.json: how far each camera drifted since");
   return run_program(app, argc, argv, common, [&] {
     options.check();
     options.lens = lens_named(lens);
+    if (!lens_from.empty()) options.known_lenses = read_calibration(lens_from);
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-calib", arguments_of(argc, argv));
+    RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(out));
     const Rig rig = read_rig(rig_file);
     record.input(rig.file);
     record.input(rig.target_file);
     record.input(detections_file);
-    const auto [calibration, ending] =
+    if (!lens_from.empty()) record.input(lens_from);
+    if (!compare.empty()) record.input(compare);
+    auto [calibration, ending] =
         calibrate(read_detections(detections_file), rig, method, options, out);
+    if (!compare.empty())
+      add_drift(ending, read_calibration(compare), calibration, rig, read_target(rig.target_file));
     write_calibration(out, calibration);
     record.output(out);
     note_options(record, options.common, method);
     record.option("lens", lens);
     note_joint_options(record, options);
-    const int code = finish(ending, common);
-    record.write(run_record_path(out), code);
-    return code;
+    return finish(ending, common, record);
   });
 }

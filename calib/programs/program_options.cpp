@@ -25,16 +25,11 @@ void add_joint_options(Command& app, JointOptions& options) {
   app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
   app.add_flag("--free-stages", options.free_stages,
                "joint: believe no stage's height but the first one's");
-  app.add_option("--common-share", options.common_share,
-                 "joint: part of the points' noise that all points of a view may share, for the "
-                 "uncertainty")
-      ->capture_default_str();
 }
 
 void note_joint_options(RunRecord& record, const JointOptions& options) {
   record.option("bow", options.estimate_bow ? "true" : "false");
   record.option("free_stages", options.free_stages ? "true" : "false");
-  record.option("common_share", fmt::format("{}", options.common_share));
 }
 
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method) {

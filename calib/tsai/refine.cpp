@@ -2,6 +2,7 @@
 #include "calib/tsai/refine.hpp"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -104,6 +105,12 @@ class PointResidual : public ceres::SizedCostFunction<2, kParameters> {
   Matrix2d whitener_;
 };
 
+/// Ceres logs a failed step to stderr although the solver is silent; its summary says the same.
+[[maybe_unused]] const bool quiet = [] {
+  FLAGS_minloglevel = google::GLOG_FATAL;
+  return true;
+}();
+
 ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -157,8 +164,8 @@ Eigen::MatrixXd tsai_covariance(const Camera& camera, const std::vector<Correspo
         whitener(points[i].covariance_px2) * (*all)(Eigen::all, moved);
   }
   const Eigen::VectorXd scale = jacobian.colwise().norm();
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(jacobian * scale.cwiseInverse().asDiagonal(),
-                                           Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(jacobian * scale.cwiseInverse().asDiagonal(),
+                                              Eigen::ComputeThinV);
   const auto& values = svd.singularValues();
   if (!(values.minCoeff() > 1e-10 * values.maxCoeff())) return {};
   const Eigen::MatrixXd half =

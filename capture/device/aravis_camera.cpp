@@ -136,7 +136,7 @@ class AravisCamera final : public CameraDevice {
     if (is_gige_) {
       // The library would set its socket's buffer with the first packet, when it is too late: the
       // buffer is set here and left alone there. Patient with resends: the defaults give a frame
-      // up while its packets are on their way.
+      // up while its packets are in transit.
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
                    "socket-buffer-size", 0, "packet-resend", ARV_GV_STREAM_PACKET_RESEND_ALWAYS,
                    "packet-request-ratio", 1.0, "frame-retention", 400'000U, nullptr);

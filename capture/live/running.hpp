@@ -32,11 +32,11 @@ struct Running {
   std::int64_t last_frame_ns = 0;  ///< host time, for the watchdog only
   std::int64_t failed_ns = 0;      ///< 0: it runs
   std::int64_t retry_ns = 0;
-  std::int64_t began_ns = 0;  ///< host time at which it was told to stream
-  std::int64_t begin_ns = 0;  ///< not told to stream again before
+  std::int64_t began_ns = 0;  ///< host time at which it was commanded to stream
+  std::int64_t begin_ns = 0;  ///< not commanded to stream again before
   bool started = false, fresh = true;
   double longest_gap_s = 0, longest_unnoticed_s = 0;
-  /// Readings of the clock; a camera that was opened anew, or whose clock jumped, has a new one.
+  /// Readings of the clock; a camera that was opened again, or whose clock jumped, has a new one.
   ClockReadings clocks;
   std::size_t clock_taken = 0;
   std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before

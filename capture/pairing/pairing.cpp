@@ -166,7 +166,7 @@ std::optional<double> spread_without_earliest(const std::vector<FrameMark>& fram
 }
 
 /// Walks all cameras in time. The earliest head is part of a set, or no set can hold it: every
-/// other camera's frames lie later, so its best partners are the heads.
+/// other camera's frames lie later, so its best partners are the first ones.
 void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> candidates,
                   double window_s, PairingResult& result) {
   for (Candidates& list : candidates) {

@@ -61,7 +61,7 @@ struct PairingOptions {
   double window_s = 0;
   /// Triggers sent; pairing is by trigger when given, by time otherwise.
   std::optional<std::int64_t> triggers = {};
-  /// Frames every camera was told to take, where that is known without triggers.
+  /// Frames every camera was commanded to take, where that is known without triggers.
   std::optional<std::int64_t> expected_frames = {};
 
   void check() const;  ///< throws Error(usage)

@@ -43,16 +43,20 @@ struct Shape {
   }
 };
 
-/// Coverage of each pixel by 8 x 8 samples; the shape's centre lies at `centre` px. `squeeze`
-/// narrows the picture along its first diagonal, as a tilted camera far away does.
+/// Coverage of each pixel by 8 x 8 samples, by one sample far from the hem; the shape's centre lies
+/// at `centre` px. `squeeze` narrows the picture along its first diagonal, as a tilted camera far
+/// away does.
 cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre = {127.3, 128.6},
                  double squeeze = 1) {
   constexpr int kSamples = 8;
   cv::Mat grey(size, size, CV_8U);
   for (int v = 0; v < size; ++v) {
     for (int u = 0; u < size; ++u) {
-      int inside = 0;
-      for (int k = 0; k < kSamples * kSamples; ++k) {
+      const double x0 = kPixel * (u - centre.x), y0 = kPixel * (centre.y - v);
+      const double gap = std::hypot(x0, y0) - shape.at(std::atan2(y0, x0));
+      const bool far = std::abs(gap) > 12 * kPixel;
+      int inside = far && gap < 0 ? kSamples * kSamples : 0;
+      for (int k = 0; k < kSamples * kSamples && !far; ++k) {
         double x = u - centre.x + (k % kSamples + 0.5) / kSamples - 0.5;
         double y = centre.y - v - (k / kSamples + 0.5) / kSamples + 0.5;
         const double along = (x + y) / 2 * (1 / squeeze - 1);
@@ -230,6 +234,27 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   folded.triangles.push_back({0, 5, folded.points_m.size() - 1});
   folded.material_m.clear();
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
+}
+
+TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
+  const test::TemporaryFolder folder;
+  for (const char* name : {"start-00.ply", "start-01.ply"})
+    write_durable(folder.path() / name,
+                  "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
+                  "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                  "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
+                  "3 0 3 4\n3 0 4 1\n");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}},
+                    {{"file", "start-01.ply"}, {"at_rest", false}, {"specimen_area_mm2", 70000}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet set = read_hems({folder.path()}, {});
+  ASSERT_EQ(set.hems.size(), 2U) << (set.refused.empty() ? "" : set.refused.front());
+  EXPECT_TRUE(set.hems[0].go);
+  EXPECT_FALSE(set.hems[1].go);
+  const double disc = std::numbers::pi * 8100;
+  EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
 }
 
 TEST(Hems, ABestTurnAndAMirrorAreNoDistance) {

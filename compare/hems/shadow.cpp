@@ -6,8 +6,9 @@
 #include <map>
 #include <utility>
 
-#include "compare/meshes/mesh_file.hpp"
 #include "core/error.hpp"
+#include "core/files/json_file.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 
@@ -100,6 +101,19 @@ Moments covered(const ShadowMesh& mesh, int lines) {
 
 }  // namespace
 
+namespace {
+
+/// What the list of virtual drapes beside a mesh says of it.
+void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
+  for (const JsonNode& start : JsonNode::open(list, "cusick", 1).items("starts")) {
+    if (start.text("file") != name) continue;
+    mesh.status = start.boolean("at_rest") ? "at rest" : "relaxation ended before";
+    mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
+  }
+}
+
+}  // namespace
+
 ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
   std::filesystem::path json = file;
   json.replace_extension(".json");
@@ -109,6 +123,8 @@ ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
   for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
   for (const auto& t : read.triangles)
     mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
+  const std::filesystem::path list = file.parent_path() / "cusick.json";
+  if (std::filesystem::exists(list)) read_list(list, file.filename().string(), mesh);
   return mesh;
 }
 
@@ -129,6 +145,7 @@ Hem shadow_of(const ShadowMesh& mesh, int rays, int lines) {
     if (!r) throw bad_input("the cloth does not go around its centre", {}, "give a whole specimen");
     hem.radius_m.push_back(*r);
   }
+  hem.flat_area_m2 = mesh.flat_area_m2;
   if (!mesh.material_m.empty()) hem.flat_area_m2 = flat_area(mesh);
   return hem;
 }

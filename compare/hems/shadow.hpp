@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,12 @@ struct ShadowMesh {
   std::vector<Eigen::Vector2d> material_m;  ///< empty: not known
   std::vector<std::array<std::size_t, 3>> triangles;
   std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
+  std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
 };
 
-/// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up. Throws
-/// Error(bad_input) naming the file.
+/// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up; where a
+/// cusick.json beside it names the file, with its status and specimen. Throws Error(bad_input)
+/// naming the file.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
 /// What light from straight above leaves on the table: the area of the union of all triangles

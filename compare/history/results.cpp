@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/similar.hpp"
 
 namespace drape::compare {
 namespace {
@@ -32,10 +33,34 @@ Condition condition_of(const ResultFilter& filter) {
   condition.add("rig", filter.rig);
   condition.add("model", filter.model);
   condition.add("simulator", filter.simulator);
-  condition.add("recorded_on", filter.since, ">=");
-  condition.add("recorded_on", filter.until, "<=");
+  // A day is a prefix of its moments: up to the end of the last one.
+  condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.since, ">=");
+  condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.until, "<=");
+  if (filter.run)
+    condition.add(
+        "CAST((SELECT count(*) FROM run_comparison AS k WHERE k.comparison_id = v.id AND "
+        "k.run = " +
+            std::to_string(*filter.run) + ") AS TEXT)",
+        "1");
+  if (!filter.calibration.empty()) {
+    condition.sql +=
+        " AND (substr(v.calibration_sha256, 1, length(?)) = ? OR instr(s.calibration, "
+        "?) > 0)";
+    condition.parameters.insert(condition.parameters.end(), 3, filter.calibration);
+  }
+  if (!filter.outdated && !filter.run)
+    condition.sql += " AND coalesce(s.state, 'current') = 'current'";
   return condition;
 }
+
+/// Each comparison with its last run.
+constexpr const char* kCurrent =
+    "v_real_vs_virtual AS v LEFT JOIN v_state AS s ON s.comparison_id = v.id";
+
+/// As in the view, whose order a join does not keep.
+constexpr const char* kOrder =
+    " ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, grid_rows DESC, model, "
+    "solver, branch, comparison";
 
 /// Turns the one row of `table` into name, value, unit and definition.
 Table metrics_of(const StoreReader& store, const Table& row) {
@@ -86,12 +111,15 @@ std::string full_key(const StoreReader& store, const std::string& key) {
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
   const Condition condition = condition_of(filter);
   return store.query(
-      "SELECT comparison, scene, grid_size, segments, round(mean_dist_mm, 3) AS mean_dist_mm, "
+      "SELECT comparison, s.run, substr(s.date, 1, 10) AS date, coalesce(s.measurement, 'not "
+      "stated') "
+      "AS measurement, coalesce(s.state, 'current') AS state, "
+      "scene, grid_size, segments, round(mean_dist_mm, 3) AS mean_dist_mm, "
       "round(sigma_mean_mm, 4) AS sigma_mean_mm, round(max_mm, 3) AS max_mm, "
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
-      "simulator, status, branch, recorded_on, measured FROM v_real_vs_virtual" +
-          condition.sql,
+      "simulator, status, branch, recorded_on, measured, s.cause AS cause FROM " +
+          std::string(kCurrent) + condition.sql + kOrder,
       condition.parameters);
 }
 
@@ -149,21 +177,27 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   ResultFilter scene_filter;
   scene_filter.scene = filter.scene;
   scene_filter.fabric = filter.fabric;
+  scene_filter.run = filter.run;
+  scene_filter.outdated = filter.outdated;
   const Condition condition = condition_of(scene_filter);
-  const Table groups =
-      store.query("SELECT DISTINCT scene, measured, measured_set FROM v_real_vs_virtual" +
-                      condition.sql + " AND branch IS NULL ORDER BY scene, measured",
-                  condition.parameters);
+  const Table groups = store.query(
+      "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
+      "s.date, s.match, s.match_reason FROM " +
+          std::string(kCurrent) + condition.sql + " AND branch IS NULL ORDER BY scene, measured",
+      condition.parameters);
   std::vector<Table> tables;
   for (const auto& group : groups.rows) {
-    const std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
+    std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
+    if (!group[5].empty())
+      title += fmt::format("; run {} of {}: measurement {}{}; match {}", group[5],
+                           group[6].substr(0, 10), group[3],
+                           group[4].empty() ? "" : " (" + group[4] + ")", group[7]);
     Condition same = condition_of(filter);
     same.add("scene", group[0]);
     same.add("measured", group[1]);
     tables.push_back(
-        store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM "
-                    "v_real_vs_virtual" +
-                        same.sql + " AND branch IS NULL",
+        store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM " +
+                        std::string(kCurrent) + same.sql + " AND branch IS NULL" + kOrder,
                     same.parameters));
     tables.back().title = "Real vs virtual " + title;
     tables.push_back(store.query(
@@ -204,6 +238,112 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
     tables.back().title = "Virtual vs virtual (experiment " + scene[0] + ", no real cloth)";
   }
   return tables;
+}
+
+Table list_runs(const StoreReader& store, const ResultFilter& filter) {
+  std::string sql = "SELECT * FROM v_run WHERE 1";
+  std::vector<std::string> parameters;
+  const auto add = [&](const std::string& condition, const std::string& value, int times) {
+    if (value.empty()) return;
+    sql += " AND " + condition;
+    parameters.insert(parameters.end(), static_cast<std::size_t>(times), value);
+  };
+  add("substr(date, 1, 10) >= ?", filter.since, 1);
+  add("substr(date, 1, 10) <= ?", filter.until, 1);
+  add("rig = ?", filter.rig, 1);
+  add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
+  add("run IN (SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ? OR "
+      "instr(calibration_name, ?) > 0)",
+      filter.calibration, 3);
+  return store.query(sql + " ORDER BY run", parameters);
+}
+
+namespace {
+
+void need_run(const StoreReader& store, int number) {
+  const std::string text = std::to_string(number);
+  if (!store.query("SELECT 1 FROM run WHERE number = CAST(? AS INTEGER)", {text}).rows.empty())
+    return;
+  const Table last = store.query("SELECT coalesce(max(number), 0) FROM run");
+  throw usage_error(fmt::format("there is no run {}", number),
+                    fmt::format("the store has runs 1 to {}: drape-results runs", last.rows[0][0]));
+}
+
+}  // namespace
+
+RunDifference difference_of_runs(const StoreReader& store, int first, int second) {
+  need_run(store, first);
+  need_run(store, second);
+  const std::vector<std::string> both = {std::to_string(first), std::to_string(second)};
+  RunDifference difference;
+  difference.values = store.query(
+      "WITH a AS (SELECT owner, key, value, stand_in FROM run_value WHERE run = CAST(?1 AS "
+      "INTEGER)), b AS (SELECT owner, key, value, stand_in FROM run_value WHERE run = CAST(?2 AS "
+      "INTEGER)) SELECT owner, key, a.value AS first, b.value AS second, max(a.stand_in, "
+      "coalesce(b.stand_in, 0)) AS stand_in FROM a LEFT JOIN b USING (owner, key) WHERE a.value IS "
+      "NOT b.value UNION ALL SELECT owner, key, NULL, b.value, b.stand_in FROM b LEFT JOIN a USING "
+      "(owner, key) WHERE a.value IS NULL UNION ALL SELECT 'run', 'calibration', "
+      "substr(x.calibration_sha256, 1, 12), substr(y.calibration_sha256, 1, 12), 0 FROM run AS x, "
+      "run AS y WHERE x.number = CAST(?1 AS INTEGER) AND y.number = CAST(?2 AS INTEGER) AND "
+      "x.calibration_sha256 IS NOT y.calibration_sha256 UNION ALL SELECT 'run', 'recording', "
+      "substr(x.recording_sha256, 1, 12), substr(y.recording_sha256, 1, 12), 0 FROM run AS x, run "
+      "AS y WHERE x.number = CAST(?1 AS INTEGER) AND y.number = CAST(?2 AS INTEGER) AND "
+      "x.recording_sha256 IS NOT y.recording_sha256 UNION ALL SELECT 'run', 'program version', "
+      "x.program_version, y.program_version, 0 FROM run AS x, run AS y WHERE x.number = CAST(?1 AS "
+      "INTEGER) AND y.number = CAST(?2 AS INTEGER) AND x.program_version <> y.program_version "
+      "ORDER BY 1, 2",
+      both);
+  difference.values.title = fmt::format("What differs between run {} and run {}", first, second);
+  for (const auto& row : difference.values.rows) {
+    difference.sentence +=
+        fmt::format("{}{} {} {} -> {}", difference.sentence.empty() ? "" : "; ", row[0], row[1],
+                    row[2].empty() ? "(absent)" : row[2], row[3].empty() ? "(absent)" : row[3]);
+  }
+  if (difference.sentence.empty()) difference.sentence = "no value differs";
+  difference.drapes = store.query(
+      "SELECT d.run, d.scene, d.grid_size, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm, "
+      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, d.measurement, d.match FROM "
+      "v_run_drape AS d WHERE d.run IN (CAST(?1 AS INTEGER), CAST(?2 AS INTEGER)) ORDER BY "
+      "d.scene, "
+      "d.run",
+      both);
+  difference.drapes.title = "Their drapes";
+  return difference;
+}
+
+Table trend_by(const StoreReader& store, const std::string& key) {
+  std::string value = "d." + key;
+  std::vector<std::string> keys;
+  if (key != "fabric" && key != "label" && key != "scene") {
+    const Table found = store.query(
+        "SELECT DISTINCT key FROM run_value WHERE key = ?1 OR key LIKE '%.' || ?1", {key});
+    std::string list;
+    for (const auto& row : found.rows) {
+      keys.push_back(row[0]);
+      list += fmt::format("{}?{}", list.empty() ? "" : ", ", keys.size());
+    }
+    value = fmt::format(
+        "(SELECT group_concat(v.value, ', ') FROM run_value AS v WHERE v.run = d.run AND v.owner "
+        "IN ('scene ' || d.scene, 'fabric ' || d.fabric, 'calibration') AND v.key IN ({}))",
+        list);
+  }
+  if (value.front() == '(' && keys.empty()) {
+    std::vector<std::string> names = {"fabric", "label"};
+    for (const auto& row : store.query("SELECT DISTINCT key FROM run_value ORDER BY key").rows)
+      names.push_back(row[0]);
+    throw usage_error(fmt::format("no run has a value `{}`{}", key, did_you_mean(key, names)),
+                      "see the keys with: drape-results sql \"SELECT DISTINCT owner, key FROM "
+                      "run_value\"");
+  }
+  Table table = store.query(
+      "SELECT d.scene, " + value +
+          " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
+          "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
+          "expanded_uncertainty_mm, d.measurement, d.match FROM v_run_drape AS d ORDER BY d.scene, "
+          "by_value, d.date, d.run",
+      keys);
+  table.names[1] = key;
+  return table;
 }
 
 Table export_table(const StoreReader& store, const std::string& name) {

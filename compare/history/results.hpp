@@ -18,8 +18,11 @@ struct ResultFilter {
   std::string rig = {};
   std::string model = {};
   std::string simulator = {};
-  std::string since = {};  ///< ISO date of the recording, inclusive; drops undated ones
+  std::string since = {};  ///< ISO date of the run, inclusive; of the recording where there is none
   std::string until = {};
+  std::string calibration = {};  ///< start of its hash, or part of its name
+  std::optional<int> run = {};   ///< its number
+  bool outdated = false;         ///< also what a later run replaced
 };
 
 /// A row of the store that has a key.
@@ -36,6 +39,21 @@ struct StoredKey {
 
 /// The same for a comparison of marks alone.
 [[nodiscard]] std::string full_key(const StoreReader& store, const std::string& key);
+
+/// One row per run: number, date, label, verdicts, what it rests on.
+[[nodiscard]] Table list_runs(const StoreReader& store, const ResultFilter& filter);
+
+/// What differs between two runs: values, verdicts, distances; `sentence` names the values.
+struct RunDifference {
+  std::string sentence;
+  Table values, drapes;
+};
+/// Throws Error(usage) for a number that no run has.
+[[nodiscard]] RunDifference difference_of_runs(const StoreReader& store, int first, int second);
+
+/// The headline distance of each drape over the runs, one series for each value of `key` ("fabric",
+/// "friction", any key of a scene or fabric file). Throws Error(usage) for a key no run has.
+[[nodiscard]] Table trend_by(const StoreReader& store, const std::string& key);
 
 /// One row per comparison between a measured sheet and a simulation.
 [[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);

@@ -2,10 +2,7 @@
 #include "compare/history/seal.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include "compare/store/provenance.hpp"
 #include "compare/store/sqlite_error.hpp"
@@ -39,24 +36,6 @@ std::string text_of(const Seal& seal, const fs::path& store) {
   return pretty(json);
 }
 
-/// Two programs never seal in the same folder at the same time; the system frees the lock when one
-/// dies.
-class SealLock {
- public:
-  explicit SealLock(const fs::path& folder)
-      : fd_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (fd_ >= 0) ::flock(fd_, LOCK_EX);
-  }
-  ~SealLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  SealLock(const SealLock&) = delete;
-  SealLock& operator=(const SealLock&) = delete;
-
- private:
-  int fd_;
-};
-
 /// The chain may have grown since it was sealed, but what was sealed must still be its beginning:
 /// else sealing again would hide that rows were removed.
 void check_beginning(SQLite::Database& database, const Seal& before, const fs::path& store) {
@@ -68,25 +47,18 @@ void check_beginning(SQLite::Database& database, const Seal& before, const fs::p
                   {.file = store.string()}, "restore the store and its seal from a backup");
 }
 
-/// Hash of the store while nobody can write it; nothing when somebody still does.
-bool hash_store(const fs::path& store, const Seal& before, Seal& seal) {
+/// State of the store at one moment, whoever reads it meanwhile.
+void hash_store(const fs::path& store, const Seal& before, Seal& seal) {
   SQLite::Database database(store.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
-  SQLite::Statement checkpoint(database, "PRAGMA wal_checkpoint(TRUNCATE)");
-  if (!checkpoint.executeStep() || checkpoint.getColumn(0).getInt() != 0) return false;
-  checkpoint.reset();
-  SQLite::Transaction writers_wait(database, SQLite::TransactionBehavior::IMMEDIATE);
+  const SQLite::Transaction one_state(database, SQLite::TransactionBehavior::DEFERRED);
   check_beginning(database, before, store);
-  std::error_code absent;
-  const auto log_size = fs::file_size(store.string() + "-wal", absent);
-  if (!absent && log_size > 0) return false;  // somebody wrote in between and will seal
   SQLite::Statement last(
       database, "SELECT sequence, chain_sha256 FROM ledger ORDER BY sequence DESC LIMIT 1");
   if (last.executeStep()) {
     seal.entries = last.getColumn(0).getInt64();
     seal.head = last.getColumn(1).getString();
   }
-  seal.store_sha256 = sha256_of_file(store);
-  return true;
+  seal.store_sha256 = bytes_sha256(database);
 }
 
 }  // namespace
@@ -123,8 +95,8 @@ Seal read_seal(const fs::path& store) {
   return seal;
 }
 
-void seal_store(const fs::path& store, const std::vector<fs::path>& starts) {
-  const SealLock lock(folder_of(store));
+void seal_store(const StoreLock& /*held*/, const fs::path& store,
+                const std::vector<fs::path>& starts, const fs::path& own_record) {
   Seal seal, before;
   if (fs::is_regular_file(seal_path(store))) before = read_seal(store);
   seal.files = before.files;
@@ -135,8 +107,9 @@ void seal_store(const fs::path& store, const std::vector<fs::path>& starts) {
     if (const auto sha256 = book.sha256(file))
       seal.files[fs::proximate(file, folder).generic_string()] = *sha256;
   }
+  if (!own_record.empty()) seal.files.erase(fs::proximate(own_record, folder).generic_string());
   try {
-    if (!hash_store(store, before, seal)) return;
+    hash_store(store, before, seal);
   } catch (const SQLite::Exception& exception) {
     throw store_error(store, exception);
   }

@@ -27,10 +27,12 @@ struct Seal {
 [[nodiscard]] Seal read_seal(const std::filesystem::path& store);
 
 /// Seals the store with the files behind `starts` (sheets, calibration, reports), keeping what was
-/// sealed before; a damaged seal is not overwritten but an Error. While another program writes the
-/// store, the seal is left to that one.
-void seal_store(const std::filesystem::path& store,
-                const std::vector<std::filesystem::path>& starts);
+/// sealed before; `held` has been held since before the first commit. A damaged seal is not
+/// overwritten but an Error. The run record of the sealing step is written after the seal and
+/// stands in none.
+void seal_store(const StoreLock& held, const std::filesystem::path& store,
+                const std::vector<std::filesystem::path>& starts,
+                const std::filesystem::path& own_record = {});
 
 /// What was checked and what was found.
 struct Verification {

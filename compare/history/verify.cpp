@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "compare/compare.hpp"
+#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "core/error.hpp"
@@ -40,12 +42,8 @@ bool grew_by_migration(const StoreReader& reader, const fs::path& store, const S
   return head.rows.size() == 1 && head.rows[0][0] == seal.head && others.rows.empty();
 }
 
-void check_bytes(const StoreReader& reader, const fs::path& store, const Seal& seal,
-                 const LedgerCheck& ledger, Verification& result) {
-  std::error_code absent;
-  const auto log_size = fs::file_size(store.string() + "-wal", absent);
-  if (!absent && log_size > 0)
-    result.findings.emplace_back("the store has changes that were not sealed; import once more");
+void check_length(const StoreReader& reader, const fs::path& store, const Seal& seal,
+                  const LedgerCheck& ledger, Verification& result) {
   if (grew_by_migration(reader, store, seal)) {
     // The bytes below are those of the older file.
   } else if (ledger.entries > seal.entries) {
@@ -55,14 +53,27 @@ void check_bytes(const StoreReader& reader, const fs::path& store, const Seal& s
     result.findings.push_back(fmt::format(
         "rows are missing: the seal knows {} entries, the store {}", seal.entries, ledger.entries));
   }
-  if (sha256_of_file(store) != seal.store_sha256)
-    result.findings.push_back("bytes of " + store.string() + " were changed");
+}
+
+/// What was committed and, where nothing of it is still in the write-ahead log, the file itself.
+bool has_sealed_bytes(const fs::path& store, const Seal& seal, const LedgerCheck& ledger) {
+  std::error_code absent;
+  const auto log_size = fs::file_size(store.string() + "-wal", absent);
+  return ledger.bytes_sha256 == seal.store_sha256 &&
+         ((!absent && log_size > 0) || sha256_of_file(store) == seal.store_sha256);
 }
 
 void check_files(const fs::path& folder, const Seal& seal, Verification& result) {
+  const auto has_copy = [&](const std::string& absent, const std::string& sha256) {
+    return std::any_of(seal.files.begin(), seal.files.end(), [&](const auto& other) {
+      return other.second == sha256 && other.first != absent &&
+             fs::is_regular_file(folder / other.first);
+    });
+  };
   for (const auto& [name, sha256] : seal.files) {
     const fs::path file = (folder / name).lexically_normal();
     ++result.files;
+    if (!fs::is_regular_file(file) && has_copy(name, sha256)) continue;  // imported from there
     if (!fs::is_regular_file(file)) {
       result.findings.push_back(file.string() + " is not there");
     } else if (sha256_of_file(file) != sha256) {
@@ -250,6 +261,7 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
 
 Verification verify_store(const fs::path& store, bool with_recomputation) {
   Verification result;
+  const StoreLock lock(store, StoreLock::Kind::with_others);
   Seal seal;
   bool sealed = true;
   try {
@@ -260,9 +272,6 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   }
   std::optional<StoreReader> reader;
   try {
-    // Bytes first: opening a store may fold its write-ahead log into it.
-    if (sealed && sha256_of_file(store) != seal.store_sha256)
-      result.findings.push_back("bytes of " + store.string() + " were changed");
     reader.emplace(store);
   } catch (const Error& error) {
     result.findings.emplace_back(error.what_failed());
@@ -272,13 +281,16 @@ Verification verify_store(const fs::path& store, bool with_recomputation) {
   result.rows = ledger.entries;
   result.findings.insert(result.findings.end(), ledger.findings.begin(), ledger.findings.end());
   if (!sealed) return result;
-  if (result.findings.empty()) check_bytes(*reader, store, seal, ledger, result);
+  if (result.findings.empty()) check_length(*reader, store, seal, ledger, result);
+  if (!has_sealed_bytes(store, seal, ledger))
+    result.findings.push_back("bytes of " + store.string() + " were changed");
   check_files(folder_of(store), seal, result);
   if (!with_recomputation) return result;
   SheetFiles sheets;
   for (const auto& [name, sha256] : seal.files) {
     const fs::path file = folder_of(store) / name;
-    if (name.ends_with(".json")) sheets[sha256] = file;
+    if (name.ends_with(".json") && (is_copy(name) || sheets.count(sha256) == 0))
+      sheets[sha256] = file;
     if (const auto other = other_mesh_id(file)) sheets[other->sha256] = file;
   }
   try {

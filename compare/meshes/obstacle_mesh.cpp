@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "compare/meshes/mesh_file.hpp"
 #include "compare/metrics/dense.hpp"
 #include "core/error.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {

@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/meshes/mesh_file.hpp"
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 

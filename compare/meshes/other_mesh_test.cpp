@@ -9,12 +9,12 @@
 #include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
-#include "compare/meshes/mesh_file.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/mesh_file.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
@@ -235,7 +235,7 @@ TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   compare_session(session, {}, outcome);
   EXPECT_EQ(import_session(file, session, outcome).added, 4 + 4 + 1);
   EXPECT_EQ(import_session(file, session, outcome).added, 0);
-  seal_store(file, files_of(session));
+  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
   const StoreReader reader(file);
   EXPECT_EQ(reader.query("SELECT * FROM v_comparison WHERE simulator = 'Plane'").rows.size(), 0U)
       << "never among the distances of marks";

@@ -134,7 +134,7 @@ TEST(Branches, NeverTakeThePlaceOfARun) {
           .simulations.front());
   const Report report = compare_drape(input, {});
   ASSERT_EQ(report.real_virtual.size(), 1U);
-  EXPECT_NEAR(report.real_virtual[*report.best].statistics.mean_m, 5 * mm, 1e-12)
+  EXPECT_NEAR(report.real_virtual[*report.headline].statistics.mean_m, 5 * mm, 1e-12)
       << "picking the nearest of many shapes afterwards is no prediction";
 }
 
@@ -196,7 +196,7 @@ TEST(Branches, AreFoundBelowTheDrapeStoredOnceAndVerified) {
     Outcome outcome;
     compare_session(session, {}, outcome);
     const ImportCounts counts = import_session(store, session, outcome);
-    seal_store(store, files_of(session));
+    seal_store(StoreLock(store, StoreLock::Kind::alone), store, files_of(session));
     return counts;
   };
   EXPECT_EQ(import().added, 2);

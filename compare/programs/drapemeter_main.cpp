@@ -14,7 +14,9 @@ namespace {
 
 int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
         const CommonOptions& common) {
-  RunRecord record("drape-drapemeter", std::move(words));
+  RunRecord record(
+      "drape-drapemeter", std::move(words),
+      arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path());
   const HemReadOptions options = read_options(arguments, thread_count(common));
   const HemSet real = read_hems(arguments.inputs, options);
   HemReadOptions virtual_options = options;
@@ -33,10 +35,9 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
     write_json(json, hems_json(options.geometry, real, matches, match_options));
     record.output(csv);
     record.output(json);
-    record.write(run_record_path(json), ending.go ? 0 : 1);
     ending.next_command = fmt::format("drape drapemeter {} --compare SHEET", csv.string());
   }
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -5,7 +5,9 @@
 
 #include <map>
 
+#include "compare/tables/budget.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -41,11 +43,16 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
   }
   if (outcome.stored) {
     ending.numbers.emplace_back(
-        "store", fmt::format("{}: {} comparisons added, {} were there already", outcome.store,
-                             outcome.stored->added, outcome.stored->present));
+        "store",
+        fmt::format("{}: run {}, {} comparisons added, {} were there already", outcome.store,
+                    outcome.run, outcome.stored->added, outcome.stored->present));
   }
   if (!outcome.report.empty()) ending.numbers.emplace_back("report", outcome.report);
   ending.rejected = rejected_marks(session, outcome);
+  ending.warnings = outcome.warnings;
+  const std::vector<std::string> reasons = outcome.reasons();
+  for (std::size_t i = 1; i < reasons.size(); ++i)
+    ending.warnings.push_back("NO-GO also because " + reasons[i]);
   if (!outcome.store.empty())
     ending.next_command = fmt::format("drape results {} --store {}",
                                       outcome.reports.empty() ? "tables" : "list", outcome.store);
@@ -67,7 +74,13 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     const auto in_mm = [](const std::optional<double>& x) { return x ? Json(*x / mm) : Json(); };
     Json drape;
     drape["name"] = report.name;
-    drape["verdict"] = report.go() ? "GO" : "NO-GO";
+    drape["measurement"] = report.go() ? "GO" : "NO-GO";
+    drape["cause"] = report.go() ? Json() : Json(report.no_go.front());
+    drape["match"] = name_of(report.match.match);
+    drape["match_reason"] = report.match.reason;
+    drape["expanded_uncertainty_mm"] =
+        report.budget ? Json(report.budget->expanded_m() / mm) : Json();
+    if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));
     drape["marks"] = report.measurement.marks;
     drape["gaps"] = report.measurement.gaps;
     drape["sigma_median_mm"] = in_mm(report.measurement.sigma_median_m);
@@ -96,30 +109,29 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
 
 }  // namespace
 
+std::string ending_text(const Session& session, const Outcome& outcome) {
+  std::string text;
+  const auto add = [&text](const Table& table) { text += text_of(table) + '\n'; };
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const DrapeInput& input = session.drapes[i].input;
+    const Report& report = outcome.reports[i];
+    if (!report.real_virtual.empty()) add(real_virtual_table(input, report));
+    for (const BranchSet& set : report.branch_sets) add(branch_table(input, report, set));
+    if (!report.real_surface.empty()) add(surface_table(input, report));
+    if (!report.virtual_virtual.empty()) add(virtual_virtual_table(report));
+  }
+  for (const VirtualGroup& group : outcome.groups) add(virtual_group_table(group));
+  return text + text_of(ending_of(session, outcome));
+}
+
 int print_ending(const Session& session, const Outcome& outcome, const CommonOptions& common) {
   const Ending ending = ending_of(session, outcome);
   if (common.json) {
-    fmt::print("{}", pretty(json_of(session, outcome, ending)));
-    return ending.go ? 0 : 1;
+    print_text(pretty(json_of(session, outcome, ending)));
+  } else if (!common.quiet) {
+    print_text(printable(ending_text(session, outcome)));
   }
-  if (!common.quiet) {
-    for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
-      const DrapeInput& input = session.drapes[i].input;
-      if (!outcome.reports[i].real_virtual.empty())
-        fmt::print("{}\n", text_of(real_virtual_table(input, outcome.reports[i])));
-      for (const BranchSet& set : outcome.reports[i].branch_sets)
-        fmt::print("{}\n", text_of(branch_table(input, outcome.reports[i], set)));
-      if (!outcome.reports[i].real_surface.empty())
-        fmt::print("{}\n", text_of(surface_table(input, outcome.reports[i])));
-      if (!outcome.reports[i].virtual_virtual.empty())
-        fmt::print("{}\n", text_of(virtual_virtual_table(outcome.reports[i])));
-    }
-    for (const VirtualGroup& group : outcome.groups)
-      fmt::print("{}\n", text_of(virtual_group_table(group)));
-    for (const std::string& warning : outcome.warnings) fmt::print("warning: {}\n", warning);
-    for (const std::string& reason : outcome.reasons()) fmt::print("reason: {}\n", reason);
-  }
-  return finish(ending, common);
+  return ending.go ? 0 : 1;
 }
 
 }  // namespace drape::compare

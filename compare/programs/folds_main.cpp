@@ -45,7 +45,8 @@ Json json_of(const std::string& file, const SheetShape& shape) {
 }
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-folds", std::move(words));
+  RunRecord record("drape-folds", std::move(words),
+                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
   const FoldOptions options{arguments.least_curvature_per_m, arguments.least_length_mm * mm};
   Ending ending;
   Json json;
@@ -66,9 +67,8 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   if (arguments.out) {
     write_json(*arguments.out, json);
     record.output(*arguments.out);
-    record.write(run_record_path(*arguments.out), 0);
   }
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

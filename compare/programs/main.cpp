@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
+#include "compare/store/runs.hpp"
 #include "core/program/command.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -10,24 +12,29 @@ using namespace drape;
 using namespace drape::compare;
 
 namespace {
-
 struct Arguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report;
+  std::vector<std::filesystem::path> sensitivities;
+  RunLabel label;
   double max_sigma_percent = 10;
   Options options;
 };
 
 void add_options(Command& app, Arguments& arguments) {
-  app.add_option("SHEET", arguments.sheets,
-                 "sheet.ply or sheet.json; each measured one opens a group, the simulated ones "
-                 "after it belong to it (before any measured one: compared with each other only); "
-                 "a .toml describes another simulator's mesh")
+  app.add_option(
+         "SHEET", arguments.sheets,
+         "sheet.ply or .json; each measured one opens a group of the simulated ones after it "
+         "(before any: compared with each other); .toml: another simulator's mesh")
       ->required();
   app.add_option("--calibration", arguments.calibration,
                  "calibration.json: draws the virtual cloth into the photographs");
   app.add_option("--store", arguments.store, "results store to add to (made when absent)");
-  app.add_option("--report", arguments.report, "report.html to write, with its pictures beside it");
+  app.add_option("--report", arguments.report, "report.html to write, its pictures beside it");
+  app.add_option("--label", arguments.label.label, "name of the run in the store");
+  app.add_option("--operator", arguments.label.operator_name, "who ran it");
+  app.add_option("--sensitivity", arguments.sensitivities,
+                 "sensitivity.json that must lie beside a measured sheet");
   app.add_option("--min-marks", arguments.options.min_marks,
                  "NO-GO below this number of compared marks (default 10)");
   app.add_option("--max-sigma-percent", arguments.max_sigma_percent,
@@ -41,7 +48,9 @@ void add_options(Command& app, Arguments& arguments) {
 
 int run(Arguments& arguments, const CommonOptions& common,
         const std::vector<std::string>& command) {
-  RunRecord record("drape-compare", command);
+  const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
+  RunRecord record("drape-compare", command,
+                   primary.empty() ? std::filesystem::path() : run_record_path(primary));
   arguments.options.max_sigma_ratio = arguments.max_sigma_percent / 100;
   arguments.options.check();
   Progress progress("compare", common.quiet || common.json);
@@ -50,28 +59,29 @@ int run(Arguments& arguments, const CommonOptions& common,
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
   Outcome outcome;
   outcome.warnings = session.warnings;
+  outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
-  outcome.arguments = command;
   compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
+  std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {
-    outcome.stored = import_session(arguments.store, session, outcome);
+    lock.emplace(arguments.store, StoreLock::Kind::alone);
+    outcome.stored = import_session(arguments.store, session, outcome, arguments.label);
     record.output(arguments.store);
   }
   progress.update(0.6, "writing the report");
   if (!arguments.report.empty()) {
     for (const auto& file : write_report(arguments.report, session, outcome)) record.output(file);
   }
-  progress.update(1, "done");
-  const int code = outcome.go() ? 0 : 1;
-  const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
-  if (!primary.empty()) record.write(run_record_path(primary), code);
   if (!arguments.store.empty()) {
     std::vector<std::filesystem::path> files = files_of(session);
-    if (!arguments.report.empty()) files.push_back(arguments.report);
-    seal_store(arguments.store, files);
+    for (auto& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
+    files.insert(files.end(), record.outputs().begin(), record.outputs().end());
+    seal_store(*lock, arguments.store, files, record.file());
   }
+  progress.update(1, "done");
+  record.write(outcome.go() ? 0 : 1, ending_text(session, outcome));
   return print_ending(session, outcome, common);
 }
 

@@ -56,7 +56,8 @@ Json json_of(const MarkRepeats& found, const Arguments& arguments) {
 }
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-repeats", std::move(words));
+  RunRecord record("drape-repeats", std::move(words),
+                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
   const MarkRepeats found =
       mark_repeats(sheets_of(arguments.repeats, record), sheets_of(arguments.compared, record),
                    arguments.significance);
@@ -71,9 +72,8 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   if (arguments.out) {
     write_json(*arguments.out, json_of(found, arguments));
     record.output(*arguments.out);
-    record.write(run_record_path(*arguments.out), 0);
   }
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -7,7 +7,12 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/copies.hpp"
+#include "compare/history/crate.hpp"
+#include "compare/history/merge.hpp"
+#include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/history/signature.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
@@ -35,7 +40,15 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
   }
   if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
   if (!arguments.file.empty()) return write_durable(arguments.file, text);
-  fmt::print("{}", text);
+  print_text(json || csv ? text : printable(text));
+}
+
+/// What a run can be asked for as well as a comparison.
+void add_run_filters(Command* command, ResultFilter& filter) {
+  command->add_option("--since", filter.since, "run on this ISO date or later");
+  command->add_option("--until", filter.until, "run on this ISO date or earlier");
+  command->add_option("--calibration", filter.calibration,
+                      "measured with it: the start of its hash, or a part of its name");
 }
 
 void add_filters(Command* command, ResultFilter& filter) {
@@ -46,8 +59,10 @@ void add_filters(Command* command, ResultFilter& filter) {
   command->add_option("--rig", filter.rig, "only sheets measured on this rig");
   command->add_option("--model", filter.model, "only this cloth model");
   command->add_option("--simulator", filter.simulator, "only this simulator, e.g. drapebench");
-  command->add_option("--since", filter.since, "recorded on this ISO date or later");
-  command->add_option("--until", filter.until, "recorded on this ISO date or earlier");
+  add_run_filters(command, filter);
+  command->add_option("--run", filter.run, "only what this run compared, replaced or not");
+  command->add_flag("--all", filter.outdated,
+                    "also what a later run of the same photographs replaced, renamed or left out");
 }
 
 void add_out(Command* command, ResultsArguments& arguments) {
@@ -60,8 +75,11 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   const Session session = read_session(sheets_in(arguments.sheets), calibration);
   Outcome outcome;
   compare_session(session, {}, outcome);
-  const ImportCounts counts = import_session(arguments.store, session, outcome);
-  seal_store(arguments.store, files_of(session));
+  const StoreLock lock(arguments.store, StoreLock::Kind::alone);
+  const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);
+  std::vector<fs::path> files = files_of(session);
+  for (fs::path& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
+  seal_store(lock, arguments.store, files);
   Ending ending;
   ending.verdict =
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
@@ -70,8 +88,42 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   return finish(ending, common);
 }
 
+int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
+  const Rescue result = rescue_store(arguments.damaged, arguments.store);
+  Ending ending;
+  ending.go = result.lost.empty();
+  ending.verdict = fmt::format("{} entries rescued, {} lost", result.kept, result.lost.size());
+  ending.numbers = {{"store", arguments.store}};
+  for (const std::string& lost : result.lost) ending.rejected.push_back("lost: " + lost);
+  ending.next_command = ending.go ? "drape results list --store " + arguments.store
+                                  : "import the sheets of what is lost again";
+  return finish(ending, common);
+}
+
+int merge(const ResultsArguments& arguments, const CommonOptions& common) {
+  const MergeCounts counts = merge_stores(arguments.store, arguments.sheets);
+  Ending ending;
+  ending.verdict = fmt::format("{} entries of the ledger added, {} were there already",
+                               counts.added, counts.present);
+  ending.numbers = {{"store", arguments.store}};
+  ending.next_command = "drape results verify --store " + arguments.store;
+  return finish(ending, common);
+}
+
+int sign(const ResultsArguments& arguments, const CommonOptions& common) {
+  sign_seal(arguments.store, arguments.signing_key);
+  Ending ending;
+  ending.verdict = "the seal is signed";
+  ending.numbers = {{"signature", seal_path(arguments.store).replace_extension(".sig").string()}};
+  ending.next_command =
+      fmt::format("drape results verify --store {} --key PUBLIC.pem", arguments.store);
+  return finish(ending, common);
+}
+
 int verify(const ResultsArguments& arguments, const CommonOptions& common) {
-  const Verification result = verify_store(arguments.store, !arguments.no_recompute);
+  Verification result = verify_store(arguments.store, !arguments.no_recompute);
+  if (!arguments.signing_key.empty() && !is_signed(arguments.store, arguments.signing_key))
+    result.findings.emplace_back("the seal is not the one that was signed");
   Ending ending;
   ending.go = result.findings.empty();
   ending.verdict =
@@ -92,8 +144,32 @@ int why(const StoreReader& reader, const ResultsArguments& arguments, const Comm
   return result.complete ? 0 : 1;
 }
 
+/// The number of a run: digits alone, fewer than any key is asked for.
+std::optional<int> run_number(const std::string& text) {
+  const bool digits =
+      !text.empty() && text.size() <= 6 &&
+      std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+  return digits ? std::optional(std::stoi(text)) : std::nullopt;
+}
+
+void diff(const StoreReader& reader, const ResultsArguments& arguments,
+          const CommonOptions& common) {
+  const auto first = run_number(arguments.key), second = run_number(arguments.second_key);
+  if (first && second) {
+    const RunDifference found = difference_of_runs(reader, *first, *second);
+    if (!common.json && !arguments.csv) fmt::print("{}\n\n", found.sentence);
+    return write(arguments, common, {found.values, found.drapes});
+  }
+  const Difference found = difference_of(reader, arguments.key, arguments.second_key);
+  write(arguments, common, {found.metrics, found.marks});
+}
+
 int trend(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
+  if (!arguments.by.empty()) {
+    write(arguments, common, {trend_by(reader, arguments.by)});
+    return 0;
+  }
   const Trend result = trend_of(reader, arguments.trend);
   write(arguments, common, {result.table});
   return result.alarms == 0 ? 0 : 1;
@@ -101,20 +177,52 @@ int trend(const StoreReader& reader, const ResultsArguments& arguments,
 
 void history(const StoreReader& reader, const ResultsArguments& arguments) {
   const std::string page = history_page(reader, arguments.trend);
-  arguments.file.empty() ? fmt::print("{}", page) : write_durable(arguments.file, page);
+  arguments.file.empty() ? print_text(page) : write_durable(arguments.file, page);
 }
 
-void export_store(const StoreReader& reader, const ResultsArguments& arguments,
-                  const CommonOptions& common) {
-  if (arguments.format != "sql")
-    return write(arguments, common, {export_table(reader, arguments.table)});
+int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
+                 const CommonOptions& common) {
+  if (arguments.file.empty() || arguments.lab.empty())
+    throw usage_error("a crate needs --out FOLDER and --about lab.toml",
+                      "lab.toml names title, description, license and authors");
+  const Crate crate =
+      write_crate(reader, arguments.filter.run, read_lab(arguments.lab), arguments.file);
+  Ending ending;
+  ending.go = crate.missing.empty();
+  ending.verdict = ending.go ? "the crate holds everything behind its numbers"
+                             : "files behind the numbers are gone or were changed";
+  ending.numbers = {{"files", std::to_string(crate.files)},
+                    {"runs of programs", std::to_string(crate.actions)}};
+  for (const std::string& file : crate.missing) ending.rejected.push_back("missing: " + file);
+  ending.next_command = fmt::format("zip -r crate.zip {}", arguments.file);
+  return finish(ending, common);
+}
+
+int export_store(const StoreReader& reader, const ResultsArguments& arguments,
+                 const CommonOptions& common) {
+  const LedgerCheck ledger = check_ledger(reader);
+  if (!ledger.findings.empty())
+    throw bad_input(
+        "rows of the results store are not as they were written: " + ledger.findings.front(),
+        {.file = arguments.store},
+        "see `drape results verify`; `drape results rescue` keeps what is whole");
+  if (arguments.format == "ro-crate") return export_crate(reader, arguments, common);
+  if (arguments.format != "sql") {
+    write(arguments, common, {export_table(reader, arguments.table)});
+    return 0;
+  }
   const std::string dump = dump_sql(reader);
-  arguments.file.empty() ? fmt::print("{}", dump) : write_durable(arguments.file, dump);
+  arguments.file.empty() ? print_text(dump) : write_durable(arguments.file, dump);
+  return 0;
 }
 
 void add_reading(Command& app, ResultsArguments& arguments) {
   add_filters(app.add_subcommand("list", "one line per comparison, real against virtual"),
               arguments.filter);
+  Command* runs = app.add_subcommand("runs", "one line per run: date, label, verdicts, basis");
+  add_run_filters(runs, arguments.filter);
+  runs->add_option("--scene", arguments.filter.scene, "only runs with this scene");
+  runs->add_option("--rig", arguments.filter.rig, "only runs of this rig");
   Command* show = app.add_subcommand("show", "metrics, provenance and marks of one comparison");
   show->add_option("RUN", arguments.key, "start of the comparison's key, from list")->required();
   Command* tables = app.add_subcommand("tables", "the paper's two tables for each drape");
@@ -125,15 +233,23 @@ void add_reading(Command& app, ResultsArguments& arguments) {
                    "rigs/paper/published.csv)")
       ->expected(0, 1)
       ->default_str("rigs/paper/published.csv");
-  Command* diff = app.add_subcommand("diff", "two comparisons side by side");
-  diff->add_option("A", arguments.key, "start of a comparison's key")->required();
-  diff->add_option("B", arguments.second_key, "start of another's")->required();
-  Command* save = app.add_subcommand("export", "a whole table or view as csv, json or sql");
-  save->add_option("FORMAT", arguments.format, "csv, json or sql")
+  Command* diff =
+      app.add_subcommand("diff", "two runs by number, or two comparisons by key, side by side");
+  diff->add_option("A", arguments.key, "number of a run, or start of a comparison's key")
+      ->required();
+  diff->add_option("B", arguments.second_key, "of another")->required();
+  Command* save = app.add_subcommand(
+      "export",
+      "a whole table or view as csv, json or sql; results with all behind them as ro-crate");
+  save->add_option("FORMAT", arguments.format, "csv, json, sql or ro-crate")
       ->required()
-      ->one_of({"csv", "json", "sql"});
+      ->one_of({"csv", "json", "sql", "ro-crate"});
+  save->add_option("--run", arguments.filter.run, "of a crate: only this run (default: all)");
+  save->add_option("--about", arguments.lab,
+                   "of a crate: lab.toml with title, licence and authors");
   save->add_option("--table", arguments.table, "table or view; sql always writes the whole store");
-  add_out(save, arguments);
+  save->add_option("--out", arguments.file,
+                   "file (default: standard output); of a crate: new folder");
   Command* query = app.add_subcommand("sql", "one read-only SQL query");
   query->add_option("QUERY", arguments.sql, "e.g. \"SELECT * FROM v_table1\"")->required();
 }
@@ -149,6 +265,10 @@ void add_judging(Command& app, ResultsArguments& arguments) {
     command->add_option("--least", arguments.trend.least_before,
                         "values needed before one is judged (default 5)");
   }
+  trend->add_option(
+      "--by", arguments.by,
+      "the distances of all runs, apart by fabric, friction, label or any other key of "
+      "a scene or fabric file; no alarm");
   add_out(page, arguments);
   Command* why = app.add_subcommand(
       "why",
@@ -166,12 +286,26 @@ void add_judging(Command& app, ResultsArguments& arguments) {
                   "of a calibration: the residual of this camera");
   Command* verify = app.add_subcommand(
       "verify", "finds every altered byte, row and option; exit code 1 when there is one");
+  verify->add_option("--key", arguments.signing_key,
+                     "Ed25519 public key (PEM): the seal must be signed with its private key");
+  Command* sign = app.add_subcommand("sign", "signs the seal, so that nobody else can make one");
+  sign->add_option("--key", arguments.signing_key, "Ed25519 private key (PEM)")->required();
+  Command* rescue = app.add_subcommand(
+      "rescue",
+      "a new store (--store) of all that is whole in a damaged one; exit code 1 when "
+      "something is lost");
+  rescue->add_option("DAMAGED", arguments.damaged, "the damaged store")->required();
   verify->add_flag("--no-recompute", arguments.no_recompute, "leave out recomputing the distances");
   Command* import = app.add_subcommand("import",
                                        "adds sheets, or every sheet below a folder, as drape run "
                                        "and drape study leave them; again adds "
                                        "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
+  import->add_option("--label", arguments.label.label, "name of the run in the store");
+  import->add_option("--operator", arguments.label.operator_name, "who ran it");
+  Command* merge = app.add_subcommand(
+      "merge", "adds what other stores hold, each verified by its ledger; again adds nothing");
+  merge->add_option("STORE", arguments.sheets, "the other stores")->required();
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
 
@@ -190,21 +324,24 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   const std::string command = app.chosen()->name();
   if (command == "import") return import_files(arguments, common);
   if (command == "verify") return verify(arguments, common);
+  if (command == "merge") return merge(arguments, common);
+  if (command == "rescue") return rescue(arguments, common);
+  if (command == "sign") return sign(arguments, common);
   const StoreReader reader(arguments.store);
   if (command == "why") return why(reader, arguments, common);
   if (command == "trend") return trend(reader, arguments, common);
+  if (command == "export") return export_store(reader, arguments, common);
   if (command == "history") {
     history(reader, arguments);
-  } else if (command == "export") {
-    export_store(reader, arguments, common);
   } else if (command == "list") {
     write(arguments, common, {list_results(reader, arguments.filter)});
   } else if (command == "show") {
     const ShownResult shown = show_result(reader, arguments.key);
     write(arguments, common, {shown.metrics, shown.provenance, shown.marks});
   } else if (command == "diff") {
-    const Difference found = difference_of(reader, arguments.key, arguments.second_key);
-    write(arguments, common, {found.metrics, found.marks});
+    diff(reader, arguments, common);
+  } else if (command == "runs") {
+    write(arguments, common, {list_runs(reader, arguments.filter)});
   } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
     write(arguments, common,
           published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"

@@ -7,6 +7,7 @@
 
 #include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
+#include "compare/store/runs.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
@@ -15,8 +16,9 @@ namespace drape::compare {
 /// Everything that drape-results can be asked.
 struct ResultsArguments {
   std::string store = "results.sqlite", key, second_key, metric, format, sql, file;
-  std::filesystem::path calibration = {};
+  std::filesystem::path calibration = {}, signing_key = {}, damaged = {}, lab = {};
   std::string table = "v_real_vs_virtual";
+  std::string by;         ///< key of a trend
   std::string published;  ///< published.csv; empty: the store's own tables
   std::vector<int> mark;  ///< row and column, or empty
   WhyOptions why;
@@ -25,6 +27,7 @@ struct ResultsArguments {
   ResultFilter filter;
   TrendOptions trend;
   std::vector<std::filesystem::path> sheets;
+  RunLabel label;
 };
 
 /// Adds the commands and their options.

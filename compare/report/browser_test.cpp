@@ -13,6 +13,7 @@
 #include "compare/report/history.hpp"
 #include "compare/report/report.hpp"
 #include "compare/report/svg.hpp"
+#include "compare/report/viewer.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/sheet_folders.hpp"
@@ -63,10 +64,14 @@ class Browser : public testing::Test {
     return page;
   }
 
-  /// A page with a script of the test at its end.
+  /// A page with a script of the test at its end, which its policy is made to allow.
   fs::path with_script(const fs::path& page, const std::string& script) {
     std::string text = read_text(page);
     text.insert(text.find("</body>"), "<script>" + script + "</script>");
+    const std::string allowed = "; script-src";
+    const std::size_t policy = text.find(allowed);
+    if (policy != std::string::npos)
+      text.insert(policy + allowed.size(), " '" + script_hash(script) + "'");
     const fs::path changed = folder_.path() / "changed.html";
     write_durable(changed, text);
     return changed;

@@ -123,6 +123,8 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
                  "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
   const bool go = trend.alarms == 0;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
+         "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+         "'unsafe-inline'\"/>\n<meta "
          "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "
          "the bench</title>\n<style>" +
          html_style() + "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +

@@ -12,7 +12,7 @@
 
 namespace drape::compare {
 
-/// All pictures of one drape; `best` of Report is set.
+/// All pictures of one drape; `headline` of Report is set.
 struct DrapeFigures {
   std::vector<Figure> overlays;
   std::vector<Figure> renders;  ///< as overlays; empty without a calibration
@@ -40,15 +40,23 @@ struct PictureColumn {
 /// Where the millimetres come from, as drape sensitivity found; empty when it was not run.
 [[nodiscard]] std::string html_error_split(const DrapeFiles& drape);
 
-/// The whole section of one drape.
+/// The first page: both verdicts of each drape with distance and U, and what the run rests on.
+[[nodiscard]] std::string html_certificate(const Session& session, const Outcome& outcome);
+/// Residuals and coverage of each camera, and all warnings; empty without a calibration.
+[[nodiscard]] std::string html_calibration(const Session& session);
+/// Every value of a drape's scene and fabric files, stand-ins marked.
+[[nodiscard]] std::string html_values(const Session& session, const Outcome& outcome,
+                                      const std::string& drape);
+
+/// The whole section of one drape; `values` is what html_values() made.
 [[nodiscard]] std::string html_drape(const DrapeFiles& drape, const Report& report,
-                                     const Session& session, const DrapeFigures& figures);
+                                     const Session& session, const DrapeFigures& figures,
+                                     const std::string& values);
 /// One mark as each camera saw it, cut out of the photographs of this page; empty without these.
 [[nodiscard]] std::string crops_of_mark(const std::string& drape, const DrapeFiles& files,
                                         MarkId mark);
 /// What is in the stated uncertainty and what is not.
-[[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report,
-                                      const Session& session);
+[[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report);
 /// Files with hashes, programs, and the commands that make everything anew.
 [[nodiscard]] std::string html_provenance(const Session& session, const Outcome& outcome,
                                           const std::filesystem::path& report_folder);

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <map>
 
+#include "compare/report/band.hpp"
 #include "compare/report/html.hpp"
 #include "compare/report/viewer.hpp"
+#include "compare/tables/budget.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -20,12 +22,12 @@ std::string fact(const std::string& value, const std::string& what) {
 
 std::string facts(const DrapeInput& input, const Report& report) {
   const Measurement& m = report.measurement;
-  const RealVirtual& best = report.real_virtual[*report.best];
-  const DistanceStatistics& s = best.statistics;
-  const Simulation& simulation = input.simulations[best.simulation];
+  const RealVirtual& headline = report.real_virtual[*report.headline];
+  const DistanceStatistics& s = headline.statistics;
+  const Simulation& simulation = input.simulations[headline.simulation];
   std::string text = "<ul class=\"facts\">\n";
   text += fact(fmt::format("{:.2f} mm", s.mean_m / mm),
-               fmt::format("best mean distance real to virtual ({})", simulation.label()));
+               fmt::format("mean distance real to virtual ({})", simulation.label()));
   const std::string percent = percent_text(s.mean_m, input.measured.sheet.patch_m);
   const std::size_t sign = percent.find('%') + 1;
   text += fact(percent.substr(0, sign), percent.substr(sign));
@@ -35,8 +37,12 @@ std::string facts(const DrapeInput& input, const Report& report) {
                  fmt::format("uncertainty of a mark (1 sigma, median; largest {:.3f} mm)",
                              *m.sigma_max_m / mm));
   }
-  if (s.sigma_mean_m)
-    text += fact(fmt::format("± {:.4f} mm", *s.sigma_mean_m / mm), "of the mean from the marks");
+  if (report.budget)
+    text +=
+        fact(fmt::format("± {:.3f} mm", report.budget->expanded_m() / mm),
+             report.budget->missing.empty() ? "total uncertainty U of the mean (k = 2)"
+                                            : "total uncertainty U of the mean (k = 2), at least");
+  text += fact(name_of(report.match.match), "match");
   return text + "</ul>\n";
 }
 
@@ -70,15 +76,15 @@ Table direction_table(const DrapeInput& input, const Report& report) {
     for (int k = 0; k < 3; ++k) cells.push_back(fmt::format("{:.2f}", rms[k]));
     table.add(std::move(cells));
   }
-  table.marked_row = report.best;
+  table.marked_row = report.headline;
   return table;
 }
 
-Table best_mark_table(const RealVirtual& best) {
+Table headline_mark_table(const RealVirtual& headline) {
   Table table;
   table.names = {"row", "col", "dist (mm)", "± (mm)", "sigma (mm)", "views"};
   table.numeric.assign(table.names.size(), true);
-  for (const MarkError& mark : best.marks.marks) {
+  for (const MarkError& mark : headline.marks.marks) {
     const auto sigma = [](const std::optional<double>& s) {
       return s ? fmt::format("{:.3f}", *s / mm) : std::string("unknown");
     };
@@ -91,8 +97,9 @@ Table best_mark_table(const RealVirtual& best) {
 
 /// Per-mark table with the marks as the cameras saw them, one part per row of the patch so that
 /// the parts flow into columns.
-std::string mark_tables(const std::string& name, const DrapeFiles& drape, const RealVirtual& best) {
-  const Table all = best_mark_table(best);
+std::string mark_tables(const std::string& name, const DrapeFiles& drape,
+                        const RealVirtual& headline) {
+  const Table all = headline_mark_table(headline);
   std::string text = "<div class=\"marks\">\n";
   Table part = all;
   part.rows.clear();
@@ -100,7 +107,7 @@ std::string mark_tables(const std::string& name, const DrapeFiles& drape, const 
   bool any = false;
   for (std::size_t i = 0; i < all.rows.size(); ++i) {
     part.rows.push_back(all.rows[i]);
-    crops.cells.push_back(crops_of_mark(name, drape, best.marks.marks[i].mark));
+    crops.cells.push_back(crops_of_mark(name, drape, headline.marks.marks[i].mark));
     any = any || !crops.cells.back().empty();
     if (i + 1 < all.rows.size() && all.rows[i + 1][0] == all.rows[i][0]) continue;
     text += "<figure>" + html_table(part, "dense", any ? crops : PictureColumn{}) + "</figure>";
@@ -184,7 +191,7 @@ std::string simulations_part(const DrapeFiles& drape, const Report& report,
 std::string shape_part(const DrapeFiles& drape, const Report& report, const DrapeFigures& figures) {
   std::string text = "<h3>Shape</h3>\n" + html_table(drapemeter_table(drape.input, report));
   if (figures.hem) text += html_figure(*figures.hem, "chart");
-  const StrainSummary& s = report.real_virtual[*report.best].strain.difference;
+  const StrainSummary& s = report.real_virtual[*report.headline].strain.difference;
   if (s.warp && s.weft && s.area) {
     text += fmt::format(
         "<p>Real minus virtual strain between marks, RMS: {:.2f} % along the warp, {:.2f} % along "
@@ -196,7 +203,7 @@ std::string shape_part(const DrapeFiles& drape, const Report& report, const Drap
 
 std::string tables_part(const DrapeFiles& drape, const Report& report) {
   Table real = real_virtual_table(drape.input, report);
-  real.marked_row = report.best;
+  real.marked_row = report.headline;
   std::string text = "<h3>Distances</h3>\n" + html_table(real);
   text += html_branches(drape.input, report);
   text += html_surfaces(drape.input, report);
@@ -208,7 +215,7 @@ std::string tables_part(const DrapeFiles& drape, const Report& report) {
                             : "the measured marks");
   }
   text +=
-      html_table(trust_table(drape.input, report.real_virtual[*report.best])) +
+      html_table(trust_table(drape.input, report.real_virtual[*report.headline])) +
       "<p class=\"soft\">± is what the measurement leaves open; the interval is what other marks "
       "on the same cloth might have given (2,000 bootstrap resamples). The rigid move is shown "
       "to judge placement; no other number uses it.</p>\n";
@@ -242,23 +249,28 @@ std::string html_branches(const DrapeInput& input, const Report& report) {
           " The object is round, so a shape turned about its axis is the same shape: what counts "
           "is the mean distance after the turn that makes it smallest.";
     text += "</p>\n";
+    if (const auto ensemble = ensemble_of(input, set))
+      text += "<p>The ensemble: " + xml(ensemble_sentence(*ensemble)) + ".</p>\n";
+    if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
   }
   return text;
 }
 
 std::string html_drape(const DrapeFiles& drape, const Report& report, const Session& session,
-                       const DrapeFigures& figures) {
-  const RealVirtual& best = report.real_virtual[*report.best];
-  const Simulation& simulation = drape.input.simulations[best.simulation];
+                       const DrapeFigures& figures, const std::string& values) {
+  const RealVirtual& headline = report.real_virtual[*report.headline];
+  const Simulation& simulation = drape.input.simulations[headline.simulation];
   std::string text = fmt::format(
       "<section id=\"drape-{0}\">\n<h2>Drape {0}</h2>\n<p class=\"soft\">Set {1} of rig {2}, "
       "fabric "
-      "{3}. Pictures and marks below belong to the best simulation, {4}.</p>\n",
+      "{3}. Pictures and marks below belong to the headline simulation, {4}.</p>\n",
       xml(report.name), xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).set),
       xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig),
-      xml(simulation.source().fabric), simulation.label());
+      xml(simulation.source().fabric), xml(simulation.label()));
   text += facts(drape.input, report);
-  text += viewer_figure(report.name, drape.input, best);
+  if (const std::string sentence = distance_sentence(headline); !sentence.empty())
+    text += "<p>" + xml(sentence) + ".</p>\n";
+  text += viewer_figure(report.name, drape.input, headline);
   text += html_figure(figures.sheet);
   text += tables_part(drape, report);
   if (!figures.overlays.empty()) {
@@ -278,7 +290,7 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
     text += "</div>\n";
   }
   text += "<h3>Marks</h3>\n<div class=\"columns\">" + html_figure(figures.map) +
-          html_figure(figures.histogram) + "</div>\n" + mark_tables(report.name, drape, best) +
+          html_figure(figures.histogram) + "</div>\n" + mark_tables(report.name, drape, headline) +
           "<p class=\"soft\">dist: distance real to virtual; ±: its standard deviation; sigma: "
           "standard deviation of the mark along its worst direction; views: cameras that saw "
           "it.</p>\n";
@@ -288,8 +300,9 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
                                    : html_table(gap_summary(gaps)) + html_table(gaps, "dense"));
   text += shape_part(drape, report, figures);
   text += simulations_part(drape, report, figures);
+  text += values;
   text += html_error_split(drape);
-  text += html_budget(drape, report, session);
+  text += html_budget(drape, report);
   return text + "</section>\n";
 }
 

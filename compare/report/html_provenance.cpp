@@ -86,20 +86,21 @@ std::string tree_of(RecordBook& book, std::set<fs::path>& followed, const SheetF
   return xml(text);
 }
 
-/// The measured sheet and the best simulation of each drape, back to photographs and curves.
+/// The measured sheet and the headline simulation of each drape, back to photographs and curves.
 std::string trees(const Session& session, const Outcome& outcome, const fs::path& folder) {
   RecordBook book;
   std::string text;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
-    if (!report.best) continue;
+    if (!report.headline) continue;
     const DrapeInput& input = session.drapes[i].input;
     std::set<fs::path> followed;
-    const Simulation& best = input.simulations[report.real_virtual[*report.best].simulation];
-    text += "<details><summary>Drape " + xml(report.name) + ": " + xml(best.label()) +
+    const Simulation& headline =
+        input.simulations[report.real_virtual[*report.headline].simulation];
+    text += "<details><summary>Drape " + xml(report.name) + ": " + xml(headline.label()) +
             " and the measured sheet</summary>\n<pre>";
     text += tree_of(book, followed, input.measured, folder);
-    if (!best.other_simulator) text += tree_of(book, followed, best.sheet, folder);
+    if (!headline.other_simulator) text += tree_of(book, followed, headline.sheet, folder);
     text += "</pre></details>\n";
   }
   return text;

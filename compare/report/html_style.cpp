@@ -55,10 +55,11 @@ pre, code { font-family: ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Cons
 pre { background: #f5f7f9; padding: .8rem 1rem; white-space: pre-wrap; overflow-wrap: anywhere; line-height: 1.5; border-radius: 4px; }
 td code { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 15px; } h2 { font-size: 1.4rem; } th, td { padding-right: .55rem; } .verdict strong { font-size: 1.6rem; } }
-@page { margin: 14mm; }
+@page { margin: 14mm; }  /* A4 and Letter: no size is asked for */
 @media print {
   html { font-size: 9.5pt; } .marks { columns: 3; } p, figcaption { max-width: none; }
   main > section:first-of-type > h2 { break-before: auto; margin-top: 1.5rem; }
+  .certificate { break-after: page; } p { orphans: 3; widows: 3; }
   .turn { display: none; } figure td.crop svg { width: 1.25rem; height: 1.25rem; }
   body { font-size: 1rem; } main { max-width: none; padding: 0; } h2 { break-before: page; border-top: 0; margin-top: 0; }
   h3 { break-after: avoid; } tr, figure { break-inside: avoid; } .scroll { overflow: visible; }
@@ -78,7 +79,7 @@ std::string cell(const char* tag, const std::string& text, bool numeric) {
          (numeric ? " class=\"n\">"
           : whole ? " class=\"k\">"
                   : ">") +
-         xml(text) + "</" + tag + ">";
+         xml(text) + "</" + std::string(tag).substr(0, 2) + ">";
 }
 
 std::string row_of(const char* tag, const std::vector<std::string>& cells,
@@ -100,10 +101,11 @@ std::string html_table(const Table& table, const std::string& css_class,
   if (!css_class.empty()) text += " class=\"" + css_class + "\"";
   text += ">";
   if (!table.title.empty()) text += "<caption>" + xml(table.title) + "</caption>";
-  text += "<thead><tr>" +
-          row_of("th", table.heads.empty() ? table.names : table.heads, table.numeric) +
-          (pictures.cells.empty() ? "" : "<th>" + xml(pictures.head) + "</th>") +
-          "</tr></thead><tbody>\n";
+  text +=
+      "<thead><tr>" +
+      row_of("th scope=\"col\"", table.heads.empty() ? table.names : table.heads, table.numeric) +
+      (pictures.cells.empty() ? "" : "<th scope=\"col\">" + xml(pictures.head) + "</th>") +
+      "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const bool marked = table.marked_row && *table.marked_row == i;
     text += (marked ? "<tr class=\"best\">" : "<tr>") + row_of("td", table.rows[i], table.numeric) +

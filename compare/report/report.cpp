@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/report/report.hpp"
+#include "compare/report/band.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "compare/report/figures.hpp"
 #include "compare/report/html.hpp"
@@ -34,11 +36,13 @@ std::vector<Figure> overlays_of(const DrapeFiles& drape, const Report& report,
     if (frame.set != set) continue;
     std::vector<unsigned char> preview;
     if (frame.preview_file) {
-      const fs::path file = drape.detections_file.parent_path() / *frame.preview_file;
-      if (fs::is_regular_file(file)) preview = read_bytes(file);
+      const fs::path folder_of_it = drape.detections_file.parent_path();
+      const Where where{.file = drape.detections_file.string(), .field = "preview_file"};
+      if (fs::is_regular_file(name_inside(folder_of_it, *frame.preview_file, where)))
+        preview = read_inside(folder_of_it, *frame.preview_file, where);
     }
     figures.push_back(overlay_figure(report.name, frame, preview, calibrated(session, frame.camera),
-                                     drape.input, report.real_virtual[*report.best]));
+                                     drape.input, report.real_virtual[*report.headline]));
   }
   return figures;
 }
@@ -51,15 +55,15 @@ std::vector<Figure> renders_of(const DrapeFiles& drape, const Report& report,
   for (const FrameDetections& frame : drape.detections->frames) {
     const CalibratedCamera* camera = calibrated(session, frame.camera);
     if (frame.set != set || camera == nullptr) continue;
-    figures.push_back(
-        render_figure(report.name, frame, *camera, drape.input, report.real_virtual[*report.best]));
+    figures.push_back(render_figure(report.name, frame, *camera, drape.input,
+                                    report.real_virtual[*report.headline]));
   }
   return figures;
 }
 
-/// Curves that the best simulation read and that are still the same.
+/// Curves that the headline simulation read and that are still the same.
 std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
-  const auto& made_by = drape.simulated_by[report.real_virtual[*report.best].simulation];
+  const auto& made_by = drape.simulated_by[report.real_virtual[*report.headline].simulation];
   if (!made_by) return std::nullopt;
   std::vector<FabricCurve> curves;
   for (const auto& [file, sha256] : made_by->inputs) {
@@ -76,13 +80,13 @@ std::optional<Figure> fabric_of(const DrapeFiles& drape, const Report& report) {
 }
 
 DrapeFigures figures_of(const DrapeFiles& drape, const Report& report, const Session& session) {
-  const RealVirtual& best = report.real_virtual[*report.best];
+  const RealVirtual& headline = report.real_virtual[*report.headline];
   return {overlays_of(drape, report, session),
           renders_of(drape, report, session),
-          sheet_figure(report.name, drape.input, best),
-          map_figure(report.name, drape.input, best),
-          histogram_figure(report.name, best),
-          strain_figure(report.name, drape.input, best),
+          sheet_figure(report.name, drape.input, headline),
+          map_figure(report.name, drape.input, headline),
+          histogram_figure(report.name, headline),
+          strain_figure(report.name, drape.input, headline),
           convergence_figure(report.name, drape.input, report),
           hem_figure(report.name, drape.input, report),
           fabric_of(drape, report)};
@@ -92,7 +96,7 @@ std::string verdict_part(const Outcome& outcome) {
   const bool go = outcome.go();
   std::string text =
       fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{}", go ? "go" : "stop",
-                  go ? "GO" : "NO-GO", go ? xml(outcome.sentence()) : "");
+                  go ? "Measurement GO" : "Measurement NO-GO", go ? xml(outcome.sentence()) : "");
   if (!go) {
     text += "<ul>";
     for (const std::string& reason : outcome.reasons()) text += "<li>" + xml(reason) + "</li>";
@@ -102,38 +106,6 @@ std::string verdict_part(const Outcome& outcome) {
   for (const std::string& warning : outcome.warnings)
     text += "<p><b>Warning.</b> " + xml(warning) + "</p>\n";
   return text;
-}
-
-std::string overview_part(const Session& session, const Outcome& outcome) {
-  Table table;
-  table.names = {"drape",
-                 "verdict",
-                 "best mean distance (mm)",
-                 "± (mm)",
-                 "part of the patch",
-                 "best simulation",
-                 "marks",
-                 "gaps",
-                 "sigma of a mark (mm)"};
-  table.numeric = {false, false, true, true, false, false, true, true, true};
-  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
-    const Report& report = outcome.reports[i];
-    const DrapeInput& input = session.drapes[i].input;
-    std::vector<std::string> cells = {report.name, report.go() ? "GO" : "NO-GO", "", "", "", ""};
-    if (report.best) {
-      const RealVirtual& best = report.real_virtual[*report.best];
-      cells[2] = mm_text(best.statistics.mean_m);
-      if (best.statistics.sigma_mean_m)
-        cells[3] = fmt::format("{:.4f}", *best.statistics.sigma_mean_m / mm);
-      cells[4] = percent_text(best.statistics.mean_m, input.measured.sheet.patch_m);
-      cells[5] = input.simulations[best.simulation].label();
-    }
-    cells.push_back(std::to_string(report.measurement.marks));
-    cells.push_back(std::to_string(report.measurement.gaps));
-    cells.push_back(mm_text(report.measurement.sigma_median_m));
-    table.add(std::move(cells));
-  }
-  return html_table(table);
 }
 
 /// Writes one file beside the report and remembers it.
@@ -163,23 +135,30 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   for (std::size_t i = 0; i < report.branch_sets.size(); ++i) {
     csv(i == 0 ? "-branches.csv" : fmt::format("-branches-{}.csv", i + 1),
         branch_table(input, report, report.branch_sets[i]));
+    if (const auto figure = band_figure(report.name, input, report.branch_sets[i]);
+        figure && i == 0)
+      write_beside(folder, figure->name + ".svg", figure->svg, written);
   }
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));
   csv("-marks.csv", mark_table(input, report));
   csv("-gaps.csv", gap_table(input, report));
-  const RealVirtual& best = report.real_virtual[*report.best];
-  csv("-trust.csv", trust_table(input, best));
-  csv("-strain.csv", strain_table(best));
+  const RealVirtual& headline = report.real_virtual[*report.headline];
+  csv("-trust.csv", trust_table(input, headline));
+  csv("-strain.csv", strain_table(headline));
   csv("-drapemeter.csv", drapemeter_table(input, report));
   if (!drape.error_split) return;
   csv("-fabric-values.csv", value_effect_table(*drape.error_split));
   csv("-model-changes.csv", variant_effect_table(*drape.error_split));
 }
 
-/// Drape names become file names: anything but letters, digits, `-` and `_` is replaced.
-Report with_safe_name(Report report) {
+/// Drape names become file names: anything but letters, digits, `-` and `_` is replaced, and what
+/// is the same then gets a number.
+Report with_safe_name(Report report, std::set<std::string>& taken) {
   for (char& c : report.name)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
+  const std::string base = report.name;
+  for (int n = 2; !taken.insert(report.name).second; ++n)
+    report.name = fmt::format("{}_{}", base, n);
   return report;
 }
 
@@ -190,33 +169,44 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::vector<fs::path> written;
   std::string drapes;
+  std::set<std::string> taken;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
-    if (!report.best) {
+    if (!report.headline) {
       if (!report.real_surface.empty())
         drapes += "<section>\n<h2>Drape " + xml(report.name) + "</h2>\n" +
                   html_surfaces(session.drapes[i].input, report) + "</section>\n";
       continue;
     }
-    const Report safe = with_safe_name(report);
+    const Report safe = with_safe_name(report, taken);
     const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
-    drapes += html_drape(session.drapes[i], report, session, figures);
+    drapes += html_drape(session.drapes[i], report, session, figures,
+                         html_values(session, outcome, report.name));
     write_exports(folder / file.stem(), session.drapes[i], safe, figures, written);
   }
   for (const VirtualGroup& group : outcome.groups)
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
               html_table(virtual_group_table(group)) + "</section>\n";
+  // Nothing but the viewer's own scripts may run, and nothing is fetched.
+  std::string scripts, policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+  if (drapes.find("class=\"turn\"") != std::string::npos) {
+    policy += "; script-src";
+    for (const std::string& script : viewer_scripts()) {
+      policy += " '" + script_hash(script) + "'";
+      scripts += "<script>" + script + "</script>\n";
+    }
+  }
   const std::string html =
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-      "<title>Real and virtual drapes: " +
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+      policy +
+      "\"/>\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<title>Real and virtual drapes: measurement " +
       std::string(outcome.go() ? "GO" : "NO-GO") + "</title>\n<style>" + html_style() +
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
-      overview_part(session, outcome) + drapes + html_provenance(session, outcome, folder) +
-      "</main>\n" +
-      (drapes.find("class=\"turn\"") != std::string::npos ? viewer_script() : std::string()) +
-      "</body>\n</html>\n";
+      html_certificate(session, outcome) + drapes + html_calibration(session) +
+      html_provenance(session, outcome, folder) + "</main>\n" + scripts + "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);
   return written;

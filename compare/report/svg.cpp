@@ -199,10 +199,10 @@ void ErrorScale::draw(Svg& svg, double x, double y, double width) const {
   svg.text({x + width / 2, y + 39}, "distance real to virtual (mm)", 11, "middle", "fill=\"#333\"");
 }
 
-std::string jpeg_data_uri(const std::vector<unsigned char>& bytes) {
+std::string base64(const std::vector<unsigned char>& bytes) {
   static constexpr char kDigits[] =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text = "data:image/jpeg;base64,";
+  std::string text;
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t left = bytes.size() - i;
     const unsigned word = static_cast<unsigned>(bytes[i]) << 16 |
@@ -214,6 +214,10 @@ std::string jpeg_data_uri(const std::vector<unsigned char>& bytes) {
     text += left > 2 ? kDigits[word & 63] : '=';
   }
   return text;
+}
+
+std::string jpeg_data_uri(const std::vector<unsigned char>& bytes) {
+  return "data:image/jpeg;base64," + base64(bytes);
 }
 
 }  // namespace drape::compare

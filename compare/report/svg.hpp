@@ -65,6 +65,7 @@ class ErrorScale {
 /// 1, 2, 2.5 or 5 times a power of ten, so that about `count` steps reach `largest`.
 [[nodiscard]] double round_step(double largest, int count);
 
+[[nodiscard]] std::string base64(const std::vector<unsigned char>& bytes);
 /// "data:image/jpeg;base64,..."
 [[nodiscard]] std::string jpeg_data_uri(const std::vector<unsigned char>& bytes);
 

@@ -9,7 +9,9 @@
 
 #include "compare/meshes/obstacle_mesh.hpp"
 #include "compare/report/figures.hpp"
+#include "compare/report/svg.hpp"
 #include "compare/report/viewer_assets.hpp"
+#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
@@ -102,7 +104,7 @@ std::string viewer_figure(const std::string& drape, const DrapeInput& input,
       name, json.dump());
 }
 
-std::string viewer_script() {
+std::vector<std::string> viewer_scripts() {
   // The licence asks for its notice beside every copy.
   constexpr const char* kNotice =
       "/* three.js, copyright 2010-2019 three.js authors, MIT licence: Permission is hereby "
@@ -122,8 +124,16 @@ std::string viewer_script() {
       "DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING "
       "FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE "
       "SOFTWARE. */\n";
-  return std::string("<script id=\"three\">//<![CDATA[\n") + kNotice + three_js() +
-         "\n//]]></script>\n<script>//<![CDATA[\n" + viewer_js() + "//]]></script>\n";
+  return {std::string("//<![CDATA[\n") + kNotice + three_js() + "\n//]]>",
+          std::string("//<![CDATA[\n") + viewer_js() + "//]]>"};
+}
+
+std::string script_hash(const std::string& script) {
+  const std::string hex = sha256_of(std::string_view(script));
+  std::vector<unsigned char> bytes;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    bytes.push_back(static_cast<unsigned char>(std::stoi(hex.substr(i, 2), nullptr, 16)));
+  return "sha256-" + base64(bytes);
 }
 
 }  // namespace drape::compare

@@ -86,9 +86,7 @@ std::optional<MadeBy> read_made_by(const fs::path& output) {
     return MadeBy{step->program, step->version, step->arguments, step->inputs};
   }
   const JsonNode root = JsonNode::open(record, "run", kRunVersion);
-  MadeBy made_by{root.text("program"), root.text("version"), {}, {}};
-  for (const Json& argument : root.at("arguments").raw())
-    made_by.arguments.push_back(argument.get<std::string>());
+  MadeBy made_by{root.text("program"), root.text("version"), root.texts("arguments"), {}};
   for (const JsonNode& input : root.items("inputs")) {
     made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
                                 input.text("sha256"));
@@ -100,7 +98,8 @@ std::optional<MadeBy> read_made_by(const fs::path& output) {
 void find_recording(DrapeFiles& drape) {
   for (const auto& [file, sha256] : drape.detected_by->inputs) {
     if (file.filename() != "recording.json") continue;
-    drape.recording = RecordingId{sha256, std::nullopt};
+    drape.recording =
+        RecordingId{sha256, std::nullopt, file.parent_path().filename().generic_string()};
     if (fs::is_regular_file(file) && sha256_of_file(file) == sha256)
       drape.recording->recorded_on = read_recording(file.parent_path()).recorded_on;
   }

@@ -84,6 +84,15 @@ const std::vector<LedgerKind>& ledger_kinds() {
        "comparison_sha256",
        {"SELECT * FROM branch_turn WHERE comparison_sha256 = ?1"}},
       {"surface_comparison", "sha256", {"SELECT * FROM surface_comparison WHERE sha256 = ?1"}},
+      {"run",
+       "sha256",
+       {"SELECT * FROM run WHERE sha256 = ?1",
+        "SELECT * FROM run_drape WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
+        "measured_sha256",
+        "SELECT * FROM run_comparison WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER "
+        "BY comparison_id",
+        "SELECT * FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
+        "owner, key"}},
   };
   return kinds;
 }

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 
+#include "compare/store/runs.hpp"
+#include "compare/tables/budget.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -37,27 +40,31 @@ std::string Outcome::sentence() const {
   if (reports.empty()) return "simulations compared with each other: " + text;
   text.clear();
   for (const Report& drape : reports) {
-    text += fmt::format("{}{} {:.2f} mm", text.empty() ? "" : ", ", drape.name,
-                        drape.real_virtual[*drape.best].statistics.mean_m / mm);
+    text += fmt::format("{}{} {:.2f} mm, {}", text.empty() ? "" : "; ", drape.name,
+                        drape.real_virtual[*drape.headline].statistics.mean_m / mm,
+                        name_of(drape.match.match));
   }
-  return "best mean distance real to virtual: " + text;
+  return "measured; mean distance real to virtual and match: " + text;
 }
 
 std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& input,
                                                              const Report& report) {
   std::vector<std::pair<std::string, std::string>> numbers;
   const Measurement& measurement = report.measurement;
-  if (report.best) {
-    const RealVirtual& best = report.real_virtual[*report.best];
-    std::string value = mm_text(best.statistics.mean_m);
-    if (best.statistics.sigma_mean_m)
-      value += fmt::format(" ± {:.4f}", *best.statistics.sigma_mean_m / mm);
+  if (report.headline) {
+    const RealVirtual& headline = report.real_virtual[*report.headline];
+    std::string value = mm_text(headline.statistics.mean_m);
+    if (headline.statistics.sigma_mean_m)
+      value += fmt::format(" ± {:.4f}", *headline.statistics.sigma_mean_m / mm);
     numbers.emplace_back(
-        "best mean distance",
+        "mean distance",
         fmt::format("{} mm ({}; {})", value,
-                    percent_text(best.statistics.mean_m, input.measured.sheet.patch_m),
-                    input.simulations[best.simulation].label()));
+                    percent_text(headline.statistics.mean_m, input.measured.sheet.patch_m),
+                    input.simulations[headline.simulation].label()));
   }
+  numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
+  if (report.budget && report.headline)
+    numbers.emplace_back("total uncertainty", budget_sentence(*report.budget));
   for (const BranchSet& set : report.branch_sets)
     numbers.emplace_back("branches of " + set.label, branch_sentence(input, set));
   numbers.emplace_back("marks",
@@ -71,9 +78,30 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
   return numbers;
 }
 
+namespace {
+
+/// From the fabric file of the scene, where it is still there.
+FabricFacts facts_of(const DrapeFiles& drape) {
+  FabricFacts facts;
+  if (!drape.input.scene || !std::filesystem::is_regular_file(drape.input.scene->fabric_file))
+    return facts;
+  const TomlTable root = TomlTable::open(drape.input.scene->fabric_file, "fabric");
+  if (root.has("stand_ins")) facts.stand_ins = root.texts("stand_ins");
+  return facts;
+}
+
+}  // namespace
+
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
   for (const DrapeFiles& drape : session.drapes) {
     outcome.reports.push_back(compare_drape(drape.input, options));
+    Report& report = outcome.reports.back();
+    if (session.calibration && session.calibration->no_go && !drape.input.measured.sheet.no_go)
+      report.no_go.insert(report.no_go.begin(),
+                          "the calibration is NO-GO: " + *session.calibration->no_go);
+    if (report.headline)
+      report.budget = budget_of(drape.input, report, drape.error_split, facts_of(drape));
+    report.match = match_of(report);
     for (const std::string& warning : outcome.reports.back().warnings)
       outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
   }
@@ -87,7 +115,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
 }
 
 ImportCounts import_session(const std::filesystem::path& file, const Session& session,
-                            const Outcome& outcome) {
+                            Outcome& outcome, const RunLabel& label) {
   Store results(file);
   if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
   ImportCounts sum;
@@ -98,6 +126,13 @@ ImportCounts import_session(const std::filesystem::path& file, const Session& se
   for (std::size_t i = 0; i < outcome.reports.size(); ++i)
     count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
   for (const VirtualGroup& group : outcome.groups) count(results.add(group));
+  outcome.label = label.label;
+  outcome.operator_name = label.operator_name;
+  if (!outcome.reports.empty()) {
+    const StoredRun run = add_run(results, session, outcome, label);
+    outcome.run = run.number;
+    outcome.date = run.date;
+  }
   results.close();
   return sum;
 }

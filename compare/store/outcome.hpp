@@ -12,12 +12,20 @@
 
 namespace drape::compare {
 
+/// What people say of a run.
+struct RunLabel {
+  std::string label = {}, operator_name = {};
+};
+
 /// What drape-compare made of one call.
 struct Outcome {
   std::vector<Report> reports;            ///< as Session::drapes
   std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
   std::vector<std::string> warnings;      ///< of the session and of every drape
   std::optional<ImportCounts> stored;
+  int run = 0;                         ///< its number in the store; 0 without one
+  std::string date;                    ///< of the run, as stored; empty without one
+  std::string label, operator_name;    ///< as given
   std::string store;                   ///< as given; may be empty
   std::string report;                  ///< as given; may be empty
   std::vector<std::string> arguments;  ///< of the program, for the report
@@ -36,9 +44,9 @@ struct Outcome {
 /// Compares every drape and every group of the session.
 void compare_session(const Session& session, const Options& options, Outcome& outcome);
 
-/// Adds the calibration and every comparison of the session to the store at `file`.
+/// Adds the calibration, every comparison and the run of the session to the store at `file`.
 [[nodiscard]] ImportCounts import_session(const std::filesystem::path& file, const Session& session,
-                                          const Outcome& outcome);
+                                          Outcome& outcome, const RunLabel& label = {});
 
 /// The files that seal_store() starts from: every sheet and all that was read with it.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const Session& session);

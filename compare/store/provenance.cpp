@@ -33,11 +33,11 @@ std::vector<std::pair<fs::path, std::string>> files_in(const JsonNode& root, con
 
 StepRecord read_step(const fs::path& file) {
   const JsonNode root = JsonNode::open(file, "run", kRunVersion);
-  StepRecord record{file, root.text("program"), root.text("version"), {}, {}, {}, {}};
-  for (const Json& argument : root.at("arguments").raw())
-    record.arguments.push_back(argument.get<std::string>());
-  for (const auto& [name, value] : root.at("options").raw().items())
-    record.options.emplace_back(name, value.get<std::string>());
+  StepRecord record{
+      file, root.text("program"), root.text("version"), root.texts("arguments"), {}, {}, {}};
+  const JsonNode options = root.at("options");
+  for (const auto& [name, value] : options.members())
+    record.options.emplace_back(name, options.text(name));
   record.inputs = files_in(root, "inputs", folder_of(file));
   record.outputs = files_in(root, "outputs", folder_of(file));
   return record;

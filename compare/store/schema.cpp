@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "compare/store/runs.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {
@@ -254,6 +255,10 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "surface_comparison",
                                        "branch",
                                        "branch_turn",
+                                       "run",
+                                       "run_drape",
+                                       "run_comparison",
+                                       "run_value",
                                        "ledger"};
 
 constexpr const char* kMetrics =
@@ -344,8 +349,8 @@ SELECT s.scene AS scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segme
   coalesce(f.name, s.fabric_stated) AS fabric, s.simulator AS simulator, s.model AS model,
   s.solver AS solver, s.status AS status,
   m.rig_name AS rig, m.set_name AS measured_set, r.recorded_on AS recorded_on,
-  substr(m.sha256, 1, 12) AS measured, b.number AS branch,
-  substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows, c.id AS id
+  substr(m.sha256, 1, 12) AS measured, m.calibration_sha256 AS calibration_sha256,
+  b.number AS branch, substr(c.sha256, 1, 12) AS comparison, s.grid_rows AS grid_rows, c.id AS id
 FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
   JOIN sheet AS m ON m.sha256 = c.measured_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256
@@ -410,19 +415,23 @@ ORDER BY s.scene, p.measured_sha256, p.paper_order, s.model, s.solver, p.sha256)
 }  // namespace
 
 std::vector<std::string> table_statements() {
-  return {std::begin(kTables), std::end(kTables)};
+  std::vector<std::string> statements = {std::begin(kTables), std::end(kTables)};
+  for (std::string& statement : run_table_statements()) statements.push_back(std::move(statement));
+  return statements;
 }
 
 std::vector<std::string> surrounding_statements() {
   std::vector<std::string> statements = {kMetrics,     kComparisonView, kRealView,
                                          kVirtualView, kSurfaceView,    kBranchView};
   statements.insert(statements.end(), std::begin(kIndexes), std::end(kIndexes));
+  for (std::string& statement : run_view_statements()) statements.push_back(std::move(statement));
   // Tables 1 to 12 of the paper: experiments A to F, real against virtual and virtual pairs.
   for (int experiment = 0; experiment < 6; ++experiment) {
     const char scene = static_cast<char>('A' + experiment);
     statements.push_back(fmt::format(
         "CREATE VIEW v_table{} AS SELECT grid_size, segments, mean_dist_mm, marks, measured "
-        "FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL",
+        "FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL AND id NOT IN (SELECT "
+        "comparison_id FROM v_outdated)",
         2 * experiment + 1, scene));
     statements.push_back(
         fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured "

@@ -2,7 +2,6 @@
 #include "compare/store/store.hpp"
 
 #include <SQLiteCpp/SQLiteCpp.h>
-#include <SQLiteCpp/VariadicBind.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
@@ -13,6 +12,7 @@
 #include "compare/store/ledger.hpp"
 #include "compare/store/migrate.hpp"
 #include "compare/store/sqlite_error.hpp"
+#include "compare/store/writer.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 
@@ -23,71 +23,6 @@ namespace fs = std::filesystem;
 using units::mm;
 
 constexpr double kMicrojoule = 1e-6;
-
-void bind_one(SQLite::Statement& statement, int index, const std::string& value) {
-  statement.bind(index, value);
-}
-void bind_one(SQLite::Statement& statement, int index, int value) {
-  statement.bind(index, value);
-}
-void bind_one(SQLite::Statement& statement, int index, double value) {
-  statement.bind(index, value);
-}
-template <class T>
-void bind_one(SQLite::Statement& statement, int index, const std::optional<T>& value) {
-  if (value) bind_one(statement, index, *value);  // an unbound parameter is NULL
-}
-
-/// One write transaction: prepared statements are kept, and what is new goes into the ledger.
-class Writer {
- public:
-  explicit Writer(SQLite::Database& database)
-      : database_(database),
-        transaction_(database, SQLite::TransactionBehavior::IMMEDIATE),
-        ledger_(database) {}
-
-  /// Inserts one row; false when it is there already, which leaves it as it is.
-  template <class... Values>
-  bool insert(const std::string& into, const Values&... values) {
-    SQLite::Statement& statement = prepared(into, sizeof...(values));
-    int index = 0;
-    (bind_one(statement, ++index, values), ...);
-    const bool added = statement.exec() > 0;
-    statement.reset();
-    statement.clearBindings();
-    return added;
-  }
-  /// Closes a unit: its row and all that hang on it are there.
-  void enter(const std::string& kind, const std::string& key) { ledger_.append(kind, key); }
-
-  [[nodiscard]] bool has(const std::string& table, const std::string& key) {
-    SQLite::Statement query(database_, fmt::format("SELECT 1 FROM {} WHERE sha256 = ?", table));
-    query.bind(1, key);
-    return query.executeStep();
-  }
-  [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
-  void commit() {
-    statements_.clear();
-    transaction_.commit();
-  }
-
- private:
-  SQLite::Statement& prepared(const std::string& into, std::size_t count) {
-    const auto found = statements_.find(into);
-    if (found != statements_.end()) return found->second;
-    std::string marks = "?";
-    for (std::size_t i = 1; i < count; ++i) marks += ", ?";
-    return statements_
-        .try_emplace(into, database_,
-                     fmt::format("INSERT INTO {} VALUES ({}) ON CONFLICT DO NOTHING", into, marks))
-        .first->second;
-  }
-
-  SQLite::Database& database_;
-  SQLite::Transaction transaction_;
-  LedgerWriter ledger_;
-  std::map<std::string, SQLite::Statement> statements_;
-};
 
 std::optional<double> in_mm(const std::optional<double>& length_m) {
   return length_m ? std::optional(*length_m / mm) : std::nullopt;
@@ -292,7 +227,7 @@ bool check_identity(SQLite::Database& database, const fs::path& file) {
   const int id = pragma_value(database, "application_id");
   const int version = pragma_value(database, "user_version");
   if (id == 0 && version == 0 && objects == 0) return false;
-  if (id != kApplicationId) refuse_foreign(file);
+  if (id != kApplicationId || version < 1) refuse_foreign(file);
   if (version > kStoreVersion) {
     throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
                                 version, kStoreVersion),
@@ -320,6 +255,11 @@ fs::path prepare_folder(const fs::path& file) {
   return file;
 }
 
+const fs::path& replaceable(const fs::path& file) {
+  if (!fs::is_symlink(file)) require_replaceable(file);
+  return file;
+}
+
 bool is_busy(const SQLite::Exception& exception) {
   const int code = exception.getErrorCode() & 0xFF;
   return code == SQLITE_BUSY || code == SQLITE_LOCKED;
@@ -332,7 +272,7 @@ struct Store::Connection {
   SQLite::Database database;
 
   explicit Connection(const fs::path& path)
-      : file(prepare_folder(path)),
+      : file(prepare_folder(replaceable(path))),
         database(path.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms) {
     const bool complete = is_complete();
     // The mode is kept in the file; asking again would need the write lock for nothing.
@@ -443,6 +383,16 @@ ImportCounts Store::add(const VirtualGroup& group) {
     throw store_error(connection_->file, exception);
   }
   return counts;
+}
+
+void Store::write(const std::function<void(Writer&)>& rows) {
+  try {
+    Writer writer(connection_->database);
+    rows(writer);
+    writer.commit();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(connection_->file, exception);
+  }
 }
 
 void Store::close() {

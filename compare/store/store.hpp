@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,9 +12,13 @@
 #include "compare/tables/tables.hpp"
 #include "core/calibration.hpp"
 
+namespace SQLite {
+class Database;
+}
+
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 4;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 5;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 
@@ -27,6 +32,23 @@ struct ImportCounts {
 struct RecordingId {
   std::string sha256;                      ///< of recording.json
   std::optional<std::string> recorded_on;  ///< ISO date
+  std::string name = {};                   ///< folder
+};
+
+/// Keeps the store and its seal together: an import holds it alone from its first commit until the
+/// seal is written, verify holds it with others. Waits for the other programs; the system frees it
+/// when one dies. Reading rows needs none.
+class StoreLock {
+ public:
+  enum class Kind { alone, with_others };
+  /// Throws Error(bad_input) when the store is still in use after the busy timeout.
+  StoreLock(const std::filesystem::path& store, Kind kind);
+  ~StoreLock();
+  StoreLock(const StoreLock&) = delete;
+  StoreLock& operator=(const StoreLock&) = delete;
+
+ private:
+  int fd_ = -1;
 };
 
 /// results.sqlite, opened for writing. Rows are keyed by content hashes and carry no clock time, so
@@ -50,6 +72,8 @@ class Store {
                    const std::optional<RecordingId>& recording = {});
   /// Pairs of simulations without a real cloth.
   ImportCounts add(const VirtualGroup& group);
+  /// Rows of one transaction; see writer.hpp.
+  void write(const std::function<void(class Writer&)>& rows);
   /// Moves everything from the write-ahead log into the one file.
   void close();
 
@@ -84,9 +108,14 @@ class StoreReader {
 struct LedgerCheck {
   long long entries = 0;
   std::string head;                   ///< chain_sha256 of the last entry; empty without one
+  std::string bytes_sha256;           ///< of the file with all that was committed, see seal.hpp
   std::vector<std::string> findings;  ///< empty: every row is as it was written
 };
 [[nodiscard]] LedgerCheck check_ledger(const StoreReader& store);
+
+/// SHA-256 of the database file as it is when the write-ahead log is moved into it, whether or not
+/// that has happened.
+[[nodiscard]] std::string bytes_sha256(SQLite::Database& database);
 
 /// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
 [[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);

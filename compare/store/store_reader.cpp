@@ -7,11 +7,16 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
+#include <cstdlib>
+#include <optional>
+#include <thread>
 
 #include "compare/store/ledger.hpp"
 #include "compare/store/migrate.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "compare/store/store.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {
@@ -50,30 +55,96 @@ void check_read_only(const std::string& sql) {
   }
 }
 
-/// A store on a medium that cannot be written has no lock files to make: SQLite is told so.
-std::string address_of(const fs::path& file) {
-  std::error_code unreachable;
-  if (!fs::is_regular_file(file, unreachable)) {
-    throw bad_input("there is no results store", {.file = file.string()},
-                    "name an existing store with --store; drape-compare makes one");
+/// A store from elsewhere may hold views without end; no file is to hold a program for 10 s.
+constexpr auto kLongestQuery = std::chrono::seconds(9);
+constexpr std::size_t kMostText = std::size_t{1} << 27;  ///< bytes of an answer
+constexpr int kMostValue = 1 << 26;                      ///< bytes of one value
+
+/// What stands in store and write-ahead log at one moment. A checkpoint moves bytes from one into
+/// the other and may cut the log while it is read, so both are read twice until nothing moved.
+std::pair<std::vector<unsigned char>, std::vector<unsigned char>> bytes_of(const fs::path& file) {
+  using Clock = std::chrono::steady_clock;
+  using Bytes = std::vector<unsigned char>;
+  const fs::path log = file.string() + "-wal";
+  const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);
+  const auto read = [&]() -> std::optional<std::pair<Bytes, Bytes>> {
+    try {
+      std::error_code absent;
+      Bytes store = read_bytes(file);
+      return std::pair(std::move(store),
+                       fs::is_regular_file(log, absent) ? read_bytes(log) : Bytes());
+    } catch (const Error&) {
+      if (Clock::now() > last) throw;
+      return std::nullopt;
+    }
+  };
+  for (auto before = read();;) {
+    auto now = read();
+    if (now && now == before) return std::move(*now);
+    if (Clock::now() > last)
+      throw bad_input("the results store was written all the time", {.file = file.string()},
+                      "wait for the other programs and run again");
+    before = std::move(now);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const bool writable = access(file.c_str(), W_OK) == 0 && access(folder.c_str(), W_OK) == 0;
-  if (writable) return file.string();
-  std::string escaped;
-  for (const char c : fs::absolute(file).string()) {
-    const bool plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' || c == '.' ||
-                       c == '-' || c == '_';
-    escaped += plain ? std::string(1, c)
-                     : fmt::format("%{:02X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
-  }
-  return "file:" + escaped + "?immutable=1";
 }
 
-int mode_of(const std::string& address) {
-  const bool immutable = address.rfind("file:", 0) == 0;
-  return immutable ? SQLite::OPEN_READONLY | SQLite::OPEN_URI : SQLite::OPEN_READWRITE;
-}
+/// A store that this user may not write is read from a copy: SQLite would need lock files beside
+/// it. Empty where it may be written.
+class PrivateCopy {
+ public:
+  explicit PrivateCopy(const fs::path& file) {
+    std::error_code unreachable;
+    if (!fs::is_regular_file(file, unreachable)) {
+      throw bad_input("there is no results store", {.file = file.string()},
+                      "name an existing store with --store; drape-compare makes one");
+    }
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    if (::access(file.c_str(), W_OK) == 0 && ::access(folder.c_str(), W_OK) == 0) return;
+    const auto [store, log] = bytes_of(file);
+    folder_ = (fs::temp_directory_path() / "drapebench-XXXXXX").string();
+    if (::mkdtemp(folder_.data()) == nullptr)
+      throw bad_input("a copy of the store cannot be made", {.file = folder_},
+                      "set TMPDIR to a folder that can be written");
+    const auto write = [&](const char* name, const std::vector<unsigned char>& bytes) {
+      write_durable(fs::path(folder_) / name,
+                    {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    };
+    write("store", store);
+    if (!log.empty()) write("store-wal", log);
+  }
+  ~PrivateCopy() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  PrivateCopy(const PrivateCopy&) = delete;
+  PrivateCopy& operator=(const PrivateCopy&) = delete;
+
+  [[nodiscard]] std::string of(const fs::path& file) const {
+    return folder_.empty() ? file.string() : (fs::path(folder_) / "store").string();
+  }
+
+ private:
+  std::string folder_;
+};
+
+/// Ends a query that takes too long; SQLite asks every some thousand steps.
+class Deadline {
+ public:
+  explicit Deadline(SQLite::Database& database) : handle_(database.getHandle()) {
+    sqlite3_progress_handler(handle_, 10000, &Deadline::is_over, this);
+  }
+  ~Deadline() { sqlite3_progress_handler(handle_, 0, nullptr, nullptr); }
+  Deadline(const Deadline&) = delete;
+  Deadline& operator=(const Deadline&) = delete;
+
+ private:
+  static int is_over(void* self) {
+    return std::chrono::steady_clock::now() > static_cast<Deadline*>(self)->last_ ? 1 : 0;
+  }
+  sqlite3* handle_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now() + kLongestQuery;
+};
 
 std::string cell_text(const SQLite::Column& column) {
   if (column.isNull()) return {};
@@ -85,21 +156,26 @@ std::string cell_text(const SQLite::Column& column) {
 
 struct StoreReader::Connection {
   fs::path file;
-  std::string address;
+  PrivateCopy copy;
   SQLite::Database database;
+  std::string bytes_of_older_version;
 
   /// Opened for writing so that a write-ahead log left by a killed program can be replayed, and
   /// then closed to every change.
   explicit Connection(const fs::path& path)
-      : file(path),
-        address(address_of(path)),
-        database(address, mode_of(address), kBusyTimeout_ms) {
+      : file(path), copy(path), database(copy.of(path), SQLite::OPEN_READWRITE, kBusyTimeout_ms) {
+    sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     database.exec("PRAGMA query_only = ON");
     if (database.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
       throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
                       "name another file with --store");
     }
     const int version = database.execAndGet("PRAGMA user_version").getInt();
+    if (version < 1) {
+      throw bad_input(fmt::format("there is no results store of version {}", version),
+                      {.file = file.string(), .field = "user_version"},
+                      "restore the store from a backup");
+    }
     if (version > kStoreVersion) {
       throw bad_input(fmt::format("the results store has version {}, this program knows version {}",
                                   version, kStoreVersion),
@@ -110,11 +186,12 @@ struct StoreReader::Connection {
   }
 
   void use_migrated_copy(int version) {
-    SQLite::Database copy(":memory:", SQLite::OPEN_READWRITE);
-    SQLite::Backup(copy, database).executeStep();
-    migrate(copy, version);
-    copy.exec("PRAGMA query_only = ON");
-    database = std::move(copy);
+    bytes_of_older_version = bytes_sha256(database);
+    SQLite::Database migrated(":memory:", SQLite::OPEN_READWRITE);
+    SQLite::Backup(migrated, database).executeStep();
+    migrate(migrated, version);
+    migrated.exec("PRAGMA query_only = ON");
+    database = std::move(migrated);
   }
 };
 
@@ -142,17 +219,29 @@ Table StoreReader::query(const std::string& sql, const std::vector<std::string>&
     for (int i = 0; i < statement.getColumnCount(); ++i)
       table.names.emplace_back(statement.getColumnName(i));
     table.numeric.assign(table.names.size(), true);
+    const Deadline deadline(connection_->database);
+    std::size_t text = 0;
     while (statement.executeStep()) {
       std::vector<std::string> row;
       for (int i = 0; i < statement.getColumnCount(); ++i) {
         const SQLite::Column column = statement.getColumn(i);
         if (column.isText() || column.isBlob()) table.numeric[static_cast<std::size_t>(i)] = false;
         row.push_back(cell_text(column));
+        text += row.back().size() + sizeof(std::string);
       }
+      if (text > kMostText)
+        throw usage_error("the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
       table.add(std::move(row));
     }
     return table;
   } catch (const SQLite::Exception& exception) {
+    if (exception.getErrorCode() == SQLITE_INTERRUPT)
+      throw usage_error(fmt::format("the query took longer than {} s", kLongestQuery.count()),
+                        "ask for less, e.g. with WHERE or LIMIT");
+    if (exception.getErrorCode() == SQLITE_TOOBIG)
+      throw usage_error(
+          fmt::format("a value of the answer is larger than {} MiB", kMostValue >> 20),
+          "ask for less, e.g. with substr()");
     if (exception.getErrorCode() == SQLITE_ERROR)
       throw usage_error(std::string("SQLite answered: ") + exception.what(),
                         "see the tables and columns with: drape-results sql \"SELECT name, sql "
@@ -220,6 +309,9 @@ LedgerCheck check_ledger(const StoreReader& store) {
   SQLite::Database& database = store.connection_->database;
   LedgerCheck check;
   try {
+    const SQLite::Transaction one_state(database, SQLite::TransactionBehavior::DEFERRED);
+    const std::string& older = store.connection_->bytes_of_older_version;
+    check.bytes_sha256 = older.empty() ? bytes_sha256(database) : older;
     check_chain(database, check);
     check_counts(database, check);
     const std::string integrity = database.execAndGet("PRAGMA integrity_check").getString();

@@ -47,6 +47,10 @@ ErrorSplitFile read_error_split(const std::filesystem::path& file) {
                               entry.number("mean_way_of_marks_mm_per_percent") * mm});
     }
   }
+  if (root.has("scene_sensitivities")) {
+    for (const JsonNode& entry : root.items("scene_sensitivities"))
+      split.scene.push_back({entry.text("value"), entry.number("mean_distance_mm_per_unit") * mm});
+  }
   if (!root.has("variants")) return split;
   for (const JsonNode& entry : root.items("variants")) {
     split.variants.push_back(

@@ -18,6 +18,12 @@ struct ValueEffect {
   double way_m = 0;     ///< mean way of the marks
 };
 
+/// What one unit more of a scene's value does to it: friction, or mm of an object's place or size.
+struct SceneEffect {
+  std::string value;             ///< "friction", "object_1_x_mm", "object_1_size_mm"
+  double change_m_per_unit = 0;  ///< of the mean distance
+};
+
 /// The same drape with one part of the model changed.
 struct VariantEffect {
   std::string what;        ///< e.g. "mass rule paper"
@@ -36,6 +42,7 @@ struct ErrorSplitFile {
   double distance_m = 0;  ///< of the base, mean over the marks
   int marks = 0;
   std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
+  std::vector<SceneEffect> scene;
   std::vector<VariantEffect> variants;
 };
 

@@ -47,10 +47,11 @@ fs::path write_split(const fs::path& measured) {
          {"mean_way_of_marks_mm_per_percent", 0.05}});
   }
   write_json(file, json);
-  RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"});
+  RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"},
+                   run_record_path(file));
   record.input(fs::path(measured).replace_extension(".json"));
   record.output(file);
-  record.write(run_record_path(file), 0);
+  record.write(0, "GO: an example\n");
   return file;
 }
 

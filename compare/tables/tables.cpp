@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -35,16 +36,9 @@ std::string line_of(const std::vector<std::string>& cells, const std::vector<std
   return line + '\n';
 }
 
-std::string quoted(const std::string& cell) {
-  if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
-  std::string text = "\"";
-  for (const char c : cell) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return text + '"';
-}
-
 std::string csv_line(const std::vector<std::string>& cells) {
   std::string line;
-  for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + quoted(cells[i]);
+  for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + csv_cell(cells[i]);
   return line + '\n';
 }
 
@@ -229,8 +223,8 @@ Table gap_table(const DrapeInput& input, const Report& report) {
   table.names = {"row", "col", "reason"};
   table.numeric = {true, true, false};
   std::vector<Gap> gaps = input.measured.sheet.gaps;
-  if (report.best) {
-    const auto& excluded = report.real_virtual[*report.best].marks.excluded;
+  if (report.headline) {
+    const auto& excluded = report.real_virtual[*report.headline].marks.excluded;
     gaps.insert(gaps.end(), excluded.begin(), excluded.end());
   }
   std::sort(gaps.begin(), gaps.end(), [](const Gap& a, const Gap& b) { return a.mark < b.mark; });

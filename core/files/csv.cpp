@@ -16,6 +16,8 @@
 namespace drape {
 namespace {
 
+constexpr std::size_t kMostColumns = 1000;  ///< so that a line of commas does not fill the memory
+
 std::string trimmed(std::string text) {
   const auto first = text.find_first_not_of(" \t\r");
   if (first == std::string::npos) return {};
@@ -34,6 +36,8 @@ std::vector<std::string> cells_of(const std::string& line, const Where& where) {
     } else if (line[i] == ',' && !quoted) {
       if (!was_quoted) cells.back() = trimmed(cells.back());
       was_quoted = false;
+      if (cells.size() == kMostColumns)
+        throw bad_input(fmt::format("more than {} cells", kMostColumns), where, "remove some");
       cells.emplace_back();
     } else {
       cells.back() += line[i];
@@ -98,7 +102,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
     csv.lines.push_back(number);
   }
   if (csv.names.empty()) {
-    throw bad_input("the file holds no column heads", {.file = file.string()},
+    throw bad_input("the file holds no column headers", {.file = file.string()},
                     "the first line names the columns with their units");
   }
   return csv;
@@ -107,7 +111,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
 Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& names) {
   const CsvText text = read_csv_text(file);
   if (text.names != names) {
-    throw bad_input(fmt::format("the column heads are `{}`", fmt::join(text.names, ",")),
+    throw bad_input(fmt::format("the column headers are `{}`", fmt::join(text.names, ",")),
                     {.file = file.string(), .line = text.head_line},
                     fmt::format("the first line must be `{}`: units are part of the names",
                                 fmt::join(names, ",")));
@@ -120,6 +124,20 @@ Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& 
     }
   }
   return csv;
+}
+
+std::string csv_cell(const std::string& text) {
+  std::string cell = text;
+  if (!text.empty() && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos) {
+    const char* begin = text.data() + (text.front() == '+' ? 1 : 0);
+    const char* end = text.data() + text.size();
+    double number = 0;
+    if (std::from_chars(begin, end, number).ptr != end) cell.insert(cell.begin(), '\'');
+  }
+  if (cell.find_first_of(",\"\n\r") == std::string::npos) return cell;
+  std::string quoted = "\"";
+  for (const char c : cell) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
 }
 
 std::string csv_text(const std::vector<std::string>& names,

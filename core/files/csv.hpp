@@ -11,7 +11,7 @@ namespace drape {
 /// Columns of finite numbers, e.g. one Kawabata curve. `#` starts a comment line.
 struct Csv {
   std::filesystem::path file;
-  std::vector<std::string> names;            ///< column heads with units
+  std::vector<std::string> names;            ///< column headers with units
   std::vector<std::vector<double>> columns;  ///< columns[k][row]
   std::vector<int> lines;                    ///< 1-based line of each row
 };
@@ -42,5 +42,9 @@ struct CsvText {
 /// The text of a CSV file; numbers in their shortest exact form.
 [[nodiscard]] std::string csv_text(const std::vector<std::string>& names,
                                    const std::vector<std::vector<double>>& columns);
+
+/// One cell: quoted where it must be. Text that a spreadsheet would run as a formula (= + - @ in
+/// front of something that is no number) gets an apostrophe in front.
+[[nodiscard]] std::string csv_cell(const std::string& text);
 
 }  // namespace drape

@@ -12,13 +12,13 @@ namespace {
 
 using testing::ElementsAre;
 
-const std::vector<std::string> kHeads = {"strain", "force_gf_per_cm"};
+const std::vector<std::string> kHeaders = {"strain", "force_gf_per_cm"};
 
 class CsvFile : public testing::Test {
  protected:
   [[nodiscard]] Csv read(const std::string& text) const {
     write_durable(file(), text);
-    return read_csv(file(), kHeads);
+    return read_csv(file(), kHeaders);
   }
   /// Where the refusal of this text points to.
   [[nodiscard]] Where refusal(const std::string& text) const {
@@ -60,7 +60,7 @@ TEST_F(CsvFile, RefusesAFileWithoutHead) {
 
 TEST_F(CsvFile, WrittenNumbersComeBackExactly) {
   const std::vector<double> values = {0.1, -1.0 / 3.0, 6.02214076e23, 5e-324};
-  const Csv csv = read(csv_text(kHeads, {values, values}));
+  const Csv csv = read(csv_text(kHeaders, {values, values}));
   EXPECT_EQ(csv.columns.at(0), values);
   EXPECT_EQ(csv.columns.at(1), values);
 }

@@ -4,20 +4,21 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
-#include <memory>
-
-#include "core/error.hpp"
 
 namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr off_t kMostBytes = off_t{1} << 31;  ///< of a file that is read whole
+constexpr std::size_t kLongestName = 200;     ///< bytes; leaves room for what is added to 255
 
 [[noreturn]] void fail_to_write(const fs::path& file, int code) {
   throw bad_input(fmt::format("cannot write: {}", std::strerror(code)), {.file = file.string()},
@@ -54,27 +55,41 @@ void sync_folder(const fs::path& folder, const fs::path& file) {
   if (fd.get() < 0 || ::fsync(fd.get()) != 0) fail_to_write(file, errno);
 }
 
+/// Makes the folder with those above it, durably, for `file` in it.
+void make_folder(const fs::path& folder, const fs::path& file) {
+  std::error_code unreachable;
+  if (fs::is_directory(folder, unreachable)) return;
+  const fs::path above = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
+  if (above != folder) make_folder(above, file);
+  if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) fail_to_write(file, errno);
+  sync_folder(above, file);
+}
+
 }  // namespace
 
 std::vector<unsigned char> read_bytes(const fs::path& file) {
-  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC));
-  std::vector<unsigned char> bytes;
-  const off_t size = fd.get() < 0 ? -1 : ::lseek(fd.get(), 0, SEEK_END);
-  if (size >= 0) {
-    bytes.resize(static_cast<std::size_t>(size));
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const ssize_t got =
-          ::pread(fd.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) break;
-      done += static_cast<std::size_t>(got);
-    }
-    if (done == bytes.size() && !fs::is_directory(file)) return bytes;
-    errno = fs::is_directory(file) ? EISDIR : EIO;
+  const auto fail = [&](const std::string& why) {
+    throw bad_input("cannot read: " + why, {.file = file.string()},
+                    "check that the file exists and may be read");
+  };
+  // Without waiting: the other end of a pipe may never come.
+  const Descriptor fd(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat status {};
+  if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) fail(std::strerror(errno));
+  if (S_ISDIR(status.st_mode)) fail(std::strerror(EISDIR));
+  if (!S_ISREG(status.st_mode)) fail("it is a device or a pipe, not a file");
+  if (status.st_size > kMostBytes) fail("it is larger than 2 GiB");
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(status.st_size));
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got =
+        ::pread(fd.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) fail(std::strerror(errno));
+    if (got == 0) fail("it became shorter while it was read");
+    done += static_cast<std::size_t>(got);
   }
-  throw bad_input(fmt::format("cannot read: {}", std::strerror(errno)), {.file = file.string()},
-                  "check that the file exists and may be read");
+  return bytes;
 }
 
 std::string read_text(const fs::path& file) {
@@ -84,20 +99,94 @@ std::string read_text(const fs::path& file) {
 
 void write_durable(const fs::path& file, std::string_view content) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed) fail_to_write(file, failed.value());
+  make_folder(folder, file);
   // The temporary name is fixed, so a killed run leaves at most one of them, which the next
   // replaces.
   const fs::path partial = folder / ("." + file.filename().string() + ".partial");
-  {
+  require_replaceable(file);
+  require_replaceable(partial);
+  try {
     const Descriptor fd(::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     if (fd.get() < 0) fail_to_write(file, errno);
     write_all(fd.get(), content, file);
     if (::fsync(fd.get()) != 0) fail_to_write(file, errno);
+    if (::rename(partial.c_str(), file.c_str()) != 0) fail_to_write(file, errno);
+  } catch (const Error&) {
+    ::unlink(partial.c_str());  // Frees what it took of a full disk.
+    throw;
   }
-  if (::rename(partial.c_str(), file.c_str()) != 0) fail_to_write(file, errno);
   sync_folder(folder, file);
+}
+
+void require_replaceable(const fs::path& file) {
+  struct stat status {};
+  if (::lstat(file.c_str(), &status) != 0 || S_ISREG(status.st_mode)) return;
+  throw bad_input("a folder, link or device stands where a file is to be written",
+                  {.file = file.string()}, "remove it, or give another place");
+}
+
+void remove_durable(const fs::path& file) {
+  if (::unlink(file.c_str()) == 0)
+    sync_folder(file.has_parent_path() ? file.parent_path() : fs::path("."), file);
+  else if (errno != ENOENT && errno != ENOTDIR)
+    fail_to_write(file, errno);
+}
+
+void require_plain_name(const std::string& name, const Where& where) {
+  const bool plain = !name.empty() && name.size() <= kLongestName && name.front() != '.' &&
+                     name.front() != '-' && std::none_of(name.begin(), name.end(), [](char c) {
+                       return c == '/' || c == '\\' || c == ',' ||
+                              static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+                     });
+  if (plain) return;
+  throw bad_input(
+      fmt::format("`{}` cannot be a name", printable(name.substr(0, kLongestName))), where,
+      "use 1 to 200 bytes without /, \\, comma or control characters, and no . or - in front");
+}
+
+fs::path name_inside(const fs::path& folder, const std::string& name, const Where& where) {
+  for (std::size_t begin = 0; begin <= name.size();) {
+    const std::size_t end = std::min(name.find('/', begin), name.size());
+    require_plain_name(name.substr(begin, end - begin), where);
+    begin = end + 1;
+  }
+  return folder / name;
+}
+
+std::vector<unsigned char> read_inside(const fs::path& folder, const std::string& name,
+                                       const Where& where) {
+  const fs::path file = name_inside(folder, name, where);
+  std::error_code absent;
+  const fs::path real = fs::canonical(file, absent), root = fs::canonical(folder, absent);
+  if (!absent && !fs::relative(real, root).empty() && *fs::relative(real, root).begin() == "..")
+    throw bad_input(fmt::format("`{}` is a link that leads out of its folder", printable(name)),
+                    where, "bring the file itself");
+  return read_bytes(file);
+}
+
+WriterLock::WriterLock(const fs::path& file, const std::string& held) : file_(file) {
+  if (file.has_parent_path()) make_folder(file.parent_path(), file);
+  for (;;) {
+    fd_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    if (fd_ < 0) fail_to_write(file, errno);
+    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(fd_);
+      throw bad_input(held, {.file = file.parent_path().string()},
+                      "wait for it to end, or give another place to write to");
+    }
+    // The one who held it before may have removed the file between the two calls.
+    struct stat ours {
+    }, there{};
+    if (::fstat(fd_, &ours) == 0 && ::lstat(file.c_str(), &there) == 0 &&
+        ours.st_ino == there.st_ino)
+      return;
+    ::close(fd_);
+  }
+}
+
+WriterLock::~WriterLock() {
+  ::unlink(file_.c_str());
+  ::close(fd_);
 }
 
 std::string sha256_of(std::span<const unsigned char> bytes) {
@@ -117,6 +206,17 @@ std::string sha256_of(std::string_view text) {
 
 std::string sha256_of_file(const fs::path& file) {
   return sha256_of(read_bytes(file));
+}
+
+std::string printable(std::string text) {
+  unsigned char before = 0;
+  for (char& c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool second_set = before == 0xc2 && byte >= 0x80 && byte < 0xa0;  // U+0080 to U+009F
+    if ((byte < 0x20 && c != '\n' && c != '\t') || byte == 0x7f || second_set) c = '?';
+    before = byte;
+  }
+  return text;
 }
 
 }  // namespace drape

@@ -2,6 +2,7 @@
 #include "core/files/files.hpp"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "core/error.hpp"
 #include "tests/support/paths.hpp"
@@ -41,6 +42,53 @@ TEST(Files, AFailedWriteNamesTheFileAndKeepsWhatWasThere) {
     EXPECT_THAT(error.what(), testing::HasSubstr("file.txt"));
   }
   EXPECT_EQ(read_text(folder.path() / "file.txt"), "kept");
+}
+
+TEST(Files, OnlyAFileIsReadAndReplaced) {
+  const test::TemporaryFolder folder;
+  const fs::path pipe = folder.path() / "pipe", link = folder.path() / "link";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  write_durable(folder.path() / "kept.txt", "kept");
+  fs::create_symlink(folder.path() / "kept.txt", link);
+  EXPECT_THROW(static_cast<void>(read_text(pipe)), Error);  // and does not wait
+  EXPECT_THROW(static_cast<void>(read_text(folder.path())), Error);
+  for (const fs::path& place : {pipe, link, folder.path(), fs::path("/dev/null")})
+    EXPECT_THROW(write_durable(place, "x"), Error) << place;
+  EXPECT_EQ(read_text(link), "kept");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST(Files, NamesFromFilesStayInTheirFolder) {
+  const test::TemporaryFolder folder;
+  const fs::path inside = folder.path() / "recording";
+  write_durable(inside / "set" / "cam.png", "image");
+  write_durable(folder.path() / "secret", "secret");
+  fs::create_symlink(folder.path() / "secret", inside / "out.png");
+  const std::vector<unsigned char> image = read_inside(inside, "set/cam.png", {});
+  EXPECT_EQ(std::string(image.begin(), image.end()), "image");
+  for (const std::string name : {"", "/etc/passwd", "../secret", "set/../../secret", "set//cam.png",
+                                 "./set/cam.png", "a,b", "a\nb", "a\\b", "-rf", "out.png", "set/"})
+    EXPECT_THROW(static_cast<void>(read_inside(inside, name, {})), Error) << name;
+  EXPECT_NO_THROW(require_plain_name(std::string(200, 'x'), {}));
+  EXPECT_THROW(require_plain_name(std::string(201, 'x'), {}), Error);
+}
+
+TEST(Files, OneWriterAtATime) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "deep" / ".lock";
+  {
+    const WriterLock first(file, "somebody writes");
+    EXPECT_THROW(WriterLock(file, "somebody writes"), Error);
+  }
+  EXPECT_NO_THROW(WriterLock(file, "somebody writes"));
+  EXPECT_TRUE(fs::is_empty(file.parent_path()));
+}
+
+TEST(Files, ATerminalGetsNoControlCharacters) {
+  EXPECT_EQ(printable("a\x1b[31mb\r\x07\tc\n\x7f"), "a?[31mb??\tc\n?");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "31m\xc3\xbc"),
+            "\xc2?31m\xc3\xbc");
 }
 
 TEST(Files, AMissingFileIsNamed) {

@@ -7,14 +7,16 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
 #include "core/files/files.hpp"
 
 namespace drape {
 namespace {
 
 constexpr const char* kRemake =
-    "the file is written by drapebench: make it anew with the program that wrote it";
+    "the file is written by drapebench: make it again with the program that wrote it";
+
+/// Levels of objects and arrays in a file; whatever walks through it then fits the stack.
+constexpr int kDeepest = 100;
 
 bool is_plain_array(const Json& json) {
   if (!json.is_array()) return false;
@@ -25,6 +27,11 @@ bool is_plain_array(const Json& json) {
   return true;
 }
 
+/// File names need not be UTF-8, JSON must be.
+std::string one_line(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 void print(const Json& json, int indent, std::string& out) {
   const std::string pad(static_cast<std::size_t>(indent) + 1, ' ');
   if (json.is_object() && !json.empty()) {
@@ -32,7 +39,7 @@ void print(const Json& json, int indent, std::string& out) {
     bool first = true;
     for (const auto& [key, value] : json.items()) {
       out += first ? "\n" : ",\n";
-      out += pad + Json(key).dump() + ": ";
+      out += pad + one_line(key) + ": ";
       print(value, indent + 1, out);
       first = false;
     }
@@ -48,7 +55,7 @@ void print(const Json& json, int indent, std::string& out) {
     }
     out += "\n" + std::string(static_cast<std::size_t>(indent), ' ') + "]";
   } else {
-    out += json.dump();
+    out += one_line(json);
   }
 }
 
@@ -61,7 +68,12 @@ JsonNode::JsonNode(std::shared_ptr<const Json> root, const Json* value, std::str
 JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& name, int version) {
   std::shared_ptr<const Json> root;
   try {
-    root = std::make_shared<const Json>(Json::parse(read_text(file)));
+    const auto shallow = [&file](int depth, Json::parse_event_t, const Json&) {
+      if (depth <= kDeepest) return true;
+      throw bad_input(fmt::format("nested deeper than {} levels", kDeepest),
+                      {.file = file.string()}, kRemake);
+    };
+    root = std::make_shared<const Json>(Json::parse(read_text(file), shallow));
   } catch (const Json::exception& error) {
     throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
                     kRemake);
@@ -84,7 +96,11 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
 }
 
 void JsonNode::reject(const std::string& key, const std::string& what) const {
-  throw bad_input(what, {.file = file_, .field = pointer_ + "/" + key}, kRemake);
+  throw bad_input(what, where(key), kRemake);
+}
+
+Where JsonNode::where(const std::string& key) const {
+  return {.file = file_, .field = pointer_ + "/" + key};
 }
 
 const Json& JsonNode::member(const std::string& key) const {
@@ -140,10 +156,11 @@ std::optional<double> JsonNode::optional_number(const std::string& key) const {
 
 int JsonNode::integer(const std::string& key) const {
   const Json& value = member(key);
-  if (!value.is_number_integer() ||
-      std::abs(value.get<std::int64_t>()) > std::numeric_limits<int>::max()) {
-    reject(key, fmt::format("`{}` is not a whole number", key));
-  }
+  constexpr auto most = std::numeric_limits<int>::max();
+  const bool fits = value.is_number_unsigned()
+                        ? value.get<std::uint64_t>() <= static_cast<std::uint64_t>(most)
+                        : value.is_number_integer() && value.get<std::int64_t>() >= -most;
+  if (!fits) reject(key, fmt::format("`{}` is not a whole number up to {}", key, most));
   return value.get<int>();
 }
 
@@ -167,6 +184,23 @@ std::string JsonNode::text(const std::string& key) const {
 std::optional<std::string> JsonNode::optional_text(const std::string& key) const {
   if (!has(key)) return std::nullopt;
   return text(key);
+}
+
+std::string JsonNode::name(const std::string& key) const {
+  const std::string found = text(key);
+  require_plain_name(found, where(key));
+  return found;
+}
+
+std::vector<std::string> JsonNode::texts(const std::string& key) const {
+  const Json& array = member(key);
+  if (!array.is_array()) reject(key, fmt::format("`{}` is not an array of texts", key));
+  std::vector<std::string> texts;
+  for (const Json& item : array) {
+    if (!item.is_string()) reject(key, fmt::format("`{}` is not an array of texts", key));
+    texts.push_back(item.get<std::string>());
+  }
+  return texts;
 }
 
 Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {

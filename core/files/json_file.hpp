@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.hpp"
+
 namespace drape {
 
 /// Key order is kept, so that files read well and the same input gives the same bytes.
@@ -33,6 +35,9 @@ class JsonNode {
   [[nodiscard]] bool boolean(const std::string& key) const;
   [[nodiscard]] std::string text(const std::string& key) const;
   [[nodiscard]] std::optional<std::string> optional_text(const std::string& key) const;
+  /// A text that can be one component of a path (require_plain_name).
+  [[nodiscard]] std::string name(const std::string& key) const;
+  [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
   [[nodiscard]] Eigen::VectorXd vector(const std::string& key, Eigen::Index size) const;
   [[nodiscard]] Eigen::Vector2d vector2(const std::string& key) const;
   [[nodiscard]] Eigen::Vector3d vector3(const std::string& key) const;
@@ -41,6 +46,8 @@ class JsonNode {
   [[nodiscard]] Eigen::MatrixXd matrix(const std::string& key) const;   ///< any size, rows equal
 
   [[noreturn]] void reject(const std::string& key, const std::string& what) const;
+  /// File and field, for errors found elsewhere.
+  [[nodiscard]] Where where(const std::string& key) const;
   [[nodiscard]] const Json& raw() const { return *value_; }
 
  private:

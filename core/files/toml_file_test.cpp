@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "tests/support/paths.hpp"
@@ -104,6 +106,35 @@ TEST_F(Toml, RefusesAnotherSchemaAndABrokenFile) {
 TEST_F(Toml, ResolvesFilesFromTheFolderOfTheFile) {
   const TomlTable table = open("curve = \"../curves/a.csv\"\n");
   EXPECT_EQ(table.file_path("curve"), (folder_.path() / "../curves/a.csv").lexically_normal());
+}
+
+TEST_F(Toml, ACollectorNotesEveryProblemOfOneReading) {
+  const TomlTable table = open("a = 1\nwrong_mm = \"x\"\nlow = -3\nunknown = 4\n");
+  std::vector<Error> problems;
+  {
+    ProblemCollector collector(problems);
+    EXPECT_EQ(table.integer("a"), 1);
+    EXPECT_TRUE(std::isnan(table.number("wrong_mm")));
+    EXPECT_TRUE(std::isnan(table.positive("low")));
+    EXPECT_TRUE(std::isnan(table.number("absent_mm")));
+    EXPECT_FALSE(collector.guessed());
+    EXPECT_EQ(table.text("no_text"), "");
+    EXPECT_TRUE(collector.guessed());
+    table.finish();
+  }
+  ASSERT_EQ(problems.size(), 5U);
+  EXPECT_EQ(problems[0].where().line, 3);
+  EXPECT_THAT(problems[4].what(), HasSubstr("unknown key `unknown`"));
+  EXPECT_THROW((void)table.number("absent_mm"), Error) << "nobody collects any more";
+}
+
+TEST_F(Toml, ValuesAreListedUnderTheirPaths) {
+  const auto values = open("b = true\n[[object]]\nx_mm = 1.5\nat = [1, 2]\n").values();
+  EXPECT_THAT(values,
+              ElementsAre(std::pair<std::string, std::string>("b", "true"),
+                          std::pair<std::string, std::string>("object.1.at", "1, 2"),
+                          std::pair<std::string, std::string>("object.1.x_mm", "1.5"),
+                          std::pair<std::string, std::string>("schema", "drapebench/thing/1")));
 }
 
 }  // namespace

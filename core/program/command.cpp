@@ -2,13 +2,37 @@
 #include "core/program/command.hpp"
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
 #include <optional>
+
+#include "core/program/similar.hpp"
 
 namespace drape {
 namespace {
 
 constexpr int kUsage = 2;
+
+/// Options and commands of a program and of its commands.
+void add_names(const CLI::App& app, std::vector<std::string>& names) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (const CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+    add_names(*command, names);
+  }
+}
+
+/// For each word that the program does not know the one that was likely meant.
+void suggest(const CLI::App& app) {
+  std::vector<std::string> known;
+  add_names(app, known);
+  for (const std::string& word : app.remaining(true)) {
+    const std::string name = word.substr(0, word.find('='));
+    const std::string best = most_similar(name, known);
+    if (!best.empty()) std::fprintf(stderr, "did you mean `%s`?\n", best.c_str());
+  }
+}
 
 CLI::Option& option_of(void* option) {
   return *static_cast<CLI::Option*>(option);
@@ -177,7 +201,9 @@ int Command::parse(int argc, char** argv) {
     parser_->app->parse(argc, argv);
     return -1;
   } catch (const CLI::ParseError& error) {
-    return parser_->app->exit(error) == 0 ? 0 : kUsage;
+    if (parser_->app->exit(error) == 0) return 0;
+    suggest(*parser_->app);
+    return kUsage;
   }
 }
 

@@ -1,11 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/program/program.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <new>
+#include <string_view>
+#include <system_error>
 #include <thread>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
@@ -15,16 +27,106 @@
 namespace drape {
 namespace {
 
-void report_error(const Error& error, const std::string& program, const CommonOptions& options) {
-  fmt::print(stderr, "{}: error: {}\n", program, error.what());
-  if (!options.json) return;
+int report_error(const Error& error, const std::string& program, const CommonOptions& options) {
+  const int code = static_cast<int>(error.kind());
+  // Not fmt::print, which throws where standard error is full.
+  std::fputs(
+      fmt::format("{}: {}: {}\n", program, coloured("error", "31", stderr), printable(error.what()))
+          .c_str(),
+      stderr);
+  if (!options.json) return code;
   Json json;
   json["error"]["what_failed"] = error.what_failed();
   json["error"]["where"] = error.where().describe();
   json["error"]["what_to_do"] = error.what_to_do();
-  json["exit_code"] = static_cast<int>(error.kind());
-  fmt::print("{}", pretty(json));
+  json["exit_code"] = code;
+  std::fputs(pretty(json).c_str(), stdout);
+  std::fflush(stdout);
+  return code;
 }
+
+/// The front door says it once for all stages that it started.
+volatile sig_atomic_t below_front_door = 0;
+
+/// Files are replaced whole, so that a program may stop at any place.
+void on_interrupt(int signal) {
+  constexpr std::string_view kSentence =
+      "\ninterrupted: what was finished is kept, run again to go on\n";
+  if (below_front_door == 0) {
+    [[maybe_unused]] const ssize_t ignored =
+        ::write(STDERR_FILENO, kSentence.data(), kSentence.size());
+  }
+  ::_exit(128 + signal);
+}
+
+/// Signals that would end the program without a sentence.
+void prepare_process() {
+  below_front_door = std::getenv("DRAPE_PROGRESS_FD") == nullptr ? 0 : 1;
+  struct sigaction action {};
+  action.sa_handler = &on_interrupt;
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  action.sa_handler = SIG_IGN;
+  ::sigaction(SIGXFSZ, &action, nullptr);  // A file over the limit is then an error of write().
+}
+
+/// Ends without the libraries' exit handlers: that of OpenBLAS (below OpenCV and Ceres) waits for
+/// ever for threads that the system refused.
+[[noreturn]] void leave(int code) {
+  std::fflush(nullptr);
+#ifdef __SANITIZE_ADDRESS__
+  std::exit(code);
+#else
+  ::_exit(code);
+#endif
+}
+
+/// What no run_guarded() can catch: a library that finds no memory as it starts, or a thread.
+[[noreturn]] void on_terminate() {
+  const char* why = "an error that nothing expected";
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    why = "the memory is not enough";
+  } catch (...) {  // has no sentence of its own
+  }
+  const char* program = ::program_invocation_short_name;
+  for (const char* part : {program, ": error: ", why, "\n"}) {
+    [[maybe_unused]] const ssize_t ignored = ::write(STDERR_FILENO, part, std::strlen(part));
+  }
+  ::_exit(static_cast<int>(ErrorKind::internal));
+}
+
+/// Before any library starts. OpenBLAS makes its threads then, and nothing here is faster by them;
+/// OpenCV refuses larger images before it decodes them: 2^26 pixels of 8 bytes are half a GB. Both
+/// look at the environment as the system gave it, so a program that has one of them begins again.
+void limit_libraries(int, char** arguments, char** environment) {
+  std::set_terminate(&on_terminate);
+  const bool limited = ::dlsym(RTLD_DEFAULT, "dgemm_") != nullptr ||
+                       ::dlsym(RTLD_DEFAULT, "_ZN2cv8imdecodeERKNS_11_InputArrayEi") != nullptr;
+  if (!limited) return;
+  static char threads[] = "OPENBLAS_NUM_THREADS=1";
+  static char pixels[] = "OPENCV_IO_MAX_IMAGE_PIXELS=67108864";
+  std::vector<char*> all;
+  bool given[2] = {};
+  for (; *environment != nullptr; ++environment) {
+    const std::string_view one = *environment;
+    given[0] = given[0] || one.starts_with("OPENBLAS_NUM_THREADS=");
+    given[1] = given[1] || one.starts_with("OPENCV_IO_MAX_IMAGE_PIXELS=");
+    all.push_back(*environment);
+  }
+  if (given[0] && given[1]) return;
+  if (!given[0]) all.push_back(threads);
+  if (!given[1]) all.push_back(pixels);
+  all.push_back(nullptr);
+  char file[4096];
+  const ssize_t size = ::readlink("/proc/self/exe", file, sizeof file - 1);
+  if (size <= 0) return;
+  file[size] = '\0';
+  ::execve(file, arguments, all.data());  // Where that fails the limits are missing, no more.
+}
+[[gnu::section(".preinit_array"), gnu::used]] void (*at_start)(int, char**,
+                                                               char**) = &limit_libraries;
 
 Json json_of(const Ending& ending) {
   Json json;
@@ -33,6 +135,8 @@ Json json_of(const Ending& ending) {
   json["numbers"] = Json::object();
   for (const auto& [name, value] : ending.numbers) json["numbers"][name] = value;
   json["rejected"] = ending.rejected;
+  json["warnings"] = ending.warnings;
+  json["advice"] = ending.advice;
   json["next_command"] = ending.next_command;
   return json;
 }
@@ -48,35 +152,85 @@ void add_common_options(Command& app, CommonOptions& options) {
   app.set_version("drapebench " + version());
 }
 
+std::string text_of(const Ending& ending) {
+  std::string text = fmt::format("{}: {}\n", ending.go ? "GO" : "NO-GO", ending.verdict);
+  std::size_t width = 0;
+  for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
+  for (const auto& [name, value] : ending.numbers)
+    text += fmt::format("  {:<{}}  {}\n", name, width, value);
+  for (const std::string& line : ending.rejected) text += fmt::format("  rejected: {}\n", line);
+  for (const std::string& line : ending.warnings) text += fmt::format("  warning: {}\n", line);
+  for (const std::string& line : ending.advice) text += fmt::format("  advice: {}\n", line);
+  if (!ending.next_command.empty()) text += fmt::format("  next: {}\n", ending.next_command);
+  return text;
+}
+
+void print_text(const std::string& text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (written && std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return;
+  const int code = errno;
+  std::clearerr(stdout);
+  throw Error(ErrorKind::internal,
+              fmt::format("standard output cannot be written: {}", std::strerror(code)), {},
+              "free the disk, or print elsewhere; files that were written are whole");
+}
+
 int finish(const Ending& ending, const CommonOptions& options) {
-  const int code = ending.go ? 0 : 1;
   if (options.json) {
-    fmt::print("{}", pretty(json_of(ending)));
+    print_text(pretty(json_of(ending)));
   } else if (!options.quiet) {
-    fmt::print("{}: {}\n", ending.go ? "GO" : "NO-GO", ending.verdict);
-    std::size_t width = 0;
-    for (const auto& number : ending.numbers) width = std::max(width, number.first.size());
-    for (const auto& [name, value] : ending.numbers)
-      fmt::print("  {:<{}}  {}\n", name, width, value);
-    for (const std::string& rejected : ending.rejected) fmt::print("  rejected: {}\n", rejected);
-    if (!ending.next_command.empty()) fmt::print("  next: {}\n", ending.next_command);
+    const std::string text = printable(text_of(ending));
+    const std::size_t end = text.find(':');
+    print_text(coloured(text.substr(0, end), ending.go ? "32" : "1;31", stdout) + text.substr(end));
   }
-  std::fflush(stdout);
-  return code;
+  return ending.go ? 0 : 1;
+}
+
+int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record) {
+  record.write(ending.go ? 0 : 1, text_of(ending));
+  return finish(ending, options);
+}
+
+int run_guarded(const std::string& name, const CommonOptions& options,
+                const std::function<int()>& body) {
+  prepare_process();
+  try {
+    const int code = body();
+    print_text({});  // What was printed before may still stand in the buffer.
+    return code;
+  } catch (const Error& error) {
+    return report_error(error, name, options);
+  } catch (const std::filesystem::filesystem_error& error) {
+    return report_error(
+        bad_input("a file cannot be used: " + error.code().message(),
+                  {.file = error.path1().string()}, "check the path and its permissions"),
+        name, options);
+  } catch (const std::bad_alloc&) {
+    return report_error(Error(ErrorKind::internal, "the memory is not enough", {},
+                              "close other programs, or ask for less (smaller images or grids)"),
+                        name, options);
+  } catch (const std::system_error& error) {
+    return report_error(Error(ErrorKind::internal, error.what(), {},
+                              "the system refused it: check its limits and the disk"),
+                        name, options);
+  } catch (const std::exception& error) {
+    return report_error(internal_error(error.what()), name, options);
+  }
+}
+
+std::string coloured(const std::string& text, const char* code, std::FILE* stream) {
+  if (::isatty(::fileno(stream)) == 0 || std::getenv("NO_COLOR") != nullptr) return text;
+  return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
 }
 
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
                 const std::function<int()>& body) {
-  if (const int code = app.parse(argc, argv); code >= 0) return code;
-  try {
-    return body();
-  } catch (const Error& error) {
-    report_error(error, app.name(), options);
-    return static_cast<int>(error.kind());
-  } catch (const std::exception& error) {
-    report_error(internal_error(error.what()), app.name(), options);
-    return static_cast<int>(ErrorKind::internal);
-  }
+  int parsed = -1;
+  const int code = run_guarded(app.name(), options, [&] {
+    parsed = app.parse(argc, argv);
+    return parsed >= 0 ? parsed : body();
+  });
+  leave(code);
 }
 
 std::vector<std::string> arguments_of(int argc, char** argv) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdio>
 #include <functional>
 #include <string>
 #include <utility>
@@ -9,6 +10,7 @@
 namespace drape {
 
 class Command;
+class RunRecord;
 
 /// Options that every program has.
 struct CommonOptions {
@@ -20,21 +22,41 @@ struct CommonOptions {
 /// Adds --json, --quiet, --threads and --version.
 void add_common_options(Command& app, CommonOptions& options);
 
-/// The last lines a person sees (DESIGN: verdict, the few numbers that matter, what was rejected
-/// and why, the next command).
+/// The last lines a person sees: the verdict on the measurement, the few numbers that matter, what
+/// was rejected and why, what to be careful about, what would help, the next command.
 struct Ending {
   bool go = true;
   std::string verdict;                                       ///< one sentence
   std::vector<std::pair<std::string, std::string>> numbers;  ///< name, value with unit
-  std::vector<std::string> rejected;                         ///< what and why, with counts
+  std::vector<std::string> rejected = {};  ///< data that were not used, and why, with counts
+  std::vector<std::string> warnings = {};  ///< data that were used though something is odd
+  std::vector<std::string> advice = {};    ///< what would make the next result better
   std::string next_command;
 };
 
 /// Prints the ending to stdout, as text or JSON; returns the exit code (0 GO, 1 NO-GO).
 int finish(const Ending& ending, const CommonOptions& options);
 
-/// Parses, runs, and turns every Error into one message and its exit code. Never throws.
+/// The same as the last act of a step: the ending and the record are kept before it is printed.
+int finish(const Ending& ending, const CommonOptions& options, const RunRecord& record);
+
+/// The ending as people read it.
+[[nodiscard]] std::string text_of(const Ending& ending);
+
+/// The text in a terminal's colour (SGR code, e.g. "31"), plain where `stream` is no terminal or
+/// the environment has NO_COLOR.
+[[nodiscard]] std::string coloured(const std::string& text, const char* code, std::FILE* stream);
+
+/// Prints to standard output; throws Error(internal) when that cannot be written.
+void print_text(const std::string& text);
+
+/// Parses, runs, and turns every Error into one message and its exit code. Never throws. SIGINT and
+/// SIGTERM end the program with 130 and 143 and a sentence; what is written by then is whole.
 int run_program(Command& app, int argc, char** argv, const CommonOptions& options,
+                const std::function<int()>& body);
+
+/// What run_program does around a body that has no command line of its own.
+int run_guarded(const std::string& name, const CommonOptions& options,
                 const std::function<int()>& body);
 
 /// Arguments without the program's name, for the run record.

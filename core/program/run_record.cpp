@@ -3,10 +3,8 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "core/error.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape {
@@ -21,17 +19,23 @@ std::string utc(std::chrono::system_clock::time_point time) {
                      fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
 }
 
-/// The running executable itself, so that a rebuilt program counts as another one.
-fs::path this_program() {
-  return fs::read_symlink("/proc/self/exe");
+/// Of the running executable itself, so that a rebuilt program counts as another one.
+const std::string& program_sha256() {
+  static const std::string sha256 = sha256_of_file("/proc/self/exe");
+  return sha256;
 }
 
 fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
+/// Names of links stay as they are, so that a link that was pointed elsewhere is noticed. The
+/// folder's own links are followed, because `..` in the name will be.
 std::string relative_to(const fs::path& folder, const fs::path& file) {
-  return fs::proximate(file, folder).generic_string();
+  return fs::absolute(file)
+      .lexically_normal()
+      .lexically_relative(fs::weakly_canonical(folder))
+      .generic_string();
 }
 
 Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::string>>& files) {
@@ -42,14 +46,20 @@ Json hashes(const fs::path& folder, const std::vector<std::pair<fs::path, std::s
   return list;
 }
 
-/// Arguments without those that never change a result.
-std::vector<std::string> decisive(const std::vector<std::string>& arguments) {
+/// Arguments without those that never change a result; those that name files in one spelling,
+/// whatever folder the program was called from.
+std::vector<std::string> decisive(const std::vector<std::string>& arguments,
+                                  const fs::path& folder) {
   std::vector<std::string> result;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
     if (argument == "--threads") ++i;
-    if (argument != "--threads" && argument != "--json" && argument != "--quiet")
-      result.push_back(argument);
+    if (argument == "--threads" || argument == "--json" || argument == "--quiet") continue;
+    std::error_code unreachable;
+    const bool is_path =
+        !argument.empty() && argument.front() != '-' &&
+        (argument.find('/') != std::string::npos || fs::exists(argument, unreachable));
+    result.push_back(is_path ? relative_to(folder, fs::weakly_canonical(argument)) : argument);
   }
   return result;
 }
@@ -64,10 +74,22 @@ bool unchanged(const fs::path& folder, const JsonNode& root, const std::string& 
 
 }  // namespace
 
-RunRecord::RunRecord(std::string program, std::vector<std::string> arguments)
+RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file)
     : program_(std::move(program)),
       arguments_(std::move(arguments)),
-      started_(std::chrono::system_clock::now()) {}
+      file_(std::move(file)),
+      started_(std::chrono::system_clock::now()) {
+  begin();
+}
+
+void RunRecord::begin() {
+  if (file_.empty()) return;
+  lock_ =
+      std::make_unique<WriterLock>(folder_of(file_) / ("." + file_.filename().string() + ".lock"),
+                                   fmt::format("another program is writing {}", file_.string()));
+  remove_durable(file_);
+  remove_durable(ending_path(file_));
+}
 
 void RunRecord::input(const fs::path& file) {
   inputs_.emplace_back(file, sha256_of_file(file));
@@ -85,24 +107,34 @@ void RunRecord::option(const std::string& name, const std::string& value) {
   options_.emplace_back(name, value);
 }
 
-void RunRecord::write(const fs::path& file, int exit_code) const {
-  const fs::path folder = folder_of(file);
+void RunRecord::write(int exit_code, std::string_view ending) const {
+  if (file_.empty()) return;
+  const fs::path folder = folder_of(file_);
   std::vector<std::pair<fs::path, std::string>> outputs;
   for (const fs::path& output : outputs_) outputs.emplace_back(output, sha256_of_file(output));
+  write_durable(ending_path(file_), ending);
   Json json;
   json["schema"] = fmt::format("drapebench/run/{}", kVersion);
   json["program"] = program_;
   json["version"] = version();
-  json["program_sha256"] = sha256_of_file(this_program());
+  json["program_sha256"] = program_sha256();
   json["arguments"] = arguments_;
+  json["decisive_arguments"] = decisive(arguments_, folder);
   json["options"] = Json::object();
   for (const auto& [name, value] : options_) json["options"][name] = value;
   json["inputs"] = hashes(folder, inputs_);
   json["outputs"] = hashes(folder, outputs);
+  json["ending_sha256"] = sha256_of(ending);
   json["started_utc"] = utc(started_);
   json["ended_utc"] = utc(std::chrono::system_clock::now());
   json["exit_code"] = exit_code;
-  write_json(file, json);
+  write_json(file_, json);
+}
+
+void RunRecord::write(const fs::path& file, int exit_code, std::string_view ending) {
+  file_ = file;
+  begin();
+  write(exit_code, ending);
 }
 
 fs::path run_record_path(const fs::path& output) {
@@ -110,20 +142,25 @@ fs::path run_record_path(const fs::path& output) {
   return record.replace_extension(".run.json");
 }
 
+fs::path ending_path(const fs::path& record) {
+  fs::path file = record;
+  return file.replace_extension().replace_extension(".ending.txt");
+}
+
 bool is_up_to_date(const fs::path& record, const fs::path& program,
                    const std::vector<std::string>& arguments) {
   if (!fs::is_regular_file(record) || !fs::is_regular_file(program)) return false;
   try {
     const JsonNode root = JsonNode::open(record, "run", kVersion);
+    const fs::path folder = folder_of(record);
     const int code = root.integer("exit_code");
     return (code == 0 || code == 1) &&
-           decisive(root.at("arguments").raw().get<std::vector<std::string>>()) ==
-               decisive(arguments) &&
+           root.texts("decisive_arguments") == decisive(arguments, folder) &&
            root.text("program_sha256") == sha256_of_file(program) &&
-           unchanged(folder_of(record), root, "inputs") &&
-           unchanged(folder_of(record), root, "outputs");
+           root.text("ending_sha256") == sha256_of_file(ending_path(record)) &&
+           unchanged(folder, root, "inputs") && unchanged(folder, root, "outputs");
   } catch (const Error&) {
-    return false;  // A damaged record proves nothing, so the step is made anew.
+    return false;  // A damaged record, or one of an older version, proves nothing.
   }
 }
 

@@ -3,9 +3,13 @@
 
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "core/files/files.hpp"
 
 namespace drape {
 
@@ -16,23 +20,40 @@ struct FileHash {
 };
 
 /// Provenance of one program run (run.json): program, version, arguments, inputs and outputs with
-/// SHA-256, times, exit code. The only file with clock times in it.
+/// SHA-256, times, exit code, hash of the ending. The only file with clock times in it.
+///
+/// A step goes in this order, so that whatever ends it leaves no record of what is not whole: the
+/// constructor removes record and ending; outputs are written; write() adds the ending and, last,
+/// the record.
 class RunRecord {
  public:
-  /// `arguments` as given on the command line, without the program's name.
-  RunRecord(std::string program, std::vector<std::string> arguments);
+  /// `arguments` as given on the command line, without the program's name; `file` is the record, or
+  /// empty for a run that keeps none. Holds a lock beside the record: throws Error(bad_input) when
+  /// another program writes the same output.
+  RunRecord(std::string program, std::vector<std::string> arguments,
+            std::filesystem::path file = {});
 
+  /// Hashed now, so before it is read: a file changed in between then counts as changed.
   void input(const std::filesystem::path& file);
   void input(const std::filesystem::path& file, std::string sha256);  ///< hash already known
   void output(const std::filesystem::path& file);
   void option(const std::string& name, const std::string& value);  ///< resolved value
 
-  /// Hashes the outputs and writes the record durably; call last.
-  void write(const std::filesystem::path& file, int exit_code) const;
+  [[nodiscard]] const std::filesystem::path& file() const { return file_; }
+  [[nodiscard]] const std::vector<std::filesystem::path>& outputs() const { return outputs_; }
+
+  /// Writes the ending, hashes the outputs and writes the record; call last.
+  void write(int exit_code, std::string_view ending) const;
+  /// For a program that learns only at its end whether and where it keeps a record.
+  void write(const std::filesystem::path& file, int exit_code, std::string_view ending = {});
 
  private:
+  void begin();
+
   std::string program_;
   std::vector<std::string> arguments_;
+  std::filesystem::path file_;
+  std::unique_ptr<WriterLock> lock_;
   std::chrono::system_clock::time_point started_;
   std::vector<std::pair<std::filesystem::path, std::string>> inputs_;
   std::vector<std::filesystem::path> outputs_;
@@ -42,8 +63,12 @@ class RunRecord {
 /// Where the record of an output lies: `<stem>.run.json` beside it.
 [[nodiscard]] std::filesystem::path run_record_path(const std::filesystem::path& output);
 
-/// True when the record exists, was written by the same program file with the same arguments,
-/// ended with exit code 0 or 1, and all its inputs and outputs still have the recorded content.
+/// `<stem>.ending.txt` beside the record: what the program printed for people.
+[[nodiscard]] std::filesystem::path ending_path(const std::filesystem::path& record);
+
+/// True when the record exists, was written by the same program file with the same arguments (paths
+/// may be spelled differently), ended with exit code 0 or 1, and its ending and all its inputs and
+/// outputs, each found under the name that was given, still have the recorded content.
 [[nodiscard]] bool is_up_to_date(const std::filesystem::path& record,
                                  const std::filesystem::path& program,
                                  const std::vector<std::string>& arguments);

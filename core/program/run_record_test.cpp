@@ -22,10 +22,10 @@ class RunRecords : public testing::Test {
   }
 
   void write(int exit_code) const {
-    RunRecord record("drape-thing", arguments_);
+    RunRecord record("drape-thing", arguments_, run_record_path(out_));
     record.input(in_);
     record.output(out_);
-    record.write(run_record_path(out_), exit_code);
+    record.write(exit_code, "GO: done\n");
   }
   [[nodiscard]] bool up_to_date(const std::vector<std::string>& arguments) const {
     return is_up_to_date(run_record_path(out_), fs::canonical("/proc/self/exe"), arguments);
@@ -67,6 +67,46 @@ TEST_F(RunRecords, ANoGoIsAResultAndAFailureIsNot) {
   EXPECT_EQ(recorded_exit_code(run_record_path(out_)), 1);
   write(5);
   EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, GoFirstAndComeBackLast) {
+  const RunRecord begun("drape-thing", arguments_, run_record_path(out_));
+  EXPECT_FALSE(fs::exists(run_record_path(out_)));
+  EXPECT_FALSE(fs::exists(ending_path(run_record_path(out_))));
+  EXPECT_THROW(RunRecord("drape-thing", arguments_, run_record_path(out_)), Error);
+}
+
+TEST_F(RunRecords, SeeAChangedEnding) {
+  EXPECT_EQ(read_text(ending_path(run_record_path(out_))), "GO: done\n");
+  write_durable(ending_path(run_record_path(out_)), "NO-GO: done\n");
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, SeeALinkThatWasPointedElsewhere) {
+  const fs::path link = folder_.path() / "link";
+  for (const char* name : {"first", "second"})
+    write_durable(folder_.path() / name / "list.txt", name);
+  fs::create_directory_symlink("first", link);
+  {
+    RunRecord record("drape-thing", arguments_, run_record_path(out_));
+    record.input(link / "list.txt");
+    record.output(out_);
+    record.write(0, "GO: done\n");
+  }
+  EXPECT_TRUE(up_to_date(arguments_));
+  fs::remove(link);
+  fs::create_directory_symlink("second", link);
+  EXPECT_FALSE(up_to_date(arguments_));
+}
+
+TEST_F(RunRecords, KnowAPathInEverySpelling) {
+  const fs::path here = fs::current_path();
+  fs::current_path(folder_.path());
+  arguments_ = {"./in.txt", "--grid", "11"};
+  write(0);
+  EXPECT_TRUE(up_to_date({in_.string(), "--grid", "11"}));
+  EXPECT_FALSE(up_to_date({out_.string(), "--grid", "11"}));
+  fs::current_path(here);
 }
 
 TEST_F(RunRecords, ADamagedRecordProvesNothing) {

@@ -18,7 +18,7 @@ struct Blob {
   Eigen::Matrix2d shape_px2;  ///< J J^T of the ellipse: squared semi-axes as eigenvalues
   double bright = 0;          ///< grey level that a third of the ring around it exceeds
   double dark = 0;            ///< mean of its core
-  double dark_ring = 0;       ///< share of the ring that is printed or as dark as the blob
+  double dark_ring = 0;       ///< fraction of the ring that is printed or as dark as the blob
 };
 
 struct Blobs {

@@ -77,8 +77,9 @@ CreaseStep best_crease(const LocalMap& from, const LocalMap& to, const Eigen::Ve
   CreaseStep best{1e9, to};
   constexpr int places = 9;
   for (int k = 1; k <= places; ++k) {
-    const double share = k / (places + 1.0);
-    const Eigen::Vector2d predicted = (share * from.px_per_m + (1 - share) * to.px_per_m) * step_m;
+    const double fraction = k / (places + 1.0);
+    const Eigen::Vector2d predicted =
+        (fraction * from.px_per_m + (1 - fraction) * to.px_per_m) * step_m;
     best.error = std::min(best.error, in_steps(moved - predicted, from, to, step_m));
   }
   return best;

@@ -38,7 +38,7 @@ struct LocalMap {
 [[nodiscard]] double step_error(const LocalMap& from, const LocalMap& to,
                                 const Eigen::Vector2d& step_m);
 
-/// The same for cloth that bends sharply somewhere on the way, as over an edge: both maps agree
+/// The same for cloth that bends sharply somewhere in between, as over an edge: both maps agree
 /// along the crease (J_to - J_from has rank one, which fixes the rotation) and the step is partly
 /// the one map's and partly the other's. Returns the smallest miss over the place of the crease
 /// and `to` with the rotation that gives it.

@@ -39,12 +39,12 @@ class BlurredEllipse {
     gradient(print) = -base * covered;
     if (near_edge) {
       const double by_distance = base * p_(print) * normal_density(z) / p_(blur);
-      const double share = by_distance / at.norm_w;
-      gradient(cx) = -share * at.wx;
-      gradient(cy) = -share * at.wy;
-      gradient(m11) = share * at.vx * at.ux;
-      gradient(m22) = share * at.vy * at.uy;
-      gradient(m12) = share * (at.vx * at.uy + at.vy * at.ux);
+      const double fraction = by_distance / at.norm_w;
+      gradient(cx) = -fraction * at.wx;
+      gradient(cy) = -fraction * at.wy;
+      gradient(m11) = fraction * at.vx * at.ux;
+      gradient(m22) = fraction * at.vy * at.uy;
+      gradient(m12) = fraction * (at.vx * at.uy + at.vy * at.ux);
       gradient(blur) = -by_distance * z;
     }
     return {base * through, near_edge};

@@ -25,7 +25,7 @@ using Matrix = Model::Matrix;
 constexpr int most_iterations = 15;
 constexpr double converged_px = 1e-3;    // Newton's next step is then far below a thousandth
 constexpr double quick_ratio = 0.2;      // of a step's length to the one before
-constexpr double converged_gain = 2e-4;  // of chi-square, a tenth of one pixel's share
+constexpr double converged_gain = 2e-4;  // of chi-square, a tenth of one pixel's part
 constexpr double chi2_scatter = 1e-6;    // of sums in single precision
 constexpr double clean_chi2 = 2.5;       // fits up to here need no second look at strangers
 constexpr int stranger_rounds = 4;
@@ -124,9 +124,9 @@ Vector start_parameters(const Blob& blob, const BlurGuess& guess) {
   return p;
 }
 
-/// Light of the core within a share of the radius, between print (0) and cloth (1).
-std::optional<double> centre_share(const GreyImage& image, const Patch& patch, const Model& model,
-                                   double within_radii) {
+/// Light of the core within a fraction of the radius, between print (0) and cloth (1).
+std::optional<double> centre_fraction(const GreyImage& image, const Patch& patch,
+                                      const Model& model, double within_radii) {
   const Vector& p = model.parameters();
   double sum = 0, most = 1e9, nearest = 0;
   int count = 0;
@@ -136,13 +136,13 @@ std::optional<double> centre_share(const GreyImage& image, const Patch& patch, c
       if (u < 0 || v < 0 || u >= image.width_px || v >= image.height_px) continue;
       const double radius = model.radius(x, y);
       const double light = p(Model::light) + p(Model::light_x) * x + p(Model::light_y) * y;
-      const double share = 1 - (1 - image.level(u, v) / light) / p(Model::print);
+      const double fraction = 1 - (1 - image.level(u, v) / light) / p(Model::print);
       if (radius < most) {
         most = radius;
-        nearest = share;
+        nearest = fraction;
       }
       if (radius > within_radii) continue;
-      sum += share;
+      sum += fraction;
       ++count;
     }
   }
@@ -165,8 +165,8 @@ bool settle(const Patch& patch, PixelColumns& pixels, bool dark_ring, const Nois
   return true;
 }
 
-/// Share of the fitted outline beyond the image's border: the region that the fit began with ends
-/// there, so that the patch does not know how much is missing.
+/// Fraction of the fitted outline beyond the image's border: the region that the fit began with
+/// ends there, so that the patch does not know how much is missing.
 double beyond_border(const GreyImage& image, const DotFit& fit) {
   constexpr int places = 32;
   const Eigen::Matrix2d root =
@@ -193,12 +193,12 @@ struct Outline {
 
 /// The fit itself: centre, shape and blur, or `converged` false.
 Outline fit_outline(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-                    const Blob& blob, const BlurGuess& guess, double light_centre_share) {
+                    const Blob& blob, const BlurGuess& guess, double light_centre_fraction) {
   Outline result;
   DotFit& fit = result.fit;
   Vector& p = result.p;
   p = start_parameters(blob, guess);
-  result.patch = cut_patch(image, map, blob, Model(p), light_centre_share);
+  result.patch = cut_patch(image, map, blob, Model(p), light_centre_fraction);
   Patch& patch = result.patch;
   fit.masked_edge = patch.masked_edge;
   fit.saturated = patch.saturated;
@@ -229,14 +229,14 @@ Outline fit_outline(const GreyImage& image, const DarkMap& map, const NoiseModel
 }  // namespace
 
 DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
-               const Blob& blob, const BlurGuess& guess, double light_centre_share,
+               const Blob& blob, const BlurGuess& guess, double light_centre_fraction,
                bool with_ring) {
-  Outline found = fit_outline(image, map, noise, blob, guess, light_centre_share);
+  Outline found = fit_outline(image, map, noise, blob, guess, light_centre_fraction);
   DotFit& fit = found.fit;
   if (!fit.converged) return fit;
   const Model model(found.p);
-  if (light_centre_share > 0) {
-    fit.centre_share = centre_share(image, found.patch, model, 0.5 * light_centre_share);
+  if (light_centre_fraction > 0) {
+    fit.centre_fraction = centre_fraction(image, found.patch, model, 0.5 * light_centre_fraction);
   }
   check_sectors(found.pixels, noise, model, found.normal.hessian, fit);
   fit.edge = edge_residuals({found.patch, found.pixels, noise, model, found.covariance}, with_ring);
@@ -245,8 +245,8 @@ DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noi
 
 std::optional<double> blur_of_dot(const GreyImage& image, const DarkMap& map,
                                   const NoiseModel& noise, const Blob& blob,
-                                  double light_centre_share) {
-  const DotFit fit = fit_outline(image, map, noise, blob, {}, light_centre_share).fit;
+                                  double light_centre_fraction) {
+  const DotFit fit = fit_outline(image, map, noise, blob, {}, light_centre_fraction).fit;
   if (!fit.converged || fit.masked_edge >= most_covered_for_blur) return std::nullopt;
   return fit.blur_px;
 }

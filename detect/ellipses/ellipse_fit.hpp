@@ -30,27 +30,27 @@ struct DotFit {
   double blur_px = 0;                                            ///< s
   double chi2_per_dof = 0;
   double misfit = 0;        ///< rms of the residuals, in contrasts
-  double masked_edge = 0;   ///< share of the outline hidden by masks or the image border
+  double masked_edge = 0;   ///< fraction of the outline hidden by masks or the image border
   double one_sided = 0;     ///< largest chi-square of the centre's shift when an eighth is left out
   double one_sided_px = 0;  ///< that shift
   bool saturated = false;
-  std::optional<double> centre_share;  ///< light of the core: 0 as the print, 1 as the cloth
+  std::optional<double> centre_fraction;  ///< light of the core: 0 as the print, 1 as the cloth
   EdgeResiduals edge;
 };
 
 /// Fits one blob by damped Gauss-Newton steps; pixels near other dark regions are left out.
-/// `light_centre_share`: radius of the light centre that some dots of the print have, in radii of
-/// the dot; 0 when none has. `with_ring`: also what the ring around the dot says of the cloth's
+/// `light_centre_fraction`: radius of the light centre that some dots of the print have, in radii
+/// of the dot; 0 when none has. `with_ring`: also what the ring around the dot says of the cloth's
 /// texture, which a few dots of a frame are enough to tell.
 [[nodiscard]] DotFit fit_dot(const GreyImage& image, const DarkMap& map, const NoiseModel& noise,
                              const Blob& start, const BlurGuess& blur,
-                             double light_centre_share = 0, bool with_ring = false);
+                             double light_centre_fraction = 0, bool with_ring = false);
 
 /// Edge width that a blob's fit alone finds; nothing when no ellipse fits or its outline is partly
 /// covered.
 [[nodiscard]] std::optional<double> blur_of_dot(const GreyImage& image, const DarkMap& map,
                                                 const NoiseModel& noise, const Blob& start,
-                                                double light_centre_share);
+                                                double light_centre_fraction);
 
 /// See correlation_of().
 [[nodiscard]] Correlation frame_correlation(const std::vector<DotFit>& fits);

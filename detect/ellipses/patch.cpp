@@ -11,10 +11,10 @@ namespace drape::detect {
 namespace {
 
 constexpr double ring_px = 4.0;         // how far outside the outline pixels are used
-constexpr double edge_px = 1.5;         // what counts as outline when lost shares are counted
+constexpr double edge_px = 1.5;         // what counts as outline when lost fractions are counted
 constexpr int foreign_margin_px = 2;    // blur carries a neighbour's darkness this far
 constexpr double centre_margin = 0.25;  // around a light centre, in radii of the dot
-constexpr double dark_ring_share = 0.7;
+constexpr double dark_ring_fraction = 0.7;
 constexpr double saturated_level = 254.5;
 
 /// Marks the pixels of the patch that other dark regions touch.
@@ -46,7 +46,7 @@ double& nth(std::vector<double>& values, std::size_t n) {
 }  // namespace
 
 Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
-                const BlurredEllipse& start, double light_centre_share) {
+                const BlurredEllipse& start, double light_centre_fraction) {
   Patch patch;
   patch.origin = blob.centre_px.array().round().cast<int>();
   patch.reach_x = static_cast<int>(std::ceil(std::sqrt(blob.shape_px2(0, 0)) + ring_px)) + 1;
@@ -63,8 +63,8 @@ Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
       const int x = k - patch.reach_x;
       const double d = row.distance(k);
       if (d > ring_px) continue;
-      if (light_centre_share > 0 && d < -edge_px &&
-          start.radius(x, y) < light_centre_share + centre_margin) {
+      if (light_centre_fraction > 0 && d < -edge_px &&
+          start.radius(x, y) < light_centre_fraction + centre_margin) {
         continue;
       }
       const int u = patch.origin.x() + x, v = patch.origin.y() + y;
@@ -92,7 +92,7 @@ bool set_dark_ring_aside(Patch& patch) {
     levels.push_back(pixel.level);
   }
   if (levels.empty()) return false;
-  const double limit = dark_ring_share * nth(levels, levels.size() * 3 / 4);
+  const double limit = dark_ring_fraction * nth(levels, levels.size() * 3 / 4);
   bool any = false;
   for (PatchPixel* pixel : ring) {
     if (pixel->level >= limit) continue;

@@ -24,15 +24,15 @@ struct Patch {
   Eigen::Vector2i origin;  ///< image position of the blob's centre, rounded
   int reach_x = 0, reach_y = 0;
   std::vector<PatchPixel> pixels;
-  double masked_edge = 0;  ///< share of the outline that is not usable
+  double masked_edge = 0;  ///< fraction of the outline that is not usable
   bool saturated = false;
 };
 
 /// Cuts the patch of a blob, without pixels near other dark regions or outside the image.
-/// `start` is relative to the rounded centre. Where some dots have a light centre (its share of the
-/// radius is not 0) the core of none is used: the outline alone says where the dot is.
+/// `start` is relative to the rounded centre. Where some dots have a light centre (its fraction of
+/// the radius is not 0) the core of none is used: the outline alone says where the dot is.
 [[nodiscard]] Patch cut_patch(const GreyImage& image, const DarkMap& map, const Blob& blob,
-                              const BlurredEllipse& start, double light_centre_share);
+                              const BlurredEllipse& start, double light_centre_fraction);
 
 /// Before the first fit: ring pixels much darker than the brighter part of the ring are taken for
 /// the table, or for cloth in shadow behind a silhouette. True when there were any.

@@ -43,7 +43,7 @@ void influence_of(const PixelBlock& block, int count,
 
 /// What a look for strangers changed.
 struct Strangers {
-  double lost_edge = 0;  ///< share of the outline's weight that is lost
+  double lost_edge = 0;  ///< fraction of the outline's weight that is lost
   bool changed = false;  ///< some pixel's trust is another than before
 };
 

@@ -153,7 +153,7 @@ double median(std::vector<double> values) {
 }
 
 /// Solves for the texture whose ring residuals would be the frame's. Each dot in units of its own
-/// variance, so that one beside a shadow does not speak for all.
+/// variance, so that one beside a shadow does not dominate.
 RingResiduals::Sums texture_of(const std::vector<const EdgeResiduals*>& dots) {
   RingResiduals all;
   std::vector<double> variances;
@@ -216,7 +216,7 @@ Correlation correlation_of(const std::vector<const EdgeResiduals*>& dots) {
   std::array<double, classes> product = {}, pairs = {};
   for (const EdgeResiduals* dot : dots) {
     if (dot->product[0] <= 0) continue;
-    // Each dot in units of its own variance, so that one bad fit does not speak for the frame.
+    // Each dot in units of its own variance, so that one bad fit does not dominate the frame.
     const double variance = dot->product[0] / dot->pairs[0];
     for (int k = 0; k < classes; ++k) {
       product[k] += dot->product[k] / variance;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int side = 64;
 
-/// Share of a pixel inside the ellipse: exact along u, 32 lines along v.
+/// Fraction of a pixel inside the ellipse: exact along u, 32 lines along v.
 double coverage(const SyntheticDot& dot, const Eigen::Matrix2d& inverse, int x, int y) {
   constexpr int lines = 32;
   double inside = 0;

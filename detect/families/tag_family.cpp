@@ -102,7 +102,7 @@ int TagFamily::total_modules() const {
 
 bool TagFamily::black(int id, int x, int y) const {
   const apriltag_family_t& family = *state_->family;
-  // The library's own pictures stand on their heads beside what OpenCV draws and detectors read.
+  // The library's own pictures are upside down beside what OpenCV draws and detectors read.
   const int rim = (family.total_width - family.width_at_border) / 2;
   const int column = family.total_width - 1 - x - rim, row = family.total_width - 1 - y - rim;
   for (std::uint32_t k = 0; k < family.nbits; ++k) {

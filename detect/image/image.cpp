@@ -15,7 +15,8 @@ namespace {
 constexpr const char* record_again =
     "record or import this set again with images of the camera's full size, 8 or 16 bit";
 
-/// A PNG states its size in the first bytes: a wrong one is refused before memory is spent on it.
+/// A PNG states its size in the first bytes: a wrong size is refused before any memory is
+/// allocated.
 void check_png_size(std::span<const unsigned char> bytes, int width_px, int height_px,
                     const Where& where) {
   constexpr std::array<unsigned char, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};

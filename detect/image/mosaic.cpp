@@ -25,8 +25,8 @@ Quad quad_at(const GreyImage& image, int x, int y) {
 
 /// Level of each place over the mean of the four, median over smooth places that are `step_px`
 /// apart.
-std::optional<std::array<double, 4>> shares_of(const GreyImage& image, int step_px) {
-  std::array<std::vector<float>, 4> shares;
+std::optional<std::array<double, 4>> fractions_of(const GreyImage& image, int step_px) {
+  std::array<std::vector<float>, 4> fractions;
   for (int y = 0; y + 3 < image.height_px; y += step_px) {
     for (int x = 0; x + 3 < image.width_px; x += step_px) {
       const Quad quad = quad_at(image, x, y), beside = quad_at(image, x + 2, y + 2);
@@ -37,21 +37,21 @@ std::optional<std::array<double, 4>> shares_of(const GreyImage& image, int step_
             smooth && quad[k] <= most_level && std::abs(quad[k] - beside[k]) <= most_change * mean;
       }
       if (!smooth) continue;
-      for (int k = 0; k < 4; ++k) shares[k].push_back(quad[k] / mean);
+      for (int k = 0; k < 4; ++k) fractions[k].push_back(quad[k] / mean);
     }
   }
-  if (shares[0].size() < least_samples) return std::nullopt;
+  if (fractions[0].size() < least_samples) return std::nullopt;
   std::array<double, 4> medians = {};
   for (int k = 0; k < 4; ++k) {
-    const auto middle = shares[k].begin() + static_cast<std::ptrdiff_t>(shares[k].size() / 2);
-    std::nth_element(shares[k].begin(), middle, shares[k].end());
+    const auto middle = fractions[k].begin() + static_cast<std::ptrdiff_t>(fractions[k].size() / 2);
+    std::nth_element(fractions[k].begin(), middle, fractions[k].end());
     medians[k] = *middle;
   }
   return medians;
 }
 
-double difference(const std::array<double, 4>& shares) {
-  const auto [darkest, brightest] = std::minmax_element(shares.begin(), shares.end());
+double difference(const std::array<double, 4>& fractions) {
+  const auto [darkest, brightest] = std::minmax_element(fractions.begin(), fractions.end());
   return *brightest - *darkest;
 }
 
@@ -59,17 +59,17 @@ double difference(const std::array<double, 4>& shares) {
 
 std::optional<GreyImage> without_mosaic(const GreyImage& image) {
   // Most pictures have none by far, which a ninth of the places tells.
-  const auto rough = shares_of(image, 3 * every_px);
+  const auto rough = fractions_of(image, 3 * every_px);
   if (rough && difference(*rough) < clear_difference) return std::nullopt;
-  const auto shares = shares_of(image, every_px);
-  if (!shares || difference(*shares) < least_difference) return std::nullopt;
-  const double brightest = *std::max_element(shares->begin(), shares->end());
+  const auto fractions = fractions_of(image, every_px);
+  if (!fractions || difference(*fractions) < least_difference) return std::nullopt;
+  const double brightest = *std::max_element(fractions->begin(), fractions->end());
   GreyImage even = image;
   even.levels.resize(image.bytes.size());
   std::size_t at = 0;
   for (int y = 0; y < image.height_px; ++y) {
     for (int x = 0; x < image.width_px; ++x, ++at) {
-      const double gain = brightest / (*shares)[static_cast<std::size_t>(y % 2) * 2 + x % 2];
+      const double gain = brightest / (*fractions)[static_cast<std::size_t>(y % 2) * 2 + x % 2];
       even.levels[at] = static_cast<float>(gain * image.level(x, y));
       even.bytes[at] = static_cast<std::uint8_t>(std::min(255L, std::lround(even.levels[at])));
     }

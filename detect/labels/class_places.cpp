@@ -7,8 +7,8 @@ namespace drape::detect {
 namespace {
 
 constexpr int least_known = 12;      // dots of the piece that show their class
-constexpr double most_wrong = 0.05;  // share of them that may disagree at the right place
-constexpr double least_lead = 0.15;  // share by which any other place must be worse
+constexpr double most_wrong = 0.05;  // fraction of them that may disagree at the right place
+constexpr double least_lead = 0.15;  // fraction by which any other place must be worse
 constexpr int least_lead_dots = 3;
 
 struct Place {
@@ -26,7 +26,7 @@ bool disagrees(const DotClasses& classes, const UnlabelledDot& dot, MarkId mark)
   return dot.light_centre && *dot.light_centre != classes.is_light(mark);
 }
 
-/// All places that the piece has room for, turned in one way.
+/// All places that the piece has room for, in one of the four turns.
 void add_places(const PrintPlane& plane, const std::vector<UnlabelledDot>& dots,
                 const LatticePiece& piece, std::vector<Place>& places) {
   int last_row = 0, last_col = 0;

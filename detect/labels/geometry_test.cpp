@@ -67,7 +67,7 @@ TEST(LocalMap, StepErrorIsZeroForConstantCurvatureAndOneForTheNextButOne) {
   EXPECT_GT(step_error(map_at(0), map_at(0.04), {0.02, 0}), 0.4);
 }
 
-TEST(LocalMap, ACreaseOnTheWayIsExplained) {
+TEST(LocalMap, ACreaseInBetweenIsExplained) {
   // Flat, then folded down about the y axis 8 mm along a 20 mm step: x shrinks to a third.
   LocalMap from, to;
   from.centre_px = {0, 0};
@@ -80,7 +80,7 @@ TEST(LocalMap, ACreaseOnTheWayIsExplained) {
   EXPECT_GT(crease_step(from, to, {0.02, 0}).error, 0.3);
 }
 
-TEST(PrintPlane, ClothAndTargetShareOneFrameWithTheRightHandedness) {
+TEST(PrintPlane, ClothAndTargetHaveOneFrameWithTheRightHandedness) {
   const Rig rig = read_rig(source_root() / "rigs/bench1/rig.toml");
   const PrintPlane cloth = plane_of(read_print(rig.print_file));
   const PrintPlane target = plane_of(read_target(rig.target_file));

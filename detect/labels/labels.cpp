@@ -16,8 +16,8 @@ namespace drape::detect {
 namespace {
 
 // A tag is printed to 40 to 80 per cent; a neighbouring cell seen askew may show a tag's rim.
-constexpr double tag_print_share = 0.35;
-constexpr double bare_print_share = 0.10;
+constexpr double tag_print_fraction = 0.35;
+constexpr double bare_print_fraction = 0.10;
 
 constexpr double contradicting_error = 0.15;  // of a step to a dot that is another mark
 constexpr double most_flat_change = 0.12;     // of the map along a step on flat cloth
@@ -106,7 +106,7 @@ class Labeller {
   }
 
   /// Where two labelled dots side by side stand one step from two others that are not their
-  /// neighbours, cloth is folded flat upon itself: on which side labels are right cannot be told,
+  /// neighbours, cloth is folded flat upon itself: on which side labels are right is unknown,
   /// so that only dots whose two tags agree keep theirs.
   std::vector<DotLabel> finish() {
     while (withdraw_at_rim()) {
@@ -157,8 +157,8 @@ class Labeller {
     }
   }
 
-  /// A step may miss by more the better the cells around the dot, and other labelled neighbours,
-  /// speak for the label.
+  /// The tolerance of a step grows with the support that the cells around the dot and other
+  /// labelled neighbours give the label.
   bool credible(const Proposal& proposal) const {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
@@ -219,7 +219,7 @@ class Labeller {
 
   /// A corner of the cloth that looks out behind a fold may fit the lattice some places off. Such a
   /// dot lies at the rim of what is seen though not at the print's, no tag was read beside it, and
-  /// the cells around it do not speak for it, or it is seen at more than 60 degrees and the step
+  /// the cells around it do not support it, or it is seen at more than 60 degrees and the step
   /// from a labelled neighbour hardly fits, or it has but one.
   bool stands_alone(MarkId mark, std::size_t dot) const {
     if (mark.row == 0 || mark.col == 0 || mark.row == plane_.rows - 1 ||
@@ -289,7 +289,7 @@ class Labeller {
       const Eigen::Vector2d centre_m = plane_.point_m(cell) +
                                        0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
                                        plane_.point_m(from);
-      if (printed_share(at, centre_m) > bare_print_share) return true;
+      if (printed_fraction(at, centre_m) > bare_print_fraction) return true;
     }
     return false;
   }
@@ -305,17 +305,17 @@ class Labeller {
                                        0.5 * plane_.pitch_m * Eigen::Vector2d::Ones() -
                                        plane_.point_m(proposal.mark);
       const double printed =
-          printed_share({dots_[proposal.dot].centre_px, proposal.px_per_m}, centre_m);
+          printed_fraction({dots_[proposal.dot].centre_px, proposal.px_per_m}, centre_m);
       ++votes.cells;
       const bool tag = plane_.has_tag_in_cell(cell);
-      if (printed > tag_print_share) votes.sum += tag ? 1 : -1;
-      if (printed < bare_print_share) votes.sum += tag ? -1 : 1;
+      if (printed > tag_print_fraction) votes.sum += tag ? 1 : -1;
+      if (printed < bare_print_fraction) votes.sum += tag ? -1 : 1;
     }
     return votes;
   }
 
-  /// Share of printed pixels where a tag would be, seen from a dot through its local map.
-  double printed_share(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
+  /// Fraction of printed pixels where a tag would be, seen from a dot through its local map.
+  double printed_fraction(const LocalMap& from, const Eigen::Vector2d& centre_m) const {
     constexpr int half = 3;
     int printed = 0;
     for (int y = -half; y <= half; ++y) {

@@ -60,7 +60,7 @@ Extent extent_of(const Places& places) {
   return extent;
 }
 
-/// No piece is larger than the print, whichever way it is turned.
+/// No piece is larger than the print, however it is turned.
 bool fits_print(const PrintPlane& plane, const LatticePiece& piece, MarkId place) {
   Extent extent = extent_of(piece);
   extent.first.row = std::min(extent.first.row, place.row);

@@ -42,7 +42,7 @@ bool PrintPlane::has_tag_in_cell(MarkId upper_left) const {
   return false;
 }
 
-double PrintPlane::light_centre_share() const {
+double PrintPlane::light_centre_fraction() const {
   return classes ? 0.5 * classes->light_centre_diameter_m / dot_radius_m : 0.0;
 }
 

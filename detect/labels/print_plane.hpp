@@ -38,7 +38,7 @@ struct PrintPlane {
   /// True when a tag's centre lies in the cell between (row, col) and (row + 1, col + 1).
   [[nodiscard]] bool has_tag_in_cell(MarkId upper_left) const;
   /// Radius of the light centre that some dots have, in radii of the dot; 0 when none has.
-  [[nodiscard]] double light_centre_share() const;
+  [[nodiscard]] double light_centre_fraction() const;
 };
 
 [[nodiscard]] PrintPlane plane_of(const Target& target);

@@ -32,7 +32,7 @@ struct Paper {
   Vector2d size_m;
 };
 
-std::vector<Paper> papers_for(const std::string& wanted) {
+std::vector<Paper> paper_sizes_for(const std::string& wanted) {
   const std::array<Paper, 3> all = {{{"a4", Vector2d(210, 297) * mm},
                                      {"a3", Vector2d(297, 420) * mm},
                                      {"letter", Vector2d(215.9, 279.4) * mm}}};
@@ -60,7 +60,7 @@ Place place_on(const Vector2d& print_m, const PrintOptions& options) {
     return on(fmt::format("{:g} x {:g} mm", needed.x() / mm, needed.y() / mm), needed);
   }
   constexpr double kRounding = 1e-9;
-  for (const Paper& paper : papers_for(options.paper)) {
+  for (const Paper& paper : paper_sizes_for(options.paper)) {
     const Vector2d turned(paper.size_m.y(), paper.size_m.x());
     if ((needed.array() <= paper.size_m.array() + kRounding).all()) {
       return on(paper.name, paper.size_m);
@@ -229,7 +229,7 @@ void check_windows(const DotClasses& classes) {
 }
 
 void PrintOptions::check() const {
-  if (paper != "fit" && papers_for(paper).empty()) {
+  if (paper != "fit" && paper_sizes_for(paper).empty()) {
     throw usage_error(fmt::format("the paper `{}` is not known", paper),
                       "give --paper auto, a4, a3, letter or fit");
   }

@@ -9,6 +9,7 @@
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "detect/prints/layout.hpp"
+#include "detect/prints/object_tags.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -19,14 +20,28 @@ namespace {
 struct Arguments {
   fs::path description, out;
   PrintOptions options;
+  double plate_size_mm = 80;
+  int first_id = 500;
 };
 
-void add_options(Command& app, Arguments& given, const char* description) {
-  app.add_option("FILE", given.description, description)->required();
+void add_paper(Command& app, Arguments& given) {
   app.add_option("--out", given.out, "PDF to write, with the same page as SVG beside it")
       ->required();
   app.add_option("--paper", given.options.paper,
                  "auto (a4, else a3), a4, a3, letter, or fit: as large as needed");
+}
+
+void add_options(Command& app, Arguments& given, const char* description) {
+  app.add_option("FILE", given.description, description)->required();
+  add_paper(app, given);
+}
+
+/// The plate's description beside its page, from which it is then printed.
+void describe_plate(Arguments& given, RunRecord& record) {
+  given.description = fs::path(given.out).replace_extension(".toml");
+  write_durable(given.description,
+                object_plate_toml(object_plate(given.plate_size_mm * units::mm, given.first_id)));
+  record.option("size_mm", fmt::format("{}", given.plate_size_mm));
 }
 
 int write(const PrintedPage& printed, const Arguments& given, const CommonOptions& common,
@@ -46,9 +61,7 @@ int write(const PrintedPage& printed, const Arguments& given, const CommonOption
   ending.next_command =
       "print at 100 %, measure the check length on paper or cloth, and correct pitch_mm when it "
       "differs";
-  const int code = finish(ending, common);
-  record.write(run_record_path(pdf), code);
-  return code;
+  return finish(ending, common, record);
 }
 
 }  // namespace
@@ -63,10 +76,17 @@ int main(int argc, char** argv) {
   app.fallthrough();
   Command* cloth = app.add_subcommand("cloth", "the marks of a patch");
   Command* target = app.add_subcommand("target", "a calibration target");
+  Command* plate = app.add_subcommand(
+      "object-tags", "a sheet for a box's top or a sphere's stand, and its target.toml beside");
   add_options(*cloth, given, "print.toml of the patch");
   add_options(*target, given, "target.toml");
+  add_paper(*plate, given);
+  plate->add_option("--size-mm", given.plate_size_mm, "edge of the sheet: that of the box's top");
+  plate->add_option("--first-id", given.first_id, "of its four tags; other than cloth and target");
   return run_program(app, argc, argv, common, [&] {
-    RunRecord record("drape-print", arguments_of(argc, argv));
+    RunRecord record("drape-print", arguments_of(argc, argv),
+                     run_record_path(fs::path(given.out).replace_extension(".pdf")));
+    if (plate->parsed()) describe_plate(given, record);
     const PrintedPage printed = cloth->parsed()
                                     ? page_of(read_print(given.description), given.options)
                                     : page_of(read_target(given.description),

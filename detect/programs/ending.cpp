@@ -27,7 +27,7 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
   for (const auto& [reason, count] : report.rejections_by_reason) {
     ending.rejected.push_back(fmt::format("{} x {}", count, reason));
   }
-  for (const std::string& warning : report.warnings) ending.rejected.push_back(warning);
+  ending.warnings = report.warnings;
   if (!ending.go) {
     ending.next_command = "look at the frames: run the same command with --overlay DIR";
   } else if (surface == Surface::target) {

@@ -27,11 +27,7 @@ void write_pictures(const std::vector<Picture>& pictures, const fs::path& folder
   }
 }
 
-void note_inputs(const DetectResult& result, const Recording& recording, const Rig& rig,
-                 Surface surface, RunRecord& record) {
-  record.input(rig.file);
-  record.input(surface == Surface::target ? rig.target_file : rig.print_file);
-  record.input(recording.folder / "recording.json");
+void note_frames(const DetectResult& result, const Recording& recording, RunRecord& record) {
   for (const FrameDetections& frame : result.detections.frames) {
     for (const RecordedFrame& recorded : recording.set(frame.set).frames) {
       if (recorded.camera == frame.camera) {
@@ -47,7 +43,7 @@ int main(int argc, char** argv) {
   Command app("Finds, labels and measures the printed marks of a recording", "drape-detect");
   CommonOptions common;
   DetectOptions options;
-  fs::path recording_folder, rig_file, out, overlay_folder;
+  fs::path recording_folder, rig_file, target_file, out, overlay_folder;
   add_common_options(app, common);
   app.add_option("RECORDING", recording_folder, "folder with recording.json")->required();
   app.add_option("--rig", rig_file, "rig folder or its rig.toml")->required();
@@ -55,15 +51,21 @@ int main(int argc, char** argv) {
                           {{"target", Surface::target}, {"cloth", Surface::cloth}},
                           "what the frames show")
       ->required();
+  app.add_option("--target", target_file,
+                 "another target than the rig's, e.g. an object's plate (drape print object-tags)");
   app.add_option("--sets", options.sets, "frame sets a,b,c (default: all the rig names)")
       ->delimiter(',');
   app.add_option("--out", out, "detections.json to write")->required();
   app.add_option("--overlay", overlay_folder, "folder for PNGs with the marks drawn in");
   return run_program(app, argc, argv, common, [&] {
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-detect", arguments_of(argc, argv));
-    const Rig rig = read_rig(rig_file);
+    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out));
+    Rig rig = read_rig(rig_file);
+    if (!target_file.empty()) rig.target_file = target_file;
     const Recording recording = read_recording(recording_folder);
+    record.input(rig.file);
+    record.input(options.surface == Surface::target ? rig.target_file : rig.print_file);
+    record.input(recording.folder / "recording.json");
     if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
     options.threads = thread_count(common);
     options.overlays = !overlay_folder.empty();
@@ -76,11 +78,9 @@ int main(int argc, char** argv) {
     write_pictures(result.overlays, overlay_folder, record);
     write_detections(out, result.detections);
     record.output(out);
-    note_inputs(result, recording, rig, options.surface, record);
+    note_frames(result, recording, record);
     record.option("surface", options.surface == Surface::target ? "target" : "cloth");
     record.option("sets", fmt::format("{}", fmt::join(options.sets, ",")));
-    const int code = finish(ending_of(result.report, options.surface, out.string()), common);
-    record.write(run_record_path(out), code);
-    return code;
+    return finish(ending_of(result.report, options.surface, out.string()), common, record);
   });
 }

@@ -17,13 +17,13 @@ namespace drape::detect {
 namespace {
 
 // Seen from a dot through its own ellipse a neighbour lies one pitch away, less where the cloth
-// turns away on the way.
+// turns away in between.
 constexpr double nearest_in_pitches = 0.55;
 constexpr double farthest_in_pitches = 1.45;
-constexpr double most_cosine = 0.5;          // between the two sides of a cell
-constexpr double most_fourth_corner = 0.45;  // miss of the parallelogram, in sides
-constexpr int most_wrong_pairs = 2;          // of eight places on the frame
-constexpr double least_frame_share = 0.8;    // of the frame's modules that must have their colour
+constexpr double most_cosine = 0.5;           // between the two sides of a cell
+constexpr double most_fourth_corner = 0.45;   // miss of the parallelogram, in sides
+constexpr int most_wrong_pairs = 2;           // of eight places on the frame
+constexpr double least_frame_fraction = 0.8;  // of the frame's modules that must have their colour
 
 /// Four corners, clockwise as seen; the third one may have no dot of its own.
 struct Corners {
@@ -126,13 +126,13 @@ struct Modules {
 };
 
 /// Position in the cell of a place that is given in modules from the tag's corner.
-Eigen::Vector2d in_cell(double x, double y, double tag_share, int modules) {
-  return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_share +
+Eigen::Vector2d in_cell(double x, double y, double tag_fraction, int modules) {
+  return (Eigen::Vector2d(x, y) / modules - Eigen::Vector2d::Constant(0.5)) * tag_fraction +
          Eigen::Vector2d::Constant(0.5);
 }
 
 /// A quick look at the corners and the middles of the sides: does black lie inside white?
-bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, int modules,
+bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_fraction, int modules,
                 double least_contrast) {
   const double last = modules, middle = 0.5 * modules;
   int wrong = 0;
@@ -142,20 +142,20 @@ bool may_be_tag(const GreyImage& image, const CellMap& cell, double tag_share, i
         Eigen::Vector2d(0, last), Eigen::Vector2d(0, middle)}) {
     const Eigen::Vector2d out = (at.array() - middle).sign() * 0.5;
     const Eigen::Vector2d w = at + out, b = at - out;
-    const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_share, modules)));
-    const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_share, modules)));
+    const auto white = level_at(image, cell(in_cell(w.x(), w.y(), tag_fraction, modules)));
+    const auto black = level_at(image, cell(in_cell(b.x(), b.y(), tag_fraction, modules)));
     wrong += !(white && black && *white - *black > least_contrast);
     if (wrong > most_wrong_pairs) return false;
   }
   return true;
 }
 
-std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_share,
+std::optional<Modules> sample(const GreyImage& image, const CellMap& cell, double tag_fraction,
                               int modules) {
   Modules result{modules + 2, {}};
   for (int y = -1; y <= modules; ++y) {
     for (int x = -1; x <= modules; ++x) {
-      const auto level = level_at(image, cell(in_cell(x + 0.5, y + 0.5, tag_share, modules)));
+      const auto level = level_at(image, cell(in_cell(x + 0.5, y + 0.5, tag_fraction, modules)));
       if (!level) return std::nullopt;
       result.levels.push_back(*level);
     }
@@ -212,7 +212,7 @@ std::optional<std::vector<char>> bits_of(const Modules& modules, double least_co
   int right = 0, count = 0;
   white.each([&](int x, int y) { right += is_white(x, y), ++count; });
   black.each([&](int x, int y) { right += !is_white(x, y), ++count; });
-  if (right < least_frame_share * count) return std::nullopt;
+  if (right < least_frame_fraction * count) return std::nullopt;
   std::vector<char> bits;
   for (int y = 1; y + 1 < modules.side; ++y) {
     for (int x = 1; x + 1 < modules.side; ++x) bits.push_back(is_white(x, y) ? 1 : 0);
@@ -268,10 +268,10 @@ std::optional<Reading> decode(const std::vector<char>& bits, const TagCode& code
 std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& cell,
                                          const PrintPlane& plane, const TagCode& code,
                                          double noise_sigma) {
-  const double share = plane.tag_edge_m / plane.pitch_m;
+  const double fraction = plane.tag_edge_m / plane.pitch_m;
   const double least_contrast = std::max(12.0, 6 * noise_sigma);
-  if (!may_be_tag(image, cell, share, code.modules, 0.5 * least_contrast)) return std::nullopt;
-  const auto modules = sample(image, cell, share, code.modules);
+  if (!may_be_tag(image, cell, fraction, code.modules, 0.5 * least_contrast)) return std::nullopt;
+  const auto modules = sample(image, cell, fraction, code.modules);
   if (!modules) return std::nullopt;
   const auto bits = bits_of(*modules, least_contrast);
   if (!bits) return std::nullopt;
@@ -281,9 +281,9 @@ std::optional<TagDetection> read_through(const GreyImage& image, const CellMap& 
   tag.id = reading->id;
   const double n = code.modules;
   const std::array<Eigen::Vector2d, 4> outline = {
-      cell(in_cell(0, 0, share, code.modules)), cell(in_cell(n, 0, share, code.modules)),
-      cell(in_cell(n, n, share, code.modules)), cell(in_cell(0, n, share, code.modules))};
-  // The library's words stand on their heads when a tag is upright (see TagFinder::find).
+      cell(in_cell(0, 0, fraction, code.modules)), cell(in_cell(n, 0, fraction, code.modules)),
+      cell(in_cell(n, n, fraction, code.modules)), cell(in_cell(0, n, fraction, code.modules))};
+  // The library's words are upside down when a tag is upright (see TagFinder::find).
   for (int k = 0; k < 4; ++k) tag.corners_px.col(k) = outline[(k + reading->turns + 2) % 4];
   return tag;
 }

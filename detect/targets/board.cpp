@@ -22,8 +22,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr int kLeastHalfWindow_px = 2;
-constexpr double kEdge_px = 1;            ///< that a blurred edge takes of the free width
-constexpr double kMostPitchShare = 0.25;  ///< of the window, as for a chessboard
+constexpr double kEdge_px = 1;               ///< that a blurred edge takes of the free width
+constexpr double kMostPitchFraction = 0.25;  ///< of the window, as for a chessboard
 constexpr double kLeastContrastSigmas = 6;
 constexpr int kMostGrowth_px = 3;
 
@@ -63,7 +63,7 @@ std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
 double free_width_m(const Target& target, const TagFamily& family) {
   const double gap = target.pitch_m - target.tag_edge_m;
   if (target.kind == TargetKind::charuco)
-    return std::min(gap / 2, kMostPitchShare * target.pitch_m);
+    return std::min(gap / 2, kMostPitchFraction * target.pitch_m);
   return std::min(gap, target.tag_edge_m * target.tag_border / family.edge_modules());
 }
 
@@ -81,14 +81,15 @@ struct Surroundings {
 Surroundings surroundings_of(const Eigen::Matrix3d& map, const Vector2d& point_m, double free_m) {
   Surroundings around{image_of(map, point_m), std::numeric_limits<double>::infinity(), {}};
   int k = 0;
-  for (const Vector2d& way : {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
-    const Vector2d along(way.x(), 0), across(0, way.y());
+  for (const Vector2d& diagonal :
+       {Vector2d(1, 1), Vector2d(-1, 1), Vector2d(-1, -1), Vector2d(1, -1)}) {
+    const Vector2d along(diagonal.x(), 0), across(0, diagonal.y());
     // Seen aslant the free square is a rhomboid, whose sides are nearer than the ends of its arms.
     const Vector2d a = image_of(map, point_m + free_m * along) - around.px;
     const Vector2d b = image_of(map, point_m + free_m * across) - around.px;
     const double area = std::abs(a.x() * b.y() - a.y() * b.x());
     around.free_px = std::min(around.free_px, area / std::max(a.norm(), b.norm()));
-    around.diagonals[k++] = image_of(map, point_m + 0.6 * free_m * way);
+    around.diagonals[k++] = image_of(map, point_m + 0.6 * free_m * diagonal);
   }
   return around;
 }

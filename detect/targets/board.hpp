@@ -10,7 +10,7 @@ namespace drape::detect {
 /// Corners of a target that is no dot grid. A chessboard must be seen whole (chessboard.hpp). Of a
 /// ChArUco board or an AprilGrid any part will do: its tags say where each corner must be, and
 /// Foerstner and Guelch's operator (1987) places it in a window that no tag reaches into. Tags are
-/// told by their ids and places, so it does not matter which of the four ways up they were printed.
+/// identified by ids and places, so any of the four orientations of the print will do.
 /// A corner that is covered, or where the tags' corner meets nothing, is rejected with the reason.
 /// Throws Error(bad_input) for a tag family that is not known.
 [[nodiscard]] FrameDetections detect_board(const GreyImage& image, const Target& target);

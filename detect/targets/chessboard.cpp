@@ -13,7 +13,7 @@
 namespace drape::detect {
 namespace {
 
-constexpr double kWindowShare = 0.25;  ///< of the distance to the nearest neighbour
+constexpr double kWindowFraction = 0.25;  ///< of the distance to the nearest neighbour
 constexpr int kLeastHalfWindow_px = 2;
 
 /// Corners by (row, col), with the places of their neighbours.
@@ -38,18 +38,35 @@ struct Grid {
   }
 };
 
+/// A view without a copy; OpenCV only reads it.
+cv::Mat view_of(const GreyImage& image) {
+  return {image.height_px, image.width_px, CV_8UC1, const_cast<std::uint8_t*>(image.bytes.data())};
+}
+
+/// By quadrangles, and where these fail by the sector-based finder (Duda and Frese 2018).
 std::optional<Grid> find_grid(const GreyImage& image, const Target& target) {
-  // A view without a copy; OpenCV only reads it.
-  const cv::Mat view(image.height_px, image.width_px, CV_8UC1,
-                     const_cast<std::uint8_t*>(image.bytes.data()));
+  const cv::Mat view = view_of(image);
+  const cv::Size size(target.cols, target.rows);
   std::vector<cv::Point2f> corners;
-  if (!cv::findChessboardCorners(view, cv::Size(target.cols, target.rows), corners,
-                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE)) {
+  if (!cv::findChessboardCorners(view, size, corners,
+                                 cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) &&
+      !cv::findChessboardCornersSB(view, size, corners,
+                                   cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE)) {
     return std::nullopt;
   }
   Grid grid{target.rows, target.cols, {}};
   for (const cv::Point2f& corner : corners) grid.px.emplace_back(corner.x, corner.y);
   return grid;
+}
+
+/// Whether the picture shows the board that the target would be, were its squares counted.
+bool squares_were_counted(const GreyImage& image, const Target& target) {
+  const cv::Size inner(target.cols - 1, target.rows - 1);
+  std::vector<cv::Point2f> corners;
+  return inner.width > 2 && inner.height > 2 &&
+         cv::findChessboardCorners(
+             view_of(image), inner, corners,
+             cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK);
 }
 
 /// Rows run up when columns run right, as one sees the printed face (core/rig.hpp).
@@ -105,8 +122,12 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
   if (!grid) {
     frame.rejections.push_back(
         {std::nullopt, std::nullopt,
-         fmt::format("no whole chessboard: {} x {} inner corners are not all in the picture",
-                     target.cols, target.rows)});
+         squares_were_counted(image, target)
+             ? fmt::format("squares counted for corners: the board has {} x {} inner corners, not "
+                           "{} x {}",
+                           target.cols - 1, target.rows - 1, target.cols, target.rows)
+             : fmt::format("no whole chessboard: {} x {} inner corners are not all in the picture",
+                           target.cols, target.rows)});
     return frame;
   }
   unmirror(*grid);
@@ -117,7 +138,7 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
     for (int col = 0; col < grid->cols; ++col) {
       const double spacing = grid->nearest_neighbour_px(row, col);
       const int half_window =
-          std::max(kLeastHalfWindow_px, static_cast<int>(std::lround(kWindowShare * spacing)));
+          std::max(kLeastHalfWindow_px, static_cast<int>(std::lround(kWindowFraction * spacing)));
       const auto point = find_corner_point(image, grid->at(row, col), half_window);
       if (!point) {
         frame.rejections.push_back({MarkId{row, col}, grid->at(row, col),

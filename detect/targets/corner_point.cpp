@@ -45,8 +45,9 @@ bool leaves(const cv::Mat& image, const Eigen::Vector2d& centre_px, int half_win
          centre_px.x() > image.cols - 1 - margin || centre_px.y() > image.rows - 1 - margin;
 }
 
-/// Score per direction: neighbouring pixels share their noise, so each eighth is one observation,
-/// together with the opposite one, which cancels what a corner's own symmetric shape contributes.
+/// Score per direction: neighbouring pixels have correlated noise, so each eighth is one
+/// observation, together with the opposite one, which cancels what a corner's own symmetric shape
+/// contributes.
 Eigen::Matrix2d score_squares(const cv::Mat& window, int half_window_px) {
   std::array<Eigen::Vector2d, 4> scores;
   scores.fill(Eigen::Vector2d::Zero());

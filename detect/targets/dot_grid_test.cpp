@@ -227,6 +227,8 @@ TEST(DotGrid, WithoutAWholeOuterColumnThePlaceIsNotGuessed) {
   Detections written;
   written.lattice = {Surface::target, 8, 10, 0.025, 0.015, {0, 0}, {0, 0}, "x"};
   written.frames = {rest};
+  written.frames[0].set = "stage_z000";
+  written.frames[0].camera = "cam0";
   write_detections(out.path() / "detections.json", written);
   const Detections back = read_detections(out.path() / "detections.json");
   ASSERT_EQ(back.frames[0].islands.size(), rest.islands.size());

@@ -220,8 +220,10 @@ class Search {
            (Matrix3::Identity() - 2 / (room + 2 * square) * left_[i] * left_[i].transpose());
   }
 
+  /// The matrix has the same pattern every time: the first one notes the place of each entry.
   void assemble() {
-    entries_.clear();
+    next_ = 0;
+    if (analysed_) matrix_.coeffs().setZero();
     right_.resize(3 * static_cast<Eigen::Index>(touched_.size()));
     for (std::size_t i = 0; i < touched_.size(); ++i) {
       const auto row = 3 * static_cast<Eigen::Index>(i);
@@ -254,20 +256,34 @@ class Search {
   void add_block(Eigen::Index row, Eigen::Index col, const Matrix3& block) {
     for (int a = 0; a < 3; ++a) {
       for (int b = 0; b < 3; ++b) {
-        if (row + a >= col + b) entries_.emplace_back(row + a, col + b, block(a, b));
+        if (row + a < col + b) continue;
+        if (analysed_) {
+          matrix_.valuePtr()[place_[next_++]] += block(a, b);
+        } else {
+          entries_.emplace_back(row + a, col + b, block(a, b));
+        }
       }
     }
+  }
+
+  void make_matrix() {
+    const auto size = static_cast<Eigen::Index>(right_.size());
+    matrix_.resize(size, size);
+    matrix_.setFromTriplets(entries_.begin(), entries_.end());
+    for (const Eigen::Triplet<Real>& entry : entries_) {
+      const auto* const first = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[entry.col()];
+      const auto* const last = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[entry.col() + 1];
+      place_.push_back(std::lower_bound(first, last, entry.row()) - matrix_.innerIndexPtr());
+    }
+    factor_.analyzePattern(matrix_);
+    analysed_ = true;
   }
 
   /// The changes of one Newton step; false where they are not determined.
   bool find_step() {
     assemble();
-    const auto size = static_cast<Eigen::Index>(right_.size());
-    Sparse matrix(size, size);
-    matrix.setFromTriplets(entries_.begin(), entries_.end());
-    if (!analysed_) factor_.analyzePattern(matrix);
-    analysed_ = true;
-    factor_.factorize(matrix);
+    if (!analysed_) make_matrix();
+    factor_.factorize(matrix_);
     if (factor_.info() != Eigen::Success) return false;
     const VectorX multiplier = factor_.solve(right_);
     if (!multiplier.allFinite()) return false;
@@ -381,6 +397,9 @@ class Search {
   std::vector<Reaction> reactions_;
   std::vector<Vector3> left_, left_change_, sum_, sum_change_;
   std::vector<Eigen::Triplet<Real>> entries_;
+  std::vector<Eigen::Index> place_;  ///< of each entry among the values of matrix_
+  std::size_t next_ = 0;
+  Sparse matrix_;
   VectorX right_;
   Eigen::SimplicialLLT<Sparse> factor_;
   bool analysed_ = false;

@@ -134,7 +134,7 @@ std::vector<Support> pins_of(CertifyReport& report, const Scene& scene, const Pr
                              const Sheet& sheet, const std::vector<Point>& points) {
   std::vector<Support> pins;
   for (const Pin& pin : scene.pins) {
-    pins.push_back(place_of(sheet, print.material_m(pin.mark)));
+    pins.push_back(place_of(sheet, pin.material_m(print)));
     if (!pin.point_in_world) continue;
     Real distance2 = 0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -9,11 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 }  // namespace
 
 Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothModel model)

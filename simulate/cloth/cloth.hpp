@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "simulate/cloth/field.hpp"
 #include "simulate/fabric/curve.hpp"
 
 namespace drape::simulate {
@@ -54,9 +55,6 @@ struct InternalEnergies {
   double stretch_j = 0, shear_j = 0, bending_j = 0, twist_j = 0;
   [[nodiscard]] double sum_j() const { return stretch_j + shear_j + bending_j + twist_j; }
 };
-
-/// Three coordinate blocks x, y, z of n values each.
-using Field = std::vector<double>;
 
 /// The cloth of paper section 4.1 in energy form (model "consistent"): every force is the
 /// gradient of an energy per area, so momentum and angular momentum are kept.

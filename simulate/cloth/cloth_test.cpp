@@ -23,11 +23,6 @@ ClothLaws nonlinear_laws() {
   return laws;
 }
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 /// Positions by a map from material coordinates (m) to space.
 template <class Map>
 Field shaped(const GridSpec& grid, Map map) {

@@ -11,11 +11,6 @@ using Eigen::Vector3d;
 constexpr double kSmallestSine = 1e-9;    // below it K_diag is its limit
 constexpr double kSmallestStrain = 1e-9;  // below it K_st is its limit
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 double secant(const ForceCurve& law, double argument, double divisor, double smallest) {
   return std::abs(divisor) < smallest ? law.slope : law.value(argument) / divisor;
 }

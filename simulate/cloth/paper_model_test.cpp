@@ -34,11 +34,6 @@ Cloth paper_cloth(const GridSpec& grid, const ClothLaws& laws) {
   return {grid, laws, MassRule::area, ClothModel::paper};
 }
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 template <class Map>
 Field shaped(const GridSpec& grid, Map map) {
   Field x(3 * static_cast<std::size_t>(grid.count()));

@@ -24,11 +24,6 @@ constexpr int kCellPoints =
 constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
 constexpr int kSettle = 32;       // looks in which places come to where they stay
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 /// Lines mix two particles, cells four.
 int corners_of(const LineContacts::Point& point) {
   return point.weight[2] == 0 && point.weight[3] == 0 ? 2 : 4;

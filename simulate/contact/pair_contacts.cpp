@@ -28,11 +28,6 @@ constexpr int kApart = 2;        // rows or columns between cells that are two l
 constexpr int kLandingSweeps = 3;
 constexpr double kLeastMobility = 0.1;  // of a place whose particles nothing holds
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 AlignedBox3d grown(AlignedBox3d box, double by) {
   box.min().array() -= by;
   box.max().array() += by;

@@ -28,23 +28,13 @@ ClothLaws cotton(double bending_n_m = 7.7e-6) {
   return laws;
 }
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-void put(Field& x, int i, const Vector3d& p) {
-  const std::size_t n = x.size() / 3;
-  for (int axis = 0; axis < 3; ++axis) x[axis * n + i] = p[axis];
-}
-
 /// Flat around the origin at height z, thrown down at `speed`.
 void throw_down(const GridSpec& grid, double z, double speed, Motion& motion) {
   for (int i = 0; i < grid.count(); ++i) {
-    put(motion.position, i,
-        {(i / grid.cols) * grid.warp_spacing_m() - 0.5 * grid.patch_m.x(),
-         (i % grid.cols) * grid.weft_spacing_m() - 0.5 * grid.patch_m.y(), z});
-    put(motion.velocity, i, {0, 0, -speed});
+    put_at(motion.position, i,
+           {(i / grid.cols) * grid.warp_spacing_m() - 0.5 * grid.patch_m.x(),
+            (i % grid.cols) * grid.weft_spacing_m() - 0.5 * grid.patch_m.y(), z});
+    put_at(motion.velocity, i, {0, 0, -speed});
   }
 }
 
@@ -177,8 +167,8 @@ struct FoldedStrip {
       Vector3d p(5e-3 * r, 5e-3 * (i % grid.cols), 0);
       if (r == 6) p = {0.025 + 1e-3 * std::sqrt(21.0), p.y(), 2e-3};
       if (r > 6) p = {0.025 - 5e-3 * (r - 7), p.y(), 4e-3};
-      put(motion.position, i, p);
-      if (r > 7) put(motion.velocity, i, {0, 0, -speed});
+      put_at(motion.position, i, p);
+      if (r > 7) put_at(motion.velocity, i, {0, 0, -speed});
       if (r < 5) held.push_back({{i, i, i, i}, {1, 0, 0, 0}});
     }
     motion.hold(held);

@@ -22,11 +22,6 @@ constexpr int kDirections = 16;        // along a face, out of a body
 constexpr double kShortestWay = 1e-5;  // m
 constexpr int kHalvings = 30;
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 /// Height of the lower end of the edge above the triangle that it passes through, else 0.
 double height_through(const SolidEdge& edge, const std::array<Vector3d, 3>& t, double most_m) {
   const Vector3d u = t[1] - t[0], v = t[2] - t[0], way = edge.b - edge.a;

@@ -21,11 +21,6 @@ struct Triangle {
   int row = 0, col = 0;  ///< of its cell
 };
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
   std::vector<Triangle> all;
   for (int r = 0; r + 1 < grid.rows; ++r) {

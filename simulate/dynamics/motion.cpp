@@ -25,18 +25,6 @@ constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's path betw
 constexpr double kLineContactShare = 12;
 constexpr double kPairShare = 2;  // pairs that come to press before the limit is looked at again
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-void put(Field& x, int i, const Vector3d& value) {
-  const std::size_t n = x.size() / 3;
-  x[i] = value.x();
-  x[n + i] = value.y();
-  x[2 * n + i] = value.z();
-}
-
 }  // namespace
 
 Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptions& options)
@@ -126,7 +114,7 @@ int Motion::push_out() {
       const Vector3d p = at(position, i);
       const double gap = surroundings_.gap_m(shape, p);
       if (gap >= 0) continue;
-      put(position, i, p - gap * surroundings_.normal(shape, p));
+      put_at(position, i, p - gap * surroundings_.normal(shape, p));
       inside = true;
     }
     moved += inside;
@@ -144,7 +132,7 @@ void Motion::accelerate(const Field& x, const Field& v, Field& a) {
   if (options_.contact_between_particles) line_contacts_.add_forces(x, &v, a);
   pair_contacts_.add_forces(x, &v, a);
   forces_to_accelerations(outer_forces(), cloth_.area_m2(), inverse_mass_, v, a);
-  for (const int i : no_cloth_) put(a, i, Vector3d::Zero());
+  for (const int i : no_cloth_) put_at(a, i, Vector3d::Zero());
 }
 
 void Motion::settle_touches(const Field& a) {
@@ -180,7 +168,7 @@ void Motion::constrain(Field& a) const {
     } else if (outward < 0) {
       pull += -outward * touch.normal + options_.friction * outward * touch.slide;
     }
-    put(a, touch.particle, pull);
+    put_at(a, touch.particle, pull);
   }
 }
 
@@ -238,7 +226,7 @@ void Motion::land() {
       const double speed = v.norm();
       Touch touch{i, shape, speed == 0, gap, normal, Vector3d::Zero()};
       if (speed > 0) touch.slide = v / speed;
-      put(velocity, i, v);
+      put_at(velocity, i, v);
       touch_of_[i] = static_cast<int>(touching_.size());
       touching_.push_back(touch);
       break;
@@ -279,8 +267,8 @@ void Motion::follow_surfaces(double step_s) {
     touch.stuck = touch.stuck || speed == 0 || (options_.friction > 0 && v.dot(touch.slide) <= 0);
     if (touch.stuck) v.setZero();
     touch.slide = touch.stuck ? Vector3d(Vector3d::Zero()) : Vector3d(v / speed);
-    put(position, touch.particle, p);
-    put(velocity, touch.particle, v);
+    put_at(position, touch.particle, p);
+    put_at(velocity, touch.particle, v);
     ++k;
   }
 }
@@ -424,9 +412,9 @@ double Motion::residual() {
         pull *= size <= held ? 0.0 : 1 - held / size;
       }
     }
-    put(net_, i, pull);
+    put_at(net_, i, pull);
   }
-  for (const int i : no_cloth_) put(net_, i, Vector3d::Zero());
+  for (const int i : no_cloth_) put_at(net_, i, Vector3d::Zero());
   project_holds(net_);
   double largest = 0;
   double sum = 0;

@@ -64,16 +64,6 @@ void forces(benchmark::State& state, ClothModel model) {
   count_forces(state, sheet.count(), 1);
 }
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-void add(Field& f, int i, const Vector3d& value) {
-  const std::size_t n = f.size() / 3;
-  for (int axis = 0; axis < 3; ++axis) f[axis * n + i] += value[axis];
-}
-
 void scalar_line(const Cloth& sheet, int d, const Field& x, const Field& v, Field& f) {
   const Cloth::Line& line = sheet.line(d);
   for (int i = 0; i + line.stride < sheet.count(); ++i) {
@@ -84,8 +74,8 @@ void scalar_line(const Cloth& sheet, int d, const Field& x, const Field& v, Fiel
     const double tension = sheet.laws().tensile[d].value(length / line.spacing - 1) +
                            sheet.laws().stretch_damping_s * sheet.laws().tensile[d].slope * rate;
     const Vector3d pull = line.width[i] * tension / length * way;
-    add(f, i, pull);
-    add(f, i + line.stride, -pull);
+    add_at(f, i, pull);
+    add_at(f, i + line.stride, -pull);
   }
   for (int i = line.stride; i + line.stride < sheet.count(); ++i) {
     if (line.triple_width[i] == 0) continue;
@@ -94,9 +84,9 @@ void scalar_line(const Cloth& sheet, int d, const Field& x, const Field& v, Fiel
     if (curvature == 0) continue;
     const Vector3d pull = line.triple_width[i] * sheet.laws().bending[d].value(curvature) /
                           curvature / std::pow(line.spacing, 3) * bend;
-    add(f, i, 2 * pull);
-    add(f, i - line.stride, -pull);
-    add(f, i + line.stride, -pull);
+    add_at(f, i, 2 * pull);
+    add_at(f, i - line.stride, -pull);
+    add_at(f, i + line.stride, -pull);
   }
 }
 
@@ -112,10 +102,10 @@ void scalar_cell(const Cloth& sheet, int i, const Field& x, Field& f) {
   const Vector3d da = gain * (b - a.dot(b) / a.squaredNorm() * a);
   const Vector3d db = gain * (a - a.dot(b) / b.squaredNorm() * b);
   const Vector3d twist = sheet.laws().twist_n_m / area * (x00 - x01 - x10 + x11);
-  add(f, i, da + db - twist);
-  add(f, i + cols + 1, -da - db - twist);
-  add(f, i + cols, db - da + twist);
-  add(f, i + 1, da - db + twist);
+  add_at(f, i, da + db - twist);
+  add_at(f, i + cols + 1, -da - db - twist);
+  add_at(f, i + cols, db - da + twist);
+  add_at(f, i + 1, da - db + twist);
 }
 
 void scalar_forces(benchmark::State& state) {

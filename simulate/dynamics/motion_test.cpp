@@ -24,21 +24,11 @@ ClothLaws linear_laws(double density, double tensile, double bending) {
   return laws;
 }
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-void put(Field& x, int i, const Vector3d& p) {
-  const std::size_t n = x.size() / 3;
-  for (int axis = 0; axis < 3; ++axis) x[axis * n + i] = p[axis];
-}
-
 /// Lays the grid flat: warp along x, weft along y, at height z.
 void lay_flat(const GridSpec& grid, double z, Field& x) {
   for (int r = 0; r < grid.rows; ++r) {
     for (int c = 0; c < grid.cols; ++c) {
-      put(x, grid.index(r, c), {r * grid.warp_spacing_m(), c * grid.weft_spacing_m(), z});
+      put_at(x, grid.index(r, c), {r * grid.warp_spacing_m(), c * grid.weft_spacing_m(), z});
     }
   }
 }
@@ -134,8 +124,8 @@ TEST(Motion, CatenaryWithoutBending) {
   for (int r = 0; r < rows; ++r) {
     const double t = 2.0 * r / (rows - 1) - 1;
     for (int c = 0; c < 2; ++c) {
-      put(motion.position, grid.index(r, c),
-          {0.5 * 0.775 * length * t, 0.004 * c, -0.28 * length * (1 - t * t)});
+      put_at(motion.position, grid.index(r, c),
+             {0.5 * 0.775 * length * t, 0.004 * c, -0.28 * length * (1 - t * t)});
     }
   }
   motion.hold({particle(0), particle(1), particle(grid.index(rows - 1, 0)),
@@ -198,7 +188,7 @@ TEST(Motion, FreeFallKeepsMomentumOfTheWholeSheet) {
   EXPECT_LT((momentum() - expected).norm(), 1e-10 * expected.norm());
 }
 
-/// A small stiff sheet on the tilted top of the table: gravity leans instead of the table.
+/// A small stiff sheet on the tilted top of the table: gravity is tilted instead of the table.
 struct Incline {
   GridSpec grid{3, 3, {0.02, 0.02}};
   Cloth cloth{grid, linear_laws(0.2, 2000, 1e-4), MassRule::area};
@@ -252,7 +242,7 @@ TEST(Contact, SheetLandsOnTheTableAndStaysOnIt) {
   table.add(Table{0.01});
   Motion motion(cloth, table, {{0, 0, -kG}, 0, 0, 0.3, true});
   lay_flat(grid, 0.012, motion.position);
-  for (int i = 0; i < grid.count(); ++i) put(motion.velocity, i, {0, 0, -1});
+  for (int i = 0; i < grid.count(); ++i) put_at(motion.velocity, i, {0, 0, -1});
   for (int k = 0; k < 1000; ++k) motion.step(1e-4);
   EXPECT_EQ(motion.contacts(), grid.count());
   EXPECT_GT(motion.backtracked_steps(), 0);  // the step was cut at the impact

@@ -93,7 +93,8 @@ void bullet_soft_body(benchmark::State& state) {
 }
 #else
 void bullet_soft_body(benchmark::State& state) {
-  state.SkipWithError("Bullet is missing: install the Debian package libbullet-dev and build anew");
+  state.SkipWithError(
+      "Bullet is missing: install the Debian package libbullet-dev and build again");
 }
 #endif
 

@@ -22,7 +22,8 @@ constexpr double kStiffer = 10;      // near rest, of a particle's contact
 // m; friction that its spring's stretch could not exceed is left out: places that lie on a face to
 // the last digits press now and then, and each time would hold the sheet for a step.
 constexpr double kNoSpring = 1e-13;
-constexpr double kPinOverStretch = 100;   // stiffness of a pin over that of the springs
+constexpr double kPinOverStretch = 100;   // stiffness of a pin within a cell over the springs'
+constexpr double kWhole = 1 - 1e-9;       // weight of a particle from which a pin holds just it
 constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
@@ -38,7 +39,8 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
       seeks_points_(between_particles),
       lines_(cloth, surroundings, friction, gravity_m_per_s2),
       index_(static_cast<std::size_t>(cloth.count()) * surroundings.count() + lines_.elements(),
-             -1) {
+             -1),
+      is_pinned_(cloth.count(), 0) {
   const double weight = cloth.total_mass_kg() * gravity_m_per_s2 / cloth.count();
   const double spacing = std::min(cloth.grid().warp_spacing_m(), cloth.grid().weft_spacing_m());
   const double bending = std::max(cloth.laws().bending[0].slope, cloth.laws().bending[1].slope);
@@ -47,11 +49,41 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
 }
 
 void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vector3d>& in_world) {
-  holds_ = holds;
-  hold_in_world_ = in_world;
-  hold_force_.assign(holds.size(), Vector3d::Zero());
+  holds_.clear();
+  hold_in_world_.clear();
+  pinned_.clear();
+  is_pinned_.assign(cloth_->count(), 0);
+  for (std::size_t h = 0; h < holds.size(); ++h) {
+    const std::array<double, 4>& weight = holds[h].weight;
+    const auto most = std::max_element(weight.begin(), weight.end());
+    if (*most < kWhole) {
+      holds_.push_back(holds[h]);
+      hold_in_world_.push_back(in_world[h]);
+      continue;
+    }
+    const int particle = holds[h].particle[most - weight.begin()];
+    pinned_.push_back({particle, in_world[h]});
+    is_pinned_[particle] = 1;
+  }
+  hold_force_.assign(holds_.size(), Vector3d::Zero());
   hold_stiffness_ =
       kPinOverStretch * std::max(cloth_->laws().tensile[0].slope, cloth_->laws().tensile[1].slope);
+}
+
+bool StaticContacts::carry_pins(Field& position, double most_m) const {
+  bool moved = false;
+  for (const Pinned& pin : pinned_) {
+    const Vector3d way = pin.place - at(position, pin.particle);
+    const double length = way.norm();
+    if (length == 0) continue;
+    moved = true;
+    if (length > most_m) {
+      add_at(position, pin.particle, most_m / length * way);
+    } else {
+      put_at(position, pin.particle, pin.place);
+    }
+  }
+  return moved;
 }
 
 StaticContacts::Contact StaticContacts::fresh_particle(int particle, int shape) const {
@@ -96,6 +128,7 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.anchor = was.anchor;
   };
   for (int i = 0; i < cloth_->count(); ++i) {
+    if (is_pinned_[i] != 0) continue;
     const Vector3d p = at(position, i);
     for (int shape = 0; shape < surroundings_->count(); ++shape) {
       if (surroundings_->gap_m(shape, p) > watch_m) continue;
@@ -218,8 +251,8 @@ void StaticContacts::add_forces(const Field& position, Field& force) const {
   }
 }
 
-/// Where a free particle is caught on a straight way that ends in a body, or beyond it: in the
-/// latter case, and where it would come out on the other side, as it enters. A way round an edge
+/// Where a free particle is caught on a straight path that ends in a body, or beyond it: in the
+/// latter case, and where it would come out on the other side, as it enters. A path round an edge
 /// is free.
 std::optional<Vector3d> StaticContacts::caught(int shape, const Vector3d& start,
                                                const Vector3d& end, double deep_m) const {
@@ -284,6 +317,8 @@ void StaticContacts::stiffen() {
 
 double StaticContacts::pin_error_m(const Field& position) const {
   double largest = 0;
+  for (const Pinned& pin : pinned_)
+    largest = std::max(largest, (pin.place - at(position, pin.particle)).norm());
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     largest = std::max(largest, (hold_in_world_[h] - mix(position, holds_[h])).norm());
   }

@@ -27,8 +27,19 @@ class StaticContacts {
   StaticContacts(const Cloth& cloth, const Surroundings& surroundings, double friction,
                  double gravity_m_per_s2, bool between_particles);
 
-  /// Pins: the held material points and their places.
+  /// A particle that a pin holds.
+  struct Pinned {
+    int particle = 0;
+    Eigen::Vector3d place;
+  };
+
+  /// Pins: the held material points and their places. Where the point is a particle, that one is
+  /// pinned() and takes no part in the system; a point within a cell is held by a spring whose
+  /// resting force is moved until it holds exactly.
   void hold(const std::vector<Hold>& holds, const std::vector<Eigen::Vector3d>& in_world);
+  [[nodiscard]] const std::vector<Pinned>& pinned() const { return pinned_; }
+  /// Moves pinned particles towards their places, each by at most `most_m`; false: all are there.
+  bool carry_pins(Field& position, double most_m) const;
   /// Takes over the points between particles of a sheet that Motion brought to rest, with their
   /// friction springs; from then on refresh() leaves them, for they are a part of that rest.
   void take_springs(const LineContacts& moved, const Field& position);
@@ -38,7 +49,7 @@ class StaticContacts {
 
   /// From here on refresh() leaves the points between particles where they are.
   void keep_points() { seeks_points_ = false; }
-  /// Finds the points between particles anew; those that keep on touching keep their spring.
+  /// Finds the points between particles again; those that keep on touching keep their spring.
   void refresh(const Field& position);
   enum class Limits { follow, keep };
   /// Starts a step: which particles are within `watch_m`, friction's limits and anchors. Limits are
@@ -77,7 +88,7 @@ class StaticContacts {
   /// Takes the quadratic model at another place of the same step, until restore().
   void relinearise(const Field& position);
   void restore() { contacts_.swap(before_); }
-  /// Lifts particles that a straight way put into a surface or through a body.
+  /// Lifts particles that a straight path put into a surface or through a body.
   void retract(const Field& from, Field& to) const;
 
   /// Moves the resting forces of particles and pins to where they hold exactly.
@@ -115,7 +126,7 @@ class StaticContacts {
     bool anchored = false, slips = false;
     double limit = 0;   ///< of friction in this step (N)
     double taken = 0;   ///< that limit as a part of what the pressing force allows
-    double slip_m = 0;  ///< way slid in the last step
+    double slip_m = 0;  ///< distance slid in the last step
     Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
@@ -151,7 +162,9 @@ class StaticContacts {
   double particle_stiffness_ = 0, shear_stiffness_ = 0;
   std::vector<Contact> contacts_, before_;
   std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none
-  std::vector<Hold> holds_;
+  std::vector<Pinned> pinned_;
+  std::vector<char> is_pinned_;  ///< by particle
+  std::vector<Hold> holds_;      ///< points within cells
   std::vector<Eigen::Vector3d> hold_in_world_, hold_force_;
   double hold_stiffness_ = 0;
 };

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr int kIterations = 3;
 constexpr double kGood = 0.7;    // ratio of energy change from which the step will do
-constexpr double kLonger = 1.2;  // gain in that ratio that a way twice as long must bring
+constexpr double kLonger = 1.2;  // gain in that ratio that a displacement twice as long must bring
 
 }  // namespace
 
@@ -28,6 +28,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
     hessian_.set_zero();
     add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
     contacts_.add_hessian(trial_, convex, hessian_);
+    fix_pinned();
     ++report.factorisations;
     definite = factorise(convex);
     if (!definite) ++report.indefinite;
@@ -36,11 +37,11 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
   return definite;
 }
 
-/// Goes on from trial_ while the potential of the step falls too little. Straight ways stretch the
-/// springs that turn, by the square of the turn, soon more than they are stretched at rest; that
-/// tension makes the next matrix far too stiff across the springs. With the tension of the linear
-/// model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017). The
-/// potential may rise in between; the best trial is taken.
+/// Goes on from trial_ while the potential of the step falls too little. Straight displacements
+/// stretch the springs that turn, by the square of the turn, soon more than they are stretched at
+/// rest; that tension makes the next matrix far too stiff across the springs. With the tension of
+/// the linear model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017).
+/// The potential may rise in between; the best trial is taken.
 void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio, VectorXd& way) {
   const int n = cloth_.count();
   Field best = trial_;
@@ -76,8 +77,9 @@ void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio
   trial_strains_ = std::move(best_strains);
 }
 
-/// Doubles a way by the convex matrix as long as the potential falls well on. Near a saddle the
-/// sheet leaves in a direction that has no stiffness, while that matrix has some and would creep.
+/// Doubles a displacement by the convex matrix as long as the potential falls well on. Near a
+/// saddle the sheet leaves in a direction that has no stiffness, while that matrix has some and
+/// would creep.
 void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
   while (2 * largest_of(way) <= cap_m_) {
     const Field before = trial_;

@@ -77,9 +77,9 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
   return true;
 }
 
-/// Solves with the factor just made of the matrix. In single precision a soft way may come out too
-/// short; the energy that the matrix gives it shows that, and conjugate gradients mend it. False
-/// when they do not.
+/// Solves with the factor just made of the matrix. In single precision a soft displacement may come
+/// out too short; the energy that the matrix gives it shows that, and conjugate gradients mend it.
+/// False when they do not.
 bool StaticSolver::solve_by_factor(StaticReport& report) {
   const VectorXd right = step_;
   factor_.solve(step_);
@@ -99,9 +99,11 @@ bool StaticSolver::solve_by_factor(StaticReport& report) {
 bool StaticSolver::solve_following(const VectorXd& guess, StaticReport& report) {
   VectorXd lag = VectorXd::Zero(step_.size());
   contacts_.add_lag(lag);
+  release_pinned(lag);
   const NearlySymmetric system{[this](const VectorXd& x, VectorXd& product) {
                                  multiply(x, product);
                                  contacts_.add_following(x, product);
+                                 release_pinned(product);
                                },
                                [this](VectorXd& b) { factor_.solve(b); }};
   const double energy = std::abs(guess.dot(step_));

@@ -10,18 +10,6 @@ namespace drape::simulate {
 
 // A point that is a mixture of up to four particles: anything with `particle` and `weight`.
 
-inline Eigen::Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-inline void add_at(Field& x, int i, const Eigen::Vector3d& value) {
-  const std::size_t n = x.size() / 3;
-  x[i] += value.x();
-  x[n + i] += value.y();
-  x[2 * n + i] += value.z();
-}
-
 template <class Mixture>
 Eigen::Vector3d mix(const Field& field, const Mixture& point) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();

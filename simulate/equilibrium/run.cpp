@@ -35,14 +35,6 @@ int larger_side(const GridSpec& grid) {
   return std::max(grid.rows, grid.cols);
 }
 
-void book_start(const StartReport& start, SimulateReport& report) {
-  report.placed_yaw_rad = start.flat.yaw_rad;
-  report.placed_centre_in_world = start.flat.centre_in_world;
-  report.placed_by_marks = start.marks_used;
-  report.placement_rms_mm = start.placement_rms_mm;
-  report.warnings.insert(report.warnings.end(), start.warnings.begin(), start.warnings.end());
-}
-
 /// How near its rest a coarser grid has to come.
 double start_residual(std::size_t level, const std::vector<GridSpec>& levels) {
   if (level == 0) return kFirstResidual;
@@ -69,6 +61,9 @@ std::string sentence_of(const StaticReport& found, int iterations) {
       return "at rest";
     case StaticStatus::diverged:
       return fmt::format("diverged after {} iterations", iterations);
+    case StaticStatus::stalled:
+      return fmt::format("stalled after {} iterations: residual {:.2g} of a particle's weight",
+                         iterations, found.residual);
     case StaticStatus::iteration_limit:
       break;
   }
@@ -115,6 +110,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
       now.residual_tolerance = std::max(start_residual(level, levels), options.residual_tolerance);
     }
     now.judge_stability = last;
+    now.falls = first && options.falls;
     if (!first) {
       now.first_step_s = kFinerStep_s;
       now.paced = false;
@@ -153,19 +149,29 @@ StaticOptions static_options(const Scene& scene, const SimulateOptions& options)
   how.contact_between_particles = options.contact_between_particles;
   how.residual_tolerance = options.static_tolerance;
   how.threads = options.threads;
+  how.falls = options.solver == "fall";
+  how.damping_per_s = options.damping_per_s;
+  how.natural_time_s = options.natural_time_s;
   how.max_iterations = static_cast<int>(std::min<long>(options.max_steps, how.max_iterations));
   return how;
+}
+
+HistoryRow history_row(const StaticIteration& row) {
+  return {row.pseudo_time_s, 0,
+          row.gravity_j,     row.inner.stretch_j,
+          row.inner.shear_j, row.inner.bending_j,
+          row.inner.twist_j, row.contact_j,
+          row.residual,      row.touching};
 }
 
 void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
                  const StaticDrape& drape, SimulateResult& result) {
   SimulateReport& report = result.report;
   const StaticReport& found = drape.report;
-  book_start(drape.start.report, report);
+  const std::vector<std::string>& warnings = drape.start.report.warnings;
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   for (const StaticIteration& row : found.history) {
-    result.history.push_back({row.pseudo_time_s, 0, row.gravity_j, row.inner.stretch_j,
-                              row.inner.shear_j, row.inner.bending_j, row.inner.twist_j,
-                              row.contact_j, row.residual, row.touching});
+    result.history.push_back(history_row(row));
   }
   report.status = found.status == StaticStatus::at_rest    ? RestStatus::at_rest
                   : found.status == StaticStatus::diverged ? RestStatus::diverged

@@ -48,6 +48,8 @@ struct StaticDrape {
 
 [[nodiscard]] StaticOptions static_options(const Scene& scene, const SimulateOptions& options);
 
+[[nodiscard]] HistoryRow history_row(const StaticIteration& iteration);
+
 /// Fills the report, history and strains of `result` with what a drape found.
 void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& how,
                  const StaticDrape& drape, SimulateResult& result);

@@ -27,6 +27,13 @@ struct StaticOptions {
   bool only_a_start = false;         ///< ends at that residual, whatever gaps are left
   bool judge_stability = true;       ///< at rest; takes one factorisation in double precision
   int threads = 1;                   ///< of factors and second derivatives; never changes a result
+  /// Falls with its inertia first, see StaticSolver::fall().
+  bool falls = false;
+  double longest_fall_step_s = 4e-3;
+  double damping_per_s = 4;     ///< beta / m of F = -beta v while it falls
+  double natural_time_s = 0.4;  ///< before velocities are zeroed at peaks of kinetic energy
+  double fall_residual = 0.05;  ///< of the mean particle's weight, at which the fall ends
+  double longest_fall_s = 20;
 };
 
 /// One Newton iteration.
@@ -37,7 +44,8 @@ struct StaticIteration {
   [[nodiscard]] double sum_j() const { return gravity_j + contact_j + inner.sum_j(); }
 };
 
-enum class StaticStatus { at_rest, iteration_limit, diverged };
+/// `stalled`: 50 iterations brought neither the residual nor the energy down.
+enum class StaticStatus { at_rest, iteration_limit, stalled, diverged };
 
 struct StaticReport {
   StaticStatus status = StaticStatus::iteration_limit;
@@ -54,14 +62,14 @@ struct StaticReport {
 
 /// Finds an equilibrium of a sheet. Each iteration is a step of implicit pseudo-time (backward
 /// Euler without inertia): one Newton iteration on the potential of cloth, gravity, contact and
-/// friction plus mu / 2 times mass times way squared, taken only when it lowers that potential. So
-/// the energy falls from step to step by at least what friction takes. mu falls as the quadratic
-/// model proves true, to zero near the equilibrium, where this is Newton's method. The exact
-/// Hessian is tried first, but in the first steps of a finer grid; where it is indefinite the
-/// element-wise convex one takes its place.
-/// A step too long for its quadratic model is not cut at once but iterated on, its springs pulling
-/// as the linear model says (see add_hessian()); so a bent sheet is moved on by more than a tenth
-/// of a spacing. Late steps of a finer grid take friction's limits from where they end.
+/// friction plus mu / 2 times mass times displacement squared, taken only when it lowers that
+/// potential. So the energy falls from step to step by at least what friction takes. mu falls as
+/// the quadratic model proves true, to zero near the equilibrium, where this is Newton's method.
+/// The exact Hessian is tried first, but in the first steps of a finer grid; where it is indefinite
+/// the element-wise convex one takes its place. A step too long for its quadratic model is not cut
+/// at once but iterated on, its springs pulling as the linear model says (see add_hessian()); so a
+/// bent sheet is moved on by more than a tenth of a spacing. Late steps of a finer grid take
+/// friction's limits from where they end.
 class StaticSolver {
  public:
   StaticSolver(Cloth& cloth, const Surroundings& surroundings, const StaticOptions& options);
@@ -72,25 +80,29 @@ class StaticSolver {
   /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
   /// forces ask for.
   void lean(double reach_m);
+  /// Lets the sheet fall from `position` with its inertia until it is nearly still.
+  void fall(StaticReport& report);
   /// Goes to rest from `position`.
   StaticReport solve();
 
   [[nodiscard]] double gravity_energy_j() const;
   [[nodiscard]] double mean_weight_n() const { return weight_n_; }
-  /// First-order way of the sheet, x, y, z of each particle in turn, when `force` (N, in the same
-  /// order) begins to act at the equilibrium. What slides and would be drawn back sticks, found
-  /// by solving anew until nothing changes; so the way for minus the force is another one.
-  /// Nothing where the stiffness is not positive definite.
+  /// First-order displacement of the sheet, x, y, z of each particle in turn, when `force` (N, in
+  /// the same order) begins to act at the equilibrium. What slides and would be drawn back sticks,
+  /// found by solving again until nothing changes; so the displacement for minus the force is
+  /// another one. Nothing where the stiffness is not positive definite.
   [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
 
  private:
   void find_forces(const Field& x, Field& force) const;
   void add_outer_forces(const Field& x, Field& force) const;
+  void release_pinned(Eigen::VectorXd& v) const;
+  void fix_pinned();
   void begin_step();
   void begin_again(StaticContacts::Limits limits);
   bool factorise_here();
   bool factorise(bool convex);
-  enum class Solve { anew, changed };  ///< changed: again, after review()
+  enum class Solve { again, changed };  ///< changed: once more, after review()
   void newton_matrix(bool convex);
   void multiply(const Eigen::VectorXd& x, Eigen::VectorXd& product) const;
   bool find_step(StaticReport& report, Solve solve);
@@ -104,6 +116,7 @@ class StaticSolver {
   double potential_change(const Eigen::VectorXd& way);
   void correct();
   [[nodiscard]] bool falling() const;
+  [[nodiscard]] Eigen::Vector3d momentum_of(int i) const;
   void stretch(double predicted, double& ratio, Eigen::VectorXd& way);
   void improve(double predicted, double& ratio, Eigen::VectorXd& way);
   static double largest_of(const Eigen::VectorXd& way);
@@ -113,6 +126,7 @@ class StaticSolver {
   [[nodiscard]] Eigen::VectorXd way_to_trial() const;
   void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
+  [[nodiscard]] bool stagnates(const StaticReport& report);
   void finish(StaticReport& report);
 
   Cloth& cloth_;
@@ -122,11 +136,15 @@ class StaticSolver {
   GridMatrix hessian_;
   MixedFactor factor_;
   Field force_, trial_, trial_force_;
+  Field momentum_;          ///< force that carries a falling sheet's momentum into a step (N)
   Field inner_force_;       ///< the sheet's own at `position`
   InternalEnergies inner_;  ///< and its energies
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  double best_residual_ = 0, best_j_ = 0;  ///< so far, and the iteration that found them
+  int progress_at_ = 0;
+  double drag_per_s2_ = 0, last_ratio_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;
   SpringStrains strains_, trial_strains_;  ///< by the linear model of what led there
   bool factor_serves_ = false;             ///< factor_ is of a matrix like the present one

@@ -6,7 +6,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/programs/run_inputs.hpp"
-#include "simulate/study/branches.hpp"
+#include "simulate/study/band.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -23,13 +23,23 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     throw usage_error("SCENE or --out is missing", "give both");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
-  RunRecord record("drape-branches", std::move(words));
+  RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json");
   const RunInputs inputs = read_run_inputs(args, record);
-  args.options.solver = "static";
+  args.options.solver = "fall";
   args.options.threads = thread_count(common);
   const BranchResult result = simulate_branches(inputs.scene, inputs.fabric, inputs.print,
                                                 inputs.measured, args.options, args.branches);
-  write_json(args.out / "branches.json", branches_json(result.branches));
+  Json json = branches_json(result.branches);
+  const GridSpec grid{args.options.rows, args.options.cols, inputs.print.patch_m};
+  const std::vector<MarkBand> band = band_of(result.branches, grid, inputs.print);
+  add_band(band, members_at_rest(result.branches), json);
+  if (inputs.measured) {
+    add_measured(assign(*inputs.measured, result.branches, grid, band),
+                 start_from_measured(inputs.scene, inputs.fabric, inputs.print, *inputs.measured,
+                                     args.options),
+                 json);
+  }
+  write_json(args.out / "branches.json", json);
   record.output(args.out / "branches.json");
   Ending ending;
   for (std::size_t k = 0; k < result.sheets.size(); ++k) {
@@ -54,8 +64,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
       "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
       "--store results.sqlite --report report.html",
       args.out.string());
-  record.write(args.out / "branches.run.json", ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

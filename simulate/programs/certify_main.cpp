@@ -31,7 +31,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   if (folder.empty() || scene_file.empty())
     throw usage_error("FOLDER or --scene is missing",
                       "give the folder of a simulation and its scene.toml");
-  RunRecord record("drape-certify", std::move(words));
+  RunRecord record("drape-certify", std::move(words), folder / "certify.run.json");
   const Sheet sheet = read_sheet(folder / "sheet.ply");
   const Scene scene = read_scene(scene_file);
   const Fabric fabric = read_fabric(fabric_file.value_or(scene.fabric_file));
@@ -54,8 +54,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   }
   ending.rejected.insert(ending.rejected.end(), report.refusals.begin(), report.refusals.end());
   ending.next_command = fmt::format("less {}", (folder / "certificate.json").string());
-  record.write(folder / "certify.run.json", ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-cusick", std::move(words));
+  const auto list = arguments.out / "cusick.json";
+  RunRecord record("drape-cusick", std::move(words), run_record_path(list));
   const Fabric fabric = read_fabric(arguments.fabric);
   for (const auto& file : fabric.files()) record.input(file);
   SimulateReport report;
@@ -55,6 +56,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     resting += found.at_rest;
     json["starts"].push_back({{"file", name},
                               {"points", drapes[i].mesh.points_m.size()},
+                              {"specimen_area_mm2", drapes[i].mesh.area_m2() / (mm * mm)},
                               {"at_rest", found.at_rest},
                               {"steps", found.steps},
                               {"residual_point_weights", found.residual},
@@ -65,15 +67,13 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
                           found.energy_j * 1e6));
     if (!found.at_rest) ending.rejected.push_back(name + " is not at rest");
   }
-  const auto list = arguments.out / "cusick.json";
   write_json(list, json);
   record.output(list);
   ending.go = resting == arguments.starts;
   ending.verdict =
       fmt::format("{} of {} drapes of {} at rest", resting, arguments.starts, fabric.name);
   ending.next_command = fmt::format("drape drapemeter {}", arguments.out.string());
-  record.write(run_record_path(list), ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -17,6 +17,10 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
   ending.verdict =
       fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)", result.sheet.rows,
                   result.sheet.cols, report.sentence, report.time_s, report.steps);
+  if (result.sheet.no_go) {
+    ending.go = false;
+    ending.verdict = "placed by a measured sheet that is NO-GO: " + *result.sheet.no_go;
+  }
   ending.numbers = {
       {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
       {"strain warp, weft",
@@ -36,10 +40,8 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
     ending.numbers.emplace_back("drape coefficient",
                                 fmt::format("{:.1f} %", 1e2 * *report.drape_coefficient));
   }
-  ending.rejected = report.warnings;
-  if (report.check)
-    ending.rejected.insert(ending.rejected.end(), report.check->refused.begin(),
-                           report.check->refused.end());
+  ending.warnings = report.warnings;
+  if (report.check) ending.rejected = report.check->refused;
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
       "report.html",
@@ -63,7 +65,7 @@ Ending ending_of(const Checks& checks) {
   int passed = 0;
   for (const Check& check : checks) {
     passed += check.passes();
-    ending.go = ending.go && check.as_expected();
+    ending.go = ending.go && check.passes();
     if (check.passes()) continue;
     ending.rejected.push_back(fmt::format("test {}: {}, {} particles: error {:.2g}, goal {:g}",
                                           check.test, check.what, check.grid, check.error,

@@ -18,7 +18,7 @@ void require_scene_and_out(const std::filesystem::path& scene, const std::filesy
 /// Runs the closed-form checks and prints their table (not with --json) and ending; exit code.
 [[nodiscard]] int run_checks(const CommonOptions& common);
 
-/// GO when every check meets its goal or misses it for a known reason within its known bound.
+/// GO when every check meets its goal.
 [[nodiscard]] Ending ending_of(const Checks& checks);
 
 }  // namespace drape::simulate

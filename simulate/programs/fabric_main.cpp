@@ -22,7 +22,7 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
   if (file.empty()) throw usage_error("FABRIC is missing", "give a fabric.toml");
   if (segments < 1 || segments > 20)
     throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
-  RunRecord record("drape-fabric", std::move(words));
+  RunRecord record("drape-fabric", std::move(words), plot ? run_record_path(*plot) : fs::path());
   const Fabric fabric = read_fabric(file);
   for (const fs::path& input : fabric.files()) record.input(input);
   SimulateReport report;
@@ -38,16 +38,15 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
                     curve.half_hysteresis / unit));
   }
   ending.numbers.emplace_back("twist stiffness", fmt::format("{:.3g} uN m", laws.twist_n_m * 1e6));
-  ending.rejected = report.warnings;
+  ending.warnings = report.warnings;
   for (const std::string& what : fabric.stand_ins)
-    ending.rejected.push_back("not measured: " + what);
+    ending.warnings.push_back("not measured: " + what);
   ending.next_command = fmt::format("drape-simulate SCENE --fabric {} --out DIR", file.string());
   if (plot) {
     write_durable(*plot, curves_svg(fabric, segments));
     record.output(*plot);
-    record.write(run_record_path(*plot), 0);
   }
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct Arguments : RunArguments {
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.validate) return run_checks(common);
   require_scene_and_out(args.scene, args.out);
-  RunRecord record("drape-simulate", std::move(words));
+  RunRecord record("drape-simulate", std::move(words), run_record_path(args.out / "sheet.ply"));
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
   args.options.mass = args.mass == "paper" ? MassRule::paper : MassRule::area;
@@ -41,11 +41,10 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   if (args.start) {
     std::get<SimulatedSource>(result.sheet.source).start_sha256 =
         sha256_of_file(fs::path(*args.start).replace_extension(".json"));
+    result.sheet.no_go = inputs.measured->no_go;
   }
   write_outputs(args.out, result, args.options, record);
-  const Ending ending = ending_of(result, args.out);
-  record.write(run_record_path(args.out / "sheet.ply"), ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending_of(result, args.out), common, record);
 }
 
 }  // namespace
@@ -58,8 +57,9 @@ int main(int argc, char** argv) {
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
-  app.add_option("--solver", args.options.solver, "rk4: motion until rest; static: Newton's method")
-      ->one_of({"rk4", "static"})
+  app.add_option("--solver", args.options.solver,
+                 "fall: motion, then Newton's method; rk4: motion only; static: Newton only")
+      ->one_of({"fall", "static", "rk4"})
       ->capture_default_str();
   app.add_option("--mass", args.mass, "area: each particle's own cloth; paper: total / particles")
       ->one_of({"area", "paper"})

@@ -21,7 +21,7 @@ struct Arguments {
   std::optional<fs::path> fabric, start;
   int grid = 21;
   SimulateOptions options;
-  SplitOptions split;
+  SplitOptions split{.scene_values = true};
 };
 
 Ending ending_of(const ErrorSplit& split, const fs::path& out) {
@@ -53,7 +53,7 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
 }
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-sensitivity", std::move(words));
+  RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json");
   const Scene scene = read_scene(args.scene);
   const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
   const Print print = read_print(scene.print_file);
@@ -70,9 +70,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   write_json(args.out / "sensitivity.json", sensitivity_json(split));
   write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
-  const Ending ending = ending_of(split, args.out);
-  record.write(args.out / "sensitivity.run.json", ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending_of(split, args.out), common, record);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
+#include "simulate/programs/study_parts.hpp"
 #include "simulate/study/study.hpp"
 
 namespace fs = std::filesystem;
@@ -20,7 +21,7 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
         std::vector<std::string> words, const CommonOptions& common) {
   if (rig.empty() || out.empty())
     throw usage_error("RIG or --out is missing", "give both, e.g. rigs/paper --out study");
-  RunRecord record("drape-study", std::move(words));
+  RunRecord record("drape-study", std::move(words), out / "study.run.json");
   options.threads = thread_count(common);
   const std::vector<StudyCase> cases = study_cases(rig, out, options);
   Progress progress("study", common.quiet);
@@ -54,8 +55,7 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
   if (!common.json && !common.quiet)
     fmt::print("Mean distance in mm (in brackets: as the paper prints it; *: not at rest)\n\n{}\n",
                tables);
-  record.write(out / "study.run.json", ending.go ? 0 : 1);
-  return finish(ending, common);
+  return finish(ending, common, record);
 }
 
 }  // namespace
@@ -67,8 +67,8 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   fs::path rig, out;
   StudyOptions options;
-  app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper");
-  app.add_option("--out", out, "folder for <scene>/<model>/<grid>-<segments>/ and the tables");
+  PlanArguments plan;
+  add_plan_options(app, rig, out, plan);
   app.add_option("--scenes", options.scenes, "names, comma-separated; default: all")
       ->delimiter(',');
   const auto list = [&app](const char* name, auto& values, const char* what) {
@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
                  "layers of cloth keep this apart; 0: the sheet passes through itself (rk4)")
       ->capture_default_str();
   return run_program(app, argc, argv, common, [&] {
+    if (is_plan(app, rig)) return run_plan(app, rig, out, plan, common);
     options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
     return run(rig, out, options, arguments_of(argc, argv), common);
   });

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/start/local_frame.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -75,32 +76,55 @@ double imperfection(int row, int col) {
   return std::sin(1.3 * row + 0.7 * col + 0.4) + 0.5 * std::sin(0.9 * col - 2.1 * row + 1.1);
 }
 
+std::string name_of(const Pin& pin) {
+  return pin.at_material_m ? fmt::format("material point ({:g}, {:g}) mm",
+                                         pin.at_material_m->x() / mm, pin.at_material_m->y() / mm)
+                           : fmt::format("mark ({}, {})", pin.mark.row, pin.mark.col);
+}
+
+/// Between the marks around a material point, bilinear; nothing when one that counts is a gap.
+std::optional<Vector3d> measured_point(const Sheet& sheet, const Print& print, const Vector2d& at) {
+  const Vector2d place = (at - print.margin_m) / print.pitch_m;
+  const int row = std::clamp(static_cast<int>(std::floor(place.x() + 1e-9)), 0, print.rows - 2);
+  const int col = std::clamp(static_cast<int>(std::floor(place.y() + 1e-9)), 0, print.cols - 2);
+  Vector3d sum = Vector3d::Zero();
+  for (const int i : {0, 1}) {
+    for (const int k : {0, 1}) {
+      const double weight = (i == 1 ? place.x() - row : 1 - (place.x() - row)) *
+                            (k == 1 ? place.y() - col : 1 - (place.y() - col));
+      if (std::abs(weight) < 1e-9) continue;
+      const SheetMark* mark = sheet.find({row + i, col + k});
+      if (mark == nullptr) return std::nullopt;
+      sum += weight * mark->point_in_world;
+    }
+  }
+  return sum;
+}
+
 void add_holds(const Scene& scene, const Print& print, const GridSpec& grid,
                const std::optional<Sheet>& measured, StartState& start) {
   for (const Pin& pin : scene.pins) {
-    const MarkId mark = pin.mark;
-    if (mark.row < 0 || mark.col < 0 || mark.row >= print.rows || mark.col >= print.cols) {
-      throw bad_input(fmt::format("the pin holds mark ({}, {}), which the print does not have",
-                                  mark.row, mark.col),
+    const Vector2d at = pin.material_m(print);
+    if ((at.array() < 0).any() || (at.array() > print.patch_m.array() + 1e-9).any() ||
+        (!pin.at_material_m && (pin.mark.row < 0 || pin.mark.col < 0 ||
+                                pin.mark.row >= print.rows || pin.mark.col >= print.cols))) {
+      throw bad_input(fmt::format("the pin holds {}, which the print does not have", name_of(pin)),
                       {.file = scene.file.string(), .field = "pin"},
                       fmt::format("rows 0 to {}, cols 0 to {}", print.rows - 1, print.cols - 1));
     }
-    Vector3d place;
-    if (pin.point_in_world) {
-      place = *pin.point_in_world;
-    } else {
-      const SheetMark* found =
-          need(measured, scene, "pin.at_mm", "a pin has no point in space").find(mark);
-      if (found == nullptr) {
-        throw bad_input(
-            fmt::format("the pin holds mark ({}, {}), which was not measured", mark.row, mark.col),
-            {.file = scene.file.string(), .field = "pin"},
-            "give its position as at_mm, or pin a mark that was measured");
-      }
-      place = found->point_in_world;
+    const auto place =
+        pin.point_in_world
+            ? pin.point_in_world
+            : measured_point(need(measured, scene, "pin.at_mm", "a pin has no point in space"),
+                             print, at);
+    if (!place) {
+      throw bad_input(
+          fmt::format("the pin holds {}, which was not measured", name_of(pin)),
+          {.file = scene.file.string(), .field = "pin"},
+          "give its position as at_mm, or pin a point whose marks around it were measured");
     }
-    start.holds.push_back(hold_at(grid, print.material_m(mark)));
-    start.hold_in_world.push_back(place);
+    start.hold_in_world.push_back(*place);
+    start.holds.push_back(hold_at(grid, at));
   }
 }
 
@@ -128,6 +152,10 @@ Hold hold_at(const GridSpec& grid, const Vector2d& material_m) {
 }
 
 FlatPose fit_flat(const Sheet& measured, double top_z_m, StartReport& report) {
+  if (measured.marks.empty()) {
+    throw bad_input("no mark was measured, so nothing places the cloth", {.field = "start.mode"},
+                    "see why in the sheet's gaps, or use start mode `flat` with a centre and yaw");
+  }
   double highest = -1e9;
   for (const SheetMark& mark : measured.marks) {
     highest = std::max(highest, mark.point_in_world.z());
@@ -212,24 +240,30 @@ Field fill_measured(const Sheet& measured, const GridSpec& grid) {
   return {solution.data(), solution.data() + solution.size()};
 }
 
+const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene) {
+  return need(measured, scene, "start.mode", "the scene starts from the measured sheet");
+}
+
+FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, double top_z_m,
+                    StartReport& report) {
+  if (scene.start.mode == StartMode::flat)
+    return {scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
+  FlatPose flat =
+      fit_flat(need(measured, scene, "start.mode", "the measured sheet places the virtual one"),
+               top_z_m, report);
+  flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
+  return flat;
+}
+
 StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
                       const std::optional<Sheet>& measured, double top_z_m, double imperfection_m) {
   StartState start;
   const int n = grid.count();
   if (scene.start.mode == StartMode::measured) {
-    start.position = fill_measured(
-        need(measured, scene, "start.mode", "the scene starts from the measured sheet"), grid);
+    start.position = fill_measured(need_measured(measured, scene), grid);
     start.report.marks_used = static_cast<int>(measured->marks.size());
   } else {
-    if (scene.start.mode == StartMode::flat) {
-      start.report.flat = {scene.start.centre_in_world.value_or(Vector3d::Zero()),
-                           scene.start.yaw_rad};
-    } else {
-      const Sheet& sheet =
-          need(measured, scene, "start.mode", "the measured sheet places the virtual one");
-      start.report.flat = fit_flat(sheet, top_z_m, start.report);
-      start.report.flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
-    }
+    start.report.flat = flat_start(scene, measured, top_z_m, start.report);
     start.position.assign(3 * static_cast<std::size_t>(n), 0.0);
     for (int r = 0; r < grid.rows; ++r) {
       for (int c = 0; c < grid.cols; ++c) {

@@ -13,6 +13,9 @@
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/study/linkage.hpp"
+#include "simulate/world.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -24,12 +27,7 @@ using units::mm;
 constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
 constexpr int kHemSamples = 256;
 constexpr double kSameAxis = 1e-6;  // m
-constexpr int kStartsAtOnce = 16;   // drapes kept until they are compared
-
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
+constexpr double kPlace = 2e-3;     // m; by which a hand lays a sheet beside its place
 
 /// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
 double random_share(std::uint64_t index) {
@@ -56,7 +54,7 @@ std::vector<int> border_of(const GridSpec& grid) {
   return border;
 }
 
-/// Maxima that stand out by kFold from the lowest value on both ways to a higher one.
+/// Maxima that stand out by kFold from the lowest value towards a higher one on both sides.
 int count_folds(const std::vector<double>& radius) {
   const auto n = static_cast<int>(radius.size());
   const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
@@ -112,7 +110,7 @@ double distance_after_turn(const Field& a, const Field& b, bool reversed) {
 
 }  // namespace
 
-StartVariation variation_of(int index) {
+StartVariation variation_of(int index, bool friction_known) {
   StartVariation v;
   if (index == 0) return v;
   const auto pick = [&](int what, double low, double high) {
@@ -126,6 +124,9 @@ StartVariation variation_of(int index) {
   v.folds = 2 + static_cast<int>(pick(5, 0, 6.999));
   v.fold_m = pick(6, 0, 6e-3);
   v.fold_phase_rad = pick(7, 0, 2 * std::numbers::pi);
+  v.place_m = {pick(8, -kPlace, kPlace), pick(9, -kPlace, kPlace)};
+  v.friction_factor = friction_known ? pick(10, 0.9, 1.1) : std::exp2(pick(10, -1, 1));
+  v.damping_per_s = std::exp2(pick(11, 0, 4));
   return v;
 }
 
@@ -149,7 +150,7 @@ void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
     lowest = std::min(lowest, moved[i].z());
   }
   for (std::size_t i = 0; i < n; ++i) {
-    moved[i] += middle + Vector3d(0, 0, v.lift_m - lowest);
+    moved[i] += middle + Vector3d(v.place_m.x(), v.place_m.y(), v.lift_m - lowest);
     for (std::size_t a = 0; a < 3; ++a) position[a * n + i] = moved[i][static_cast<int>(a)];
   }
 }
@@ -200,21 +201,30 @@ double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b, boo
 
 namespace {
 
-/// Puts a rest with the branch that it is, or as a new one.
-void book(Branch branch, const GridSpec& grid, double same_m, Branches& branches) {
-  const auto same =
-      std::find_if(branches.found.begin(), branches.found.end(), [&](const Branch& other) {
-        return mean_distance_m(grid, other.position, branch.position, branches.round) < same_m;
-      });
-  if (same == branches.found.end()) {
-    branches.found.push_back(std::move(branch));
-    return;
+/// Groups rests, which are ordered by energy, into branches named by their lowest.
+void group(std::vector<Branch> rests, const GridSpec& grid, double least_m, Branches& branches) {
+  const auto apart_m = [&](int a, int b) {
+    return mean_distance_m(grid, rests[a].position, rests[b].position, branches.round);
+  };
+  const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
+  branches.linked_m = linkage.limit;
+  std::vector<double> spread_m(rests.size(), 0.0);
+  std::vector<int> first(rests.size(), -1);  // of each group
+  for (std::size_t k = 0; k < rests.size(); ++k) {
+    int& lowest = first[linkage.group[k]];
+    if (lowest < 0) {
+      lowest = static_cast<int>(k);
+      continue;
+    }
+    spread_m[lowest] = std::max(spread_m[lowest], apart_m(lowest, static_cast<int>(k)));
+    rests[lowest].starts.push_back(rests[k].starts.front());
+    rests[lowest].others.push_back(std::move(rests[k]));
   }
-  branch.starts.insert(branch.starts.begin(), same->starts.begin(), same->starts.end());
-  if (same->energy_j <= branch.energy_j) {
-    same->starts = branch.starts;
-  } else {
-    *same = std::move(branch);
+  for (const int lowest : first) {
+    if (lowest < 0) continue;
+    rests[lowest].spread_m = spread_m[lowest];
+    std::sort(rests[lowest].starts.begin(), rests[lowest].starts.end());
+    branches.found.push_back(std::move(rests[lowest]));
   }
 }
 
@@ -224,39 +234,75 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                        const StaticOptions& options, const BranchOptions& how) {
   Branches branches;
   branches.round = is_round(the_case.scene);
-  StaticOptions alone = options;
-  alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
-  for (int first = 0; first < how.starts; first += kStartsAtOnce) {
-    std::vector<StaticDrape> drapes(std::min(kStartsAtOnce, how.starts - first));
-    parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
-      const int start = first + static_cast<int>(k);
-      drapes[k] =
-          drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
-            if (start > 0) apply(variation_of(start), here, position);
-          });
+  const std::vector<std::string>& guessed = the_case.scene.stand_ins;
+  const bool friction_known =
+      std::find(guessed.begin(), guessed.end(), "friction") == guessed.end();
+  std::vector<StaticDrape> drapes(how.starts);
+  std::vector<double> friction(how.starts);
+  parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
+    const StartVariation variation = variation_of(static_cast<int>(k), friction_known);
+    StaticOptions alone = options;
+    alone.threads = 1;  // starts are drapes of their own, so the threads are theirs
+    alone.friction *= variation.friction_factor;
+    alone.damping_per_s = variation.damping_per_s.value_or(options.damping_per_s);
+    friction[k] = alone.friction;
+    drapes[k] = drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
+      if (k > 0) apply(variation, here, position);
     });
-    for (std::size_t k = 0; k < drapes.size(); ++k) {
-      StaticDrape& drape = drapes[k];
-      const int start = first + static_cast<int>(k);
-      if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
-        branches.not_at_rest.push_back(start);
-        continue;
-      }
-      const double energy_j = drape.report.history.back().sum_j();
-      const HemLabel hem = label_hem(grid, drape.position);
-      book({std::move(drape.position), std::move(drape.report), energy_j, hem, {start}}, grid,
-           how.same_m, branches);
+  });
+  branches.members.resize(how.starts);
+  std::vector<Branch> rests;
+  for (std::size_t k = 0; k < drapes.size(); ++k) {
+    StaticDrape& drape = drapes[k];
+    const int start = static_cast<int>(k);
+    if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
+      branches.not_at_rest.push_back(start);
+      continue;
     }
+    const double energy_j = drape.report.history.back().sum_j();
+    const HemLabel hem = label_hem(grid, drape.position);
+    branches.members[k] = drape.position;
+    rests.push_back({std::move(drape.position),
+                     std::move(drape.report),
+                     energy_j,
+                     hem,
+                     {start},
+                     start,
+                     friction[k],
+                     0,
+                     {}});
   }
-  std::stable_sort(branches.found.begin(), branches.found.end(),
+  // By energy, so that each branch is named by its lowest.
+  std::stable_sort(rests.begin(), rests.end(),
                    [](const Branch& a, const Branch& b) { return a.energy_j < b.energy_j; });
+  group(std::move(rests), grid, how.same_m, branches);
   return branches;
+}
+
+int Branches::drop_lowest(Branch& branch) {
+  std::vector<Branch> others = std::move(branch.others);
+  std::vector<int> starts = std::move(branch.starts);
+  const int dropped = branch.own_start;
+  members[dropped].clear();
+  std::erase(starts, dropped);
+  const double spread_m = branch.spread_m;
+  if (others.empty()) {
+    branch.starts.clear();
+    return dropped;
+  }
+  branch = std::move(others.front());
+  others.erase(others.begin());
+  branch.others = std::move(others);
+  branch.starts = std::move(starts);
+  branch.spread_m = spread_m;
+  return dropped;
 }
 
 Json branches_json(const Branches& branches) {
   Json json;
   json["schema"] = "drapebench/branches/1";
   json["scene_round_about_the_vertical"] = branches.round;
+  json["linking_distance_mm"] = branches.linked_m / mm;
   json["starts_not_at_rest"] = branches.not_at_rest;
   json["refused"] = Json::array();
   for (const RefusedStarts& one : branches.refused) {
@@ -272,6 +318,10 @@ Json branches_json(const Branches& branches) {
     one["largest_residual_per_particle_weight"] = branch.report.residual;
     one["stable"] = branch.report.stable;
     one["starts"] = branch.starts;
+    one["fraction"] = static_cast<double>(branch.starts.size()) /
+                      static_cast<double>(std::max<std::size_t>(branches.members.size(), 1));
+    one["friction"] = branch.friction;
+    one["farthest_member_mm"] = branch.spread_m / mm;
     one["hem_nodes"] = branch.hem.nodes;
     Json spectrum = Json::array();
     for (const double amplitude : branch.hem.amplitude_m) spectrum.push_back(amplitude / mm);
@@ -282,10 +332,6 @@ Json branches_json(const Branches& branches) {
   return json;
 }
 
-}  // namespace drape::simulate
-
-namespace drape::simulate {
-
 BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const Print& print,
                                const std::optional<Sheet>& measured, const SimulateOptions& options,
                                const BranchOptions& how) {
@@ -293,28 +339,54 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
   const ClothLaws laws = make_laws(fabric, options.segments, report);
-  const Surroundings surroundings(scene);
-  const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};
+  const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
+  const Surroundings surroundings(local.scene);
+  const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};
   BranchResult result;
   Branches& branches = result.branches;
-  branches = find_branches(the_case, grid, static_options(scene, options), how);
-  std::vector<Branch> found;
-  found.swap(branches.found);
+  branches = find_branches(the_case, grid, static_options(local.scene, options), how);
   SimulateOptions by_static = options;
-  by_static.solver = "static";
-  for (Branch& branch : found) {
+  if (by_static.solver == "rk4") by_static.solver = "static";
+  const auto judge = [&](const Branch& rest) {
     SimulateResult judged;
     judged.report = report;
     finish_static(the_case, fabric, grid, by_static,
-                  {{}, branch.position, branch.report, branch.report.iterations}, judged);
-    judge_rest(judged, scene, fabric, print, by_static);
-    if (judged.report.status != RestStatus::at_rest) {
-      branches.refused.push_back({branch.starts, judged.report.sentence});
-      continue;
+                  {{}, rest.position, rest.report, rest.report.iterations}, judged);
+    take_to_world(local, mass_kg(fabric, print, options), judged);
+    Scene as_run = scene;
+    as_run.friction = rest.friction;
+    judge_rest(judged, as_run, fabric, print, by_static);
+    return judged;
+  };
+  std::vector<Branch> found;
+  found.swap(branches.found);
+  std::vector<std::pair<Branch, Sheet>> accepted;
+  for (Branch& branch : found) {
+    for (;;) {
+      SimulateResult judged = judge(branch);
+      if (judged.report.status == RestStatus::at_rest) {
+        branch.energy_j += local.gravity_offset_j(mass_kg(fabric, print, options));
+        accepted.emplace_back(std::move(branch), std::move(judged.sheet));
+        break;
+      }
+      const int refused = branches.drop_lowest(branch);
+      branches.refused.push_back({{refused}, judged.report.sentence});
+      if (branch.starts.empty()) break;
     }
-    result.sheets.push_back(std::move(judged.sheet));
-    branches.found.push_back(std::move(branch));
   }
+  std::stable_sort(accepted.begin(), accepted.end(), [](const auto& a, const auto& b) {
+    return a.first.energy_j < b.first.energy_j;
+  });
+  for (auto& [branch, sheet] : accepted) {
+    branches.found.push_back(std::move(branch));
+    result.sheets.push_back(std::move(sheet));
+  }
+  const auto take_there = [&](Field& field) {
+    for (int i = 0, n = static_cast<int>(field.size() / 3); i < n; ++i)
+      put_at(field, i, local.to_world(at(field, i)));
+  };
+  for (Branch& branch : branches.found) take_there(branch.position);
+  for (Field& member : branches.members) take_there(member);
   return result;
 }
 

@@ -10,8 +10,13 @@
 
 namespace drape::simulate {
 
-/// How one start departs from the scene's; all zero: the scene's own.
+/// How one start departs from the scene's in what an operator cannot know; as it stands: the
+/// scene's own.
 struct StartVariation {
+  Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< added to the start's place
+  double friction_factor = 1;                         ///< of the scene's coefficient
+  std::optional<double> damping_per_s;                ///< of the fall
+
   double noise_m = 0;   ///< height of random waves
   double tilt_rad = 0;  ///< about a horizontal axis
   double tilt_axis_rad = 0;
@@ -23,11 +28,12 @@ struct StartVariation {
 };
 
 /// Start `index` of a seeded sequence; 0 is the scene's own start. The same for every run.
-[[nodiscard]] StartVariation variation_of(int index);
+/// `friction_known`: the coefficient was measured and varies by a tenth, else by half to double.
+[[nodiscard]] StartVariation variation_of(int index, bool friction_known = true);
 void apply(const StartVariation& variation, const GridSpec& grid, Field& position);
 
 /// Folds of the sheet's border: its horizontal distance from the vertical through the sheet's
-/// middle, over the share of the border's length.
+/// middle, over the fraction of the border's length.
 struct HemLabel {
   int nodes = 0;                        ///< folds: maxima that stand out by 3 mm
   std::array<double, 9> amplitude_m{};  ///< Fourier amplitudes 0 .. 8 of that distance
@@ -41,13 +47,15 @@ struct Branch {
   double energy_j = 0;  ///< gravity, elastic and contact, against the world origin
   HemLabel hem;
   std::vector<int> starts;
+  int own_start = 0;    ///< that `position` is from
+  double friction = 0;  ///< of that start
+  double spread_m = 0;  ///< farthest of its members from `position`, mean over the particles
+  std::vector<Branch> others = {};  ///< its other members, each alone, by energy
 };
 
 struct BranchOptions {
-  int starts = 20;
-  /// Equilibria nearer than this (mean over the particles, after the best turn when the scene is
-  /// round about a vertical axis) are one branch.
-  double same_m = 1e-3;
+  int starts = 32;
+  double same_m = 1e-3;  ///< nearer rests are one branch, however dense the others lie
 };
 
 /// Starts that ended still, but where no sheet can rest.
@@ -60,7 +68,13 @@ struct Branches {
   std::vector<Branch> found;           ///< by energy, lowest first
   std::vector<int> not_at_rest;        ///< starts that did not come to rest
   std::vector<RefusedStarts> refused;  ///< still, but in an object or refused by the checker
-  bool round = false;  ///< the scene looks the same when turned about a vertical axis
+  bool round = false;   ///< the scene looks the same when turned about a vertical axis
+  double linked_m = 0;  ///< rests nearer than this to any member of a branch are on it
+  /// By start; empty where it did not rest or was refused.
+  std::vector<Field> members;
+
+  /// Takes a branch's lowest member out, so that the next one names it; returns its start.
+  int drop_lowest(Branch& branch);
 };
 
 /// Whether all objects are round about one vertical axis.
@@ -71,20 +85,17 @@ struct Branches {
                                      bool round);
 [[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                                      const StaticOptions& options, const BranchOptions& how);
-/// Schema drapebench/branches/1.
+/// Schema drapebench/branches/1, without what EnsembleReport adds.
 [[nodiscard]] Json branches_json(const Branches& branches);
-
-}  // namespace drape::simulate
-
-namespace drape::simulate {
 
 struct BranchResult {
   Branches branches;
   std::vector<Sheet> sheets;  ///< of branches.found
 };
 
-/// Equilibria of a drape, each judged as simulate_checked() does; `options` as for simulate() with
-/// the solver "static". Throws Error for wrong input.
+/// Equilibria of a drape; a branch is named by its lowest member that simulate_checked() would
+/// accept; `options` as for
+/// simulate() with the solver "static" or "fall". Throws Error for wrong input.
 [[nodiscard]] BranchResult simulate_branches(const Scene& scene, const Fabric& fabric,
                                              const Print& print,
                                              const std::optional<Sheet>& measured,

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
+#include "simulate/study/linkage.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -96,6 +97,20 @@ TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
   }
   EXPECT_LT(mean_distance_m(grid, a, b, true), 1e-12);
   EXPECT_GT(mean_distance_m(grid, a, b, false), 0.01);
+}
+
+TEST(Branches, AreWhatGapsSeparate) {
+  const auto on_a_line = [](std::vector<double> x) {
+    return link(
+        static_cast<int>(x.size()), [x](int a, int b) { return std::abs(x[a] - x[b]); }, 0.5);
+  };
+  const Linkage two = on_a_line({0, 10, 1.1, 2, 11, 3.2, 12.1});
+  EXPECT_EQ(two.group, (std::vector<int>{0, 1, 0, 0, 1, 0, 1}));
+  EXPECT_LT(two.limit, 6.8);
+  const Linkage dense = on_a_line({0, 3, 1, 2, 4, 5});
+  EXPECT_EQ(dense.group, std::vector<int>(6, 0));
+  EXPECT_EQ(on_a_line({0, 0.4}).group, (std::vector<int>{0, 0}));
+  EXPECT_EQ(link(0, {}, 0.5).group, std::vector<int>());
 }
 
 TEST(Branches, TheHemsFoldsAreCounted) {

@@ -11,11 +11,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
 Vector3d place(const Hold& point, const Field& x) {
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) sum += point.weight[k] * at(x, point.particle[k]);

@@ -229,6 +229,8 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
   ErrorSplit split;
   Bench bench(scene, fabric, print, measured, reference, options);
   bench.settle_base(split);
+  if (how.scene_values && split.rows.front().at_rest)
+    split.scene = scene_effects(scene, fabric, print, measured, reference, options);
   if (how.only_first_order || !split.rows.front().at_rest) return split;
   for (const Variant& variant : variants_of(bench.base())) {
     split.rows.push_back(bench.run(variant, true));
@@ -259,6 +261,7 @@ Json sensitivity_json(const ErrorSplit& split) {
     }
     json["sensitivities"] = list;
   }
+  json["scene_sensitivities"] = scene_effects_json(split.scene);
   json["variants"] = Json::array();
   for (std::size_t k = 1; k < split.rows.size(); ++k) {
     const SplitRow& row = split.rows[k];

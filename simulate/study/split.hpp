@@ -10,6 +10,7 @@
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/scene_effects.hpp"
 #include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
@@ -35,11 +36,13 @@ struct ErrorSplit {
   std::vector<SplitRow> rows;  ///< the base first
   /// Absent when the base is not at rest or a saddle.
   std::optional<std::vector<Sensitivity>> sensitivities;
+  std::vector<SceneEffect> scene;  ///< empty when not asked for or the base is not at rest
 };
 
 struct SplitOptions {
   int starts = 8;                 ///< for the rows about the branch; 1: none
   bool only_first_order = false;  ///< the sensitivities alone
+  bool scene_values = false;      ///< those to place and size of the objects and to friction too
 };
 
 /// Drapes the scene with the static solver, finds how the distance from `reference` answers to

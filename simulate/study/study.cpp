@@ -11,7 +11,7 @@
 #include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/checker/certify.hpp"
+#include "simulate/study/branches.hpp"
 #include "simulate/study/checked.hpp"
 
 namespace drape::simulate {
@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 /// What makes a run a different one, for the record.
 std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions& options) {
+  if (!the_case.key.empty()) return {"--key", the_case.key};
   std::vector<std::string> words = {
       the_case.scene_file.string(),
       "--model",
@@ -38,30 +39,15 @@ std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions&
   return words;
 }
 
-StudyOutcome outcome_from(const StudyCase& the_case) {
-  const JsonNode certificate =
-      JsonNode::open(the_case.folder / "certificate.json", "certificate", 1);
-  StudyOutcome outcome;
-  outcome.the_case = the_case;
-  outcome.at_rest = certificate.boolean("at_rest");
-  outcome.sentence = certificate.text("status");
-  outcome.solver = certificate.at("options").text("solver");
-  // A diverged run has no finite residual, and its file says null.
-  outcome.residual =
-      certificate.optional_number("largest_residual_per_particle_weight").value_or(0);
-  outcome.energy_j = 1e-6 * certificate.at("energy").optional_number("end_uJ").value_or(0);
-  return outcome;
-}
-
 void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
-  RunRecord record("drape-study", words_of(the_case, options));
-  const Scene scene = read_scene(the_case.scene_file);
+  RunRecord record("drape-study", words_of(the_case, options),
+                   run_record_path(the_case.folder / "sheet.ply"));
+  SimulateOptions how = options.simulate;
+  Scene scene = seeded(read_scene(the_case.scene_file), the_case.seed, how.imperfection_m);
+  if (!the_case.fabric_file.empty()) scene.fabric_file = the_case.fabric_file;
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
-  record.input(the_case.scene_file);
-  for (const fs::path& file : fabric.files()) record.input(file);
-  record.input(scene.print_file);
-  SimulateOptions how = options.simulate;
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   how.rows = how.cols = the_case.grid;
   how.segments = the_case.segments;
   how.model = the_case.model;
@@ -81,8 +67,7 @@ void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
     if (rests) break;
   }
   write_outputs(the_case.folder, best, used, record);
-  record.write(run_record_path(the_case.folder / "sheet.ply"),
-               best.report.status == RestStatus::at_rest ? 0 : 1);
+  record.write(best.report.status == RestStatus::at_rest ? 0 : 1, "");
 }
 
 bool is_row_of(int index, int rows, int other_rows, int& other) {
@@ -93,6 +78,54 @@ bool is_row_of(int index, int rows, int other_rows, int& other) {
 }
 
 }  // namespace
+
+StudyOutcome outcome_from(const StudyCase& the_case) {
+  const JsonNode certificate =
+      JsonNode::open(the_case.folder / "certificate.json", "certificate", 1);
+  StudyOutcome outcome;
+  outcome.the_case = the_case;
+  outcome.at_rest = certificate.boolean("at_rest");
+  outcome.sentence = certificate.text("status");
+  outcome.solver = certificate.at("options").text("solver");
+  // A diverged run has no finite residual, and its file says null.
+  outcome.residual =
+      certificate.optional_number("largest_residual_per_particle_weight").value_or(0);
+  outcome.energy_j = 1e-6 * certificate.at("energy").optional_number("end_uJ").value_or(0);
+  return outcome;
+}
+
+Scene seeded(Scene scene, int seed, double& imperfection_m) {
+  if (seed == 0) return scene;
+  if (scene.start.mode != StartMode::flat || !scene.start.centre_in_world)
+    throw bad_input("a seed needs a scene that starts flat at a given centre",
+                    {.file = scene.file.string(), .field = "start.mode"}, "leave out the seeds");
+  const StartVariation variation = variation_of(seed);
+  scene.start.yaw_rad += variation.yaw_rad;
+  *scene.start.centre_in_world +=
+      Eigen::Vector3d(variation.place_m.x(), variation.place_m.y(), variation.lift_m);
+  imperfection_m = variation.noise_m;
+  return scene;
+}
+
+std::vector<fs::path> files_of(const Scene& scene, const Fabric& fabric) {
+  std::vector<fs::path> files = {scene.file};
+  for (const fs::path& file : fabric.files()) files.push_back(file);
+  files.push_back(scene.print_file);
+  for (const Obstacle& obstacle : scene.obstacles) {
+    if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) files.push_back(mesh->file);
+  }
+  return files;
+}
+
+StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
+                      const fs::path& program) {
+  const fs::path record = run_record_path(the_case.folder / "sheet.ply");
+  const bool kept = is_up_to_date(record, program, words_of(the_case, options));
+  if (!kept) simulate_case(the_case, options);
+  StudyOutcome outcome = outcome_from(the_case);
+  outcome.kept = kept;
+  return outcome;
+}
 
 void StudyOptions::check() const {
   if (grids.empty() || segments.empty() || models.empty() || solvers.empty())
@@ -145,12 +178,7 @@ std::vector<StudyOutcome> run_study(const std::vector<StudyCase>& cases,
   std::vector<StudyOutcome> outcomes(cases.size());
   std::mutex one_at_a_time;
   parallel_for(cases.size(), options.threads, [&](std::size_t i) {
-    const StudyCase& the_case = cases[i];
-    const fs::path record = run_record_path(the_case.folder / "sheet.ply");
-    const bool kept = is_up_to_date(record, program, words_of(the_case, options));
-    if (!kept) simulate_case(the_case, options);
-    outcomes[i] = outcome_from(the_case);
-    outcomes[i].kept = kept;
+    outcomes[i] = run_case(cases[i], options, program);
     const std::lock_guard<std::mutex> lock(one_at_a_time);
     if (done) done(outcomes[i]);
   });

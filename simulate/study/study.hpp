@@ -34,7 +34,10 @@ struct StudyCase {
   std::string model;
   int grid = 0;
   int segments = 0;
-  std::filesystem::path folder;  ///< <out>/<scene>/<model>/<grid>-<segments>
+  std::filesystem::path folder = {};       ///< <out>/<scene>/<model>/<grid>-<segments>
+  std::filesystem::path fabric_file = {};  ///< empty: the scene's
+  int seed = 0;                            ///< of the start, see seeded(); 0: the scene's own
+  std::string key = {};                    ///< of a plan, see plan.hpp; empty: named by its words
 };
 
 /// How a run ended, as its certificate says.
@@ -53,6 +56,21 @@ struct StudyOutcome {
 [[nodiscard]] std::vector<StudyCase> study_cases(const std::filesystem::path& rig,
                                                  const std::filesystem::path& out,
                                                  const StudyOptions& options);
+
+/// Simulates one case unless it is up to date. `program` is the file that runs, for the record.
+[[nodiscard]] StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
+                                    const std::filesystem::path& program);
+
+/// How a run that is up to date ended, from its certificate.
+[[nodiscard]] StudyOutcome outcome_from(const StudyCase& the_case);
+
+/// The scene with the start of a seed: displaced, turned and dropped from higher as start number
+/// `seed` of drape-branches; the height of its waves goes into `imperfection_m`. Throws
+/// Error(bad_input) for a scene that does not start flat at a given centre.
+[[nodiscard]] Scene seeded(Scene scene, int seed, double& imperfection_m);
+
+/// Every file that a run reads: scene, print, fabric with its curves, meshes of the objects.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene, const Fabric& fabric);
 
 /// Simulates what is not up to date. `done` is called after each run, one call at a time.
 /// `program` is the file that runs, for the records.

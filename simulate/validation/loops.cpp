@@ -24,7 +24,7 @@ Field along(const GridSpec& grid, double shift, Angle angle) {
   Vector3d p = Vector3d(std::cos(angle(-1.0)), 0, std::sin(angle(-1.0))) * (-shift * h);
   for (int r = 0; r < grid.rows; ++r) {
     for (int c = 0; c < grid.cols; ++c) {
-      put(x, grid.index(r, c), p + Vector3d(0, c * grid.weft_spacing_m(), 0));
+      put_at(x, grid.index(r, c), p + Vector3d(0, c * grid.weft_spacing_m(), 0));
     }
     const double turn = angle((r + 0.5 - shift) / (grid.rows - 1 - 2 * shift));
     p += h * Vector3d(std::cos(turn), 0, std::sin(turn));
@@ -54,7 +54,7 @@ void check_heart_loop(Checks& checks) {
     for (const int row : {0, 1, rows - 2, rows - 1}) {
       hold_row(grid, row, held);
       const double above = (row == 0 || row == rows - 1) ? -0.5 * h : 0.5 * h;
-      for (int c = 0; c < 2; ++c) put(x, grid.index(row, c), {0, c * h, above});
+      for (int c = 0; c < 2; ++c) put_at(x, grid.index(row, c), {0, c * h, above});
     }
     Equilibrium balance(cloth, weight(cloth, {0, 0, gamma > 0 ? -kGravity : 0.0}), held,
                         kBending * h / (length * length));
@@ -82,7 +82,7 @@ void check_elastica(Checks& checks) {
     for (int i = 0; i < grid.count(); ++i) {
       const Vector3d p = at(x, i);
       const double r = i / 2;
-      put(x, i, {p.x() * stretch, p.y(), p.z() - r / (rows - 1) * at(x, grid.count() - 1).z()});
+      put_at(x, i, {p.x() * stretch, p.y(), p.z() - r / (rows - 1) * at(x, grid.count() - 1).z()});
     }
     std::vector<bool> held = in_plane_xz(grid);
     hold_row(grid, 0, held);

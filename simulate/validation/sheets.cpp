@@ -18,7 +18,7 @@ ClothLaws linear_laws(double density, double tensile, double shear, double bendi
 
 Field weight(const Cloth& cloth, const Eigen::Vector3d& gravity) {
   Field load(3 * static_cast<std::size_t>(cloth.count()));
-  for (int i = 0; i < cloth.count(); ++i) put(load, i, cloth.mass_kg()[i] * gravity);
+  for (int i = 0; i < cloth.count(); ++i) put_at(load, i, cloth.mass_kg()[i] * gravity);
   return load;
 }
 

@@ -14,25 +14,13 @@ inline constexpr double kGravity = 9.80665;  ///< m/s2
 [[nodiscard]] ClothLaws linear_laws(double density_kg_per_m2, double tensile_n_per_m,
                                     double shear_n_per_m, double bending_n_m);
 
-[[nodiscard]] inline Eigen::Vector3d at(const Field& x, int i) {
-  const std::size_t n = x.size() / 3;
-  return {x[i], x[n + i], x[2 * n + i]};
-}
-
-inline void put(Field& x, int i, const Eigen::Vector3d& p) {
-  const std::size_t n = x.size() / 3;
-  x[i] = p.x();
-  x[n + i] = p.y();
-  x[2 * n + i] = p.z();
-}
-
 /// Positions by a map from material coordinates (m) to space.
 template <class Map>
 [[nodiscard]] Field shaped(const GridSpec& grid, Map map) {
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int r = 0; r < grid.rows; ++r) {
     for (int c = 0; c < grid.cols; ++c) {
-      put(x, grid.index(r, c), map(r * grid.warp_spacing_m(), c * grid.weft_spacing_m()));
+      put_at(x, grid.index(r, c), map(r * grid.warp_spacing_m(), c * grid.weft_spacing_m()));
     }
   }
   return x;

@@ -15,6 +15,7 @@ Checks validate() {
   check_patches(checks);
   check_refinement(checks);
   check_motion(checks);
+  check_door(checks);
   std::stable_sort(checks.begin(), checks.end(),
                    [](const Check& a, const Check& b) { return a.test < b.test; });
   return checks;
@@ -29,9 +30,7 @@ std::string validation_table(const Checks& checks) {
     text += fmt::format("{:>4}  {:<62} {:>9} {:>13.8g} {:>13.8g} {:>9.2g} {:>9}  {}\n", check.test,
                         check.what, check.grid, check.exact, check.found, check.error,
                         fmt::format("{} {:g}", check.at_least ? ">=" : "<=", check.goal),
-                        check.passes()        ? "pass"
-                        : check.as_expected() ? "miss, known"
-                                              : "MISS");
+                        check.passes() ? "pass" : "MISS");
   }
   return text + fmt::format("{} checks, {} missed\n", checks.size(), missed);
 }

@@ -21,7 +21,7 @@ std::vector<double> kernel(double sigma_px) {
   return weights;
 }
 
-/// Blurs along rows and turns the picture over, so that twice is both ways.
+/// Blurs along rows and turns the picture over, so that twice blurs along both axes.
 std::vector<double> blurred_and_turned(const std::vector<double>& from, int width, int height,
                                        const std::vector<double>& weights, int threads) {
   const int reach = static_cast<int>(weights.size()) / 2;

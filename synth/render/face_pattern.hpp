@@ -33,7 +33,7 @@ class FacePattern {
   FacePattern() = default;
   FacePattern(std::vector<Disc> discs, std::vector<Rectangle> rectangles);
 
-  /// Share of a cell's area that is printed, 0..1, in closed form.
+  /// Fraction of a cell's area that is printed, 0..1, in closed form.
   [[nodiscard]] double coverage(const FaceCell& cell) const;
   [[nodiscard]] bool is_printed(const FacePoint& point) const;
   /// False when the cell is certainly all printed or all bare.

@@ -65,8 +65,8 @@ class ArcLength {
     const double length = std::abs(s);
     const auto above = std::upper_bound(table.begin() + 1, table.end() - 1, length);
     const auto i = static_cast<double>(above - table.begin() - 1);
-    const double share = (length - *(above - 1)) / (*above - *(above - 1));
-    return std::copysign((i + share) * h_, s);
+    const double fraction = (length - *(above - 1)) / (*above - *(above - 1));
+    return std::copysign((i + fraction) * h_, s);
   }
 
  private:

@@ -42,7 +42,7 @@ struct Folds {
   double slope_rad = 0;  ///< steepest slope of the profile
   double wavelength_m = 0.1;
   double phase_rad = 0;
-  double direction_rad = 0;  ///< from the face's x to the way the profile runs, on the face
+  double direction_rad = 0;  ///< from the face's x to the direction of the profile, on the face
   double yaw_rad = 0;        ///< from the world's +x to the face's x
   Eigen::Vector3d centre_in_world = Eigen::Vector3d::Zero();
 

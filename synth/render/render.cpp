@@ -151,7 +151,9 @@ class Painter {
     return caster_.cast(column, row, view_.rays_.direction(u, v));
   }
 
-  [[nodiscard]] double ink(double share) const { return 1 - share * (1 - options_.ink_ratio); }
+  [[nodiscard]] double ink(double fraction) const {
+    return 1 - fraction * (1 - options_.ink_ratio);
+  }
 
   /// Mean of ink over the pixel, from the exact areas of its cells.
   [[nodiscard]] double printed_pixel(int column, int row) const {
@@ -190,14 +192,14 @@ class Painter {
     };
     const Hit top = at(0.5, 0), left = at(0, 0.5), middle = at(0.5, 0.5), right = at(1, 0.5),
               bottom = at(0.5, 1);
-    double share = 0;
+    double fraction = 0;
     for (const Corners& quarter :
          {Corners{corners[0], top, middle, left}, Corners{top, corners[1], right, middle},
           Corners{middle, right, corners[2], bottom}, Corners{left, middle, bottom, corners[3]}}) {
       const bool whole = is_one_surface(quarter, 1.0 / parts);
-      share += view_.scene_.pattern.coverage(whole ? cell_of(quarter) : cell) / 4;
+      fraction += view_.scene_.pattern.coverage(whole ? cell_of(quarter) : cell) / 4;
     }
-    return ink(share);
+    return ink(fraction);
   }
 
   [[nodiscard]] Vector2d inside(int column, int row, double x, double y) const {

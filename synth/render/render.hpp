@@ -17,7 +17,7 @@ struct RenderOptions {
   double white_grey = 190;      ///< unprinted surface in full light
   double ink_ratio = 0.2;       ///< light from the print, by that from the bare surface
   double background_grey = 25;  ///< where no surface is
-  double ambient = 0.45;        ///< share of the light that has no direction
+  double ambient = 0.45;        ///< fraction of the light that has no direction
   Eigen::Vector3d towards_light_in_world = {0.25, -0.35, 1};
   double gradient_per_px = 0;   ///< relative slope of the light along u, in ramps up and down
   double weave_rms = 0;         ///< relative contrast of the weave's texture
@@ -48,7 +48,7 @@ class SceneView {
   SceneView(const SyntheticScene& scene, const Camera& camera, const PixelRays& rays);
 
   /// Light on each pixel before blur and noise, grey levels. The print is sampled exactly: the
-  /// share of a pixel that is printed is an area in closed form, not a count of samples.
+  /// fraction of a pixel that is printed is an area in closed form, not a count of samples.
   [[nodiscard]] std::vector<double> light(const RenderOptions& options) const;
   /// First thing that the camera sees at a pixel position.
   [[nodiscard]] Hit cast(const Eigen::Vector2d& px) const;

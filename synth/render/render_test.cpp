@@ -86,7 +86,7 @@ Polygon outline_px(const GridSurface& surface, const Camera& camera, const FaceP
 
 /// How far the picture's dot is from where the exact area of each pixel puts it: difference of the
 /// first moments over the dot's area. (The mean of a picture's pixels is not the centroid of what
-/// is on it, since a pixel knows nothing of where in it the light fell; both pictures share that.)
+/// is on it, since a pixel knows nothing of where in it the light fell; both pictures do so.)
 double centre_error_px(const std::vector<double>& light, int width, const Polygon& outline) {
   Vector2d least = outline[0], most = outline[0];
   for (const Vector2d& p : outline) {

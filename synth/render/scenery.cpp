@@ -20,7 +20,7 @@ constexpr double table_reflectance = 0.3;
 
 // A cube's sharp corner is this many edge radii farther in than its faces when it touches the
 // rounded one: 1 - 1 / sqrt(3).
-constexpr double corner_share = 0.423;
+constexpr double corner_fraction = 0.423;
 
 struct Corner {
   Vector3d point, normal;
@@ -31,12 +31,12 @@ void draw_in(Sphere& sphere, double by_m) {
 }
 
 void draw_in(Box& box, double by_m) {
-  const double in_m = by_m + corner_share * box.edge_radius_m;
+  const double in_m = by_m + corner_fraction * box.edge_radius_m;
   box.size_m = (box.size_m.array() - 2 * in_m).max(0.0);
 }
 
 void draw_in(Cylinder& cylinder, double by_m) {
-  const double in_m = by_m + corner_share * cylinder.edge_radius_m;
+  const double in_m = by_m + corner_fraction * cylinder.edge_radius_m;
   cylinder.radius_m = std::max(0.0, cylinder.radius_m - in_m);
   cylinder.height_m = std::max(0.0, cylinder.height_m - 2 * in_m);
 }

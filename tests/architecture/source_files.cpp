@@ -70,6 +70,19 @@ const std::vector<SourceFile>& cpp_files() {
   return all;
 }
 
+std::vector<SourceFile> markdown_files() {
+  std::vector<SourceFile> files;
+  for (const auto& entry : fs::directory_iterator(source_root())) {
+    if (entry.path().extension() == ".md") files.push_back(read_source(entry.path().filename()));
+  }
+  std::vector<std::string> folders = {"core", "front", "tests", "rigs", "docs"};
+  folders.insert(folders.end(), stages.begin(), stages.end());
+  for (const std::string& folder : folders) {
+    for (SourceFile& file : source_files(folder, {".md"})) files.push_back(std::move(file));
+  }
+  return files;
+}
+
 std::string included(const std::string& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string::npos || line.compare(start, 8, "#include") != 0) return {};

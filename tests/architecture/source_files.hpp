@@ -9,7 +9,7 @@
 namespace drape::test {
 
 inline constexpr std::array stages = {"capture",  "calib",   "detect", "triangulate",
-                                      "simulate", "compare", "synth"};
+                                      "simulate", "compare", "synth",  "console"};
 
 /// One line of a source file.
 struct Line {
@@ -34,6 +34,9 @@ struct SourceFile {
 
 /// All C++ files of core, the front door, the stages and the tests.
 [[nodiscard]] const std::vector<SourceFile>& cpp_files();
+
+/// All Markdown files of the project; build folders and results are not looked into.
+[[nodiscard]] std::vector<SourceFile> markdown_files();
 
 [[nodiscard]] SourceFile read_source(const std::string& path);
 

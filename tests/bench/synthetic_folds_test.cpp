@@ -52,13 +52,13 @@ struct Tally {
   }
   [[nodiscard]] double view_recall() const { return labelled / double(visible); }
   [[nodiscard]] double recall() const { return measured / double(measurable); }
-  [[nodiscard]] double wrong_share() const { return wrong_labels / double(labels); }
+  [[nodiscard]] double wrong_fraction() const { return wrong_labels / double(labels); }
   void print(const std::string& name) const {
     fmt::print(
         "{}: {} scenes; single views: {} of {} visible dots labelled ({:.4f}), {} of {} labels "
         "wrong ({:.1e}); three views: {} of {} marks measured ({:.4f}), {} of {} wrong; {} of {} "
         "islands merged\n",
-        name, scenes, labelled, visible, view_recall(), wrong_labels, labels, wrong_share(),
+        name, scenes, labelled, visible, view_recall(), wrong_labels, labels, wrong_fraction(),
         measured, measurable, recall(), wrong_marks, marks, merged, islands);
   }
 };
@@ -184,7 +184,7 @@ TEST(SyntheticFolds, EveryMarkThatTwoViewsSeeIsMeasuredAndNoneWrongly) {
   all.print("all");
   EXPECT_EQ(all.wrong_marks, 0);
   EXPECT_GE(all.recall(), 0.95);
-  EXPECT_LE(all.wrong_share(), 1e-3);
+  EXPECT_LE(all.wrong_fraction(), 1e-3);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace drape::test {
 using namespace detect;
 
 /// Directions in the camera frame of the rays through the upper left corners of a camera's pixels,
-/// row by row, one more than pixels each way. The same for all its pictures.
+/// row by row, one more than pixels along u and v. The same for all its pictures.
 std::vector<Eigen::Vector3d> corner_rays(const Camera& camera);
 
 /// What a camera sees of a target as `drape print` draws it: light paper without end, dark marks,

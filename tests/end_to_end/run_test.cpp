@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
@@ -28,9 +29,9 @@ using drape::test::Outcome;
 using drape::test::SmallBench;
 using testing::HasSubstr;
 
-/// What a step told, without the line that counts what its own run added to the store: a run before
+/// What a step said, without the line that counts what its own run added to the store: a run before
 /// may have been killed after it had stored everything.
-std::string told(const fs::path& ending) {
+std::string said(const fs::path& ending) {
   std::istringstream lines(drape::read_text(ending));
   std::string text;
   for (std::string line; std::getline(lines, line);) {
@@ -40,7 +41,7 @@ std::string told(const fs::path& ending) {
 }
 
 /// SHA-256 of every output but the run records, which alone hold clock times, and the store's seal,
-/// which holds their hashes; of what was told, the text itself.
+/// which holds their hashes; of what was said, the text itself.
 std::map<std::string, std::string> contents(const fs::path& out) {
   std::map<std::string, std::string> result;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
@@ -49,14 +50,14 @@ std::map<std::string, std::string> contents(const fs::path& out) {
         name.ends_with(".seal.json"))
       continue;
     result[name] =
-        name.ends_with(".ending.txt") ? told(entry.path()) : drape::sha256_of_file(entry.path());
+        name.ends_with(".ending.txt") ? said(entry.path()) : drape::sha256_of_file(entry.path());
   }
   return result;
 }
 
-double percentile(std::vector<double> values, double share) {
+double percentile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+  return values.at(static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
 }
 
 /// Blender's own meshes, given as another simulator's, against the measured sheet of a drape: what
@@ -157,6 +158,33 @@ TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
   EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
   EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
   EXPECT_THAT(second.text, HasSubstr("11x11"));
+}
+
+TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
+  const SmallBench bench({"C"});
+  const std::string drape = drape::test::program("drape").string();
+  const std::string line =
+      "cd " + bench.folder().string() + " && exec " + drape + " run rig --out out";
+  const Outcome first = drape::test::run_line(line);
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  EXPECT_THAT(first.text, HasSubstr("7 made, 0 up to date"));
+  const fs::path out = bench.folder() / "out";
+  const drape::Json list = drape::Json::parse(drape::read_text(out / "C/ensemble/branches.json"));
+  ASSERT_GE(list["members_at_rest"].get<int>(), 20);
+  EXPECT_EQ(list["band"].size(), 121U);
+  ASSERT_FALSE(list["branches"].empty());
+  EXPECT_GT(list["measured"]["started_there_distance_mm"].get<double>(), 0);
+  const std::string report = drape::read_text(out / "report.html");
+  EXPECT_THAT(report, HasSubstr("started from the real shape"));
+  EXPECT_TRUE(fs::exists(out / "report/C-band.svg"));
+  const Outcome stored = drape::test::run_line(
+      drape::test::program("drape-results").string() +
+      " --csv sql 'SELECT count(*) FROM v_branches' --store " + (out / "results.sqlite").string());
+  EXPECT_THAT(stored.text, HasSubstr(std::to_string(list["branches"].size())));
+  EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 7 up to date"));
+  const Outcome single = bench.run("out");
+  EXPECT_THAT(single.text, HasSubstr("1 made, 5 up to date"));
+  EXPECT_THAT(drape::read_text(out / "report.html"), Not(HasSubstr("The ensemble:")));
 }
 
 TEST(EndToEnd, SameBytesAtOneAndTwoThreads) {

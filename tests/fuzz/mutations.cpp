@@ -50,10 +50,38 @@ void drop_line(std::string& text, Random& random) {
   text.erase(start, length);
 }
 
+constexpr std::array kExtreme = {"0",
+                                 "-1",
+                                 "1e308",
+                                 "-1e308",
+                                 "1e-320",
+                                 "1e99",
+                                 "null",
+                                 "nan",
+                                 "inf",
+                                 "99999999999999999999",
+                                 "true",
+                                 "\"\"",
+                                 "[]",
+                                 "{}",
+                                 "2147483648",
+                                 "-9223372036854775808",
+                                 "18446744073709551615",
+                                 "\"../../etc/passwd\"",
+                                 "[[[]]]",
+                                 "[1, \"two\", null]"};
+
+/// A quoted text, list or table becomes a value of another type.
+void change_type(std::string& text, Random& random) {
+  const std::size_t start = text.find_first_of("\"[{", below(random, text.size()));
+  if (start == std::string::npos) return;
+  const char close = text[start] == '[' ? ']' : text[start] == '{' ? '}' : '"';
+  const std::size_t end = text.find(close, start + 1);
+  if (end == std::string::npos) return;
+  text.replace(start, end + 1 - start, kExtreme[below(random, kExtreme.size())]);
+}
+
 void replace_number(std::string& text, Random& random) {
-  constexpr std::array kExtreme = {"0",    "-1",   "1e308", "-1e308", "1e-320",
-                                   "1e99", "null", "nan",   "inf",    "99999999999999999999",
-                                   "true", "\"\"", "[]",    "{}",     "2147483648"};
   const std::size_t start = text.find_first_of("0123456789", below(random, text.size()));
   if (start == std::string::npos) return;
   const std::size_t end = text.find_first_not_of("0123456789.eE+-", start);
@@ -64,8 +92,8 @@ void replace_number(std::string& text, Random& random) {
 }  // namespace
 
 std::string spoiled(const std::string& text, std::uint32_t seed) {
-  constexpr std::array kMutations = {flip_byte,   insert_byte, remove_bytes,  cut_end,
-                                     double_line, drop_line,   replace_number};
+  constexpr std::array kMutations = {flip_byte,   insert_byte, remove_bytes,   cut_end,
+                                     double_line, drop_line,   replace_number, change_type};
   Random random(seed);
   std::string result = text;
   const std::size_t count = 1 + below(random, 3);

@@ -125,9 +125,9 @@ std::vector<Kind> kinds() {
       {"run_record",
        [](const fs::path& folder) {
          write_durable(folder / "in.txt", "x");
-         RunRecord record("drape-thing", {"in.txt"});
+         RunRecord record("drape-thing", {"in.txt"}, folder / "out.run.json");
          record.input(folder / "in.txt");
-         record.write(folder / "out.run.json", 0);
+         record.write(0, "");
          return folder / "out.run.json";
        },
        [](const fs::path& f) {

@@ -26,7 +26,7 @@ class SmallBench {
 
   [[nodiscard]] const std::filesystem::path& folder() const { return temporary_.path(); }
   [[nodiscard]] std::filesystem::path rig() const { return folder() / "rig"; }
-  /// `drape run` with the output folder `out` below folder().
+  /// `drape run --single` with the output folder `out` below folder().
   [[nodiscard]] Outcome run(const std::string& out, const std::string& more = "") const;
   /// The shell line of run().
   [[nodiscard]] std::string line(const std::string& out, const std::string& more = "") const;

@@ -38,7 +38,7 @@ struct GigeCameraOptions {
   unsigned seed = 1;  ///< of the losses
 };
 
-/// What goes wrong on the way. Probabilities per packet.
+/// What goes wrong in transit. Probabilities per packet.
 struct GigeFaults {
   double lose = 0;         ///< not sent at first; a resend request brings it
   double lose_resent = 0;  ///< resend request answered by silence

@@ -75,7 +75,7 @@ fs::path kernel_of(const fs::path& guest) {
 /// Runs the guest to its end; `timeout` ends one that does not boot, or hangs in its job.
 Shell boot(const fs::path& guest, const fs::path& share, const std::string& accelerator) {
   const std::string qemu = fmt::format(
-      "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 768 -nographic -nodefaults"
+      "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 1536 -nographic -nodefaults"
       " -no-reboot -serial stdio -kernel '{}' -initrd '{}'"
       " -append 'console=ttyS0 panic=-1 quiet mitigations=off nokaslr no_timer_check tsc=reliable"
       " random.trust_cpu=on apparmor=0 drape_share={}'",

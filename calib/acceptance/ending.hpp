@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+
+#include "calib/acceptance/acceptance.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/program.hpp"
+
+namespace drape::calib {
+
+/// acceptance.json, "drapebench/acceptance/1".
+[[nodiscard]] Json json_of(const Acceptance& acceptance);
+
+/// Verdict and figures, for people; `page` is the protocol.
+[[nodiscard]] Ending ending_of(const Acceptance& acceptance, const std::filesystem::path& page);
+
+}  // namespace drape::calib

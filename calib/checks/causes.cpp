@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/checks/causes.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <random>
+
+#include "calib/checks/one_more.hpp"
+#include "calib/checks/wide_lens.hpp"
+#include "calib/joint/statistics.hpp"
+#include "core/units.hpp"
+
+namespace drape::calib {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Pixels by the placement's turn (rad, in the world) and shift (mm), 2 rows a point.
+MatrixXd by_placement(const JointModel& model, const JointFrame& frame) {
+  MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), placement_parameters);
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    const auto image = image_of(model.cameras[frame.camera], model.placements[frame.placement],
+                                model.bow, frame.points[i].point_in_target);
+    if (image) d.middleRows<2>(2 * static_cast<Index>(i)) = image->by_placement;
+  }
+  return d;
+}
+
+/// One of several z stages: where it lies is said by rig.toml, and judged by the check of the
+/// stages.
+bool is_stage(const JointModel& model, std::size_t placement) {
+  return model.placements[placement].known &&
+         std::count_if(model.placements.begin(), model.placements.end(),
+                       [](const Placement& p) { return p.known; }) > 1;
+}
+
+/// Residuals of the cameras, each view with its own pose of the target to first order.
+void alone_and_together(const JointModel& model, Causes& causes) {
+  const std::size_t cameras = model.cameras.size();
+  std::vector<double> alone(cameras, 0), together(cameras, 0), points(cameras, 0);
+  for (const JointFrame& frame : model.frames) {
+    if (is_stage(model, frame.placement)) continue;
+    const MatrixXd d = by_placement(model, frame);
+    const VectorXd residuals = residuals_px(model, frame);
+    together[frame.camera] += residuals.squaredNorm();
+    const VectorXd taken = d * (d.transpose() * d).ldlt().solve(d.transpose() * residuals);
+    alone[frame.camera] += (residuals - taken).squaredNorm();
+    points[frame.camera] += static_cast<double>(frame.points.size());
+  }
+  for (std::size_t c = 0; c < cameras; ++c) {
+    causes.alone_px.push_back(std::sqrt(alone[c] / std::max(points[c], 1.0)));
+    causes.together_px.push_back(std::sqrt(together[c] / std::max(points[c], 1.0)));
+  }
+}
+
+/// A shift of the pose of a camera between the views before and from `first` on.
+struct Change {
+  double f = 0;          ///< between over within, per degree of freedom
+  double explained = 0;  ///< of the weighted sum of squares
+  std::size_t camera = 0, first = 0;
+  Vector6d step = Vector6d::Zero();  ///< turn (rad), shift (mm)
+};
+
+/// What each view says of one camera's pose, all else held.
+struct PoseVotes {
+  std::vector<std::size_t> placements;
+  std::vector<Vector6d> scores;
+  std::vector<Matrix6d> informations;
+};
+
+constexpr std::size_t kLeastViews = 2;  ///< on each side: one view alone is a bad view
+
+Change strongest_change(const PoseVotes& votes, std::size_t camera,
+                        const std::vector<std::size_t>& order) {
+  const std::size_t views = order.size();
+  Change best;
+  best.camera = camera;
+  if (views < 2 * kLeastViews + 1) return best;
+  Vector6d score = Vector6d::Zero(), score_before = score;
+  Matrix6d information = Matrix6d::Zero(), information_before = information;
+  double total = 0;
+  for (const std::size_t v : order) {
+    score += votes.scores[v];
+    information += votes.informations[v];
+    total += votes.scores[v].dot(votes.informations[v].ldlt().solve(votes.scores[v]));
+  }
+  for (std::size_t i = 0; i + kLeastViews < views; ++i) {
+    score_before += votes.scores[order[i]];
+    information_before += votes.informations[order[i]];
+    if (i + 1 < kLeastViews) continue;
+    const Matrix6d information_after = information - information_before;
+    const Vector6d score_after = score - score_before;
+    const Vector6d before = information_before.ldlt().solve(score_before);
+    const Vector6d after = information_after.ldlt().solve(score_after);
+    const double inside = total - score_before.dot(before) - score_after.dot(after);
+    const Matrix6d both = information_before.inverse() + information_after.inverse();
+    const Vector6d step = before - after;
+    const double between = step.dot(both.ldlt().solve(step));
+    const double f = between / std::max(inside, 1e-30) * static_cast<double>(views - 2);
+    if (f > best.f) best = {f, between, camera, i + 1, step};
+  }
+  return best;
+}
+
+std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
+                                const std::vector<ViewInformation>& views) {
+  const auto width = static_cast<Index>(moved_camera_parameters(fit).size());
+  std::vector<PoseVotes> votes(model.cameras.size());
+  for (std::size_t c = 0; c < votes.size(); ++c) {
+    const Index at = width * static_cast<Index>(c + 1) - 6;
+    for (const ViewInformation& view : views) {
+      if (is_stage(model, view.placement)) continue;
+      const Matrix6d information = view.information.block<6, 6>(at, at);
+      // Not seen by this camera, or by this camera only.
+      const Matrix6d whole = information + 1e-30 * Matrix6d::Identity();
+      const Vector6d unit = whole.diagonal().cwiseSqrt().cwiseInverse();
+      const Eigen::LLT<Matrix6d> factor(unit.asDiagonal() * whole * unit.asDiagonal());
+      if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-10)) continue;
+      votes[c].placements.push_back(view.placement);
+      votes[c].scores.emplace_back(view.score.segment<6>(at));
+      votes[c].informations.push_back(information);
+    }
+  }
+  return votes;
+}
+
+/// RMS distance (px) by which a camera's step of turn and shift moves its points.
+double effect_px(const JointModel& model, std::size_t camera, const Vector6d& step) {
+  double sum = 0;
+  int points = 0;
+  for (const JointFrame& frame : model.frames) {
+    if (frame.camera != camera) continue;
+    for (const TargetPoint& point : frame.points) {
+      const auto image = image_of(model.cameras[camera], model.placements[frame.placement],
+                                  model.bow, point.point_in_target);
+      if (!image) continue;
+      sum += (image->by_camera.rightCols<6>() * step).squaredNorm();
+      ++points;
+    }
+  }
+  return points > 0 ? std::sqrt(sum / points) : 0;
+}
+
+/// A camera that moved between two views, beyond what other orders of the views show, as one bad
+/// view would; by Fisher's F and by permutation.
+std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
+                                  const std::vector<ViewInformation>& views, const Causes& causes,
+                                  std::size_t& last) {
+  constexpr int kOrders = 300;
+  const std::vector<PoseVotes> votes = votes_of(model, fit, views);
+  std::optional<Change> best;
+  for (std::size_t c = 0; c < votes.size(); ++c) {
+    std::vector<std::size_t> order(votes[c].scores.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const Change change = strongest_change(votes[c], c, order);
+    if (!(change.f > 0)) continue;  // too few views
+    const auto n = static_cast<double>(order.size());
+    const double p = n * static_cast<double>(votes.size()) * f_tail(change.f, 6, 6 * (n - 2));
+    if (!(p < kFalseAlarms) || (best && change.explained <= best->explained)) continue;
+    best = change;
+  }
+  if (!best || effect_px(model, best->camera, best->step) < causes.alone_px[best->camera])
+    return std::nullopt;
+  const PoseVotes& own = votes[best->camera];
+  std::vector<std::size_t> order(own.scores.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::mt19937 random(1);
+  for (int i = 0; i < kOrders; ++i) {
+    for (std::size_t k = order.size() - 1; k > 0; --k)
+      std::swap(order[k], order[random() % (k + 1)]);
+    if (strongest_change(own, best->camera, order).f > best->f * (1 + 1e-9)) return std::nullopt;
+  }
+  last = own.placements[best->first - 1];
+  return best;
+}
+
+/// How the target moves from set to set at a placement (rad and mm per set), by its neighbours.
+std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement) {
+  if (placement == 0 || placement + 1 >= model.placements.size() || is_stage(model, placement))
+    return std::nullopt;
+  const WorldFromTarget &before = model.placements[placement - 1].world_from_target,
+                        &after = model.placements[placement + 1].world_from_target;
+  const Eigen::AngleAxisd turn(after.rotation * before.rotation.transpose());
+  Vector6d v;
+  v << turn.angle() * turn.axis(), (after.translation_m - before.translation_m) / units::mm;
+  return Vector6d(0.5 * v);
+}
+
+/// A camera that sees the moving target later than the others.
+struct TimeSkew {
+  std::size_t camera = 0;
+  double sets = 0;       ///< of the time between two sets; negative: earlier
+  double effect_px = 0;  ///< RMS on the moving target
+  double explained = 0;  ///< of the weighted sum of squares
+};
+
+std::optional<TimeSkew> find_time_skew(const JointModel& model, const JointFit& fit,
+                                       const Causes& causes) {
+  std::optional<TimeSkew> best;
+  double explained = 0;
+  for (std::size_t c = model.cameras.size() > 2 ? 0 : 1; c < model.cameras.size(); ++c) {
+    double squares = 0;
+    int points = 0;
+    const auto later = [&](const JointFrame& frame) -> VectorXd {
+      const auto rows = 2 * static_cast<Index>(frame.points.size());
+      const auto v = velocity(model, frame.placement);
+      if (frame.camera != c || !v) return VectorXd::Zero(rows);
+      const VectorXd moved = by_placement(model, frame) * *v;
+      squares += moved.squaredNorm();
+      points += static_cast<int>(frame.points.size());
+      return moved;
+    };
+    const OneMore skew = one_more(information_by_view(model, fit, later));
+    const double effect = points > 0 ? std::abs(skew.estimate) * std::sqrt(squares / points) : 0;
+    if (skew.p * static_cast<double>(model.cameras.size()) > kFalseAlarms ||
+        effect < causes.alone_px[c] / 2 || std::abs(skew.estimate) > 1)
+      continue;
+    explained = std::max(explained, skew.explained);
+    // The late camera shows its whole lag, each of the others its part of it with the other sign.
+    if (!best || std::abs(skew.estimate) > std::abs(best->sets))
+      best = TimeSkew{c, skew.estimate, effect, 0};
+    best->explained = explained;
+  }
+  return best;
+}
+
+/// A camera that moved or one that is out of step. A change has seven parameters, a skew one: it is
+/// taken where it explains half as much.
+void find_moved_or_late(const JointModel& model, const JointFit& fit,
+                        const std::vector<ViewInformation>& views, Causes& causes) {
+  std::size_t last = 0;
+  const auto change = find_change(model, fit, views, causes, last);
+  const auto skew = find_time_skew(model, fit, causes);
+  if (change && (!skew || change->explained > 2 * skew->explained)) {
+    causes.fatal = fmt::format(
+        "{} moved after {}: by {:.3f} deg and {:.2f} mm against the other views, {:.2f} px in its "
+        "images; take the sets before or after it out of the rig file, or record again with the "
+        "camera clamped",
+        model.cameras[change->camera].camera.name, model.placements[last].set,
+        change->step.head<3>().norm() / units::deg, change->step.tail<3>().norm(),
+        effect_px(model, change->camera, change->step));
+  } else if (skew) {
+    causes.warnings.push_back(fmt::format(
+        "{} sees the target {:.3f} of the time between two sets {} than the other cameras ({:.2f} "
+        "px RMS on the moving target): expose all cameras by one trigger, or hold the target still",
+        model.cameras[skew->camera].camera.name, std::abs(skew->sets),
+        skew->sets < 0 ? "earlier" : "later", skew->effect_px));
+  }
+}
+
+/// Cameras that agree with themselves but not with each other.
+void compare_alone_with_together(const JointModel& model, Causes& causes) {
+  if (model.cameras.size() < 2 || !causes.fatal.empty() || !causes.warnings.empty()) return;
+  double alone = 0, together = 0;
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    alone += std::pow(causes.alone_px[c], 2);
+    together += std::pow(causes.together_px[c], 2);
+  }
+  const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
+  const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
+  if (!(apart_px > alone_px)) return;
+  causes.warnings.push_back(fmt::format(
+      "the cameras disagree on where the target is by {:.3f} px RMS, more than the {:.3f} px that "
+      "each leaves alone: they are not exposed at the same time, the target or a camera moved "
+      "during a set, or the sides of the target differ; use one trigger or hold the target still",
+      apart_px, alone_px));
+}
+
+}  // namespace
+
+Causes causes_of(const JointModel& model, const JointFit& fit) {
+  Causes causes;
+  alone_and_together(model, causes);
+  if (model.cameras.size() > 1) {
+    find_moved_or_late(model, fit, information_by_view(model, fit), causes);
+    compare_alone_with_together(model, causes);
+  }
+  if (causes.fatal.empty() && !fit.lens_known) causes.fatal = wide_lens(model, fit);
+  return causes;
+}
+
+}  // namespace drape::calib

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// The start finds what can be calibrated: one bad view, few points, chained cameras, a see-through
+// target, known lenses.
+#include "calib/joint/start.hpp"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+
+#include "calib/joint.hpp"
+#include "calib/test_real_boards.hpp"
+#include "calib/test_rigs.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+using namespace calib;
+using test::forgotten;
+using test::real_board;
+using test::RealBoard;
+using test::see;
+using test::SyntheticBench;
+using testing::AllOf;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using units::mm;
+
+double largest_centre_error_mm(const JointModel& found, const JointModel& truth) {
+  double largest = 0;
+  for (std::size_t c = 0; c < found.cameras.size(); ++c) {
+    largest = std::max(largest, (centre_in_world(found.cameras[c].camera) -
+                                 centre_in_world(truth.cameras[c].camera))
+                                        .norm() /
+                                    mm);
+  }
+  return largest;
+}
+
+/// A fiftieth of the cameras' distance of 0.7 m: the fit starts from there without fail.
+constexpr double kNear_mm = 14;
+
+TEST(JointStart, IsNearWithDistortionAlready) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    const SyntheticBench bench(seed);
+    JointModel model = bench.noisy_views();
+    EXPECT_THAT(start_joint(model), IsEmpty());
+    EXPECT_LT(largest_centre_error_mm(model, bench.true_model()), kNear_mm) << seed;
+  }
+}
+
+TEST(JointStart, FourPointsOfAViewAreEnough) {
+  const SyntheticBench bench(2);
+  JointModel model = bench.noisy_views();
+  JointFrame& frame = model.frames[9];
+  frame.points = {frame.points[0], frame.points[11], frame.points[96], frame.points[107]};
+  EXPECT_THAT(start_joint(model), IsEmpty());
+  const JointResult result = calibrate_joint(model, 0, {});
+  EXPECT_EQ(result.report.status, "good");
+}
+
+TEST(JointStart, CamerasThatNeverSeeTheTargetTogetherAreChained) {
+  const SyntheticBench bench(3, 12);
+  JointModel model = bench.noisy_views();
+  // cam0 and cam2 have no view in common; cam1 sees all.
+  std::erase_if(model.frames, [](const JointFrame& frame) {
+    return frame.camera == (frame.placement % 2 == 0 ? 2u : 0u);
+  });
+  EXPECT_THAT(start_joint(model), IsEmpty());
+  EXPECT_LT(largest_centre_error_mm(model, bench.true_model()), kNear_mm);
+}
+
+TEST(JointStart, ACameraBehindASeeThroughTargetIsPlaced) {
+  JointModel truth = SyntheticBench(4).true_model();
+  // The third camera stands below the plate and sees the same marks through it.
+  CamFromWorld& pose = truth.cameras[2].camera.cam_from_world;
+  pose.rotation = Eigen::Matrix3d::Identity();
+  pose.rotation = rotation_about(Eigen::Vector3d(0.4, 0.2, 0)) * pose.rotation;
+  pose.translation_m = {0, 0, 0.8};
+  see(truth, 0.05, 9);
+  JointModel model = forgotten(truth);
+  EXPECT_THAT(start_joint(model), testing::ElementsAre(HasSubstr("cam2: sees the target from "
+                                                                 "behind")));
+  EXPECT_LT(largest_centre_error_mm(model, truth), kNear_mm);
+}
+
+TEST(JointStart, AMirroredPictureIsStillRefused) {
+  JointModel model = SyntheticBench(4).noisy_views();
+  for (JointFrame& frame : model.frames) {
+    if (frame.camera != 1) continue;
+    for (TargetPoint& point : frame.points) point.measured_px.x() = 1599 - point.measured_px.x();
+  }
+  try {
+    start_joint(model);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), AllOf(HasSubstr("mirrored"), HasSubstr("cam1")));
+  }
+}
+
+TEST(JointStart, OneBadViewOfARealBoardIsDroppedByName) {
+  const RealBoard good = real_board("bouguet");
+  // A turned corner order, labels one column off, and points thrown about.
+  for (const int fault : {0, 1, 2}) {
+    RealBoard bad = good;
+    for (FrameDetections& frame : bad.detections.frames) {
+      if (frame.set != "view_05" || frame.camera != "right") continue;
+      const std::vector<Detection> straight = frame.detections;
+      for (std::size_t i = 0; i < straight.size(); ++i) {
+        const std::size_t from = fault == 0   ? straight.size() - 1 - i
+                                 : fault == 1 ? i - i % 9 + (i + 1) % 9
+                                              : (i * 37) % straight.size();
+        frame.detections[i].centre_px = straight[from].centre_px;
+      }
+    }
+    const JointResult result = calibrate_joint(bad.detections, bad.rig, bad.target, {});
+    EXPECT_EQ(result.report.status, "good") << fault;
+    EXPECT_THAT(result.report.rejected,
+                Contains(AllOf(HasSubstr("view_05"), HasSubstr("not used"))))
+        << fault;
+    const JointResult whole = calibrate_joint(good.detections, good.rig, good.target, {});
+    EXPECT_NEAR(result.report.cameras[0].focal_px, whole.report.cameras[0].focal_px,
+                3 * whole.report.cameras[0].focal_sd_px)
+        << fault;
+  }
+}
+
+TEST(JointStart, KnownLensesPlaceCamerasFromTwoViews) {
+  const RealBoard board = real_board("bouguet");
+  const JointResult all = calibrate_joint(board.detections, board.rig, board.target, {});
+  Rig few = board.rig;
+  few.free_poses.resize(2);
+  JointOptions options;
+  options.known_lenses = all.calibration;
+  const JointResult placed = calibrate_joint(board.detections, few, board.target, options);
+  EXPECT_EQ(placed.report.status, "good");
+  const auto baseline_mm = [](const JointResult& result) {
+    const auto& cameras = result.calibration.cameras;
+    return (centre_in_world(cameras[1].camera) - centre_in_world(cameras[0].camera)).norm() / mm;
+  };
+  EXPECT_NEAR(baseline_mm(placed), baseline_mm(all), 1.5);
+  const auto& lens = std::get<BrownLens>(placed.calibration.cameras[0].camera.model.lens);
+  const auto& known = std::get<BrownLens>(all.calibration.cameras[0].camera.model.lens);
+  EXPECT_EQ(lens.fx_px, known.fx_px);
+  // The lens is as uncertain as it was, and the pose more than it would be with a perfect lens.
+  EXPECT_NEAR(placed.calibration.cameras[0].covariance(0, 0),
+              all.calibration.cameras[0].covariance(0, 0), 1e-9);
+}
+
+TEST(JointStart, RefusesKnownLensesOfAnotherImageSize) {
+  const RealBoard board = real_board("pose2sim-cam01");
+  JointOptions options;
+  options.known_lenses = calibrate_joint(board.detections, board.rig, board.target, {}).calibration;
+  RealBoard other = board;
+  other.rig.cameras[0].width_px = 544;
+  for (FrameDetections& frame : other.detections.frames) frame.width_px = 544;
+  EXPECT_THROW(
+      static_cast<void>(calibrate_joint(other.detections, other.rig, other.target, options)),
+      Error);
+}
+
+}  // namespace
+}  // namespace drape

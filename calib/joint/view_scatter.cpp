@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/joint/view_scatter.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/joint/statistics.hpp"
+
+namespace drape::calib {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Symmetric = Eigen::SelfAdjointEigenSolver<MatrixXd>;
+
+/// T with T A T' = 1; empty when A is numerically singular.
+MatrixXd whitener_of(const MatrixXd& information) {
+  const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
+  if (!scale.allFinite()) return {};
+  const Symmetric eigen(scale.asDiagonal() * information * scale.asDiagonal());
+  const VectorXd& values = eigen.eigenvalues();
+  if (!(values[0] > 1e-14 * values[values.size() - 1])) return {};
+  return values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+         scale.asDiagonal();
+}
+
+/// The pull of a view before the fit gives in to it: under white noise its covariance is
+/// `own`, whereas that of the pull at the optimum is own - own^2.
+VectorXd without_leverage(const MatrixXd& own, const VectorXd& pull) {
+  const Symmetric eigen(own);
+  VectorXd along = eigen.eigenvectors().transpose() * pull;
+  for (Index i = 0; i < along.size(); ++i) {
+    // A direction that this view alone determines leaves no residual to judge it by.
+    const double left = 1 - eigen.eigenvalues()[i];
+    along[i] = left > 1e-9 ? along[i] / std::sqrt(left) : 0;
+  }
+  return eigen.eigenvectors() * along;
+}
+
+}  // namespace
+
+ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, double least_inflation) {
+  ViewScatter out;
+  const std::vector<ViewInformation> views = information_by_view(model, fit);
+  if (views.empty()) return out;
+  MatrixXd all = MatrixXd::Zero(views[0].score.size(), views[0].score.size());
+  for (const ViewInformation& view : views) all += view.with_world;
+  const MatrixXd whiten = whitener_of(all);
+  if (whiten.size() == 0) return out;
+  const Index size = all.rows();
+  MatrixXd seen = MatrixXd::Zero(size, size), scatter = seen;
+  std::vector<MatrixXd> owns, squares;
+  double concentration = 0;
+  for (const ViewInformation& view : views) {
+    MatrixXd own = whiten * view.information * whiten.transpose();
+    const VectorXd pull = without_leverage(own, whiten * view.score);
+    seen += own;
+    squares.push_back(pull * pull.transpose());
+    scatter += squares.back();
+    concentration += own.squaredNorm();
+    owns.push_back(std::move(own));
+  }
+  // Directions of the world that one placement defines are in no residual: they get the mean.
+  const double directions = seen.trace();
+  const double by_direction = std::max(directions / concentration - 1, 1.0);
+  out.inflation = std::max(scatter.trace() / directions, least_inflation);
+  double noise = 0;
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    noise += (squares[i] - owns[i].trace() / directions * scatter).squaredNorm();
+  const double apart = (scatter - out.inflation * seen).squaredNorm();
+  out.shrinkage = apart > 0 ? std::min(1.0, noise / apart) : 1;
+  const double own_part = 1 - out.shrinkage;
+  const MatrixXd mean = out.inflation * MatrixXd::Identity(size, size);
+  MatrixXd whitened =
+      out.shrinkage * mean +
+      own_part * (scatter + out.inflation * (MatrixXd::Identity(size, size) - seen));
+  const Symmetric eigen(whitened);
+  whitened = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least_inflation).asDiagonal() *
+             eigen.eigenvectors().transpose();
+  out.degrees_of_freedom = 1 / (std::pow(out.shrinkage, 2) / (by_direction * directions) +
+                                std::pow(own_part, 2) / by_direction);
+  const double widening = widening_by_student(out.degrees_of_freedom);
+  out.covariance = widening * widening * whiten.transpose() * whitened * whiten;
+  out.covariance = (0.5 * (out.covariance + out.covariance.transpose())).eval();
+  return out;
+}
+
+}  // namespace drape::calib

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/crate.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <chrono>
+#include <map>
+#include <set>
+
+#include "compare/history/copies.hpp"
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/provenance.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/program/run_record.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A path as a relative URI (RFC 3986): everything but unreserved characters and `/` is encoded.
+std::string uri_of(const fs::path& path) {
+  std::string uri;
+  for (const unsigned char c : path.generic_string()) {
+    const bool plain = std::isalnum(c) != 0 || std::string_view("-._~/").find(
+                                                   static_cast<char>(c)) != std::string_view::npos;
+    uri += plain ? std::string(1, static_cast<char>(c)) : fmt::format("%{:02X}", c);
+  }
+  return uri;
+}
+
+std::string media_type(const fs::path& file) {
+  static const std::map<std::string, std::string> types = {
+      {".csv", "text/csv"},          {".json", "application/json"}, {".png", "image/png"},
+      {".jpg", "image/jpeg"},        {".tif", "image/tiff"},        {".toml", "application/toml"},
+      {".ply", "application/x-ply"}, {".txt", "text/plain"},        {".svg", "image/svg+xml"},
+      {".html", "text/html"},        {".md", "text/markdown"}};
+  const auto found = types.find(file.extension().string());
+  return found == types.end() ? "application/octet-stream" : found->second;
+}
+
+/// Code of the Unified Code for Units of Measure for a unit of the metric dictionary.
+std::string ucum(const std::string& unit) {
+  return unit == "px" ? "{pixel}" : unit;
+}
+
+Json reference(const std::string& id) {
+  return {{"@id", id}};
+}
+
+class CrateWriter {
+ public:
+  CrateWriter(const StoreReader& store, std::optional<int> run, const Lab& lab, fs::path out)
+      : store_(store), run_(run), lab_(lab), out_(std::move(out)) {}
+
+  Crate write() {
+    choose_files();
+    for (const fs::path& file : files_) copy(file);
+    for (const fs::path& file : files_)
+      if (file.string().ends_with(".run.json") && ids_.contains(file)) add_action(file);
+    add_tables();
+    add_root();
+    Json json;
+    json["@context"] = "https://w3id.org/ro/crate/1.3/context";
+    json["@graph"] = Json::array();
+    for (Json* list : {&roots_, &entities_})
+      for (Json& entity : *list) json["@graph"].push_back(std::move(entity));
+    write_json(out_ / "ro-crate-metadata.json", json);
+    return crate_;
+  }
+
+ private:
+  std::string run_text() const { return std::to_string(run_.value_or(0)); }
+
+  void choose_files() {
+    const Seal seal = read_seal(store_.file());
+    const fs::path folder = fs::absolute(store_.file()).parent_path();
+    const Table sheets =
+        run_ ? store_.query(
+                   "SELECT c.measured_sha256 FROM run_comparison AS r JOIN comparison AS c ON c.id "
+                   "= r.comparison_id WHERE r.run = CAST(?1 AS INTEGER) UNION SELECT "
+                   "c.simulated_sha256 FROM run_comparison AS r JOIN comparison AS c ON c.id = "
+                   "r.comparison_id WHERE r.run = CAST(?1 AS INTEGER)",
+                   {run_text()})
+             : store_.query("SELECT sha256 FROM sheet");
+    if (run_ && sheets.rows.empty())
+      throw usage_error(fmt::format("the store has no run {}", *run_), "see `drape results runs`");
+    std::set<std::string> wanted;
+    for (const auto& row : sheets.rows) wanted.insert(row.at(0));
+    // A copy in the store's own folder stands in where the original is gone or was made again.
+    std::map<std::string, fs::path> found;
+    for (const auto& [name, sha256] : seal.files) {
+      const fs::path file = (folder / name).lexically_normal();
+      sealed_[file] = sha256;
+      if (!wanted.contains(sha256) || book_.sha256(file) != sha256) continue;
+      if (fs::path& best = found[sha256]; best.empty() || is_copy(best.string())) best = file;
+    }
+    std::vector<fs::path> starts;
+    for (const auto& [sha256, file] : found) starts.push_back(file);
+    for (const std::string& sha256 : wanted)
+      if (!found.contains(sha256)) crate_.missing.push_back("sheet " + sha256.substr(0, 12));
+    files_ = files_behind(book_, starts);
+    if (files_.empty()) return;
+    base_ = files_.front().parent_path();
+    for (const fs::path& file : files_) {
+      while (file.lexically_relative(base_).generic_string().starts_with(".."))
+        base_ = base_.parent_path();
+    }
+  }
+
+  void copy(const fs::path& file) {
+    const auto sealed = sealed_.find(file);
+    const auto sha256 = book_.sha256(file);
+    if (!sha256 || (sealed != sealed_.end() && sealed->second != *sha256)) {
+      crate_.missing.push_back(file.string());
+      return;
+    }
+    const fs::path name = fs::path("files") / file.lexically_relative(base_);
+    write_durable(out_ / name, read_text(file));
+    add_file(name, *sha256, "");
+    ids_[file] = uri_of(name);
+  }
+
+  void add_file(const fs::path& name, const std::string& sha256, const std::string& description) {
+    Json file;
+    file["@id"] = uri_of(name);
+    file["@type"] = "File";
+    file["name"] = name.filename().string();
+    if (!description.empty()) file["description"] = description;
+    file["encodingFormat"] = media_type(name);
+    file["contentSize"] = std::to_string(fs::file_size(out_ / name));
+    file["sha256"] = sha256;
+    entities_.push_back(file);
+    parts_.push_back(reference(uri_of(name)));
+    ++crate_.files;
+  }
+
+  std::string software(const std::string& program, const std::string& version,
+                       const std::string& sha256) {
+    const std::string id = fmt::format("#{}-{}", program, sha256.substr(0, 12));
+    if (softwares_.insert(id).second)
+      entities_.push_back({{"@id", id},
+                           {"@type", "SoftwareApplication"},
+                           {"name", program},
+                           {"softwareVersion", version},
+                           {"identifier", "sha256:" + sha256}});
+    return id;
+  }
+
+  Json references(const JsonNode& root, const std::string& key, const fs::path& folder) {
+    Json list = Json::array();
+    for (const JsonNode& item : root.items(key)) {
+      const auto found = ids_.find((folder / item.text("file")).lexically_normal());
+      if (found != ids_.end()) list.push_back(reference(found->second));
+    }
+    return list;
+  }
+
+  void add_action(const fs::path& file) {
+    const JsonNode record = JsonNode::open(file, "run", 1);
+    const std::string program = record.text("program");
+    Json action;
+    action["@id"] = "#" + ids_[file];
+    action["@type"] = "CreateAction";
+    action["name"] = "run of " + program;
+    action["description"] =
+        fmt::format("{} {}", program, fmt::join(record.texts("arguments"), " "));
+    action["startTime"] = record.text("started_utc");
+    action["endTime"] = record.text("ended_utc");
+    action["instrument"] =
+        reference(software(program, record.text("version"), record.text("program_sha256")));
+    action["object"] = references(record, "inputs", file.parent_path());
+    action["result"] = references(record, "outputs", file.parent_path());
+    action["agent"] = agents();
+    add_action(std::move(action));
+  }
+
+  void add_action(Json action) {
+    mentions_.push_back(reference(action["@id"]));
+    entities_.push_back(std::move(action));
+    ++crate_.actions;
+  }
+
+  Json add_table(const std::string& name, const std::string& description, const Table& table) {
+    const std::string text = csv_of(table);
+    write_durable(out_ / name, text);
+    add_file(name, sha256_of(std::string_view(text)), description);
+    for (const std::string& column : table.names) columns_.insert(column);
+    return reference(name);
+  }
+
+  /// The numbers themselves, made from the sheets by this program.
+  void add_tables() {
+    Json results = Json::array();
+    ResultFilter filter;
+    filter.run = run_;
+    filter.outdated = true;
+    results.push_back(add_table("comparisons.csv",
+                                "distance between measured and simulated sheets, one row each",
+                                list_results(store_, filter)));
+    if (run_) {
+      results.push_back(add_table(
+          "values.csv", "every value behind the run; stand_in: nobody measured it",
+          store_.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = CAST(? AS "
+                       "INTEGER) ORDER BY owner, key",
+                       {run_text()})));
+      add_headlines(results);
+    } else {
+      results.push_back(add_table("simulation_pairs.csv", "distance between simulated sheets",
+                                  export_table(store_, "simulation_pair")));
+    }
+    Json sheets = Json::array();
+    for (const auto& [file, id] : ids_)
+      if (file.filename() == "sheet.json") sheets.push_back(reference(id));
+    Json action;
+    action["@id"] = "#export";
+    action["@type"] = "CreateAction";
+    action["name"] = "export of the results";
+    action["endTime"] = published_;
+    action["instrument"] =
+        reference(software("drape-results", version(), sha256_of_file("/proc/self/exe")));
+    action["object"] = sheets;
+    action["result"] = results;
+    action["agent"] = agents();
+    add_action(std::move(action));
+    add_metrics();
+  }
+
+  void add_headlines(Json& results) {
+    const Table rows = store_.query(
+        "SELECT r.date, d.scene, c.mean_mm, d.expanded_uncertainty_mm, d.measurement, d.match FROM "
+        "run AS r LEFT JOIN run_drape AS d ON d.run = r.number LEFT JOIN comparison AS c ON "
+        "c.sha256 = d.headline_sha256 WHERE r.number = CAST(? AS INTEGER) ORDER BY d.scene",
+        {run_text()});
+    for (const auto& row : rows.rows) {
+      published_ = row.at(0);
+      if (row.at(2).empty()) continue;
+      const std::string id = "#mean-distance-" + uri_of(row.at(1));
+      Json value;
+      value["@id"] = id;
+      value["@type"] = "PropertyValue";
+      value["name"] = "mean distance of drape " + row.at(1);
+      value["description"] =
+          fmt::format("measurement {}, match {}, expanded uncertainty (k = 2) {} mm", row.at(4),
+                      row.at(5), row.at(3).empty() ? "not known" : row.at(3));
+      value["value"] = row.at(2);
+      value["unitCode"] = "mm";
+      value["unitText"] = "mm (UCUM)";
+      entities_.push_back(value);
+      results.push_back(reference(id));
+    }
+  }
+
+  /// What the columns of the tables mean, with their units.
+  void add_metrics() {
+    for (const auto& row :
+         store_.query("SELECT name, unit, definition FROM metric ORDER BY name").rows) {
+      if (!columns_.contains(row.at(0))) continue;
+      const std::string id = "#metric-" + row.at(0);
+      entities_.push_back({{"@id", id},
+                           {"@type", "PropertyValue"},
+                           {"name", row.at(0)},
+                           {"description", row.at(2)},
+                           {"unitCode", ucum(row.at(1))},
+                           {"unitText", row.at(1) + " (UCUM)"}});
+      measured_.push_back(reference(id));
+    }
+  }
+
+  Json agents() const {
+    Json list = Json::array();
+    for (std::size_t i = 0; i < lab_.authors.size(); ++i) list.push_back(reference(author_id(i)));
+    return list;
+  }
+
+  std::string author_id(std::size_t i) const {
+    return lab_.authors[i].orcid.empty() ? fmt::format("#author-{}", i + 1) : lab_.authors[i].orcid;
+  }
+
+  void add_root() {
+    roots_.push_back({{"@id", "ro-crate-metadata.json"},
+                      {"@type", "CreativeWork"},
+                      {"about", reference("./")},
+                      {"conformsTo", reference("https://w3id.org/ro/crate/1.3")}});
+    Json root;
+    root["@id"] = "./";
+    root["@type"] = "Dataset";
+    root["conformsTo"] = reference("https://w3id.org/ro/wfrun/process/0.6");
+    root["name"] = lab_.title;
+    root["description"] = lab_.description;
+    root["datePublished"] = published_;
+    root["license"] = reference(lab_.license);
+    root["author"] = agents();
+    root["variableMeasured"] = measured_;
+    root["hasPart"] = parts_;
+    root["mentions"] = mentions_;
+    roots_.push_back(root);
+    roots_.push_back({{"@id", "https://w3id.org/ro/wfrun/process/0.6"},
+                      {"@type", "CreativeWork"},
+                      {"name", "Process Run Crate"},
+                      {"version", "0.6"}});
+    roots_.push_back({{"@id", lab_.license},
+                      {"@type", "CreativeWork"},
+                      {"name", lab_.license_name},
+                      {"description", "licence of this data: " + lab_.license_name}});
+    for (std::size_t i = 0; i < lab_.authors.size(); ++i) {
+      const Lab::Author& author = lab_.authors[i];
+      Json person;
+      person["@id"] = author_id(i);
+      person["@type"] = "Person";
+      person["name"] = author.name;
+      if (!author.affiliation.empty()) {
+        const std::string id = fmt::format("#affiliation-{}", i + 1);
+        person["affiliation"] = reference(id);
+        roots_.push_back({{"@id", id}, {"@type", "Organization"}, {"name", author.affiliation}});
+      }
+      roots_.push_back(person);
+    }
+  }
+
+  const StoreReader& store_;
+  std::optional<int> run_;
+  const Lab& lab_;
+  fs::path out_, base_;
+  RecordBook book_;
+  std::map<fs::path, std::string> sealed_;  ///< SHA-256
+  std::vector<fs::path> files_;
+  std::map<fs::path, std::string> ids_;  ///< of what was copied
+  std::set<std::string> softwares_, columns_;
+  std::string published_ = today();
+  Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),
+       mentions_ = Json::array(), measured_ = Json::array();
+  Crate crate_;
+
+  static std::string today() {
+    return fmt::format(
+        "{:%Y-%m-%d}",
+        fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+  }
+};
+
+}  // namespace
+
+Lab read_lab(const fs::path& file) {
+  const TomlTable root = TomlTable::open(file, "lab");
+  Lab lab{root.text("title"),
+          root.text("description"),
+          root.text("license"),
+          root.text("license_name"),
+          {}};
+  if (!lab.license.starts_with("https://") && !lab.license.starts_with("http://"))
+    root.reject("license", "the licence is not a URL",
+                "write e.g. https://creativecommons.org/licenses/by/4.0/");
+  for (const TomlTable& author : root.tables("author")) {
+    lab.authors.push_back(
+        {author.text("name"), author.text_or("orcid", ""), author.text_or("affiliation", "")});
+    const std::string& orcid = lab.authors.back().orcid;
+    if (!orcid.empty() && !orcid.starts_with("https://orcid.org/"))
+      author.reject("orcid", "this is no ORCID", "write https://orcid.org/0000-...");
+    author.finish();
+  }
+  if (lab.authors.empty()) root.reject("author", "there is no author", "add an [[author]]");
+  root.finish();
+  return lab;
+}
+
+Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
+                  const fs::path& out) {
+  if (fs::exists(out) && !(fs::is_directory(out) && fs::is_empty(out)))
+    throw usage_error(fmt::format("{} is not an empty folder", out.string()),
+                      "name a new one with --out");
+  return CrateWriter(store, run, lab, out).write();
+}
+
+}  // namespace drape::compare

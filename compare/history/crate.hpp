@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/store/store.hpp"
+
+namespace drape::compare {
+
+/// Who answers for published results, and how they may be used (lab.toml, schema drapebench/lab/1).
+struct Lab {
+  struct Author {
+    std::string name;
+    std::string orcid;        ///< https://orcid.org/...; empty: not given
+    std::string affiliation;  ///< empty: not given
+  };
+  std::string title, description;
+  std::string license, license_name;  ///< URL and name
+  std::vector<Author> authors;
+};
+[[nodiscard]] Lab read_lab(const std::filesystem::path& file);
+
+/// What write_crate() wrote.
+struct Crate {
+  int files = 0;
+  int actions = 0;                   ///< runs of programs
+  std::vector<std::string> missing;  ///< files that are gone or were changed since they were sealed
+};
+
+/// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,
+/// copies of every file behind them down to photographs and curves, and ro-crate-metadata.json,
+/// which is a Process Run Crate 0.6 on RO-Crate 1.3: each run record is a CreateAction with its
+/// program, inputs and outputs. Throws Error(bad_input) when the store has no seal, and
+/// Error(usage) for a run that it does not have or a folder that is not empty.
+[[nodiscard]] Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
+                                const std::filesystem::path& out);
+
+}  // namespace drape::compare

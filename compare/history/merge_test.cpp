@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/merge.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+#include <stdlib.h>
+
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/store/sheet_folders.hpp"
+#include "compare/store/store.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Merged : public testing::Test {
+ protected:
+  /// A store with one drape whose simulations lie `height_m` above the measured sheet.
+  fs::path store(const std::string& name, std::initializer_list<double> heights_m) {
+    const fs::path file = folder_.path() / name;
+    Store store(file);
+    for (const double height_m : heights_m) {
+      const test::Shape raised = [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+        return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
+      };
+      const DrapeInput input = test::drape_of(
+          test::measured_sheet(),
+          {test::simulated_sheet(11, 5, raised), test::simulated_sheet(21, 5, raised)});
+      store.add(input, compare_drape(input, {}));
+    }
+    store.close();
+    return file;
+  }
+  [[nodiscard]] fs::path in(const std::string& name) const { return folder_.path() / name; }
+  /// Every mark of every comparison and every pair, by their contents.
+  static std::vector<std::vector<std::string>> rows(const fs::path& file) {
+    const StoreReader reader(file);
+    std::vector<std::vector<std::string>> all =
+        reader
+            .query(
+                "SELECT c.sha256, m.\"row\", m.\"col\", m.distance_mm, m.sigma_distance_mm, "
+                "c.mean_mm, c.mean_low_mm FROM mark_error AS m JOIN comparison AS c ON c.id = "
+                "m.comparison_id ORDER BY 1, 2, 3")
+            .rows;
+    for (const auto& row : reader.query("SELECT * FROM simulation_pair ORDER BY sha256").rows)
+      all.push_back(row);
+    return all;
+  }
+
+  drape::test::TemporaryFolder folder_;
+};
+
+TEST_F(Merged, EqualsTheUndisturbedStoreInAnyOrderAndAgain) {
+  const fs::path whole = store("whole.sqlite", {0, 1e-3, 2e-3, 3e-3});
+  const fs::path a = store("a.sqlite", {0, 1e-3}), b = store("b.sqlite", {1e-3, 2e-3}),
+                 c = store("c.sqlite", {3e-3});
+  const MergeCounts counts = merge_stores(in("abc.sqlite"), {a, b, c});
+  EXPECT_GT(counts.added, 0);
+  EXPECT_GT(counts.present, 0) << "a and b have a drape in common";
+  EXPECT_EQ(rows(in("abc.sqlite")), rows(whole));
+  EXPECT_EQ(rows(whole).size(), 8U * 121U + 4U);
+  (void)merge_stores(in("cba.sqlite"), {c, b, a});
+  EXPECT_EQ(read_bytes(in("cba.sqlite")), read_bytes(in("abc.sqlite")));
+  EXPECT_EQ(merge_stores(in("abc.sqlite"), {b, a, c}).added, 0);
+  EXPECT_EQ(read_bytes(in("cba.sqlite")), read_bytes(in("abc.sqlite")));
+  // One after the other: the same rows, in another order of the chain.
+  (void)merge_stores(in("steps.sqlite"), {c});
+  (void)merge_stores(in("steps.sqlite"), {a});
+  (void)merge_stores(in("steps.sqlite"), {b});
+  EXPECT_EQ(rows(in("steps.sqlite")), rows(whole));
+  EXPECT_THAT(check_ledger(StoreReader(in("steps.sqlite"))).findings, testing::IsEmpty());
+  EXPECT_TRUE(fs::exists(seal_path(in("steps.sqlite"))));
+  EXPECT_FALSE(fs::exists(in("steps.sqlite.merging")));
+}
+
+TEST_F(Merged, RunsKeepTheirComparisonsUnderNewNumbers) {
+  const auto stored = [&](const std::string& name, const char* label, const char* moment) {
+    ::setenv("SOURCE_DATE_EPOCH", moment, 1);
+    const Session session = read_session(test::write_example(folder_.path() / label), {});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    (void)import_session(in(name), session, outcome, {label, "A. Miller"});
+    ::unsetenv("SOURCE_DATE_EPOCH");
+    return in(name);
+  };
+  const fs::path a = stored("a.sqlite", "later", "1777593600");
+  const fs::path b = stored("b.sqlite", "earlier", "1772323200");
+  (void)store("c.sqlite", {0, 1e-3});
+  (void)merge_stores(in("c.sqlite"), {a});
+  (void)merge_stores(in("c.sqlite"), {b, a});
+  const StoreReader merged(in("c.sqlite"));
+  EXPECT_THAT(check_ledger(merged).findings, testing::IsEmpty());
+  const std::string of_run =
+      "SELECT r.label, r.date, c.sha256 FROM run AS r JOIN run_comparison AS k ON k.run = r.number "
+      "JOIN comparison AS c ON c.id = k.comparison_id WHERE r.label = ? ORDER BY 3";
+  EXPECT_EQ(merged.query("SELECT * FROM run").rows.size(), 2U);
+  for (const auto& [file, label] : {std::pair{a, "later"}, std::pair{b, "earlier"}}) {
+    const auto rows = StoreReader(file).query(of_run, {label}).rows;
+    EXPECT_EQ(rows.size(), 4U);
+    EXPECT_EQ(merged.query(of_run, {label}).rows, rows);
+  }
+}
+
+TEST_F(Merged, RefusesAChangedSourceAndAContradiction) {
+  const fs::path good = store("good.sqlite", {0}), bad = store("bad.sqlite", {0});
+  (void)merge_stores(in("target.sqlite"), {good});
+  const auto before = rows(in("target.sqlite"));
+  {
+    SQLite::Database database(bad.string(), SQLite::OPEN_READWRITE);
+    SQLite::Statement triggers(database, "SELECT name FROM sqlite_master WHERE type = 'trigger'");
+    std::vector<std::string> names;
+    while (triggers.executeStep()) names.push_back(triggers.getColumn(0).getString());
+    triggers.reset();
+    for (const std::string& name : names) database.exec("DROP TRIGGER \"" + name + "\"");
+    ASSERT_GT(database.exec("UPDATE comparison SET mean_mm = mean_mm + 1"), 0);
+  }
+  EXPECT_THROW((void)merge_stores(in("target.sqlite"), {bad}), Error);
+  EXPECT_EQ(rows(in("target.sqlite")), before);
+  EXPECT_THROW((void)merge_stores(in("target.sqlite"), {in("absent.sqlite")}), Error);
+}
+
+}  // namespace
+}  // namespace drape::compare

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/rescue.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+#include <openssl/evp.h>
+#include <openssl/pem.h>
+
+#include <memory>
+#include <random>
+#include <set>
+
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/history/signature.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/ledger.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::IsEmpty;
+
+class Damaged : public testing::Test {
+ protected:
+  Damaged() {
+    import({});
+    good_ = read_text(store());
+  }
+
+  void import(const RunLabel& label) {
+    const Session session = read_session(sheets_, {});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    const StoreLock lock(store(), StoreLock::Kind::alone);
+    static_cast<void>(import_session(store(), session, outcome, label));
+    seal_store(lock, store(), files_of(session));
+  }
+  [[nodiscard]] fs::path store() const { return folder_.path() / "results.sqlite"; }
+  [[nodiscard]] fs::path damaged() const { return folder_.path() / "damaged.sqlite"; }
+  [[nodiscard]] fs::path fresh() const { return folder_.path() / "fresh.sqlite"; }
+  [[nodiscard]] std::size_t pages() const { return good_.size() / kPage; }
+
+  /// Table to whose tree the page belongs, as SQLite says; empty: none.
+  [[nodiscard]] std::string table_of(std::size_t page) const {
+    SQLite::Database database(store().string());
+    SQLite::Statement query(database, "SELECT name FROM dbstat WHERE pageno = ?");
+    query.bind(1, static_cast<int64_t>(page) + 1);
+    return query.executeStep() ? query.getColumn(0).getString() : std::string();
+  }
+
+  /// Kinds of the ledger whose rows, or rows that they hang on, stand in this table.
+  [[nodiscard]] std::set<std::string> kinds_of(const std::string& table) const {
+    SQLite::Database database(store().string());
+    std::set<std::string> tables = {table}, kinds;
+    for (std::size_t before = 0; before != tables.size() + kinds.size();) {
+      before = tables.size() + kinds.size();
+      for (const LedgerKind& kind : ledger_kinds()) {
+        for (const char* text : kind.queries) {
+          const std::string from = std::string(text).substr(std::string(text).find("FROM ") + 5);
+          const std::string name = from.substr(0, from.find(' '));
+          bool hangs = tables.count(name) != 0;
+          SQLite::Statement parents(
+              database, "SELECT \"table\" FROM pragma_foreign_key_list('" + name + "')");
+          while (parents.executeStep())
+            hangs = hangs || tables.count(parents.getColumn(0).getString()) != 0;
+          if (!hangs) continue;
+          kinds.insert(kind.table);
+          tables.insert(kind.table);
+        }
+      }
+    }
+    return kinds;
+  }
+
+  static constexpr std::size_t kPage = 4096;
+  drape::test::TemporaryFolder folder_;
+  std::vector<fs::path> sheets_ = test::write_recorded_example(folder_.path());
+  std::string good_;
+};
+
+TEST_F(Damaged, ASoundStoreIsCarriedWhole) {
+  const Rescue rescue = rescue_store(store(), fresh());
+  EXPECT_THAT(rescue.lost, IsEmpty());
+  EXPECT_THAT(verify_store(fresh()).findings, IsEmpty());
+  EXPECT_EQ(export_table(StoreReader(fresh()), "mark_error").rows,
+            export_table(StoreReader(store()), "mark_error").rows);
+  EXPECT_THROW(static_cast<void>(rescue_store(store(), fresh())), Error) << "never overwritten";
+}
+
+TEST_F(Damaged, RescueKeepsAllThatDoesNotHangOnTheDamageAndExportNeverHidesIt) {
+  std::mt19937 random(7);
+  const std::string dump = dump_sql(StoreReader(store()));
+  for (int trial = 0; trial < drape::test::trial_count(8, 1000); ++trial) {
+    const std::size_t page = 1 + random() % (pages() - 1);
+    std::string bytes = good_;
+    const std::size_t from = page * kPage + (trial % 2 == 0 ? 0 : random() % (kPage - 200));
+    const std::size_t count = trial % 2 == 0 ? kPage : 1 + random() % 200;
+    for (std::size_t i = 0; i < count; ++i) bytes[from + i] = static_cast<char>(random());
+    for (const fs::path& file : {damaged(), fresh()})
+      for (const char* more : {"", "-wal", "-shm", ".seal.json"}) fs::remove(file.string() + more);
+    write_durable(damaged(), bytes);
+    const std::string table = table_of(page);
+    SCOPED_TRACE("trial " + std::to_string(trial) + ", page of " + table);
+    try {
+      const Rescue rescue = rescue_store(damaged(), fresh());
+      EXPECT_THAT(check_ledger(StoreReader(fresh())).findings, IsEmpty()) << "nothing invented";
+      const std::set<std::string> kinds = kinds_of(table);
+      for (const std::string& lost : rescue.lost) {
+        const std::string kind = lost.substr(0, lost.find(' '));
+        EXPECT_TRUE(table == "ledger" || kinds.count(kind) != 0) << lost;
+      }
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
+      EXPECT_EQ(table, "ledger") << error.what();
+    }
+    try {
+      const StoreReader reader(damaged());
+      const bool hidden = check_ledger(reader).findings.empty() && dump_sql(reader) != dump;
+      EXPECT_FALSE(hidden);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
+    }
+  }
+}
+
+TEST_F(Damaged, ASealThatSomebodyElseMadeIsNotTheSignedOne) {
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(
+      EVP_PKEY_Q_keygen(nullptr, nullptr, "ED25519"), &EVP_PKEY_free);
+  const auto pem = [&](auto write, const fs::path& file) {
+    const std::unique_ptr<BIO, decltype(&BIO_free)> memory(BIO_new(BIO_s_mem()), &BIO_free);
+    write(memory.get());
+    char* text = nullptr;
+    const long size = BIO_get_mem_data(memory.get(), &text);
+    write_durable(file, {text, static_cast<std::size_t>(size)});
+    return file;
+  };
+  const fs::path secret = pem(
+      [&](BIO* out) {
+        PEM_write_bio_PrivateKey(out, key.get(), nullptr, nullptr, 0, nullptr, nullptr);
+      },
+      folder_.path() / "key.pem");
+  const fs::path open =
+      pem([&](BIO* out) { PEM_write_bio_PUBKEY(out, key.get()); }, folder_.path() / "open.pem");
+  EXPECT_THROW(static_cast<void>(is_signed(store(), open)), Error) << "not signed yet";
+  EXPECT_THROW(sign_seal(store(), open), Error) << "no private key";
+  sign_seal(store(), secret);
+  EXPECT_TRUE(is_signed(store(), open));
+  import({.label = "another run"});
+  EXPECT_THAT(verify_store(store()).findings, IsEmpty()) << "whole in itself";
+  EXPECT_FALSE(is_signed(store(), open));
+}
+
+}  // namespace
+}  // namespace drape::compare

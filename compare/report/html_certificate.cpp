@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "compare/report/html.hpp"
+#include "compare/store/runs.hpp"
+#include "compare/tables/budget.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+void fact(Table& table, const std::string& name, const std::string& value) {
+  if (!value.empty()) table.add({name, value});
+}
+
+std::string joined(const std::set<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+std::string calibration_line(const Session& session) {
+  if (!session.calibration) return "not given";
+  const Calibration& own = *session.calibration;
+  double px = 0, object_mm = 0;
+  for (const CalibratedCamera& camera : own.cameras) {
+    px = std::max(px, camera.residuals.rms_px);
+    object_mm = std::max(object_mm, camera.residuals.object_rms_mm);
+  }
+  return fmt::format(
+      "{} cameras, {}, {} sets; target points within {:.4f} px RMS, {:.4f} mm of "
+      "their rays; {}; SHA-256 {}",
+      own.cameras.size(), own.method, own.sets.size(), px, object_mm,
+      own.no_go ? "NO-GO: " + *own.no_go : std::string("GO"),
+      session.calibration_sha256.substr(0, 12));
+}
+
+/// What the run is and rests on.
+Table basis_table(const Session& session, const Outcome& outcome) {
+  Table table;
+  table.names = {"what", "value"};
+  table.heads = {"", ""};
+  table.numeric = {false, false};
+  std::set<std::string> rigs, recordings, fabrics, stand_ins;
+  for (const DrapeFiles& drape : session.drapes) {
+    rigs.insert(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig);
+    if (drape.recording)
+      recordings.insert(fmt::format(
+          "{}{}, SHA-256 {}", drape.recording->name,
+          drape.recording->recorded_on ? " of " + *drape.recording->recorded_on : std::string(),
+          drape.recording->sha256.substr(0, 12)));
+    for (const Simulation& simulation : drape.input.simulations)
+      if (!simulation.other_simulator) fabrics.insert(simulation.source().fabric);
+  }
+  for (const RunValue& value : values_of(session, outcome))
+    if (value.key == "stand_ins" && !value.value.empty())
+      stand_ins.insert(value.owner + ": " + value.value);
+  if (outcome.run > 0)
+    fact(table, "run",
+         fmt::format("{} of {}, stored {}", outcome.run,
+                     std::filesystem::path(outcome.store).filename().string(), outcome.date));
+  fact(table, "label", outcome.label);
+  fact(table, "operator", outcome.operator_name);
+  fact(table, "rig", joined(rigs));
+  fact(table, "recording", joined(recordings));
+  fact(table, "calibration", calibration_line(session));
+  fact(table, "fabric", joined(fabrics));
+  fact(table, "not measured (stand-ins)", stand_ins.empty() ? "none" : joined(stand_ins));
+  fact(table, "program", "drapebench " + version());
+  return table;
+}
+
+/// One row per drape: both verdicts, the distance and U.
+Table drapes_table(const Session& session, const Outcome& outcome) {
+  Table table;
+  table.names = {
+      "drape",      "measurement",        "marks",           "uncertainty of a mark (mm)",
+      "simulation", "mean distance (mm)", "± U (mm), k = 2", "match"};
+  table.numeric = {false, false, true, true, false, true, true, false};
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    std::string simulation, mean, expanded;
+    if (report.headline) {
+      const RealVirtual& row = report.real_virtual[*report.headline];
+      simulation = session.drapes[i].input.simulations[row.simulation].label();
+      mean = mm_text(row.statistics.mean_m);
+    }
+    if (report.budget)
+      expanded = fmt::format("{}{:.3f}", report.budget->missing.empty() ? "" : "at least ",
+                             report.budget->expanded_m() / mm);
+    table.add({report.name, report.go() ? "GO" : "NO-GO", std::to_string(report.measurement.marks),
+               mm_text(report.measurement.sigma_median_m), simulation, mean, expanded,
+               name_of(report.match.match)});
+  }
+  return table;
+}
+
+std::string link(const std::string& target, const std::string& text) {
+  return "<a href=\"#" + xml(target) + "\">" + xml(text) + "</a>";
+}
+
+}  // namespace
+
+std::string html_certificate(const Session& session, const Outcome& outcome) {
+  std::string text = "<section id=\"certificate\" class=\"certificate\">\n<h2>Certificate</h2>\n";
+  text += html_table(drapes_table(session, outcome));
+  for (const Report& report : outcome.reports) {
+    text += "<p><b>" + xml(report.name) + "</b>: match " + name_of(report.match.match) + "; " +
+            xml(report.match.reason) + ".";
+    if (!report.go()) text += " <b>NO-GO:</b> " + xml(report.no_go.front()) + ".";
+    if (report.budget) text += " " + xml(budget_sentence(*report.budget)) + ".";
+    text += "</p>\n";
+  }
+  text += html_table(basis_table(session, outcome));
+  text +=
+      "<p class=\"soft\">GO says that the marks were measured within their stated uncertainties; "
+      "it "
+      "says nothing of the simulation. Match says how far the simulation is from the real drape, "
+      "against the total uncertainty. The simulation was chosen before any distance was known: the "
+      "finest grid with five segments.</p>\n<p>";
+  for (const Report& report : outcome.reports)
+    text += link("drape-" + report.name, "Drape " + report.name) + " · ";
+  text += link("calibration", "Calibration") + " · " + link("provenance", "Provenance") + "</p>\n";
+  return text + "</section>\n";
+}
+
+std::string html_calibration(const Session& session) {
+  if (!session.calibration) return {};
+  const Calibration& own = *session.calibration;
+  Table table;
+  table.names = {"camera",   "points",         "RMS (px)",      "largest (px)",
+                 "RMS (mm)", "covered u (px)", "covered v (px)"};
+  table.numeric = {false, true, true, true, true, false, false};
+  for (const CalibratedCamera& camera : own.cameras) {
+    const auto& region = camera.valid_region_px;
+    table.add(
+        {camera.camera.name, std::to_string(camera.residuals.points),
+         fmt::format("{:.4f}", camera.residuals.rms_px),
+         fmt::format("{:.4f}", camera.residuals.max_px),
+         fmt::format("{:.4f}", camera.residuals.object_rms_mm),
+         fmt::format("{:.0f} to {:.0f} of {}", region[0], region[2], camera.camera.model.width_px),
+         fmt::format("{:.0f} to {:.0f} of {}", region[1], region[3],
+                     camera.camera.model.height_px)});
+  }
+  std::string text = "<section id=\"calibration\">\n<h2>Calibration</h2>\n<p>" +
+                     xml(calibration_line(session)) + ".</p>\n" + html_table(table);
+  for (const std::string& warning : own.warnings)
+    text += "<p class=\"soft\">" + xml(warning) + "</p>\n";
+  return text + "</section>\n";
+}
+
+std::string html_values(const Session& session, const Outcome& outcome, const std::string& drape) {
+  Table table;
+  table.names = {"file", "value", "is", "measured"};
+  table.numeric = {false, false, false, false};
+  std::string fabric;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const auto& scene = session.drapes[i].input.scene;
+    if (outcome.reports[i].name == drape && scene)
+      fabric = "fabric " + scene->fabric_file.stem().string();
+  }
+  for (const RunValue& value : values_of(session, outcome)) {
+    if (value.owner != "scene " + drape && value.owner != fabric) continue;
+    if (value.key == "stand_ins") continue;
+    table.add({value.owner, value.key, value.value, value.stand_in ? "no: stand-in" : ""});
+  }
+  if (table.rows.empty()) return {};
+  return "<h3>Scene and fabric</h3>\n" + html_table(table, "dense");
+}
+
+}  // namespace drape::compare

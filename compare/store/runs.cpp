@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/runs.hpp"
+
+#include <fmt/chrono.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <ctime>
+#include <set>
+#include <tuple>
+
+#include "compare/store/writer.hpp"
+#include "compare/tables/budget.hpp"
+#include "core/files/files.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+std::string date_of_now() {
+  std::time_t time = std::time(nullptr);
+  if (const char* fixed = std::getenv("SOURCE_DATE_EPOCH")) time = std::strtoll(fixed, nullptr, 10);
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(time));
+}
+
+/// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
+void add_file(const std::string& owner, const fs::path& file, std::vector<RunValue>& values) {
+  if (!fs::is_regular_file(file)) return;
+  const std::string schema = owner.substr(0, owner.find(' '));
+  const TomlTable root = TomlTable::open(file, schema);
+  std::vector<std::string> stand_ins;
+  if (root.has("stand_ins")) stand_ins = root.texts("stand_ins");
+  for (const auto& [key, value] : root.values()) {
+    if (key == "schema") continue;
+    const std::string first = key.substr(0, key.find('.'));
+    const bool stand_in =
+        std::any_of(stand_ins.begin(), stand_ins.end(),
+                    [&](const std::string& what) { return what.find(first) == 0; });
+    std::string text = value;
+    // A curve's name stays when its points change; their hash shows it.
+    if (const fs::path curve = root.beside(value);
+        value.ends_with(".csv") && fs::is_regular_file(curve))
+      text += " " + sha256_of_file(curve).substr(0, 12);
+    values.push_back({owner, key, text, stand_in});
+  }
+}
+
+/// Of the photographs of one set: equal when the same pictures were measured.
+std::optional<std::string> pictures_of(const DrapeFiles& drape) {
+  if (!drape.detections) return std::nullopt;
+  const std::string& set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
+  std::set<std::string> hashes;
+  for (const FrameDetections& frame : drape.detections->frames)
+    if (frame.set == set) hashes.insert(frame.camera + " " + frame.image_sha256);
+  std::string all;
+  for (const std::string& hash : hashes) all += hash + "\n";
+  return sha256_of(std::string_view(all));
+}
+
+std::optional<std::string> given(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional(text);
+}
+
+/// Says what the calibration is wherever it lies: paths differ from machine to machine.
+std::optional<std::string> calibration_name(const Session& session) {
+  if (!session.calibration) return std::nullopt;
+  const Calibration& own = *session.calibration;
+  return fmt::format("{}, {}, {} sets", own.rig, own.method, own.sets.size());
+}
+
+std::string key_of(const DrapeInput& input, const RealVirtual& row) {
+  return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+}
+
+/// What makes a run another run: everything but its number and date.
+std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
+                       const std::vector<RunValue>& values) {
+  std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,
+                                 label.operator_name, version(), session.calibration_sha256);
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const Report& report = outcome.reports[i];
+    const DrapeInput& input = session.drapes[i].input;
+    text += fmt::format("{}\n{}\n{}\n{}\n", report.name, input.measured.sha256,
+                        report.go() ? "GO" : report.no_go.front(), report.match.reason);
+    for (const RealVirtual& row : report.real_virtual) text += key_of(input, row) + "\n";
+  }
+  for (const RunValue& value : values)
+    text += fmt::format("{}\t{}\t{}\t{}\n", value.owner, value.key, value.value, value.stand_in);
+  return sha256_of(std::string_view(text));
+}
+
+void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report& report) {
+  const DrapeInput& input = drape.input;
+  const auto& source = std::get<MeasuredSource>(input.measured.sheet.source);
+  const std::optional<std::string> no_cause;
+  std::optional<std::string> headline;
+  if (report.headline) headline = key_of(input, report.real_virtual[*report.headline]);
+  writer.insert(
+      "run_drape", run, input.measured.sha256, report.name, source.set, pictures_of(drape),
+      std::string(report.go() ? "GO" : "NO-GO"),
+      report.go() ? no_cause : std::optional(report.no_go.front()), name_of(report.match.match),
+      report.match.reason, headline,
+      report.budget ? std::optional(report.budget->expanded_m() / mm) : std::nullopt,
+      report.budget ? std::optional(report.budget->missing.empty() ? 1 : 0) : std::nullopt);
+  const auto add = [&](const RealVirtual& row) {
+    if (const auto id = writer.id_of("comparison", "id", key_of(input, row)))
+      writer.insert("run_comparison", *id, run);
+  };
+  for (const RealVirtual& row : report.real_virtual) add(row);
+  for (const BranchSet& set : report.branch_sets)
+    for (const BranchComparison& one : set.branches) add(one.as_placed);
+}
+
+}  // namespace
+
+std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) {
+  std::vector<RunValue> values;
+  std::set<fs::path> fabrics;
+  for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
+    const DrapeFiles& drape = session.drapes[i];
+    std::set<std::string> runs;
+    for (const Simulation& simulation : drape.input.simulations)
+      if (!simulation.branch) runs.insert(simulation.run_label());
+    std::string list;
+    for (const std::string& run : runs) list += (list.empty() ? "" : "; ") + run;
+    values.push_back({"simulations", outcome.reports[i].name, list, false});
+    if (!drape.input.scene) continue;
+    add_file("scene " + outcome.reports[i].name, drape.input.scene->file, values);
+    const fs::path& fabric = drape.input.scene->fabric_file;
+    if (fabrics.insert(fabric).second) add_file("fabric " + fabric.stem().string(), fabric, values);
+  }
+  if (session.calibration) {
+    values.push_back({"calibration", "method", session.calibration->method, false});
+    values.push_back(
+        {"calibration", "sets", std::to_string(session.calibration->sets.size()), false});
+    values.push_back(
+        {"calibration", "cameras", std::to_string(session.calibration->cameras.size()), false});
+  }
+  std::sort(values.begin(), values.end(), [](const RunValue& a, const RunValue& b) {
+    return std::tie(a.owner, a.key) < std::tie(b.owner, b.key);
+  });
+  return values;
+}
+
+StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
+                  const RunLabel& label) {
+  const std::vector<RunValue> values = values_of(session, outcome);
+  const std::string content = content_of(session, outcome, label, values);
+  StoredRun run;
+  store.write([&](Writer& writer) {
+    if (const auto known = writer.id_of("run", "number", content)) {
+      run = {*known, writer.text_of("run", "date", content)};
+      return;
+    }
+    run.date = date_of_now();
+    const std::optional<std::string> absent;
+    std::optional<std::string> rig, recording, recording_name;
+    for (const DrapeFiles& drape : session.drapes) {
+      rig = std::get<MeasuredSource>(drape.input.measured.sheet.source).rig;
+      if (!drape.recording) continue;
+      recording = drape.recording->sha256;
+      recording_name = drape.recording->name;
+    }
+    const std::vector<std::string> reasons = outcome.reasons();
+    const std::optional<int> next;
+    writer.insert("run", next, content, run.date, given(label.label), given(label.operator_name),
+                  version(), rig, recording, recording_name, given(session.calibration_sha256),
+                  calibration_name(session), std::string(outcome.go() ? "GO" : "NO-GO"),
+                  reasons.empty() ? absent : std::optional(reasons.front()));
+    run.number = writer.last_id();
+    for (std::size_t i = 0; i < outcome.reports.size(); ++i)
+      insert_drape(writer, run.number, session.drapes[i], outcome.reports[i]);
+    for (const RunValue& value : values)
+      writer.insert("run_value", run.number, value.owner, value.key, value.value,
+                    value.stand_in ? 1 : 0);
+    writer.enter("run", content);
+  });
+  return run;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/store/store.hpp"
+
+namespace drape::compare {
+
+/// One value behind a run, as its file has it.
+struct RunValue {
+  std::string owner;  ///< "scene A", "fabric A", "calibration", "simulations"
+  std::string key;    ///< "friction", "object.1.x_mm"
+  std::string value;
+  bool stand_in = false;  ///< the file says that nobody measured it
+};
+
+/// Every value of the scenes and fabrics of a session, of its calibration and simulations, ordered.
+[[nodiscard]] std::vector<RunValue> values_of(const Session& session, const Outcome& outcome);
+
+/// Adds the run as one row with its drapes, comparisons and values, in one transaction: it is there
+/// or not. A run with the same content (all but the date) is the same run and adds nothing. The
+/// date is the one clock time of the store: now, or SOURCE_DATE_EPOCH where the environment has it.
+struct StoredRun {
+  int number = 0;
+  std::string date;
+};
+StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
+                  const RunLabel& label);
+
+/// Tables and views of runs, for schema.cpp.
+[[nodiscard]] std::vector<std::string> run_table_statements();
+[[nodiscard]] std::vector<std::string> run_view_statements();
+
+}  // namespace drape::compare

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/runs.hpp"
+
+namespace drape::compare {
+namespace {
+
+constexpr const char* kTables[] = {
+    R"sql(CREATE TABLE run (
+  number INTEGER PRIMARY KEY,
+  sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),  -- of all but number and date
+  date TEXT NOT NULL,  -- UTC, ISO 8601: when it was stored
+  label TEXT,
+  operator TEXT,
+  program_version TEXT NOT NULL,
+  rig_name TEXT REFERENCES rig (name),
+  recording_sha256 TEXT REFERENCES recording (sha256),
+  recording_name TEXT,  -- folder, as the detections name it
+  calibration_sha256 TEXT REFERENCES calibration (sha256),
+  calibration_name TEXT,
+  measurement TEXT NOT NULL CHECK (measurement IN ('GO', 'NO-GO')),
+  cause TEXT,
+  CHECK ((measurement = 'GO') = (cause IS NULL))
+) STRICT)sql",
+    R"sql(CREATE TABLE run_drape (
+  run INTEGER NOT NULL REFERENCES run (number),
+  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  scene TEXT NOT NULL,
+  set_name TEXT NOT NULL,
+  pictures_sha256 TEXT,  -- of the hashes of the photographs: what was measured
+  measurement TEXT NOT NULL CHECK (measurement IN ('GO', 'NO-GO')),
+  cause TEXT,
+  match TEXT NOT NULL CHECK (match IN ('inside', 'outside', 'undecided')),
+  match_reason TEXT NOT NULL,
+  headline_sha256 TEXT REFERENCES comparison (sha256),  -- the simulation chosen beforehand
+  expanded_uncertainty_mm REAL,  -- U (k = 2) of its mean distance; at least, where a part is missing
+  budget_complete INTEGER CHECK (budget_complete IN (0, 1)),
+  PRIMARY KEY (run, measured_sha256)
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE run_comparison (
+  comparison_id INTEGER NOT NULL REFERENCES comparison (id),
+  run INTEGER NOT NULL REFERENCES run (number),
+  PRIMARY KEY (comparison_id, run)
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE run_value (
+  run INTEGER NOT NULL REFERENCES run (number),
+  owner TEXT NOT NULL,
+  key TEXT NOT NULL,
+  value TEXT NOT NULL,
+  stand_in INTEGER NOT NULL CHECK (stand_in IN (0, 1)),
+  PRIMARY KEY (run, owner, key)
+) STRICT, WITHOUT ROWID)sql",
+};
+
+constexpr const char* kViews[] = {
+    R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
+    R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
+    // Of each comparison: its last run, and whether that is the last word on these photographs.
+    R"sql(CREATE VIEW v_state AS
+WITH last AS (SELECT comparison_id, max(run) AS run FROM run_comparison GROUP BY comparison_id),
+  seen AS (SELECT pictures_sha256, max(run) AS run FROM run_drape
+    WHERE pictures_sha256 IS NOT NULL GROUP BY pictures_sha256),
+  newest AS (SELECT rig_name, recording_name, max(number) AS run FROM run
+    GROUP BY rig_name, recording_name)
+SELECT l.comparison_id AS comparison_id, l.run AS run, r.date AS date, r.label AS label,
+  r.operator AS operator, r.calibration_name AS calibration, d.measurement AS measurement,
+  d.cause AS cause, d.match AS match, d.match_reason AS match_reason,
+  d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
+  CASE WHEN s.run > l.run AND EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = s.run
+      AND k.pictures_sha256 = d.pictures_sha256 AND k.scene = d.scene) THEN 'superseded'
+    WHEN s.run > l.run THEN 'renamed'
+    WHEN n.run > l.run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.run
+      AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
+    ELSE 'current' END AS state
+FROM last AS l JOIN comparison AS c ON c.id = l.comparison_id
+  JOIN run AS r ON r.number = l.run
+  JOIN run_drape AS d ON d.run = l.run AND d.measured_sha256 = c.measured_sha256
+  LEFT JOIN seen AS s ON s.pictures_sha256 = d.pictures_sha256
+  LEFT JOIN newest AS n ON n.rig_name IS r.rig_name AND n.recording_name IS r.recording_name)sql",
+    R"sql(CREATE VIEW v_outdated AS
+SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
+    R"sql(CREATE VIEW v_run AS
+SELECT r.number AS run, r.date AS date, r.label AS label, r.operator AS operator,
+  r.measurement AS measurement, (SELECT group_concat(x.what, '; ') FROM (SELECT d.scene || ' ' ||
+    coalesce(round(c.mean_mm, 3) || ' mm ', '') || d.match AS what FROM run_drape AS d
+    LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE d.run = r.number
+    ORDER BY d.scene) AS x) AS drapes,
+  r.rig_name AS rig, r.recording_name AS recording, substr(r.calibration_sha256, 1, 12) AS
+    calibration, (SELECT count(*) FROM run_value AS v WHERE v.run = r.number AND v.stand_in = 1)
+    AS stand_ins, r.program_version AS version, r.cause AS cause
+FROM run AS r)sql",
+    R"sql(CREATE VIEW v_run_drape AS
+SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene, s.fabric AS fabric,
+  s.grid_size AS grid_size, s.segments AS segments, s.simulator AS simulator,
+  s.mean_dist_mm AS mean_dist_mm, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
+  d.measurement AS measurement, d.match AS match, s.comparison AS comparison,
+  d.pictures_sha256 AS pictures_sha256
+FROM run_drape AS d JOIN run AS r ON r.number = d.run
+  LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
+  LEFT JOIN v_comparison AS s ON s.id = c.id)sql",
+};
+
+}  // namespace
+
+std::vector<std::string> run_table_statements() {
+  return {std::begin(kTables), std::end(kTables)};
+}
+
+std::vector<std::string> run_view_statements() {
+  return {std::begin(kViews), std::end(kViews)};
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/bench.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::size_t kLongestNote = 2000, kLongestName = 80;
+constexpr std::size_t kLeastSets = 3;  ///< for a calibration of all cameras together
+
+fs::path out_of(const ConsoleOptions& options, const Rig& rig) {
+  return options.out.empty() ? fs::path("out") / rig.name : options.out;
+}
+
+/// Live cameras record into the output folder, so that no recording that is there is added to.
+fs::path recording_of(const ConsoleOptions& options, const Rig& rig) {
+  if (!options.recording.empty()) return options.recording;
+  return options.replay ? rig.recording : out_of(options, rig) / "recording";
+}
+
+std::string field(const Json& request, const char* name) {
+  const auto found = request.find(name);
+  if (found == request.end() || !found->is_string())
+    throw bad_input(fmt::format("the request lacks `{}`", name), {}, "reload the page");
+  return found->get<std::string>();
+}
+
+}  // namespace
+
+Bench::Bench(const ConsoleOptions& options, Tell tell)
+    : options_(options),
+      rig_(read_rig(options.rig)),
+      target_(read_target(rig_.target_file)),
+      out_(out_of(options, rig_)),
+      own_(out_ / "console"),
+      recording_folder_(recording_of(options, rig_)),
+      tell_(std::move(tell)),
+      lock_(own_ / ".lock", "another console works on this folder"),
+      log_(own_ / "session.jsonl"),
+      jobs_([this](const Job& job) { job_changed(job); },
+            [this](const Job& job) { job_ended(job); }) {
+  for (const fs::path& file : rig_.scenes) {
+    const Scene scene = read_scene(file);
+    drapes_.push_back({scene, read_print(scene.print_file)});
+  }
+  if (options_.replay) static_cast<void>(read_recording(recording_folder_));
+  read_log();
+  if (!options_.replay) open_cameras();
+}
+
+/// The state is what the log says was done and what the files hold.
+void Bench::read_log() {
+  Json open;
+  for (const Json& entry : log_.entries()) {
+    if (entry.contains("taken")) taken_[entry.value("taken", "")] = true;
+    if (entry.contains("dropped")) taken_[entry.value("dropped", "")] = false;
+    if (entry.contains("operator")) operator_name_ = entry.value("operator", "");
+    if (entry.contains("held_out")) held_out_[entry.value("held_out", "")] = entry;
+    if (entry.contains("begins")) open = entry;
+    if (entry.contains("ended")) open = Json();
+  }
+  if (open.is_object())
+    log_.add("bench", "the server had ended while this ran: " + open.value("begins", ""),
+             {{"ended", "interrupted"}, {"sentence", "what was finished is kept; press it again"}});
+  log_.add("bench", options_.replay ? "the console starts, on a recording" : "the console starts");
+}
+
+bool Bench::is_target_set(const std::string& set) const {
+  const std::vector<std::string> sets = target_sets();
+  return std::find(sets.begin(), sets.end(), set) != sets.end();
+}
+
+std::vector<std::string> Bench::target_sets() const {
+  std::vector<std::string> sets;
+  for (const TargetStage& stage : rig_.stages) sets.push_back(stage.set);
+  sets.insert(sets.end(), rig_.free_poses.begin(), rig_.free_poses.end());
+  return sets;
+}
+
+bool Bench::is_taken(const std::string& set) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = taken_.find(set);
+  return found != taken_.end() && found->second;
+}
+
+std::vector<std::string> Bench::taken_target_sets() const {
+  std::vector<std::string> sets = target_sets();
+  std::erase_if(sets, [&](const std::string& set) { return !is_taken(set); });
+  return sets;
+}
+
+const Bench::Drape& Bench::drape(const std::string& name) const {
+  const auto found = std::find_if(drapes_.begin(), drapes_.end(),
+                                  [&](const Drape& one) { return one.scene.name == name; });
+  if (found == drapes_.end())
+    throw bad_input("the rig has no such drape", {.field = name}, "reload the page");
+  return *found;
+}
+
+void Bench::require_set(const std::string& set) const {
+  const bool of_drape = std::any_of(drapes_.begin(), drapes_.end(),
+                                    [&](const Drape& one) { return one.scene.set == set; });
+  if (!of_drape && !is_target_set(set))
+    throw bad_input("the rig has no such set", {.field = set}, "reload the page");
+}
+
+std::string Bench::operator_name() const {
+  const std::lock_guard lock(mutex_);
+  return operator_name_.empty() ? "operator" : operator_name_;
+}
+
+void Bench::act(const Json& request) {
+  if (!request.is_object()) throw bad_input("the request is no object", {}, "reload the page");
+  const std::string what = field(request, "do");
+  if (what == "take") {
+    take(field(request, "set"));
+  } else if (what == "drop") {
+    drop(field(request, "set"));
+  } else if (what == "calibrate") {
+    calibrate();
+  } else if (what == "measure") {
+    measure(field(request, "drape"));
+  } else if (what == "run") {
+    run();
+  } else if (what == "open") {
+    open_cameras();
+  } else if (what == "note") {
+    note(field(request, "text"));
+  } else if (what == "operator") {
+    name_operator(field(request, "name"));
+  } else if (what == "cancel") {
+    const auto id = request.find("job");
+    if (id == request.end() || !id->is_number_integer() || !jobs_.cancel(id->get<int>()))
+      throw bad_input("nothing that runs has this number", {}, "it may have ended already");
+    log_.add(operator_name(), fmt::format("pressed cancel of {}", id->get<int>()));
+  } else {
+    throw bad_input("the server knows no such act", {.field = what}, "reload the page");
+  }
+  tell_("state", Json::object());
+}
+
+void Bench::take(const std::string& set) {
+  require_set(set);
+  if (!options_.replay) return take_live(set);
+  static_cast<void>(recording()->set(set));
+  log_.add(operator_name(), fmt::format("{} {}", is_taken(set) ? "took again" : "took", set),
+           {{"taken", set}});
+  taken(set);
+}
+
+void Bench::taken(const std::string& set) {
+  {
+    const std::lock_guard lock(mutex_);
+    taken_[set] = true;
+  }
+  tell_("shot", {{"set", set}});
+  jobs_.add("detect", set, {detect_call(set)});
+}
+
+void Bench::drop(const std::string& set) {
+  require_set(set);
+  if (!is_taken(set)) throw bad_input("the set was not taken", {.set = set}, "take it first");
+  log_.add(operator_name(), "left out " + set, {{"dropped", set}});
+  const std::lock_guard lock(mutex_);
+  taken_[set] = false;
+}
+
+void Bench::calibrate() {
+  const std::vector<std::string> sets = taken_target_sets();
+  const auto is_stage = [&](const std::string& set) {
+    return std::any_of(rig_.stages.begin(), rig_.stages.end(),
+                       [&](const TargetStage& stage) { return stage.set == set; });
+  };
+  if (sets.size() < kLeastSets || !is_stage(sets.front()))
+    throw bad_input(
+        "a calibration needs a stage of the target, which is the world, and two more sets", {},
+        "take them first");
+  std::vector<Call> calls;
+  for (const std::string& set : sets)
+    if (!detections(set)) calls.push_back(detect_call(set));
+  const bool free =
+      std::any_of(sets.begin(), sets.end(), [&](const std::string& set) { return !is_stage(set); });
+  calls.push_back({{"calib", target_detections_file().string(), "--rig", rig_file().string(),
+                    "--method", free ? "joint" : "tsai", "--out", calibration_file().string()},
+                   [this, sets] {
+                     write_rig();
+                     merge_detections(sets);
+                   }});
+  const std::string what = fmt::format("with {} sets", sets.size());
+  log_.add(operator_name(), "pressed calibrate " + what);
+  jobs_.add("calibrate", what, std::move(calls));
+}
+
+void Bench::measure(const std::string& name) {
+  const Drape& one = drape(name);
+  const std::string& set = one.scene.set;
+  if (!is_taken(set)) throw bad_input("the drape's set was not taken", {.set = set}, "take it");
+  if (!calibration()) throw bad_input("there is no calibration yet", {}, "calibrate first");
+  std::vector<Call> calls;
+  if (!detections(set)) calls.push_back(detect_call(set));
+  calls.push_back({{"triangulate", detections_file(set).string(), "--calibration",
+                    calibration_file().string(), "--set", set, "--scene", one.scene.file.string(),
+                    "--out", fs::path(sheet_file(name)).replace_extension(".ply").string()}});
+  log_.add(operator_name(), "pressed measure " + name);
+  jobs_.add("measure", name, std::move(calls));
+}
+
+void Bench::run() {
+  const bool any = std::any_of(drapes_.begin(), drapes_.end(),
+                               [&](const Drape& one) { return is_taken(one.scene.set); });
+  if (!any) throw bad_input("no drape was taken", {}, "take one first");
+  if (taken_target_sets().size() < kLeastSets)
+    throw bad_input("the cameras are not calibrated", {}, "calibrate first");
+  Call call{{"run", rig_file().string(), "--recording", recording_folder_.string(), "--out",
+             out_.string()},
+            [this] { write_rig(); }};
+  {
+    const std::lock_guard lock(mutex_);
+    if (!operator_name_.empty()) call.words.push_back("--operator=" + operator_name_);
+  }
+  log_.add(operator_name(), "pressed simulate and compare");
+  jobs_.add("run", "all drapes that were taken", {std::move(call)});
+}
+
+void Bench::note(const std::string& text) {
+  if (text.empty() || text.size() > kLongestNote)
+    throw bad_input("a note has 1 to 2000 bytes", {}, "write it shorter");
+  log_.add(operator_name(), "note", {{"note", text}});
+}
+
+void Bench::name_operator(const std::string& name) {
+  const bool plain =
+      std::none_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (name.size() > kLongestName || !plain)
+    throw bad_input("a name has at most 80 bytes and no control characters", {},
+                    "write it shorter");
+  log_.add(name.empty() ? "operator" : name, "is at the bench", {{"operator", name}});
+  const std::lock_guard lock(mutex_);
+  operator_name_ = name;
+}
+
+void Bench::job_changed(const Job& job) {
+  if (job.state == JobState::running && job.now.empty() && job.fraction == 0) {
+    try {
+      log_.add("bench", "begins", {{"begins", job.kind + " " + job.what}});
+    } catch (const Error& error) {
+      const std::lock_guard lock(mutex_);
+      trouble_ = error.what();
+    }
+  }
+  tell_("job", job.json());
+}
+
+void Bench::job_ended(const Job& job) {
+  try {
+    const Json json = job.json();
+    log_.add(
+        "bench", job.kind + " " + job.what,
+        {{"ended", json["state"]}, {"sentence", job.sentence}, {"commands", json["commands"]}});
+    if (job.kind == "detect" && job.state != JobState::failed && is_target_set(job.what))
+      log_held_out(job.what);
+    const std::lock_guard lock(mutex_);
+    trouble_.clear();
+  } catch (const Error& error) {
+    const std::lock_guard lock(mutex_);
+    trouble_ = error.what();
+  }
+  tell_("state", Json::object());
+}
+
+/// How well the calibration before it measures a set that it did not use.
+void Bench::log_held_out(const std::string& set) {
+  const auto by = calibration();
+  const auto seen = detections(set);
+  if (!by || !seen || std::find(by->sets.begin(), by->sets.end(), set) != by->sets.end()) return;
+  const auto measured = measure_target(*by, target_, seen->frames);
+  if (!measured) return;
+  Json facts = {{"held_out", set},
+                {"rms_mm", measured->rms_m / units::mm},
+                {"points", measured->points},
+                {"calibrated_with", by->sets.size()}};
+  log_.add("bench", "held-out error", facts);
+  const std::lock_guard lock(mutex_);
+  held_out_[set] = std::move(facts);
+}
+
+}  // namespace drape::console

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "console/coach/coach.hpp"
+#include "console/console.hpp"
+#include "console/tasks/capture_session.hpp"
+#include "console/tasks/jobs.hpp"
+#include "console/tasks/pictures.hpp"
+#include "console/tasks/session_log.hpp"
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/recording.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::console {
+
+/// Called with the name and the JSON of an event.
+using Tell = std::function<void(const std::string& name, const Json& data)>;
+
+/// What the pages show and do, without HTTP: the rig, what was taken, what the programs made of it.
+/// Safe from several threads. Throws Error(bad_input) for names that the rig does not have.
+class Bench {
+ public:
+  Bench(const ConsoleOptions& options, Tell tell);
+
+  // ---- views (bench_views.cpp) ---------------------------------------------------------------
+  [[nodiscard]] Json state() const;
+  [[nodiscard]] Json marks(const std::string& set) const;  ///< centres in each camera's image
+  [[nodiscard]] Json coverage() const;  ///< of all calibrating sets, and in space
+  [[nodiscard]] Json coach() const;     ///< the next pose
+  [[nodiscard]] Json frame_facts(const std::string& set) const;  ///< saturation, sigma of a dot
+  [[nodiscard]] Json sheet(const std::string& drape) const;
+  [[nodiscard]] Json history() const;
+  [[nodiscard]] Json difference(const std::string& run_a, const std::string& run_b) const;
+  [[nodiscard]] Picture picture(const std::string& set, const std::string& camera, int width_px,
+                                bool mark_saturation) const;
+  [[nodiscard]] std::filesystem::path report() const { return out_ / "report.html"; }
+
+  /// What a live camera sees now; nothing before its first picture.
+  [[nodiscard]] std::optional<Picture> live_picture(const std::string& camera, int width_px,
+                                                    bool mark_saturation) const;
+
+  // ---- acts ----------------------------------------------------------------------------------
+  /// {"do": "take", "set": "pose_00"} and so on; see README.
+  void act(const Json& request);
+
+ private:
+  struct Drape {
+    Scene scene;
+    Print print;
+  };
+  [[nodiscard]] bool is_target_set(const std::string& set) const;
+  [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
+  [[nodiscard]] std::vector<std::string> taken_target_sets() const;
+  [[nodiscard]] const Drape& drape(const std::string& name) const;
+  [[nodiscard]] bool is_taken(const std::string& set) const;
+  void require_set(const std::string& set) const;
+
+  void take(const std::string& set);
+  void taken(const std::string& set);  ///< it is stored
+  void take_live(const std::string& set);
+  void open_cameras();
+  void heard(const std::string& line);  ///< of the capture session
+  void drop(const std::string& set);
+  void calibrate();
+  void measure(const std::string& drape);
+  void run();
+  void note(const std::string& text);
+  void name_operator(const std::string& name);
+  void job_changed(const Job& job);
+  void job_ended(const Job& job);
+  void log_held_out(const std::string& set);
+  void read_log();
+
+  // ---- files (bench_files.cpp) ---------------------------------------------------------------
+  [[nodiscard]] std::filesystem::path detections_file(const std::string& set) const;
+  [[nodiscard]] std::filesystem::path calibration_file() const { return own_ / "calibration.json"; }
+  [[nodiscard]] std::filesystem::path rig_file() const { return own_ / "rig.toml"; }
+  [[nodiscard]] std::filesystem::path target_detections_file() const {
+    return own_ / "target-detections.json";
+  }
+  [[nodiscard]] std::filesystem::path store_file() const { return out_ / "results.sqlite"; }
+  [[nodiscard]] std::filesystem::path sheet_file(const std::string& drape) const;
+  [[nodiscard]] Call detect_call(const std::string& set) const;
+  [[nodiscard]] std::string rig_text() const;
+  void write_rig() const;
+  void merge_detections(const std::vector<std::string>& sets) const;
+  template <class T>
+  [[nodiscard]] std::shared_ptr<const T> kept(const std::filesystem::path& file,
+                                              T (*read)(const std::filesystem::path&)) const;
+  [[nodiscard]] std::shared_ptr<const Detections> detections(const std::string& set) const;
+  [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
+  [[nodiscard]] std::shared_ptr<const Recording> recording() const;
+  [[nodiscard]] std::shared_ptr<const Calibration> calibration() const;
+  [[nodiscard]] Json results(const std::vector<std::string>& words) const;
+
+  [[nodiscard]] Json set_json(const std::string& set) const;
+  [[nodiscard]] Json drape_json(const Drape& drape) const;
+  [[nodiscard]] Json calibration_json() const;
+  [[nodiscard]] Json capture_json() const;
+  [[nodiscard]] std::string operator_name() const;
+
+  ConsoleOptions options_;
+  Rig rig_;
+  Target target_;
+  std::vector<Drape> drapes_;
+  std::filesystem::path out_, own_;  ///< the output folder, and the console's part of it
+  std::filesystem::path recording_folder_;
+  Tell tell_;
+  WriterLock lock_;
+  SessionLog log_;
+  mutable std::mutex mutex_;  ///< of everything below
+  std::map<std::string, bool> taken_;
+  std::map<std::string, Json> held_out_;  ///< of sets, by the calibration before them
+  std::string operator_name_;
+  std::string trouble_;  ///< of the log or the disk, for the page
+  struct KeptFile {
+    std::string stamp;
+    std::shared_ptr<const void> content;
+  };
+  mutable std::map<std::filesystem::path, KeptFile> kept_;
+  mutable std::map<std::string, Json> kept_results_;
+  mutable std::string kept_results_stamp_;
+  mutable PictureShelf pictures_;
+  struct LivePicture {
+    std::uint64_t number = 0;
+    int width_px = 0;
+    bool mark_saturation = false;
+    Picture picture;
+  };
+  mutable std::mutex live_mutex_;  ///< so that many pages cost one scaling
+  mutable std::map<std::string, LivePicture> live_;
+  std::string taking_;                     ///< set that the capture was asked for
+  std::vector<std::string> camera_words_;  ///< what the capture said last
+  bool cameras_ready_ = false;
+  // Last, so that their threads end first.
+  Jobs jobs_;
+  mutable std::mutex capture_mutex_;
+  std::unique_ptr<CaptureSession> capture_;  ///< of live cameras
+};
+
+/// x, y, z in mm, to a hundredth.
+[[nodiscard]] Json point_mm(const Eigen::Vector3d& point);
+
+/// The last row of a table whose "scene" is this one, or nothing.
+[[nodiscard]] const Json* of_scene(const Json& rows, const std::string& scene);
+
+/// The ending that a step kept beside its output: {"verdict", "sentence", "lines"}; null when
+/// absent.
+[[nodiscard]] Json ending_of(const std::filesystem::path& output);
+
+}  // namespace drape::console

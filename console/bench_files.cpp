@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of the console's own folder, and those of other programs that it reads.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "console/bench.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Which content a file name stands for: it changes with every write and every replacement.
+std::string stamp_of(const fs::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  return fmt::format("{} {} {}.{}", status.st_ino, status.st_size, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec);
+}
+
+std::string quoted(const std::string& text) {
+  return Json(text).dump();  // TOML's basic strings have JSON's escapes
+}
+
+}  // namespace
+
+Json ending_of(const fs::path& output) {
+  const fs::path file = ending_path(run_record_path(output));
+  if (!fs::is_regular_file(file)) return {};
+  std::istringstream lines(read_text(file));
+  std::string first;
+  std::getline(lines, first);
+  const std::size_t end = first.find(": ");
+  if (end == std::string::npos) return {};
+  Json json = {{"verdict", first.substr(0, end)}, {"sentence", first.substr(end + 2)}};
+  json["lines"] = Json::array();
+  for (std::string line; std::getline(lines, line);)
+    if (line.find_first_not_of(' ') != std::string::npos && !line.starts_with("  next: "))
+      json["lines"].push_back(line.substr(line.find_first_not_of(' ')));
+  return json;
+}
+
+fs::path Bench::detections_file(const std::string& set) const {
+  return own_ / "detections" / (set + ".json");
+}
+
+fs::path Bench::sheet_file(const std::string& drape) const {
+  return own_ / drape / "sheet.json";
+}
+
+Call Bench::detect_call(const std::string& set) const {
+  return {{"detect", recording_folder_.string(), "--rig", rig_.file.string(), "--surface",
+           is_target_set(set) ? "target" : "cloth", "--sets", set, "--out",
+           detections_file(set).string(), "--threads", "1"}};
+}
+
+/// The rig with what was taken only, so that a bench is measured from the sets it has.
+std::string Bench::rig_text() const {
+  const auto relative = [&](const fs::path& file) {
+    return quoted(fs::proximate(fs::absolute(file), fs::absolute(own_)).generic_string());
+  };
+  const auto taken = [&](const std::string& set) { return is_taken(set); };
+  std::vector<std::string> poses, scenes;
+  std::copy_if(rig_.free_poses.begin(), rig_.free_poses.end(), std::back_inserter(poses), taken);
+  for (const Drape& drape : drapes_)
+    if (taken(drape.scene.set)) scenes.push_back(relative(drape.scene.file));
+  std::string text = fmt::format(
+      "# Made by `drape bench`: {} with the sets that were taken.\n"
+      "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\n",
+      rig_.file.filename().string(), quoted(rig_.name), relative(rig_.target_file));
+  if (!rig_.print_file.empty()) text += fmt::format("print = {}\n", relative(rig_.print_file));
+  text += fmt::format("recording = {}\n", relative(recording_folder_));
+  if (!scenes.empty())
+    text += fmt::format("scenes = [{}]\ngrids = [{}]\nsegments = [{}]\n", fmt::join(scenes, ", "),
+                        fmt::join(rig_.grids, ", "), fmt::join(rig_.segments, ", "));
+  text += fmt::format("\n[calibration]\nestimate_scale_x = {}\nfree_poses = {}\n",
+                      rig_.estimate_scale_x, Json(poses).dump());
+  for (const TargetStage& stage : rig_.stages)
+    if (taken(stage.set))
+      text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
+                          stage.z_m / units::mm);
+  for (const RigCamera& camera : rig_.cameras)
+    text += fmt::format(
+        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
+        "{:.9f}]\n",
+        quoted(camera.name), camera.width_px, camera.height_px, camera.pixel_pitch_x_m / units::um,
+        camera.pixel_pitch_y_m / units::um);
+  return text;
+}
+
+void Bench::write_rig() const {
+  const std::string text = rig_text();
+  if (!fs::is_regular_file(rig_file()) || read_text(rig_file()) != text)
+    write_durable(rig_file(), text);
+}
+
+void Bench::merge_detections(const std::vector<std::string>& sets) const {
+  Detections all;
+  for (const std::string& set : sets) {
+    const Detections one = read_detections(detections_file(set));
+    all.rig = one.rig;
+    all.lattice = one.lattice;
+    for (const FrameDetections& frame : one.frames) all.frames.push_back(frame);
+  }
+  write_detections(target_detections_file(), all);
+}
+
+/// Read once for each content; nothing while the file, or the record that is written after it, is
+/// not there.
+template <class T>
+std::shared_ptr<const T> Bench::kept(const fs::path& file, T (*read)(const fs::path&)) const {
+  const std::string stamp = stamp_of(file);
+  if (stamp.empty()) return nullptr;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = kept_.find(file); found != kept_.end() && found->second.stamp == stamp)
+      return std::static_pointer_cast<const T>(found->second.content);
+  }
+  std::shared_ptr<const T> content;
+  try {
+    content = std::make_shared<const T>(read(file));
+  } catch (const Error&) {
+    // Without its record it is being written.
+    if (!fs::is_regular_file(run_record_path(file))) return nullptr;
+    throw;
+  }
+  const std::lock_guard lock(mutex_);
+  kept_[file] = {stamp, content};
+  return content;
+}
+
+std::shared_ptr<const Detections> Bench::detections(const std::string& set) const {
+  const fs::path file = detections_file(set);
+  if (!fs::is_regular_file(run_record_path(file))) return nullptr;
+  return kept<Detections>(file, read_detections);
+}
+
+std::shared_ptr<const Calibration> Bench::calibration() const {
+  if (!fs::is_regular_file(run_record_path(calibration_file()))) return nullptr;
+  return kept<Calibration>(calibration_file(), read_calibration);
+}
+
+std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
+  if (file.empty() || !fs::is_regular_file(run_record_path(file))) return nullptr;
+  return kept<Sheet>(file, read_sheet);
+}
+
+std::shared_ptr<const Recording> Bench::recording() const {
+  const auto read = [](const fs::path& file) { return read_recording(file.parent_path()); };
+  if (auto found = kept<Recording>(recording_folder_ / "recording.json", read)) return found;
+  return std::make_shared<const Recording>(Recording{recording_folder_, "capture", {}, {}});
+}
+
+/// What `drape results` answers, asked once for each content of the store.
+Json Bench::results(const std::vector<std::string>& words) const {
+  const std::string stamp = stamp_of(store_file());
+  if (stamp.empty()) return {};
+  Call call{{"results"}};
+  call.words.insert(call.words.end(), words.begin(), words.end());
+  call.words.insert(call.words.end(), {"--store", store_file().string()});
+  const std::string key = call.shown();
+  {
+    const std::lock_guard lock(mutex_);
+    if (kept_results_stamp_ != stamp) kept_results_.clear();
+    kept_results_stamp_ = stamp;
+    if (const auto found = kept_results_.find(key); found != kept_results_.end())
+      return found->second;
+  }
+  std::atomic<pid_t> child = 0;
+  const CallEnd end = run_call(
+      call, [](double, const std::string&) {}, child);
+  if (end.exit_code > 1) return {};  // a run is writing it
+  Json json = Json::parse(end.output, nullptr, false);
+  if (json.is_discarded()) return {};
+  const std::lock_guard lock(mutex_);
+  kept_results_[key] = json;
+  return json;
+}
+
+}  // namespace drape::console

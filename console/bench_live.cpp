@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Live cameras: the resident capture session and what it says.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "console/bench.hpp"
+#include "core/error.hpp"
+
+namespace drape::console {
+namespace {
+
+constexpr std::size_t kKeptWords = 12;
+
+/// X of "GO: X stored".
+std::string stored_in(const std::string& line) {
+  const std::string begin = "GO: ", end = " stored";
+  if (!line.starts_with(begin) || !line.ends_with(end)) return {};
+  return line.substr(begin.size(), line.size() - begin.size() - end.size());
+}
+
+}  // namespace
+
+void Bench::open_cameras() {
+  if (options_.replay) throw bad_input("a recording has no cameras", {}, "reload the page");
+  const std::lock_guard lock(capture_mutex_);
+  if (capture_ && capture_->runs()) throw bad_input("the cameras are open", {}, "take a set");
+  log_.add(operator_name(), "opens the cameras");
+  CaptureSession::Reports reports;
+  reports.said = [this](const std::string& line) { heard(line); };
+  reports.picture = [this](const std::string& camera, std::uint64_t number) {
+    tell_("frame", {{"camera", camera}, {"number", number}});
+  };
+  reports.ended = [this](const std::string& sentence) {
+    {
+      const std::lock_guard words(mutex_);
+      cameras_ready_ = false;
+      taking_.clear();
+    }
+    heard("the cameras are closed: " + sentence);
+  };
+  capture_ = std::make_unique<CaptureSession>(rig_.file, recording_folder_, reports);
+}
+
+void Bench::take_live(const std::string& set) {
+  const auto recorded = recording();
+  const bool again = std::any_of(recorded->sets.begin(), recorded->sets.end(),
+                                 [&](const FrameSet& one) { return one.name == set; });
+  if (again && recorded->sets.back().name != set)
+    throw bad_input("only the set that was taken last can be taken again", {.set = set},
+                    "leave it out, and take another");
+  {
+    const std::lock_guard lock(mutex_);
+    if (!cameras_ready_)
+      throw bad_input("the cameras are not ready", {}, "wait, or open them again");
+    if (!taking_.empty()) throw bad_input("a set is being taken", {.set = taking_}, "wait for it");
+    taking_ = set;
+  }
+  log_.add(operator_name(), fmt::format("pressed take {}", set));
+  const std::lock_guard lock(capture_mutex_);
+  try {
+    if (!capture_) throw Error(ErrorKind::device, "the cameras are not open", {}, "open them");
+    capture_->type(again ? "r" : set);
+  } catch (const Error&) {
+    const std::lock_guard words(mutex_);
+    taking_.clear();
+    throw;
+  }
+}
+
+void Bench::heard(const std::string& line) {
+  std::string set = stored_in(line);
+  {
+    const std::lock_guard lock(mutex_);
+    camera_words_.push_back(line);
+    if (camera_words_.size() > kKeptWords) camera_words_.erase(camera_words_.begin());
+    if (line.starts_with("next: ")) {
+      cameras_ready_ = true;
+      taking_.clear();
+    }
+    // Only what was asked for, by a name that the rig has.
+    if (set != taking_) set.clear();
+  }
+  try {
+    if (!set.empty()) {
+      log_.add("bench", "stored " + set, {{"taken", set}});
+      taken(set);
+    } else if (!line.starts_with("next: ")) {
+      log_.add("capture", line);
+    }
+  } catch (const Error& error) {
+    const std::lock_guard lock(mutex_);
+    trouble_ = error.what();
+  }
+  tell_("state", Json::object());
+}
+
+Json Bench::capture_json() const {
+  if (options_.replay) return {};
+  Json json;
+  {
+    const std::lock_guard lock(capture_mutex_);
+    json["runs"] = capture_ && capture_->runs();
+    json["command"] = capture_ ? capture_->shown() : "";
+  }
+  const std::lock_guard lock(mutex_);
+  json["ready"] = cameras_ready_;
+  json["taking"] = taking_;
+  json["words"] = camera_words_;
+  return json;
+}
+
+std::optional<Picture> Bench::live_picture(const std::string& camera, int width_px,
+                                           bool mark_saturation) const {
+  static_cast<void>(rig_.camera(camera));
+  const std::lock_guard lock(live_mutex_);
+  std::string bytes;
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard open(capture_mutex_);
+    if (capture_) bytes = capture_->picture(camera, number);
+  }
+  if (bytes.empty()) return std::nullopt;
+  LivePicture& kept = live_[camera];
+  if (kept.number != number || kept.width_px != width_px ||
+      kept.mark_saturation != mark_saturation) {
+    const std::span<const unsigned char> pixels(
+        reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+    kept = {number, width_px, mark_saturation, make_picture(pixels, width_px, mark_saturation)};
+  }
+  return kept.picture;
+}
+
+}  // namespace drape::console

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// A drape in space, as JSON: the measured sheet, the virtual one, the object, the distances.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "console/bench.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+Json rotation_json(const Eigen::Matrix3d& rotation) {
+  Json list = Json::array();
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) list.push_back(rotation(row, col));
+  return list;
+}
+
+struct ObjectJson {
+  Json operator()(const Sphere& s) const {
+    return {{"is", "sphere"},
+            {"centre_mm", point_mm(s.centre_in_world)},
+            {"radius_mm", s.radius_m / mm}};
+  }
+  Json operator()(const Box& b) const {
+    return {{"is", "box"},
+            {"centre_mm", point_mm(b.world_from_box.translation_m)},
+            {"rotation", rotation_json(b.world_from_box.rotation)},
+            {"size_mm", point_mm(b.size_m)}};
+  }
+  Json operator()(const Cylinder& c) const {
+    return {{"is", "cylinder"},
+            {"centre_mm", point_mm(c.world_from_cylinder.translation_m)},
+            {"rotation", rotation_json(c.world_from_cylinder.rotation)},
+            {"radius_mm", c.radius_m / mm},
+            {"height_mm", c.height_m / mm}};
+  }
+  Json operator()(const Plane&) const { return {{"is", "plane"}}; }
+  Json operator()(const MeshObject&) const { return {{"is", "mesh"}}; }
+};
+
+/// The simulation that speaks for a drape: the finest grid, five segments or else the most.
+fs::path best_simulation(const fs::path& folder, const Rig& rig) {
+  std::vector<int> grids = rig.grids, segments = rig.segments;
+  std::sort(grids.rbegin(), grids.rend());
+  std::sort(segments.rbegin(), segments.rend());
+  std::stable_partition(segments.begin(), segments.end(), [](int s) { return s == 5; });
+  for (const int grid : grids)
+    for (const int segment : segments) {
+      const fs::path file = folder / fmt::format("{}-{}", grid, segment) / "sheet.json";
+      if (fs::is_regular_file(file)) return file;
+    }
+  return {};
+}
+
+/// Corners of the cells whose four marks are there, 12 numbers each.
+Json quads_json(const Sheet& sheet) {
+  Json quads = Json::array();
+  const int step = std::max(1, std::max(sheet.rows, sheet.cols) / 40);
+  for (int row = 0; row + step < sheet.rows; row += step) {
+    for (int col = 0; col + step < sheet.cols; col += step) {
+      const SheetMark *a = sheet.find({row, col}), *b = sheet.find({row + step, col}),
+                      *c = sheet.find({row + step, col + step}), *d = sheet.find({row, col + step});
+      if (!a || !b || !c || !d) continue;
+      for (const SheetMark* corner : {a, b, c, d})
+        for (const Json& number : point_mm(corner->point_in_world)) quads.push_back(number);
+    }
+  }
+  return quads;
+}
+
+}  // namespace
+
+Json Bench::sheet(const std::string& name) const {
+  const Drape& one = drape(name);
+  Json json = {{"drape", name},         {"marks", Json::array()},   {"gaps", Json::array()},
+               {"real", Json::array()}, {"virtual", Json::array()}, {"objects", Json::array()}};
+  for (const Obstacle& object : one.scene.obstacles)
+    json["objects"].push_back(std::visit(ObjectJson{}, object));
+  auto measured = sheet_in(sheet_file(name));
+  if (!measured) measured = sheet_in(out_ / name / "sheet.json");
+  if (!measured) return json;
+  std::map<std::pair<int, int>, double> distances;
+  const Json headline = results({"trend", "--by", "fabric"});
+  const Json* row = of_scene(headline, name);
+  const auto simulated = sheet_in(best_simulation(out_ / name / "simulations", rig_));
+  if (simulated) json["virtual"] = quads_json(*simulated);
+  if (row != nullptr && simulated) {
+    const Json list = results({"list", "--scene", name});
+    for (const Json& item : list)
+      if (item.value("grid_size", "") == row->value("grid_size", "") &&
+          item.value("segments", 0.0) == row->value("segments", 0.0)) {
+        json["comparison"] = item;
+        const Json shown = results({"show", item.value("comparison", "")});
+        if (shown.is_array() && shown.size() == 3)
+          for (const Json& mark : shown[2]["rows"])
+            distances[{mark.value("row", 0), mark.value("col", 0)}] =
+                mark.value("distance_mm", 0.0);
+        break;
+      }
+  }
+  for (const SheetMark& mark : measured->marks) {
+    Json item = {{"row", mark.mark.row},
+                 {"col", mark.mark.col},
+                 {"at_mm", point_mm(mark.point_in_world)},
+                 {"distance_mm", Json()},
+                 {"sd_mm", Json()}};
+    if (mark.covariance_m2) item["sd_mm"] = std::sqrt(mark.covariance_m2->trace()) / mm;
+    const auto found = distances.find({mark.mark.row, mark.mark.col});
+    if (found != distances.end()) item["distance_mm"] = found->second;
+    json["marks"].push_back(std::move(item));
+  }
+  for (const Gap& gap : measured->gaps)
+    json["gaps"].push_back({{"row", gap.mark.row}, {"col", gap.mark.col}, {"reason", gap.reason}});
+  json["real"] = quads_json(*measured);
+  return json;
+}
+
+}  // namespace drape::console

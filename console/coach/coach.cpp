@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/coach/coach.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "core/camera_derivatives.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::console {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+constexpr int kPoseParameters = 6;
+constexpr int kLeastPoints = 8;
+constexpr double kTilt_deg = 30;
+
+std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
+  auto image = project(camera.model, camera.cam_from_world * point_in_world);
+  if (!image || image->px.minCoeff() < 0 || image->px.x() > camera.model.width_px - 1 ||
+      image->px.y() > camera.model.height_px - 1)
+    return std::nullopt;
+  return image;
+}
+
+/// The point nearest to all rays, in the sense of least squares.
+struct Rays {
+  Matrix3d normal = Matrix3d::Zero();
+  Vector3d right = Vector3d::Zero();
+  int count = 0;
+
+  void add(const Camera& camera, const Vector2d& px) {
+    const auto ray = unproject(camera.model, px);
+    if (!ray) return;
+    const Vector3d along = camera.cam_from_world.rotation.transpose() * *ray;
+    const Matrix3d across = Matrix3d::Identity() - along * along.transpose();
+    normal += across;
+    right += across * centre_in_world(camera);
+    ++count;
+  }
+};
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Vector3d corner_of(const Target& target, int k) {
+  const int row = k == 0 || k == 1 ? 0 : target.rows - 1;
+  const int col = k == 0 || k == 3 ? 0 : target.cols - 1;
+  return target.point_in_target({row, col});
+}
+
+}  // namespace
+
+std::optional<MeasuredTarget> measure_target(const Calibration& calibration, const Target& target,
+                                             const std::vector<FrameDetections>& frames) {
+  std::map<MarkId, Rays> rays;
+  for (const FrameDetections& frame : frames) {
+    const auto found =
+        std::find_if(calibration.cameras.begin(), calibration.cameras.end(),
+                     [&](const CalibratedCamera& c) { return c.camera.name == frame.camera; });
+    if (found == calibration.cameras.end()) continue;
+    for (const Detection& dot : frame.detections) rays[dot.mark].add(found->camera, dot.centre_px);
+  }
+  MeasuredTarget result;
+  Eigen::Matrix3Xd drawn(3, rays.size()), measured(3, rays.size());
+  for (const auto& [mark, of] : rays) {
+    if (of.count < 2) continue;
+    drawn.col(result.points) = target.point_in_target(mark);
+    measured.col(result.points++) = of.normal.ldlt().solve(of.right);
+  }
+  if (result.points < kLeastPoints) return std::nullopt;
+  drawn.conservativeResize(3, result.points);
+  measured.conservativeResize(3, result.points);
+  const Eigen::Matrix4d move = Eigen::umeyama(drawn, measured, false);
+  result.world_from_target.rotation = move.topLeftCorner<3, 3>();
+  result.world_from_target.translation_m = move.topRightCorner<3, 1>();
+  double sum = 0;
+  for (Index k = 0; k < measured.cols(); ++k) {
+    sum += (result.world_from_target * Vector3d(drawn.col(k)) - measured.col(k)).squaredNorm();
+    result.points_in_world.emplace_back(measured.col(k));
+  }
+  result.rms_m = std::sqrt(sum / result.points);
+  return result;
+}
+
+Coach::Coach(const Calibration& calibration, const Target& target, const Volume& volume,
+             std::vector<double> sigma_px)
+    : calibration_(calibration), target_(target), volume_(volume), sigma_px_(std::move(sigma_px)) {
+  Index size = 0;
+  for (const CalibratedCamera& camera : calibration_.cameras) {
+    offsets_.push_back(size);
+    size += static_cast<Index>(parameter_names(camera.camera.model).size());
+  }
+  if (calibration_.joint_covariance.rows() != size)
+    throw bad_input("the calibration has no covariance of all cameras together", {},
+                    "calibrate with --method joint");
+  constexpr int kSteps = 3;
+  double sum = 0;
+  for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
+    const Vector3d part(i % kSteps, i / kSteps % kSteps, i / kSteps / kSteps);
+    const Vector3d point =
+        volume_.low + (volume_.high - volume_.low).cwiseProduct(part / (kSteps - 1));
+    Matrix3d normal = Matrix3d::Zero(), noise = Matrix3d::Zero();
+    MatrixXd by_parameters = MatrixXd::Zero(3, size);
+    int cameras = 0;
+    for (std::size_t c = 0; c < calibration_.cameras.size(); ++c) {
+      const Camera& camera = calibration_.cameras[c].camera;
+      const auto image = seen(camera, point);
+      const auto derivative = d_px_d_parameters(camera, point);
+      if (!image || !derivative) continue;
+      const Eigen::Matrix<double, 2, 3> d = image->d_px_d_point * camera.cam_from_world.rotation;
+      normal += d.transpose() * d;
+      noise += sigma_px_[c] * sigma_px_[c] * d.transpose() * d;
+      by_parameters.middleCols(offsets_[c], derivative->cols()) = d.transpose() * *derivative;
+      ++cameras;
+    }
+    if (cameras < 2) continue;
+    const Matrix3d inverse = normal.inverse();
+    grid_.push_back(point);
+    gains_.emplace_back(inverse * by_parameters);
+    sum += (inverse * noise * inverse).trace();
+  }
+  if (grid_.empty())
+    throw bad_input("no two cameras see the volume in which cloths are measured", {},
+                    "turn the cameras towards the object");
+  marks_m_ = std::sqrt(sum / static_cast<double>(grid_.size()));
+}
+
+double Coach::calibration_sd(const MatrixXd& covariance) const {
+  double sum = 0;
+  for (const MatrixXd& gain : gains_) sum += (gain * covariance * gain.transpose()).trace();
+  return std::sqrt(sum / static_cast<double>(gains_.size()));
+}
+
+PredictedError Coach::now() const {
+  return {calibration_sd(calibration_.joint_covariance), marks_m_};
+}
+
+std::optional<Vector2d> Coach::pixel(std::size_t camera, const Vector3d& point_in_world) const {
+  const auto image = seen(calibration_.cameras[camera].camera, point_in_world);
+  return image ? std::optional(image->px) : std::nullopt;
+}
+
+std::optional<MatrixXd> Coach::information(const WorldFromTarget& pose,
+                                           std::vector<int>& cameras) const {
+  const Index size = calibration_.joint_covariance.rows();
+  MatrixXd all = MatrixXd::Zero(size + kPoseParameters, size + kPoseParameters);
+  for (std::size_t c = 0; c < calibration_.cameras.size(); ++c) {
+    bool whole = true;
+    for (int k = 0; k < 4; ++k) whole = whole && pixel(c, pose * corner_of(target_, k));
+    if (!whole) continue;
+    cameras.push_back(static_cast<int>(c));
+    const Camera& camera = calibration_.cameras[c].camera;
+    for (int row = 0; row < target_.rows; ++row) {
+      for (int col = 0; col < target_.cols; ++col) {
+        const Vector3d in_target = target_.point_in_target({row, col});
+        const auto image = seen(camera, pose * in_target);
+        const auto derivative = d_px_d_parameters(camera, pose * in_target);
+        if (!image || !derivative) continue;
+        const Eigen::Matrix<double, 2, 3> d = image->d_px_d_point * camera.cam_from_world.rotation;
+        MatrixXd row_of = MatrixXd::Zero(2, size + kPoseParameters);
+        row_of.middleCols(offsets_[c], derivative->cols()) = *derivative;
+        row_of.middleCols<3>(size) = -d * cross_matrix(pose.rotation * in_target);
+        row_of.rightCols<3>() = d;
+        row_of /= sigma_px_[c];
+        all += row_of.transpose() * row_of;
+      }
+    }
+  }
+  if (cameras.size() < 2) return std::nullopt;
+  const MatrixXd of_pose = all.bottomRightCorner<kPoseParameters, kPoseParameters>();
+  const MatrixXd mixed = all.topRightCorner(size, kPoseParameters);
+  return all.topLeftCorner(size, size) - mixed * of_pose.ldlt().solve(mixed.transpose());
+}
+
+std::optional<NextPose> Coach::next() const {
+  const MatrixXd& covariance = calibration_.joint_covariance;
+  const MatrixXd one = MatrixXd::Identity(covariance.rows(), covariance.rows());
+  const Vector3d middle = 0.5 * (volume_.low + volume_.high);
+  const Vector3d half = 0.5 * (volume_.high - volume_.low);
+  std::optional<NextPose> best;
+  double best_m = now().calibration_m;
+  for (const double height : {-0.5, 0.5}) {
+    for (const Vector2d& side :
+         {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
+      for (int tilt = 0; tilt < 4; ++tilt) {
+        NextPose pose;
+        const double tilt_deg = tilt % 2 == 0 ? kTilt_deg : -kTilt_deg;
+        const Vector3d axis = tilt < 2 ? Vector3d::UnitX() : Vector3d::UnitY();
+        pose.world_from_target.rotation =
+            Eigen::AngleAxisd(tilt_deg * units::deg, axis).toRotationMatrix();
+        pose.world_from_target.translation_m =
+            middle +
+            Vector3d(0.5 * side.x() * half.x(), 0.5 * side.y() * half.y(), height * half.z());
+        const auto more = information(pose.world_from_target, pose.cameras);
+        if (!more) continue;
+        // (C^-1 + M)^-1 without inverting C: parameters that were not fitted have none.
+        const MatrixXd then = (one + covariance * *more).partialPivLu().solve(covariance);
+        pose.calibration_m = calibration_sd(then);
+        if (!(pose.calibration_m < best_m)) continue;
+        best_m = pose.calibration_m;
+        const Vector3d at = pose.world_from_target.translation_m / units::mm;
+        pose.words = fmt::format(
+            "tilted by {:+.0f} deg about its {} axis, centre at ({:.0f}, {:.0f}, {:.0f}) "
+            "mm",
+            tilt_deg, tilt < 2 ? "x" : "y", at.x() + 0.0, at.y() + 0.0, at.z() + 0.0);
+        best = pose;
+      }
+    }
+  }
+  if (!best) return std::nullopt;
+  for (const int c : best->cameras) {
+    auto& outline = best->outline_px.emplace_back();
+    constexpr int kAlong = 8;  // a lens bends the edges
+    for (int k = 0; k < 4; ++k) {
+      const Vector3d from = corner_of(target_, k), to = corner_of(target_, (k + 1) % 4);
+      for (int i = 0; i < kAlong; ++i) {
+        const Vector3d point = from + (to - from) * i / kAlong;
+        if (const auto px = pixel(static_cast<std::size_t>(c), best->world_from_target * point))
+          outline.push_back(*px);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace drape::console

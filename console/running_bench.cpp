@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/running_bench.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+
+namespace fs = std::filesystem;
+
+RunningBench::RunningBench(const fs::path& rig, const fs::path& out, int limit_kb, bool replay) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+  const std::string name = program("drape-bench");
+  pid_ = ::fork();
+  if (pid_ == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::dup2(ends[1], STDOUT_FILENO);
+    if (limit_kb > 0) {
+      const rlimit limit{static_cast<rlim_t>(limit_kb) * 1024,
+                         static_cast<rlim_t>(limit_kb) * 1024};
+      ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ::execl(name.c_str(), name.c_str(), rig.c_str(), "--out", out.c_str(), "--port", "0", "--json",
+            replay ? "--replay" : nullptr, nullptr);
+    ::_exit(127);
+  }
+  ::close(ends[1]);
+  std::string text;
+  char byte = 0;
+  while (text.find('}') == std::string::npos && ::read(ends[0], &byte, 1) == 1) text += byte;
+  ::close(ends[0]);
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || !json.contains("address"))
+    throw std::runtime_error("drape-bench does not listen: " + text);
+  address_ = json["address"].get<std::string>();
+}
+
+RunningBench::~RunningBench() {
+  kill();
+}
+
+void RunningBench::kill() {
+  if (pid_ <= 0) return;
+  ::kill(pid_, SIGKILL);
+  ::waitpid(pid_, nullptr, 0);
+  pid_ = -1;
+}
+
+bool RunningBench::runs() const {
+  return pid_ > 0 && ::waitpid(pid_, nullptr, WNOHANG) == 0;
+}
+
+double RunningBench::memory_mb() const {
+  std::istringstream lines(read_text(fmt::format("/proc/{}/statm", pid_)));
+  double all = 0, resident = 0;
+  lines >> all >> resident;
+  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+std::string RunningBench::origin() const {
+  return address_.substr(0, address_.find('/', 7));
+}
+
+int RunningBench::port() const {
+  return std::stoi(origin().substr(origin().rfind(':') + 1));
+}
+
+std::string RunningBench::token() const {
+  const std::string path = address_.substr(origin().size() + 1);
+  return path.substr(0, path.size() - 1);
+}
+
+CurlAnswer curl(const std::string& arguments) {
+  const Outcome outcome = run_line("curl -s --max-time 100 -w '\\n%{http_code}' " + arguments);
+  CurlAnswer answer;
+  const std::size_t end = outcome.text.rfind('\n');
+  if (end == std::string::npos) return answer;
+  answer.body = outcome.text.substr(0, end);
+  answer.status = std::atoi(outcome.text.c_str() + end + 1);
+  return answer;
+}
+
+Json RunningBench::get(const std::string& route) const {
+  return Json::parse(curl("'" + address_ + route + "'").body, nullptr, false);
+}
+
+int RunningBench::act(const Json& what) const {
+  return curl(fmt::format("-H 'Content-Type: application/json' --data-binary '{}' '{}api/do'",
+                          what.dump(), address_))
+      .status;
+}
+
+Json RunningBench::idle_state() const {
+  for (int k = 0; k < 1200; ++k) {
+    Json state = get("api/state");
+    bool idle = state.is_object();
+    if (idle)
+      for (const Json& job : state["jobs"])
+        idle = idle && job["state"] != "running" && job["state"] != "waiting";
+    if (idle) return state;
+    std::this_thread::sleep_for(std::chrono::milliseconds(250));
+  }
+  throw std::runtime_error("the bench does not come to its end");
+}
+
+}  // namespace drape::test

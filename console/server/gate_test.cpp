@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console/server/gate.hpp"
+
+#include <gmock/gmock.h>
+
+#include "console/server/events.hpp"
+
+namespace drape::console {
+namespace {
+
+constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
+
+Knock knock(const std::string& method, const std::string& route) {
+  Knock one;
+  one.method = method;
+  one.path = std::string("/") + kToken + route;
+  one.host = "127.0.0.1:8040";
+  return one;
+}
+
+const Gate& gate() {
+  static const Gate one(kToken, {"127.0.0.1:8040", "localhost:8040"});
+  return one;
+}
+
+TEST(Gate, LetsInWhoHasTheToken) {
+  const Gate::Answer answer = gate().ask(knock("GET", "/api/state"));
+  EXPECT_EQ(answer.status, 0);
+  EXPECT_EQ(answer.route, "/api/state");
+}
+
+TEST(Gate, EveryPathWithoutTheWholeTokenIs401) {
+  for (const std::string& path :
+       {std::string(), std::string("/"), std::string("/api/state"), std::string("//"),
+        "/" + std::string(kToken).substr(1), "/" + std::string(kToken) + "0/",
+        "/x/" + std::string(kToken) + "/", std::string("/0123456789ABCDEF0123456789ABCDEF/"),
+        "/" + std::string(31, '0')}) {
+    Knock one = knock("GET", "/");
+    one.path = path;
+    EXPECT_EQ(gate().ask(one).status, 401) << path;
+  }
+}
+
+TEST(Gate, OtherNamesAndPagesFromElsewhereAreRefused) {
+  Knock one = knock("GET", "/api/state");
+  one.host = "evil.example:8040";
+  EXPECT_EQ(gate().ask(one).status, 403);
+  one = knock("POST", "/api/do");
+  one.content_type = "application/json";
+  EXPECT_EQ(gate().ask(one).status, 0);
+  one.origin = "http://127.0.0.1:8040";
+  EXPECT_EQ(gate().ask(one).status, 0);
+  for (const char* origin :
+       {"http://evil.example", "null", "https://127.0.0.1:8040", "", "http://127.0.0.1:8041"}) {
+    one.origin = origin;
+    EXPECT_EQ(gate().ask(one).status, 403) << origin;
+  }
+  one = knock("GET", "/api/state");
+  one.fetch_site = "cross-site";
+  EXPECT_EQ(gate().ask(one).status, 403);
+  one.fetch_site = "same-origin";
+  EXPECT_EQ(gate().ask(one).status, 0);
+}
+
+TEST(Gate, ActsArePostedAsJson) {
+  EXPECT_EQ(gate().ask(knock("GET", "/api/do")).status, 405);
+  EXPECT_EQ(gate().ask(knock("PUT", "/api/do")).status, 405);
+  EXPECT_EQ(gate().ask(knock("POST", "/api/state")).status, 405);
+  EXPECT_EQ(gate().ask(knock("POST", "/api/do")).status, 415);
+  Knock one = knock("POST", "/api/do");
+  one.content_type = "text/plain";
+  EXPECT_EQ(gate().ask(one).status, 415);
+}
+
+TEST(Gate, TokensDiffer) {
+  const std::string one = make_token();
+  EXPECT_EQ(one.size(), 32U);
+  EXPECT_NE(one, make_token());
+}
+
+TEST(Events, AReaderThatIsSlowLosesOldOnesOnly) {
+  Events events;
+  std::uint64_t last = events.newest();
+  for (int k = 0; k < 1000; ++k) events.send("job", std::to_string(k));
+  const std::string text = events.wait(last, std::chrono::milliseconds(0));
+  EXPECT_THAT(text, testing::HasSubstr("data: 999\n\n"));
+  EXPECT_THAT(text, testing::Not(testing::HasSubstr("data: 0\n")));
+  EXPECT_EQ(last, 1000U);
+  EXPECT_EQ(events.wait(last, std::chrono::milliseconds(0)), "");
+}
+
+}  // namespace
+}  // namespace drape::console

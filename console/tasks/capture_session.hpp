@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace drape::console {
+
+/// The resident session of `drape capture RIG --out RECORDING --preview FOLDER`: the cameras stay
+/// open, a name typed to it takes a set. Its pictures come as files in a folder in memory. Safe
+/// from several threads.
+class CaptureSession {
+ public:
+  /// What it reports, from its own threads: a line that it printed, a camera with a new picture,
+  /// and its end with its last sentence.
+  struct Reports {
+    std::function<void(const std::string& line)> said;
+    std::function<void(const std::string& camera, std::uint64_t number)> picture;
+    std::function<void(const std::string& sentence)> ended;
+  };
+
+  CaptureSession(std::filesystem::path rig, std::filesystem::path recording, Reports reports);
+  /// Lets it end as `q` does: what was stored is made part of the recording.
+  ~CaptureSession();
+  CaptureSession(const CaptureSession&) = delete;
+  CaptureSession& operator=(const CaptureSession&) = delete;
+
+  [[nodiscard]] std::string shown() const;  ///< the command
+  [[nodiscard]] bool runs() const { return pid_ > 0; }
+  /// Throws Error(device) when it has ended.
+  void type(const std::string& line);
+  /// The newest picture of a camera (PGM) and its number; empty before the first.
+  [[nodiscard]] std::string picture(const std::string& camera, std::uint64_t& number) const;
+
+ private:
+  void listen(int lines, int watch);
+
+  std::vector<std::string> words_;
+  std::filesystem::path previews_;
+  Reports reports_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::uint64_t> numbers_;
+  int keyboard_ = -1;
+  std::atomic<pid_t> pid_ = 0;
+  std::thread thread_;
+};
+
+}  // namespace drape::console

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/files/json_file.hpp"
+
+namespace drape::console {
+
+/// Who pressed what when, and what came of it: a file of JSON lines that only grows. Each line is
+/// on the disk before add() returns. A line that a crash tore is left where it is and skipped. Safe
+/// from several threads.
+class SessionLog {
+ public:
+  /// Reads the file when it is there. `clock` gives the time as text, UTC.
+  explicit SessionLog(std::filesystem::path file, std::function<std::string()> clock = utc_now);
+  ~SessionLog();
+  SessionLog(const SessionLog&) = delete;
+  SessionLog& operator=(const SessionLog&) = delete;
+
+  /// Adds "at", "who" and "what" to the fields of `more` and appends the line. Throws
+  /// Error(bad_input) with the system's reason when it cannot be written (disk full).
+  void add(const std::string& who, const std::string& what, Json more = Json::object());
+
+  [[nodiscard]] std::vector<Json> entries() const;
+  [[nodiscard]] int torn() const { return torn_; }  ///< lines that were no whole entry
+
+  [[nodiscard]] static std::string utc_now();  ///< "2026-01-31T12:00:00Z"
+
+ private:
+  std::filesystem::path file_;
+  std::function<std::string()> clock_;
+  mutable std::mutex mutex_;
+  std::vector<Json> entries_;
+  int torn_ = 0;
+  int descriptor_ = -1;
+  bool line_open_ = false;  ///< the file ends within a line
+};
+
+}  // namespace drape::console

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pages, state and events. The state is asked for from the server whenever it says that
+// something changed; nothing that matters lives in the page.
+import {act, ask, h} from './dom.js';
+import * as cameras from './cameras.js';
+import * as calibration from './calibration.js';
+import * as drape from './drape.js';
+import * as history from './history.js';
+import * as log from './log.js';
+
+const pages = {cameras, calibration, drape, history, log};
+const names = Object.keys(pages);
+const main = document.getElementById('main');
+let state = null;
+let drawn = '';
+let asking = false, again = false;
+
+function current() {
+  const name = location.hash.slice(1);
+  return names.includes(name) ? name : 'cameras';
+}
+
+function drawPages() {
+  document.getElementById('pages').replaceChildren(...names.map((name, k) => h('a', {
+    href: `#${name}`, id: `page-${name}`, 'aria-current': name === current() ? 'page' : null,
+    title: `key ${k + 1}`,
+  }, name[0].toUpperCase() + name.slice(1))));
+}
+
+/// Draws again where something changed, and leaves the keyboard where it was.
+async function draw(forced = false) {
+  if (!state) return;
+  const page = current();
+  const text = page + JSON.stringify(state);
+  if (!forced && text === drawn) return;
+  drawn = text;
+  const content = await pages[page].draw(state, () => draw(true));
+  if (page !== current()) return;
+  const focused = document.activeElement?.id;
+  main.replaceChildren(...content.filter(part => part));
+  if (focused && document.activeElement?.id !== focused) document.getElementById(focused)?.focus();
+  main.dataset.page = page;
+}
+
+function drawStatus() {
+  const status = document.getElementById('status');
+  const job = state.jobs.find(one => one.state === 'running');
+  const waiting = state.jobs.filter(one => one.state === 'waiting').length;
+  const last = state.jobs.filter(one => !['running', 'waiting'].includes(one.state)).pop();
+  const words = last ? `${last.kind} ${last.what}: ${last.state}. ${last.sentence}` : 'Nothing runs.';
+  const said = document.getElementById('said');
+  status.dataset.idle = !job && waiting === 0;
+  if (!job && said.textContent !== words) said.textContent = words;
+  const focused = document.activeElement?.id === 'cancel';
+  if (job) {
+    status.replaceChildren(
+      h('progress', {max: 1, value: job.fraction, 'aria-label': `progress of ${job.kind}`}), ' ',
+      `${job.kind} ${job.what}${job.now ? ': ' + job.now : ''}${waiting ? `, ${waiting} waiting` : ''} `,
+      h('button', {type: 'button', id: 'cancel', click: () => act({do: 'cancel', job: job.id})}, 'Cancel'));
+  } else {
+    status.replaceChildren(words);
+  }
+  if (focused) document.getElementById('cancel')?.focus();
+}
+
+/// Progress alone changes one line; a step that ended may have changed any page.
+function takeJob(job) {
+  const k = state ? state.jobs.findIndex(one => one.id === job.id) : -1;
+  const steps = one => `${one.state} ${/\(\d+ of \d+ done\)/.exec(one.now)}`;
+  if (k < 0 || steps(state.jobs[k]) !== steps(job)) return refresh();
+  state.jobs[k] = job;
+  drawStatus();
+}
+
+async function refresh() {
+  if (asking) { again = true; return; }
+  asking = true;
+  try {
+    do {
+      again = false;
+      state = await ask('state');
+      document.getElementById('rig').textContent = `${state.rig}${state.replay ? ', replay' : ''}`;
+      if (state.trouble) document.getElementById('trouble').textContent = state.trouble;
+      drawStatus();
+      await draw();
+      main.dataset.ready = 'true';
+    } while (again);
+  } catch (error) {
+    document.getElementById('trouble').textContent = `The server does not answer (${error.message}). What was stored is whole.`;
+  }
+  asking = false;
+}
+
+/// A short tone for hands that are not at the screen; browsers allow it after the first key or click.
+function tone() {
+  if (!navigator.userActivation?.hasBeenActive) return;
+  const audio = new AudioContext(), note = audio.createOscillator();
+  note.frequency.value = 880;
+  note.connect(audio.destination);
+  note.start();
+  note.stop(audio.currentTime + 0.12);
+  note.addEventListener('ended', () => audio.close());
+}
+
+function listen() {
+  const events = new EventSource('api/events');
+  events.addEventListener('open', () => { document.getElementById('trouble').textContent = ''; refresh(); });
+  events.addEventListener('state', refresh);
+  events.addEventListener('job', event => takeJob(JSON.parse(event.data)));
+  events.addEventListener('shot', tone);
+  events.addEventListener('frame', event => { if (current() === 'cameras') cameras.frame(JSON.parse(event.data).camera); });
+  events.addEventListener('error', () => {
+    document.getElementById('trouble').textContent = 'The server does not answer; the page tries again. What was stored is whole.';
+  });
+}
+
+document.addEventListener('keydown', event => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.target.closest('input, textarea, select')) return;
+  const name = names[Number(event.key) - 1];
+  if (name) location.hash = name;
+});
+window.addEventListener('hashchange', () => {
+  drawPages();
+  document.getElementById('trouble').textContent = '';
+  draw(true).then(() => main.focus());
+});
+drawPages();
+listen();

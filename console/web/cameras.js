@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of all cameras, saturation in red, what detect found.
+import {act, ask, cameraView, command, figure, h, markDrawings, table} from './dom.js';
+
+let chosen = '';
+let red = true, marks = true;
+
+export function nextSet(state) {
+  return state.sets.find(set => !set.taken && set.takeable)?.name ?? '';
+}
+
+const LIVE = 'live';
+const shots = new Map();  // of each camera: the figure's parts, kept from one drawing to the next
+let showsLive = false;
+
+/// A live picture when the server has a newer one; the next only when this one is there.
+export async function frame(camera) {
+  const shot = shots.get(camera);
+  if (!shot || !showsLive || shot.busy || !shot.img.isConnected) return;
+  shot.busy = true;
+  try {
+    const response = await fetch(`api/live?${new URLSearchParams({camera, width: 640, red: red ? 1 : 0})}`);
+    if (!response.ok) return;
+    const before = shot.img.src;
+    shot.img.src = URL.createObjectURL(await response.blob());
+    shot.words.textContent = `${camera}: ${Number(response.headers.get('X-Saturated-Percent')).toFixed(3)} % saturated`;
+    shot.count += 1;
+    shot.img.dataset.count = shot.count;
+    if (before.startsWith('blob:')) URL.revokeObjectURL(before);
+  } finally {
+    shot.busy = false;
+  }
+}
+
+function liveView(camera) {
+  if (!shots.has(camera.name)) {
+    const img = h('img', {width: 640, height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, live`, id: `live-${camera.name}`});
+    shots.set(camera.name, {img, words: h('figcaption', {}, `${camera.name}: no picture yet`), busy: false, count: 0});
+  }
+  const shot = shots.get(camera.name);
+  return h('figure', {}, h('div', {class: 'view'}, shot.img), shot.words);
+}
+
+function captureWords(capture) {
+  if (!capture) return [];
+  return [h('p', {id: 'capture'}, capture.taking ? `Taking ${capture.taking}.` : capture.ready ? 'The cameras are ready.' : capture.runs ? 'The cameras are being opened.' : 'The cameras are closed.'),
+    capture.runs ? null : h('button', {type: 'button', class: 'main', id: 'open', click: () => act({do: 'open'})}, 'Open the cameras'),
+    h('ul', {class: 'log'}, capture.words.filter(line => !line.startsWith('next: ')).slice(-5).map(line => h('li', {}, line)))];
+}
+
+async function drawLive(state, known, redraw) {
+  const next = nextSet(state);
+  return [
+    h('h1', {}, 'Cameras'),
+    h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
+    ...captureWords(state.capture),
+    h('div', {class: 'views'}, state.cameras.map(liveView)),
+    h('p', {}, 'Pictures come between sets, from cameras that run free; with a trigger, with each set.'),
+    command(state.capture.command),
+  ];
+}
+
+function tools(state, known, shown, next, redraw) {
+  return [
+    h('button', {type: 'button', class: 'main', id: 'take', disabled: !next || (state.capture && !state.capture.ready),
+      click: () => { if (!state.capture) chosen = next; act({do: 'take', set: next}); }}, next ? `Take ${next}` : 'Every set is taken'),
+    h('label', {for: 'shown'}, 'Show '),
+    h('select', {id: 'shown', change: event => { chosen = event.target.value; redraw(); }},
+      known.map(name => h('option', {value: name, selected: name === shown}, name))),
+    h('button', {type: 'button', id: 'red', 'aria-pressed': String(red), click: () => { red = !red; redraw(); }}, 'Saturation in red'),
+    h('button', {type: 'button', id: 'marks', 'aria-pressed': String(marks), click: () => { marks = !marks; redraw(); }}, 'Marks'),
+  ];
+}
+
+export async function draw(state, redraw) {
+  const known = state.sets.filter(set => set.recorded).map(set => set.name);
+  if (state.capture) known.unshift(LIVE);
+  const shown = known.includes(chosen) ? chosen : state.capture ? LIVE : nextSet(state) || known[0];
+  showsLive = shown === LIVE;
+  if (showsLive) return drawLive(state, known, redraw);
+  const set = state.sets.find(one => one.name === shown);
+  const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
+  const views = state.cameras.map(camera => {
+    const fact = facts.cameras.find(one => one.camera === camera.name) ?? {};
+    const sigma = fact.sigma_px ? `, a dot's centre to ${fact.sigma_px.toFixed(4)} px` : '';
+    return cameraView(camera, shown, red, marks ? markDrawings(found.cameras[camera.name]) : [],
+      `${camera.name}: ${(fact.saturated_percent ?? 0).toFixed(3)} % saturated${sigma}`);
+  });
+  const next = nextSet(state);
+  const rows = (set?.detected?.cameras ?? []).map(one => [one.camera, figure(one.measured, 0), figure(one.missing, 0),
+    figure(one.tags, 0), figure(one.sigma_px, 4),
+    Object.entries(one.rejected).map(([reason, count]) => `${count} x ${reason}`).join('; ') || 'none']);
+  return [
+    h('h1', {}, 'Cameras'),
+    h('div', {class: 'acts'}, ...tools(state, known, shown, next, redraw)),
+    ...captureWords(state.capture),
+    h('div', {class: 'views'}, views),
+    set?.detected
+      ? table('marks of the set', ['camera', 'measured', 'missing', 'tags', 'sigma of a dot, px', 'not used'], rows)
+      : h('p', {}, set?.taken ? 'Its marks are being measured.' : 'Take the set, then its marks are measured.'),
+    set?.sentence ? h('p', {}, `${set.verdict}: ${set.sentence}`) : null,
+    command(state.jobs.filter(job => job.kind === 'detect').pop()?.commands[0]),
+  ];
+}

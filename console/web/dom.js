@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Elements, requests and figures. Text enters the page as text only, never as markup.
+
+const SVG = 'http://www.w3.org/2000/svg';
+const SVG_TAGS = new Set(['svg', 'circle', 'ellipse', 'polygon', 'polyline', 'line', 'rect', 'text', 'g', 'title']);
+
+/// An element: attributes as they are, functions as listeners, strings and nodes as children.
+export function h(tag, attributes = {}, ...children) {
+  const element = SVG_TAGS.has(tag) ? document.createElementNS(SVG, tag) : document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (value === false || value === null || value === undefined) continue;
+    if (typeof value === 'function') element.addEventListener(name, value);
+    else element.setAttribute(name, value === true ? '' : value);
+  }
+  element.append(...children.flat().filter(child => child !== null && child !== undefined && child !== false));
+  return element;
+}
+
+async function answer(response) {
+  const body = await response.json().catch(() => ({}));
+  if (!response.ok) throw new Error(body.error || `the server answers ${response.status}`);
+  return body;
+}
+
+export async function ask(route, query = {}) {
+  return answer(await fetch(`api/${route}?${new URLSearchParams(query)}`));
+}
+
+export async function act(what) {
+  const trouble = document.getElementById('trouble');
+  try {
+    await answer(await fetch('api/do', {
+      method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(what),
+    }));
+    trouble.textContent = '';
+    return true;
+  } catch (error) {
+    trouble.textContent = error.message;
+    return false;
+  }
+}
+
+/// A number with so many digits behind the point, or a dash.
+export function number(value, digits = 2) {
+  return typeof value === 'number' ? value.toFixed(digits) : '–';
+}
+
+export function table(caption, header, rows) {
+  return h('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption},
+    h('table', {}, h('thead', {}, h('tr', {}, header.map(cell => h('th', {scope: 'col'}, cell)))),
+      h('tbody', {}, rows.map(row => h('tr', {}, row.map(cell =>
+        cell instanceof Node && cell.tagName === 'TD' ? cell : h('td', {}, cell ?? '–')))))));
+}
+
+export function figure(value, digits) {
+  return h('td', {class: 'number'}, number(value, digits));
+}
+
+export function verdict(word) {
+  return h('span', {class: (word || '').replace(/[^A-Za-z-]/g, '')}, word || '–');
+}
+
+export function command(...lines) {
+  return h('div', {class: 'command'}, 'The same as a command: ',
+    lines.filter(line => line).map((line, k) => [k > 0 ? h('br') : null, h('code', {}, line)]).flat());
+}
+
+const views = new Map();
+
+/// A camera's picture with drawings over it. The picture's element is kept from one drawing of the
+/// page to the next, so that it is loaded once.
+export function cameraView(camera, set, red, drawings, caption) {
+  const key = `${camera.name} ${set} ${red}`;
+  if (!views.has(key)) {
+    const query = new URLSearchParams({camera: camera.name, set, width: 640, red: red ? 1 : 0});
+    views.set(key, h('img', {src: `api/picture?${query}`, width: 640,
+      height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set}`}));
+    if (views.size > 120) views.delete(views.keys().next().value);
+  }
+  return h('figure', {}, h('div', {class: 'view'}, views.get(key),
+    h('svg', {viewBox: `0 0 ${camera.width_px} ${camera.height_px}`, 'aria-hidden': 'true'}, drawings)),
+    h('figcaption', {}, caption));
+}
+
+/// Ellipses of measured marks, crosses where something was refused.
+export function markDrawings(found) {
+  if (!found) return [];
+  const marks = found.marks.map(([x, y, a, b, angle]) => h('ellipse', {cx: x, cy: y, rx: Math.max(a, 6),
+    ry: Math.max(b, 6), transform: `rotate(${angle} ${x} ${y})`, fill: 'none', stroke: '#19d25a', 'stroke-width': 3}));
+  const missed = found.rejected.map(([x, y, reason]) => h('g', {stroke: '#ff5a3c', 'stroke-width': 3},
+    h('title', {}, reason), h('line', {x1: x - 9, y1: y - 9, x2: x + 9, y2: y + 9}),
+    h('line', {x1: x - 9, y1: y + 9, x2: x + 9, y2: y - 9})));
+  return [...marks, ...missed];
+}

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/check/check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/units.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+/// What `read` gives, with all its problems noted. An error that a made-up value provoked is none.
+template <class Read>
+auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(read())> {
+  ProblemCollector collector(check.problems);
+  ++check.files;
+  try {
+    return read();
+  } catch (const Error& error) {
+    if (!collector.guessed()) check.problems.push_back(error);
+    return std::nullopt;
+  }
+}
+
+void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
+         const std::string& what_to_do) {
+  check.problems.push_back(bad_input(what, place_of(file, field), what_to_do));
+}
+
+void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
+  if (rig.cameras.size() < 2)
+    add(check, rig.file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
+        "a point in space needs two views: add [[camera]] tables");
+  const bool joint = !rig.free_poses.empty();
+  if (rig.stages.size() < (joint ? 1 : 2)) {
+    add(check, rig.file, "calibration.stage",
+        joint ? std::string("no target stage: the target's reference pose defines the world")
+              : fmt::format("{} target stage(s): Tsai's method needs points at two heights or more",
+                            rig.stages.size()),
+        "add [[calibration.stage]] tables with set and z_mm");
+  }
+  std::map<std::string, std::string> used;
+  std::map<double, std::string> heights;
+  for (const TargetStage& stage : rig.stages) {
+    const auto [other, fresh] = heights.emplace(stage.z_m, stage.set);
+    if (!fresh)
+      add(check, rig.file, "calibration.stage.z_mm",
+          fmt::format("stages `{}` and `{}` are both at z_mm = {:g}", other->second, stage.set,
+                      stage.z_m / mm),
+          "give each stage the height at which the target stood");
+  }
+  if (!rig.stages.empty() && heights.count(0.0) == 0)
+    add(check, rig.file, "calibration.stage.z_mm", "no stage has z_mm = 0",
+        "the target's reference pose is the world: its stage has z_mm = 0, the others count from "
+        "there");
+  const auto use = [&](const std::string& set, const std::string& what) {
+    const auto [other, fresh] = used.emplace(set, what);
+    if (!fresh)
+      add(check, rig.file, "calibration",
+          fmt::format("set `{}` is listed as {} and as {}", set, other->second, what),
+          "name each set once");
+  };
+  for (const TargetStage& stage : rig.stages) use(stage.set, "stage");
+  for (const std::string& pose : rig.free_poses) use(pose, "free pose");
+}
+
+void check_tags(const Rig& rig, const Target& target, const Print& print, BenchCheck& check) {
+  if (target.tag_family.empty() || target.tag_family != print.tag_family) return;
+  std::set<int> ids;
+  for (const PrintedTag& tag : print.tags) ids.insert(tag.id);
+  for (const PrintedTag& tag : target.tags) {
+    if (ids.count(tag.id) == 0) continue;
+    add(check, rig.target_file, "tags.tag.id",
+        fmt::format("tag {} of {} is printed on target and cloth", tag.id, target.tag_family),
+        fmt::format("give the target other ids than {} uses", print.file.string()));
+    return;
+  }
+}
+
+void check_print_size(const Print& print, BenchCheck& check) {
+  const Eigen::Vector2d marks = print.pitch_m * Eigen::Vector2d(print.rows - 1, print.cols - 1);
+  const Eigen::Vector2d other = print.patch_m - marks - print.margin_m;
+  for (const int side : {0, 1}) {
+    if (!(std::abs(other[side] - print.margin_m[side]) > 0.5 * mm)) continue;
+    check.warnings.push_back(fmt::format(
+        "{}: along the {} the marks leave {:g} mm on one side of the patch and {:g} mm on the "
+        "other; with equal margins pitch_mm would be {:g}",
+        print.file.string(), side == 0 ? "warp" : "weft", print.margin_m[side] / mm,
+        other[side] / mm,
+        (print.patch_m[side] - 2 * print.margin_m[side]) / mm /
+            (side == 0 ? print.rows - 1 : print.cols - 1)));
+  }
+}
+
+void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  std::map<std::string, const Scene*> names, sets;
+  for (const Scene& scene : scenes) {
+    if (!names.emplace(scene.name, &scene).second)
+      add(check, scene.file, "name", fmt::format("two scenes are called `{}`", scene.name),
+          "give each scene its own name");
+    if (scene.set.empty()) {
+      add(check, scene.file, "set", "the scene names no frame set",
+          "add `set = \"...\"`: the set of the recording that shows this drape");
+      continue;
+    }
+    const auto [other, fresh] = sets.emplace(scene.set, &scene);
+    if (!fresh)
+      add(check, scene.file, "set",
+          fmt::format("set `{}` is also the one of {}", scene.set, other->second->file.string()),
+          "each drape has a set of its own");
+    for (const TargetStage& stage : rig.stages)
+      if (stage.set == scene.set)
+        add(check, scene.file, "set", fmt::format("set `{}` shows the target", scene.set),
+            "name the set that shows this drape");
+    for (const std::string& pose : rig.free_poses)
+      if (pose == scene.set)
+        add(check, scene.file, "set", fmt::format("set `{}` shows the target", scene.set),
+            "name the set that shows this drape");
+  }
+}
+
+void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  if (rig.grids.size() == 1)
+    check.advice.emplace_back(
+        "one grid only: what the grid costs in mm stays unknown; give two in rig.toml, e.g. grids "
+        "= [21, 31]");
+  for (const Scene& scene : scenes) {
+    bool stated = true;
+    for (const ObjectUncertainty& one : scene.uncertainties)
+      stated = stated && one.stated_place_m && one.stated_size_m;
+    if (!stated)
+      check.advice.push_back(fmt::format(
+          "{}: state how well each object's place and size are known (place_uncertainty_mm, "
+          "size_uncertainty_mm, one standard deviation); half a division of a steel rule, 0.5 mm, "
+          "is assumed",
+          scene.file.string()));
+  }
+}
+
+}  // namespace
+
+Where place_of(const fs::path& file, const std::string& field, std::size_t nth) {
+  Where where{.file = file.string(), .field = field};
+  const std::string key = field.substr(field.rfind('.') + 1);
+  std::istringstream lines(read_text(file));
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::size_t begin = line.find_first_not_of(" \t[");
+    if (begin == std::string::npos || line.compare(begin, key.size(), key) != 0) continue;
+    const std::size_t end = line.find_first_not_of(" \t]", begin + key.size());
+    const bool names_it = end == std::string::npos || line[end] == '=';
+    if (!names_it || nth-- > 0) continue;
+    where.line = number;
+    break;
+  }
+  return where;
+}
+
+BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path) {
+  BenchCheck check;
+  const auto rig = collecting(check, [&] { return read_rig(rig_path); });
+  if (!rig) return check;
+  check_cameras_and_stages(*rig, check);
+  const auto target = collecting(check, [&] { return read_target(rig->target_file); });
+  const auto print = collecting(check, [&] { return read_print(rig->print_file); });
+  if (target && print) check_tags(*rig, *target, *print, check);
+  if (print) check_print_size(*print, check);
+  if (rig->scenes.empty())
+    add(check, rig->file, "scenes", "the rig names no scene",
+        "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
+  std::vector<Scene> scenes;
+  std::set<fs::path> fabrics, prints = {rig->print_file};
+  for (const fs::path& file : rig->scenes) {
+    const auto scene = collecting(check, [&] { return read_scene(file); });
+    if (!scene) continue;
+    scenes.push_back(*scene);
+    check_scene(*scene, *rig, check);
+    if (fabrics.insert(scene->fabric_file).second) check_fabric(scene->fabric_file, check);
+    if (prints.insert(scene->print_file).second)
+      static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
+  }
+  check_scenes_together(*rig, scenes, check);
+  const auto recording = collecting(check, [&] {
+    return read_recording(recording_path.empty() ? rig->recording : recording_path);
+  });
+  if (recording) check_recording(*recording, *rig, scenes, check);
+  give_advice(*rig, scenes, check);
+  return check;
+}
+
+int report_check(const BenchCheck& check, const std::string& program, const CommonOptions& common) {
+  if (check.problems.empty()) {
+    Ending ending;
+    ending.verdict = fmt::format("{} files of the bench hold what a run needs", check.files);
+    ending.warnings = check.warnings;
+    ending.advice = check.advice;
+    return finish(ending, common);
+  }
+  if (common.json) {
+    Json json;
+    json["problems"] = Json::array();
+    for (const Error& problem : check.problems)
+      json["problems"].push_back({{"what_failed", problem.what_failed()},
+                                  {"where", problem.where().describe()},
+                                  {"what_to_do", problem.what_to_do()}});
+    json["warnings"] = check.warnings;
+    json["exit_code"] = static_cast<int>(ErrorKind::bad_input);
+    fmt::print("{}", pretty(json));
+  }
+  for (const Error& problem : check.problems)
+    fmt::print(stderr, "{}: {}: {}\n", program, coloured("error", "31", stderr), problem.what());
+  if (!common.quiet && !common.json) {
+    for (const std::string& warning : check.warnings) fmt::print("  warning: {}\n", warning);
+    if (check.problems.size() > 1)
+      fmt::print("{} values to correct, in {} files\n", check.problems.size(), [&] {
+        std::set<std::string> files;
+        for (const Error& problem : check.problems) files.insert(problem.where().file);
+        return files.size();
+      }());
+  }
+  return static_cast<int>(ErrorKind::bad_input);
+}
+
+}  // namespace drape

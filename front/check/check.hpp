@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/program/program.hpp"
+#include "core/recording.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+
+namespace drape {
+
+/// Everything missing or wrong in the files of a bench, found in one reading before any work.
+struct BenchCheck {
+  std::vector<Error> problems;        ///< each with file, line or field, why and what to do
+  std::vector<std::string> warnings;  ///< odd, but possible
+  std::vector<std::string> advice;    ///< what makes the result worth more
+  int files = 0;                      ///< that were read
+};
+
+/// Reads rig, target, prints, scenes, fabrics and the recording's list. `recording` may be empty:
+/// the rig's. Never throws for what a file holds.
+[[nodiscard]] BenchCheck check_bench(const std::filesystem::path& rig,
+                                     const std::filesystem::path& recording);
+
+/// `drape check`: prints what check_bench() found; returns the exit code.
+[[nodiscard]] int report_check(const BenchCheck& check, const std::string& program,
+                               const CommonOptions& common);
+
+/// The place of a key ("object.z_bottom_mm") in a TOML file: the line of its `nth` occurrence.
+[[nodiscard]] Where place_of(const std::filesystem::path& file, const std::string& field,
+                             std::size_t nth = 0);
+
+/// Numbers of a scene that no bench has, and objects that are not where a table can carry them.
+void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check);
+
+/// Density and bending of a fabric against what 618 measured fabrics show; its curves through
+/// `drape fabric`, the reader that the simulation uses.
+void check_fabric(const std::filesystem::path& file, BenchCheck& check);
+
+/// Sets and cameras that the rig and its scenes need, image sizes, pictures that stand there twice.
+void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
+                     BenchCheck& check);
+
+}  // namespace drape

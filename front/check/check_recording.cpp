@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/program/similar.hpp"
+#include "front/check/check.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Who asks for a set: a key of a file.
+struct Need {
+  std::string set;
+  fs::path file;
+  std::string field;
+};
+
+std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
+  std::vector<Need> needs;
+  for (const TargetStage& stage : rig.stages)
+    needs.push_back({stage.set, rig.file, "calibration.stage.set"});
+  for (const std::string& pose : rig.free_poses)
+    needs.push_back({pose, rig.file, "calibration.free_poses"});
+  for (const Scene& scene : scenes)
+    if (!scene.set.empty()) needs.push_back({scene.set, scene.file, "set"});
+  return needs;
+}
+
+void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig& rig,
+                 std::map<std::string, bool>& named, BenchCheck& check) {
+  if (frame.width_px == camera.width_px && frame.height_px == camera.height_px) return;
+  if (std::exchange(named[camera.name], true)) return;
+  check.problems.push_back(bad_input(
+      fmt::format("the rig says {} x {} px, the pictures are {} x {} px", camera.width_px,
+                  camera.height_px, frame.width_px, frame.height_px),
+      [&] {
+        Where where = place_of(rig.file, "camera.width_px",
+                               static_cast<std::size_t>(&camera - rig.cameras.data()));
+        where.camera = camera.name;
+        return where;
+      }(),
+      fmt::format("width_px = {}, height_px = {}", frame.width_px, frame.height_px)));
+}
+
+/// The same picture under two names: a camera that was copied, or a set that was.
+void check_twice(const Recording& recording, const std::vector<Need>& needs, BenchCheck& check) {
+  std::map<std::string, std::pair<std::string, std::string>> seen;
+  for (const FrameSet& set : recording.sets) {
+    const bool needed = std::any_of(needs.begin(), needs.end(),
+                                    [&](const Need& need) { return need.set == set.name; });
+    if (!needed) continue;
+    for (const RecordedFrame& frame : set.frames) {
+      const auto [other, fresh] = seen.emplace(frame.sha256, std::pair{set.name, frame.camera});
+      if (fresh) continue;
+      check.problems.push_back(bad_input(
+          fmt::format("this picture is also the one of camera `{}` in set `{}`, byte for byte",
+                      other->second.second, other->second.first),
+          {.file = (recording.folder / frame.file).string(),
+           .camera = frame.camera,
+           .set = set.name},
+          "no two pictures of cameras are equal: one of the two was copied; record or import it "
+          "again"));
+    }
+  }
+}
+
+}  // namespace
+
+void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
+                     BenchCheck& check) {
+  std::vector<std::string> names;
+  for (const FrameSet& set : recording.sets) names.push_back(set.name);
+  const std::string list = (recording.folder / "recording.json").string();
+  const std::vector<Need> needs = needs_of(rig, scenes);
+  std::map<std::string, bool> sizes_named, cameras_named;
+  for (const Need& need : needs) {
+    const auto set = std::find_if(recording.sets.begin(), recording.sets.end(),
+                                  [&](const FrameSet& one) { return one.name == need.set; });
+    if (set == recording.sets.end()) {
+      check.problems.push_back(bad_input(
+          fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
+          place_of(need.file, need.field), fmt::format("{} has {}", list, fmt::join(names, ", "))));
+      continue;
+    }
+    for (const RigCamera& camera : rig.cameras) {
+      const auto frame =
+          std::find_if(set->frames.begin(), set->frames.end(),
+                       [&](const RecordedFrame& one) { return one.camera == camera.name; });
+      if (frame != set->frames.end()) {
+        check_frame(*frame, camera, rig, sizes_named, check);
+      } else if (!std::exchange(cameras_named[camera.name], true)) {
+        std::vector<std::string> cameras;
+        for (const RecordedFrame& one : set->frames) cameras.push_back(one.camera);
+        check.problems.push_back(bad_input(
+            fmt::format("a camera of the rig is missing in the recording{}",
+                        did_you_mean(camera.name, cameras)),
+            {.file = list, .camera = camera.name, .set = need.set},
+            "record the set with all cameras, or correct or remove the camera in rig.toml"));
+      }
+    }
+  }
+  check_twice(recording, needs, check);
+}
+
+}  // namespace drape

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/units.hpp"
+#include "front/check/check.hpp"
+#include "front/process.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+constexpr double kSigmas = 3;
+/// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
+constexpr double kMostFriction = 1.5;
+/// On Earth's surface, poles to equator (WGS 84): 9.780 to 9.832 m/s2.
+constexpr double kLeastGravity = 9.76, kMostGravity = 9.85;
+
+/// Areal density (g/m2) and bending stiffness (gf cm2/cm) of 618 fabrics measured on a cantilever:
+/// 5 % of those in the bin lie below the first stiffness and 5 % above the second, the smaller and
+/// the larger of warp and weft.
+struct DensityBin {
+  double from, to, least_b, most_b;
+};
+constexpr std::array<DensityBin, 8> kFabrics{{{0, 60, 0.0046591, 0.11028},
+                                              {60, 110, 0.0054912, 0.27147},
+                                              {110, 165, 0.015967, 0.59069},
+                                              {165, 220, 0.016561, 0.62418},
+                                              {220, 262, 0.014392, 0.68584},
+                                              {262, 320, 0.039686, 0.94155},
+                                              {320, 420, 0.063295, 1.8732},
+                                              {420, 900, 0.15424, 2.6756}}};
+constexpr double kLightest = 15.77, kHeaviest = 758.4;  ///< 5 % of the lightest, heaviest bin
+/// Nine of ten fabrics lie between the quantiles; ten times beyond them it is another unit.
+constexpr double kOtherUnit = 10;
+
+double foot_of(const Obstacle& object) {
+  if (const auto* ball = std::get_if<Sphere>(&object))
+    return ball->centre_in_world.z() - ball->radius_m;
+  if (const auto* box = std::get_if<Box>(&object))
+    return box->world_from_box.translation_m.z() - 0.5 * box->size_m.z();
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
+         const std::string& what_to_do, std::size_t nth = 0) {
+  check.problems.push_back(bad_input(what, place_of(file, field, nth), what_to_do));
+}
+
+void check_foot(const Scene& scene, std::size_t index, BenchCheck& check) {
+  const double foot_m = foot_of(scene.obstacles[index]);
+  const double limit_m =
+      kSigmas * std::hypot(scene.uncertainty_of(index).place_m(), scene.table_uncertainty_m());
+  const double above_m = foot_m - scene.table_z_m;
+  if (above_m < -limit_m)
+    add(check, scene.file, "object.z_bottom_mm",
+        fmt::format("object {} stands {:g} mm below the table (z_bottom_mm = {:g}, table_z_mm = "
+                    "{:g})",
+                    index + 1, -above_m / mm, foot_m / mm, scene.table_z_m / mm),
+        fmt::format("an object on the table has z_bottom_mm = {:g}", scene.table_z_m / mm), index);
+  if (above_m > limit_m && !scene.set.empty() && !scene.uncertainty_of(index).on_stand)
+    add(check, scene.file, "table_z_mm",
+        fmt::format("object {} floats {:g} mm above the table (z_bottom_mm = {:g}, table_z_mm = "
+                    "{:g})",
+                    index + 1, above_m / mm, foot_m / mm, scene.table_z_m / mm),
+        fmt::format("table_z_mm = {:g} if it stands on the table; on a stand write on_stand = true "
+                    "in its [[object]]",
+                    foot_m / mm));
+}
+
+/// Mean slope of a bending curve: its moment over its curvature at the largest curvature.
+std::optional<double> bending_of(const TomlTable& bending, const char* direction) {
+  const std::string numbers = std::string(direction) + "_kes";
+  if (bending.has(numbers)) return bending.table(numbers).number("b_gf_cm2_per_cm");
+  const Csv curve = read_csv(
+      bending.file_path(direction),
+      {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"});
+  if (curve.lines.size() < 2) return std::nullopt;
+  return (curve.columns[1].back() - curve.columns[1].front()) /
+         (curve.columns[0].back() - curve.columns[0].front());
+}
+
+void judge_fabric(const fs::path& file, double density, double stiffness, const char* direction,
+                  BenchCheck& check) {
+  for (const DensityBin& bin : kFabrics) {
+    if (density < bin.from || density >= bin.to) continue;
+    const std::string field = fmt::format("bending.{}", direction);
+    const std::string what = fmt::format(
+        "bending stiffness {:.3g} gf cm2/cm at {:g} g/m2; nine of ten fabrics of {:g} to {:g} g/m2 "
+        "have {:.2g} to {:.2g}",
+        stiffness, density, bin.from, bin.to, bin.least_b, bin.most_b);
+    if (stiffness < bin.least_b / kOtherUnit || stiffness > bin.most_b * kOtherUnit)
+      add(check, file, field, what, "is it in uN m (98 times as large) or in gf cm (per sample)?");
+    else if (stiffness < bin.least_b || stiffness > bin.most_b)
+      check.warnings.push_back(fmt::format("{}, {}: {}", file.string(), field, what));
+  }
+}
+
+/// A box's turn is a measured value where a real drape is compared; nothing says that it is 0.
+void check_yaw(const Scene& scene, BenchCheck& check) {
+  if (scene.set.empty()) return;
+  std::size_t index = 0;
+  for (const TomlTable& table : TomlTable::open(scene.file, "scene").tables("object")) {
+    if (table.text("kind") == "box" && !table.has("yaw_deg"))
+      add(check, scene.file, "object.kind", "`yaw_deg` of a box is missing",
+          "add `yaw_deg = ...`: from the world's x axis to the box's edge, towards y", index);
+    ++index;
+  }
+}
+
+}  // namespace
+
+void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check) {
+  if (!rig.print_file.empty() && scene.print_file != rig.print_file)
+    add(check, scene.file, "print",
+        fmt::format("the scene's print is {}, the marks are found with {}",
+                    scene.print_file.string(), rig.print_file.string()),
+        "name the same file in rig.toml and in the scene");
+  if (scene.friction > kMostFriction)
+    add(check, scene.file, "friction",
+        fmt::format("a friction coefficient of {:g}; cloth on solids has 0.1 to {:g}",
+                    scene.friction, kMostFriction),
+        fmt::format("is it {:g}? Measure it on a tilting plane: the tangent of the angle at which "
+                    "it slides",
+                    scene.friction / 10));
+  const double gravity = scene.gravity_m_per_s2.norm();
+  if (!(gravity >= kLeastGravity && gravity <= kMostGravity))
+    add(check, scene.file, "gravity_m_per_s2",
+        fmt::format("gravity of {:g} m/s2 is not the Earth's", gravity),
+        "leave it out, or give [0, 0, -9.80665]");
+  else if (scene.gravity_m_per_s2.z() > -0.9 * gravity)
+    add(check, scene.file, "gravity_m_per_s2", "gravity does not point down (-z)",
+        "leave it out, or give [0, 0, -9.80665]");
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) check_foot(scene, i, check);
+  check_yaw(scene, check);
+}
+
+namespace {
+
+/// Curve files that are not there, or that hold nothing but their head.
+void check_curves(const TomlTable& root, BenchCheck& check) {
+  for (const char* kind : {"tensile", "shear", "bending"}) {
+    const auto table = root.optional_table(kind);
+    if (!table) continue;
+    for (const char* direction : {"warp", "weft"}) {
+      if (!table->has(direction)) continue;
+      const fs::path curve = table->file_path(direction);
+      const std::string field = fmt::format("{}.{}", kind, direction);
+      if (!fs::is_regular_file(curve)) {
+        check.problems.push_back(bad_input(fmt::format("there is no curve {}", curve.string()),
+                                           {.file = root.file().string(), .field = field},
+                                           "correct the name, or put the file there"));
+        continue;
+      }
+      const std::string text = read_text(curve);
+      if (std::count(text.begin(), text.end(), '\n') < 3)
+        check.problems.push_back(
+            bad_input("the curve has no points", {.file = curve.string(), .field = field},
+                      "fill in what the test measured, below the names of the columns"));
+    }
+  }
+}
+
+}  // namespace
+
+void check_fabric(const fs::path& file, BenchCheck& check) {
+  const std::size_t before = check.problems.size();
+  ++check.files;
+  try {
+    ProblemCollector collector(check.problems);
+    const TomlTable root = TomlTable::open(file, "fabric");
+    const double density = root.positive("areal_density_g_per_m2");
+    if (density < kLightest || density > kHeaviest)
+      add(check, file, "areal_density_g_per_m2",
+          fmt::format("an areal density of {:g} g/m2; fabrics have {:.0f} to {:.0f}", density,
+                      kLightest, kHeaviest),
+          "weigh a piece of known area; is a decimal point lost, or is it kg/m2 or oz/yd2?");
+    const std::size_t so_far = check.problems.size();
+    check_curves(root, check);
+    if (check.problems.size() > so_far) return;
+    const TomlTable bending = root.table("bending");
+    for (const char* direction : {"warp", "weft"}) {
+      const auto stiffness = bending_of(bending, direction);
+      if (stiffness) judge_fabric(file, density, *stiffness, direction, check);
+    }
+  } catch (const Error& error) {
+    check.problems.push_back(error);
+  }
+  if (check.problems.size() > before) return;
+  if (const auto error = error_of_stage("fabric", {file.string(), "--json"}))
+    check.problems.push_back(*error);
+}
+
+}  // namespace drape

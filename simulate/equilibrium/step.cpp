@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far a step of the static solver goes, and what the next one is.
+#include <algorithm>
+#include <cmath>
+
+#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/equilibrium/solver.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kDeep = 1e-6;   // m; deeper entries are caught before the step is taken
+constexpr int kHalvings = 4;     // of a step that does not lower the potential
+constexpr double kPoor = 0.5;    // ratio of energy change; below, a step is corrected, iterated on
+constexpr double kSoft = 1.5;    // ratio above which a way by the convex matrix may be too short
+constexpr int kCorrections = 4;  // of a step, with its factor
+constexpr double kWorth = 0.02;  // gain of a correction that is worth its cost, of the prediction
+constexpr double kGrow = 0.25, kShrink = 4;  // of mu
+// While the sheet still falls its pseudo-time step stays below 0.03 s: longer ones jump from the
+// fold that forms first to others, which motion does not find.
+constexpr double kFalling = 20;    // residual
+constexpr double kPacedMu = 1000;  // 1/s^2
+constexpr double kFollowMu = 5;    // 1/s^2; from here on friction follows pressing
+constexpr double kNewtonMu = 1;    // 1/s^2; below, mu becomes 0
+// Below this share of the sheet's energies a change of energy is lost in their rounding, and the
+// forces at both ends of the step say it better.
+constexpr double kBelowRounding = 1e-9;
+
+}  // namespace
+
+double StaticSolver::largest_of(const VectorXd& v) {
+  double largest = 0;
+  for (Eigen::Index i = 0; i < v.size(); i += 3)
+    largest = std::max(largest, v.segment<3>(i).norm());
+  return largest;
+}
+
+void StaticSolver::move(const Field& from, const VectorXd& way) {
+  const std::size_t n = cloth_.count();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      trial_[axis * n + i] = from[axis * n + i] + way[3 * i + axis];
+    }
+  }
+}
+
+VectorXd StaticSolver::way_to_trial() const {
+  const std::size_t n = cloth_.count();
+  VectorXd way(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      way[3 * i + axis] = trial_[axis * n + i] - position[axis * n + i];
+    }
+  }
+  return way;
+}
+
+/// What the way to trial_ adds to the potential, pseudo-time's part in.
+double StaticSolver::potential_change(const VectorXd& way) {
+  double change = 0;
+  double gravity = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    const Vector3d move = way.segment<3>(3 * i);
+    change += 0.5 * shift_[i] * move.squaredNorm();
+    gravity -= move.dot(cloth_.mass_kg()[i] * options_.gravity_m_per_s2 + momentum_of(i));
+  }
+  const double energy =
+      gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) - potential_j_;
+  if (!(std::abs(energy) < kBelowRounding * std::abs(potential_j_))) return change + energy;
+  find_forces(trial_, trial_force_);
+  double slope = 0;
+  for (int i = 0; i < cloth_.count(); ++i) {
+    slope += way.segment<3>(3 * i).dot(gradient_.segment<3>(3 * i) - at(trial_force_, i));
+  }
+  return change + 0.5 * slope;
+}
+
+/// A correction with the same factor: takes back most of the stretch that a long straight way of
+/// turning pieces brings.
+void StaticSolver::correct() {
+  const int n = cloth_.count();
+  find_forces(trial_, trial_force_);
+  const VectorXd way = way_to_trial();
+  VectorXd step(3 * n);
+  for (int i = 0; i < n; ++i) {
+    step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * way.segment<3>(3 * i);
+  }
+  factor_.solve(step);
+  if (!step.allFinite()) return;  // iterate() may have left a factor that broke off
+  const Field from = trial_;
+  trial_strains_ = linear_strains(cloth_, from, step);
+  move(from, step);
+  contacts_.retract(position, trial_);
+}
+
+/// Corrects the trial as long as that lowers the potential worth its cost; a solve is far cheaper
+/// than the factor of another iteration. A paced run takes one at most, and only of a poor step:
+/// more would lead it to other folds.
+void StaticSolver::improve(double predicted, double& ratio, VectorXd& way) {
+  const int most = options_.paced ? 1 : kCorrections;
+  for (int k = 0; k < most; ++k) {
+    const Field before = trial_;
+    SpringStrains strains_before = trial_strains_;
+    correct();
+    VectorXd corrected_way = way_to_trial();
+    const double corrected = -potential_change(corrected_way) / predicted;
+    if (!(corrected > ratio)) {
+      trial_strains_ = std::move(strains_before);
+      trial_ = before;
+      return;
+    }
+    const double gain = corrected - ratio;
+    ratio = corrected;
+    way = std::move(corrected_way);
+    if (gain < kWorth) return;
+  }
+}
+
+/// Not while a sheet falls at the pace of motion.
+bool StaticSolver::follows_pressing() const {
+  return !options_.paced && mu_ <= kFollowMu;
+}
+
+/// Gives friction the limits of the end of the step, as far as it is gone. The step then is one
+/// of the potential with these limits.
+void StaticSolver::follow_pressing(double share) {
+  const double before = contacts_.energy_j(position);
+  VectorXd change = VectorXd::Zero(step_.size());
+  contacts_.follow_pressing(position, share * step_, change);
+  release_pinned(change);
+  gradient_ += change;
+  model_gradient_ += change;
+  potential_j_ += contacts_.energy_j(position) - before;
+  multiply(step_, product_);
+  model_curve_ = step_.dot(product_) - contacts_.excess_curve(step_);
+}
+
+/// Tries the step; corrects or halves it while it does not lower the potential.
+bool StaticSolver::take_step(StaticReport& report) {
+  double share = 1;
+  const auto shorten = [&] {
+    share = std::min(1.0, cap_m_ / std::max(largest_of(step_), 1e-300));
+    move(position, share * step_);
+  };
+  shorten();
+  // Once: what changes in a second round hardly matters, and the next step finds it.
+  if (contacts_.review(position, trial_, kDeep) > 0 || follows_pressing()) {
+    if (!find_step(report, Solve::changed)) return false;
+    shorten();
+    if (follows_pressing()) follow_pressing(share);
+  }
+  const bool capped = share < 1;
+  const double slope = gradient_.dot(step_);
+  for (int halving = 0; halving <= kHalvings; ++halving) {
+    move(position, share * step_);
+    trial_strains_ = linear_strains(cloth_, position, share * step_);
+    contacts_.retract(position, trial_);
+    VectorXd way = way_to_trial();
+    const double predicted = -share * slope - 0.5 * share * share * model_curve_;
+    const bool tiny = std::abs(predicted) < 1e-13 * weight_n_ * cap_m_;
+    double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
+    const bool inexact = options_.paced ? ratio < kPoor : std::abs(ratio - 1) > kWorth;
+    if (std::isfinite(ratio) && !tiny && predicted > 0 && inexact) improve(predicted, ratio, way);
+    const bool soft = !options_.paced && convex_ && std::isfinite(ratio) && ratio > kSoft;
+    if (soft && !tiny && predicted > 0) stretch(predicted, ratio, way);
+    if (halving == 0 && mixes() && !tiny && predicted > 0 && !(ratio > kPoor))
+      iterate(report, predicted, ratio, way);
+    if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
+      position.swap(trial_);
+      strains_.swap(trial_strains_);
+      moved_m_ += largest_of(way);
+      if (mu_ > 0) pseudo_time_s_ += 1 / std::sqrt(mu_);
+      plan_next(tiny ? 1 : ratio, !capped && halving == 0);
+      return true;
+    }
+    share *= 0.5;
+  }
+  mu_ = std::max(mu_, 1e2) * kShrink * kShrink;
+  return false;
+}
+
+/// Whether a poor step is iterated on. Not while a sheet falls at the pace of motion.
+bool StaticSolver::mixes() const {
+  return !options_.paced || mu_ < kPacedMu;
+}
+
+/// On the way down from a start of its own, where long steps would choose another fold.
+bool StaticSolver::falling() const {
+  return options_.paced && residual_ > kFalling;
+}
+
+void StaticSolver::plan_next(double ratio, bool whole) {
+  last_ratio_ = whole ? ratio : 0;
+  if (!momentum_.empty()) return;
+  if (whole && ratio > 0.7) {
+    mu_ *= kGrow;
+  } else if (ratio < 0.3) {
+    mu_ *= kShrink;
+  }
+  if (mu_ < kNewtonMu) mu_ = 0;
+  if (falling()) mu_ = std::max(mu_, kPacedMu);
+}
+
+}  // namespace drape::simulate

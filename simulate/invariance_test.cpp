@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// A world that is moved, or turned about the vertical, changes no shape; pins hold exactly at any
+// height; a run that gets no further says so.
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "simulate/equilibrium/solver.hpp"
+#include "simulate/simulate.hpp"
+#include "simulate/validation/sheets.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr double kTurn = 37 * std::numbers::pi / 180;
+const Vector3d kMove(0.3, -0.2, 1.0);
+
+Vector3d moved(const Vector3d& p) {
+  return AngleAxisd(kTurn, Vector3d::UnitZ()) * p + kMove;
+}
+
+void move_pose(WorldFromObject& pose) {
+  pose.rotation = AngleAxisd(kTurn, Vector3d::UnitZ()) * pose.rotation;
+  pose.translation_m = moved(pose.translation_m);
+}
+
+Scene moved(const Scene& scene) {
+  Scene there = scene;
+  for (Obstacle& obstacle : there.obstacles) {
+    if (auto* sphere = std::get_if<Sphere>(&obstacle))
+      sphere->centre_in_world = moved(sphere->centre_in_world);
+    if (auto* box = std::get_if<Box>(&obstacle)) move_pose(box->world_from_box);
+  }
+  for (Pin& pin : there.pins) pin.point_in_world = moved(*pin.point_in_world);
+  there.start.centre_in_world = moved(*there.start.centre_in_world);
+  there.start.yaw_rad += kTurn;
+  there.table_z_m += kMove.z();
+  return there;
+}
+
+SimulateResult run(const Scene& scene, const std::string& solver) {
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.segments = 1;
+  options.solver = solver;
+  return simulate(scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt,
+                  options);
+}
+
+Scene scene_of(const std::string& file) {
+  Scene scene = read_scene(test::source_root() / file);
+  if (scene.start.mode == StartMode::flat) return scene;
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world =
+      Vector3d(0.005, -0.004, Surroundings(scene).top_z_m() + scene.start.clearance_m);
+  return scene;
+}
+
+TEST(Invariance, AMovedAndTurnedWorldHasTheSameShapesAndVerdicts) {
+  for (const char* file :
+       {"rigs/paper/scenes/D.toml", "rigs/bench1/scenes/A.toml", "rigs/bench1/scenes/C.toml"}) {
+    const Scene scene = scene_of(file);
+    for (const char* solver : {"fall", "static", "rk4"}) {
+      const SimulateResult here = run(scene, solver), there = run(moved(scene), solver);
+      EXPECT_EQ(here.report.status, there.report.status) << file << " " << solver;
+      EXPECT_EQ(here.report.steps, there.report.steps) << file << " " << solver;
+      double farthest = 0;
+      for (std::size_t k = 0; k < here.sheet.marks.size(); ++k) {
+        const Vector3d p = moved(here.sheet.marks[k].point_in_world);
+        farthest = std::max(farthest, (there.sheet.marks[k].point_in_world - p).norm());
+      }
+      EXPECT_LT(farthest, 1e-9) << file << " " << solver;
+    }
+  }
+}
+
+/// The paper's D: motion ends in the lower of its equilibria (5078 uJ at 11x11), and so must a
+/// fall that is polished.
+TEST(Fall, EndsInTheValleyOfMotionAndIsPolished) {
+  const Scene scene = scene_of("rigs/paper/scenes/D.toml");
+  const SimulateResult fallen = run(scene, "fall"), moved_there = run(scene, "rk4");
+  ASSERT_EQ(fallen.report.status, RestStatus::at_rest) << fallen.report.sentence;
+  ASSERT_EQ(moved_there.report.status, RestStatus::at_rest) << moved_there.report.sentence;
+  EXPECT_LE(fallen.report.residual, 1e-6);
+  const double motion_j = moved_there.report.energy_end_j;
+  EXPECT_LE(fallen.report.energy_end_j, motion_j * (1 + 1e-6));
+  double sum = 0;
+  for (std::size_t k = 0; k < fallen.sheet.marks.size(); ++k)
+    sum +=
+        (fallen.sheet.marks[k].point_in_world - moved_there.sheet.marks[k].point_in_world).norm();
+  // Nearer than equilibria that BranchOptions counts as one.
+  EXPECT_LT(sum / static_cast<double>(fallen.sheet.marks.size()), 1 * mm);
+}
+
+/// A stiff square clamped along two rows at height `z_m`.
+struct Clamped {
+  explicit Clamped(double z_m, double tolerance) : cloth(grid, laws(), MassRule::area) {
+    StaticOptions how;
+    how.residual_tolerance = tolerance;
+    solver = std::make_unique<StaticSolver>(cloth, nothing(), how);
+    Field x(3 * static_cast<std::size_t>(grid.count()));
+    std::vector<Hold> holds;
+    std::vector<Vector3d> places;
+    for (int i = 0; i < grid.count(); ++i) {
+      const Vector3d p((i / grid.cols) * grid.warp_spacing_m(),
+                       (i % grid.cols) * grid.weft_spacing_m(), z_m);
+      for (int axis = 0; axis < 3; ++axis) x[axis * grid.count() + i] = p[axis];
+      if (i >= 2 * grid.cols) continue;
+      holds.push_back({{i, i, i, i}, {1, 0, 0, 0}});
+      places.push_back(p);
+    }
+    solver->position = x;
+    solver->contacts().hold(holds, places);
+  }
+  static ClothLaws laws() {
+    ClothLaws stiff = linear_laws(0.15, 1e4, 40, 1e-5);
+    stiff.twist_n_m = 1.3e-5;
+    return stiff;
+  }
+  static const Surroundings& nothing() {
+    static const Surroundings far = [] {
+      Scene scene;
+      scene.table_z_m = -5;
+      return Surroundings(scene);
+    }();
+    return far;
+  }
+  GridSpec grid{21, 21, {0.2, 0.2}};
+  Cloth cloth;
+  std::unique_ptr<StaticSolver> solver;
+};
+
+TEST(Invariance, AStiffClampedSheetRestsAtAnyHeight) {
+  for (const double z_m : {0.0, 0.2, 1.3}) {
+    Clamped sheet(z_m, 1e-6);
+    const StaticReport report = sheet.solver->solve();
+    EXPECT_EQ(report.status, StaticStatus::at_rest) << z_m << " m: " << report.residual;
+    EXPECT_EQ(report.pin_error_m, 0) << z_m;
+  }
+}
+
+TEST(Invariance, ARunThatGetsNoFurtherSaysSo) {
+  Clamped sheet(0.2, 1e-15);  // below the rounding of the forces
+  const StaticReport report = sheet.solver->solve();
+  EXPECT_EQ(report.status, StaticStatus::stalled);
+  EXPECT_LT(report.residual, 1e-6);
+  int last = 0;  // iteration of the least residual, to a tenth
+  double least = report.history.front().residual;
+  for (std::size_t k = 0; k < report.history.size(); ++k) {
+    if (report.history[k].residual < 0.9 * least) last = static_cast<int>(k);
+    least = std::min(least, report.history[k].residual);
+  }
+  EXPECT_LE(report.iterations - last, 100);
+}
+
+}  // namespace
+}  // namespace drape::simulate

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "simulate/objects/surroundings.hpp"
+#include "simulate/simulate.hpp"
+
+namespace drape::simulate {
+
+/// How far the sheet is from the objects, or deep in them: at and between its particles.
+void measure_gaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
+                  SimulateReport& report);
+
+/// What the sheet does that cloth cannot: it is said, and such a sheet is not called at rest.
+void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
+                    const SimulateOptions& options, SimulateReport& report);
+
+}  // namespace drape::simulate

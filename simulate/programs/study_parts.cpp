@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/programs/study_parts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/program/progress.hpp"
+#include "simulate/study/plan.hpp"
+
+namespace drape::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNamed = 20;  ///< cases in the ending; study.csv has all
+
+std::string name_of(const StudyCase& c) {
+  return fmt::format("{} {} {} {}-{} seed {}", c.scene, c.fabric_file.stem().string(), c.model,
+                     c.grid, c.segments, c.seed);
+}
+
+Ending ending_of(const std::vector<PlannedOutcome>& outcomes) {
+  std::array<int, 4> counts{};
+  int resting = 0;
+  Ending ending;
+  for (const PlannedOutcome& planned : outcomes) {
+    ++counts[static_cast<std::size_t>(planned.state)];
+    resting += planned.state == CaseState::done && planned.outcome.at_rest;
+    const bool named = planned.state == CaseState::failed ||
+                       (planned.state == CaseState::done && !planned.outcome.at_rest);
+    if (named && ending.rejected.size() < kMostNamed)
+      ending.rejected.push_back(
+          fmt::format("{}: {}", name_of(planned.outcome.the_case), planned.outcome.sentence));
+  }
+  const auto count = [&](CaseState state) { return counts[static_cast<std::size_t>(state)]; };
+  ending.go = resting == static_cast<int>(outcomes.size());
+  ending.verdict = fmt::format("{} of {} drapes at rest", resting, outcomes.size());
+  ending.numbers = {{"done, not at rest", std::to_string(count(CaseState::done) - resting)},
+                    {"failed", std::to_string(count(CaseState::failed))},
+                    {"being computed", std::to_string(count(CaseState::computing))},
+                    {"missing", std::to_string(count(CaseState::missing))}};
+  return ending;
+}
+
+int compute(const fs::path& plan_file, const std::string& part_text, const fs::path& out,
+            const CommonOptions& common) {
+  const fs::path program = fs::read_symlink("/proc/self/exe");
+  const Part part = part_of(part_text);
+  StudyPlan plan = read_plan(plan_file, out, program);
+  plan.options.threads = thread_count(common);
+  Progress progress("study", common.quiet);
+  std::size_t ended = 0;
+  const double all = std::max(1.0, static_cast<double>(plan.cases.size()) / part.count);
+  const std::vector<PlannedOutcome> outcomes =
+      run_part(plan, part, out, program, [&](const PlannedOutcome& planned) {
+        progress.update(std::min(1.0, static_cast<double>(++ended) / all),
+                        name_of(planned.outcome.the_case));
+      });
+  Ending ending = ending_of(outcomes);
+  ending.next_command =
+      fmt::format("drape study status {} --out {}", plan_file.string(), out.string());
+  return finish(ending, common);
+}
+
+int count(const fs::path& plan_file, const fs::path& out, const CommonOptions& common) {
+  const StudyPlan plan = read_plan(plan_file, out, fs::read_symlink("/proc/self/exe"));
+  const std::vector<PlannedOutcome> outcomes = plan_status(plan);
+  write_durable(out / "study.csv", plan_csv(outcomes));
+  Ending ending = ending_of(outcomes);
+  ending.numbers.emplace_back("table", (out / "study.csv").string());
+  if (!ending.go)
+    ending.next_command = fmt::format("drape study {} --out {}", plan_file.string(), out.string());
+  return finish(ending, common);
+}
+
+}  // namespace
+
+void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments& arguments) {
+  app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper, or a plan.toml");
+  app.add_option("--out", out,
+                 "folder for <scene>/<model>/<grid>-<segments>/ and the tables; of a plan: for all "
+                 "its parts");
+  app.add_option("--part", arguments.part, "of a plan: I/N, every N-th case from the I-th on")
+      ->capture_default_str();
+  Command* status = app.add_subcommand(
+      "status", "counts what of a plan is done, failed or missing, and writes study.csv");
+  status->add_option("PLAN", rig, "plan.toml")->required();
+  status->add_option("--out", out, "as given to the parts")->required();
+}
+
+bool is_plan(const Command& app, const fs::path& rig) {
+  return app.chosen() != nullptr || rig.extension() == ".toml";
+}
+
+int run_plan(const Command& app, const fs::path& plan, const fs::path& out,
+             const PlanArguments& arguments, const CommonOptions& common) {
+  if (app.chosen() != nullptr) return count(plan, out, common);
+  for (const char* option : {"--scenes", "--grids", "--segments", "--models", "--solvers",
+                             "--max-steps", "--thickness-mm"}) {
+    if (app.count(option) > 0)
+      throw usage_error(fmt::format("{} cannot change a plan", option),
+                        "write it into the plan file");
+  }
+  if (out.empty()) throw usage_error("--out is missing", "give a folder for all parts");
+  return compute(plan, arguments.part, out, common);
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/program/command.hpp"
+#include "core/program/program.hpp"
+
+namespace drape::simulate {
+
+struct PlanArguments {
+  std::string part = "1/1";
+};
+
+/// RIG or PLAN, --out, --part, and the subcommand `status`.
+void add_plan_options(Command& app, std::filesystem::path& rig, std::filesystem::path& out,
+                      PlanArguments& arguments);
+
+/// Whether a plan was given and not a rig.
+[[nodiscard]] bool is_plan(const Command& app, const std::filesystem::path& rig);
+
+/// `drape study PLAN --part I/N --out DIR` computes one part; `drape study status PLAN --out DIR`
+/// counts what is done and writes DIR/study.csv. Exit code.
+[[nodiscard]] int run_plan(const Command& app, const std::filesystem::path& plan,
+                           const std::filesystem::path& out, const PlanArguments& arguments,
+                           const CommonOptions& common);
+
+}  // namespace drape::simulate

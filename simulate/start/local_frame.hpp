@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/start/start.hpp"
+
+namespace drape::simulate {
+
+/// The measured sheet, or an Error that says why it is needed.
+[[nodiscard]] const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene);
+
+/// Where a sheet that starts flat lies; `report` says which marks placed it.
+[[nodiscard]] FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured,
+                                  double top_z_m, StartReport& report);
+
+/// A scene in the frame of its sheet: origin at the middle of the start, x along the weft, z up.
+/// There every coordinate is small, and a world that is moved or turned about the vertical gives
+/// the same numbers: places of objects and pins are rounded to 0.12 nm, far above the rounding of
+/// world coordinates and far below what anybody measures.
+struct LocalScene {
+  Scene scene;
+  std::optional<Sheet> measured;
+  Eigen::Vector3d origin_in_world = Eigen::Vector3d::Zero();
+  double yaw_rad = 0;  ///< of the local x axis in the world
+  StartReport placed;  ///< of the flat start, in the world
+
+  [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const;
+  /// What gravity's energy of `mass_kg` in the world frame has more than in this one (J).
+  [[nodiscard]] double gravity_offset_j(double mass_kg) const;
+};
+
+/// `top_z_m` is the highest point of the objects in the world. Throws Error as make_start() does.
+[[nodiscard]] LocalScene local_scene(const Scene& world, const std::optional<Sheet>& measured,
+                                     double top_z_m);
+
+}  // namespace drape::simulate

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/parallel.hpp"
+#include "core/units.hpp"
+
+namespace drape::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// SHA-256 of files, each read once.
+class Hashes {
+ public:
+  const std::string& of(const fs::path& file) {
+    std::string& hash = known_[file.string()];
+    if (hash.empty()) hash = sha256_of_file(file);
+    return hash;
+  }
+
+ private:
+  std::map<std::string, std::string> known_;
+};
+
+std::vector<fs::path> paths_of(const TomlTable& root, const std::string& key) {
+  std::vector<fs::path> paths;
+  for (const std::string& name : root.texts(key)) paths.push_back(root.beside(name));
+  if (paths.empty()) root.reject(key, "the list is empty", "name one or more files");
+  return paths;
+}
+
+std::string key_of(const StudyCase& the_case, const StudyOptions& options,
+                   const std::vector<fs::path>& files, const fs::path& program, Hashes& hashes) {
+  std::string text = fmt::format(
+      "drapebench/study-key/1\nprogram {}\nmodel {}\ngrid {}\nsegments {}\nseed {}\nsteps {}\n"
+      "thickness_mm {}\n",
+      hashes.of(program), the_case.model, the_case.grid, the_case.segments, the_case.seed,
+      options.simulate.max_steps, options.simulate.cloth_thickness_m / units::mm);
+  for (const std::string& solver : options.solvers) text += "solver " + solver + "\n";
+  for (const fs::path& file : files) text += "file " + hashes.of(file) + "\n";
+  return sha256_of(std::string_view(text));
+}
+
+fs::path failure_of(const StudyCase& the_case) {
+  return the_case.folder / "failed.txt";
+}
+
+/// Nothing when another run computes the case.
+std::unique_ptr<WriterLock> lock_of(const StudyCase& the_case) {
+  fs::create_directories(the_case.folder);
+  try {
+    return std::make_unique<WriterLock>(the_case.folder / "lock", "this case is being computed");
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
+PlannedOutcome run_locked(const StudyCase& the_case, const StudyOptions& options,
+                          const fs::path& program) {
+  PlannedOutcome planned;
+  planned.outcome.the_case = the_case;
+  const std::unique_ptr<WriterLock> lock = lock_of(the_case);
+  if (!lock) {
+    planned.state = CaseState::computing;
+    return planned;
+  }
+  try {
+    planned.outcome = run_case(the_case, options, program);
+    planned.state = CaseState::done;
+    fs::remove(failure_of(the_case));
+  } catch (const Error& error) {
+    planned.outcome.sentence = error.what();
+    planned.state = CaseState::failed;
+    write_durable(failure_of(the_case), planned.outcome.sentence + "\n");
+  }
+  return planned;
+}
+
+PlannedOutcome look_at(const StudyCase& the_case) {
+  PlannedOutcome planned;
+  planned.outcome.the_case = the_case;
+  if (fs::is_regular_file(run_record_path(the_case.folder / "sheet.ply"))) {
+    planned.outcome = outcome_from(the_case);
+    planned.state = CaseState::done;
+  } else if (fs::exists(the_case.folder / "lock") && !lock_of(the_case)) {
+    planned.state = CaseState::computing;
+  } else if (fs::exists(failure_of(the_case))) {
+    planned.state = CaseState::failed;
+    planned.outcome.sentence = read_text(failure_of(the_case));
+  }
+  return planned;
+}
+
+}  // namespace
+
+StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& program) {
+  const TomlTable root = TomlTable::open(file, "plan");
+  StudyPlan plan;
+  StudyOptions& options = plan.options;
+  const std::vector<fs::path> scenes = paths_of(root, "scenes");
+  std::vector<fs::path> fabrics = {fs::path()};  // the scene's own
+  if (root.has("fabrics")) fabrics = paths_of(root, "fabrics");
+  std::vector<int> seeds = {0};
+  if (root.has("grids")) options.grids = root.integers("grids");
+  if (root.has("segments")) options.segments = root.integers("segments");
+  if (root.has("models")) options.models = root.texts("models");
+  if (root.has("solvers")) options.solvers = root.texts("solvers");
+  if (root.has("seeds")) seeds = root.integers("seeds");
+  if (root.has("max_steps")) options.simulate.max_steps = root.positive_integer("max_steps");
+  if (root.has("thickness_mm"))
+    options.simulate.cloth_thickness_m = root.not_negative("thickness_mm") * units::mm;
+  root.finish();
+  options.check();
+  if (seeds.empty()) root.reject("seeds", "the list is empty", "write e.g. seeds = [0]");
+  for (const int seed : seeds) {
+    if (seed < 0) root.reject("seeds", "a seed is negative", "use 0 (the scene's start) or more");
+  }
+  Hashes hashes;
+  for (const fs::path& scene_file : scenes) {
+    const Scene scene = read_scene(scene_file);
+    for (const fs::path& fabric_file : fabrics) {
+      const Fabric fabric = read_fabric(fabric_file.empty() ? scene.fabric_file : fabric_file);
+      const std::vector<fs::path> files = files_of(scene, fabric);
+      for (const std::string& model : options.models) {
+        for (const int grid : options.grids) {
+          for (const int segments : options.segments) {
+            for (const int seed : seeds) {
+              StudyCase one{scene_file, scene_file.stem().string(), model, grid, segments};
+              one.fabric_file = fabric_file.empty() ? scene.fabric_file : fabric_file;
+              one.seed = seed;
+              one.key = key_of(one, options, files, program, hashes);
+              one.folder = out / one.key.substr(0, 2) / one.key;
+              plan.cases.push_back(std::move(one));
+            }
+          }
+        }
+      }
+    }
+  }
+  return plan;
+}
+
+Part part_of(const std::string& text) {
+  Part part;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, part.index);
+  const bool slash = first.ec == std::errc() && first.ptr != end && *first.ptr == '/';
+  const auto second = std::from_chars(slash ? first.ptr + 1 : end, end, part.count);
+  if (!slash || second.ec != std::errc() || second.ptr != end || part.index < 1 ||
+      part.index > part.count)
+    throw usage_error(fmt::format("`{}` is not a part", text), "write e.g. --part 3/8");
+  return part;
+}
+
+std::vector<PlannedOutcome> run_part(const StudyPlan& plan, const Part& part, const fs::path& out,
+                                     const fs::path& program,
+                                     const std::function<void(const PlannedOutcome&)>& done) {
+  const WriterLock lock(out / "parts" / fmt::format("{}-of-{}.lock", part.index, part.count),
+                        "this part of the study is being run already");
+  std::vector<const StudyCase*> cases;
+  for (std::size_t i = static_cast<std::size_t>(part.index) - 1; i < plan.cases.size();
+       i += static_cast<std::size_t>(part.count))
+    cases.push_back(&plan.cases[i]);
+  std::vector<PlannedOutcome> outcomes(cases.size());
+  std::mutex one_at_a_time;
+  parallel_for(cases.size(), plan.options.threads, [&](std::size_t i) {
+    outcomes[i] = run_locked(*cases[i], plan.options, program);
+    const std::lock_guard<std::mutex> only(one_at_a_time);
+    if (done) done(outcomes[i]);
+  });
+  return outcomes;
+}
+
+std::vector<PlannedOutcome> plan_status(const StudyPlan& plan) {
+  std::vector<PlannedOutcome> outcomes;
+  for (const StudyCase& the_case : plan.cases) outcomes.push_back(look_at(the_case));
+  return outcomes;
+}
+
+std::string plan_csv(const std::vector<PlannedOutcome>& outcomes) {
+  constexpr const char* kStates[] = {"done", "failed", "computing", "missing"};
+  std::string text =
+      "key,scene,fabric,model,grid,segments,seed,state,solver,at_rest,"
+      "largest_residual_per_particle_weight,energy_uJ,status\n";
+  for (const PlannedOutcome& planned : outcomes) {
+    const StudyOutcome& o = planned.outcome;
+    const StudyCase& c = o.the_case;
+    const bool done = planned.state == CaseState::done;
+    text += fmt::format("{},{},{},{},{},{},{},{},{},", c.key, c.scene,
+                        c.fabric_file.stem().string(), c.model, c.grid, c.segments, c.seed,
+                        kStates[static_cast<int>(planned.state)], o.solver);
+    text += done ? fmt::format("{},{},{},\"{}\"\n", o.at_rest ? 1 : 0, o.residual,
+                               o.energy_j / 1e-6, o.sentence)
+                 : ",,,\n";
+  }
+  return text;
+}
+
+}  // namespace drape::simulate

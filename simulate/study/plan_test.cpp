@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/plan.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Plan : public ::testing::Test {
+ protected:
+  StudyPlan plan(const fs::path& out, const std::string& more = "") {
+    const std::string rig = (test::source_root() / "rigs/paper").string();
+    write_durable(file_, fmt::format("schema = \"drapebench/plan/1\"\n"
+                                     "scenes = [\"{0}/scenes/A.toml\"]\n"
+                                     "fabrics = [\"{0}/fabrics/A.toml\", \"{0}/fabrics/B.toml\"]\n"
+                                     "grids = [5]\nsegments = [1]\nmodels = [\"consistent\"]\n"
+                                     "solvers = [\"static\"]\nseeds = [0, 1]\n{1}",
+                                     rig, more));
+    return read_plan(file_, out, program_);
+  }
+  std::string csv(const fs::path& out) { return plan_csv(plan_status(plan(out))); }
+
+  test::TemporaryFolder folder_;
+  fs::path file_ = folder_.path() / "plan.toml";
+  fs::path program_ = fs::read_symlink("/proc/self/exe");
+};
+
+TEST_F(Plan, NamesEveryCaseByWhatItDependsOn) {
+  const StudyPlan two = plan("out");
+  ASSERT_EQ(two.cases.size(), 4U);
+  std::set<std::string> keys;
+  for (const StudyCase& one : two.cases) keys.insert(one.key);
+  EXPECT_EQ(keys.size(), 4U);
+  const StudyPlan other = plan("out", "max_steps = 7\n");
+  for (const StudyCase& one : other.cases) EXPECT_FALSE(keys.contains(one.key));
+  EXPECT_THROW((void)plan("out", "sedes = [3]\n"), Error);
+  EXPECT_THROW((void)plan("out", "thickness_mm = -1\n"), Error);
+}
+
+TEST_F(Plan, PartsTogetherAreTheWholeByteForByte) {
+  const fs::path whole = folder_.path() / "whole", parts = folder_.path() / "parts";
+  (void)run_part(plan(whole), {}, whole, program_, {});
+  const auto second = run_part(plan(parts), {2, 3}, parts, program_, {});
+  EXPECT_EQ(second.size(), 1U);
+  EXPECT_THAT(csv(parts), testing::HasSubstr(",missing,"));
+  (void)run_part(plan(parts), {3, 3}, parts, program_, {});
+  (void)run_part(plan(parts), {1, 3}, parts, program_, {});
+  EXPECT_EQ(csv(parts), csv(whole));
+  EXPECT_THAT(csv(whole), testing::Not(testing::HasSubstr("missing")));
+  for (const PlannedOutcome& again : run_part(plan(parts), {}, parts, program_, {}))
+    EXPECT_TRUE(again.outcome.kept);
+  // A case that was cut off has no record, so it is computed again with the same bytes.
+  const fs::path cut = plan(parts).cases[0].folder;
+  const std::string sheet = read_text(cut / "sheet.json");
+  fs::remove(cut / "sheet.run.json");
+  write_durable(cut / "sheet.json", sheet.substr(0, 100));
+  EXPECT_FALSE(run_part(plan(parts), {}, parts, program_, {})[0].outcome.kept);
+  EXPECT_EQ(read_text(cut / "sheet.json"), sheet);
+}
+
+TEST_F(Plan, TheSamePartTwiceAtOnceIsRefused) {
+  const fs::path out = folder_.path() / "out";
+  const StudyPlan once = plan(out);
+  bool refused = false;
+  (void)run_part(once, {1, 4}, out, program_, [&](const PlannedOutcome&) {
+    try {
+      (void)run_part(once, {1, 4}, out, program_, {});
+    } catch (const Error& error) {
+      refused = error.kind() == ErrorKind::bad_input;
+    }
+  });
+  EXPECT_TRUE(refused);
+  EXPECT_EQ(run_part(once, {1, 4}, out, program_, {}).size(), 1U) << "free again";
+}
+
+TEST_F(Plan, AFailedCaseIsNamedAndDoesNotStopTheOthers) {
+  const fs::path out = folder_.path() / "out";
+  StudyPlan faulty = plan(out);
+  faulty.cases[1].fabric_file = "absent.toml";
+  const auto outcomes = run_part(faulty, {}, out, program_, {});
+  EXPECT_EQ(outcomes[1].state, CaseState::failed);
+  EXPECT_EQ(outcomes[3].state, CaseState::done);
+  EXPECT_EQ(plan_status(faulty)[1].state, CaseState::failed);
+  EXPECT_THAT(plan_status(faulty)[1].outcome.sentence, testing::HasSubstr("absent.toml"));
+}
+
+TEST(Part, IsReadStrictly) {
+  EXPECT_EQ(part_of("3/8").index, 3);
+  EXPECT_EQ(part_of("3/8").count, 8);
+  for (const char* wrong : {"", "3", "0/8", "9/8", "3/8x", "x/8", "3/", "-1/2"})
+    EXPECT_THROW((void)part_of(wrong), Error) << wrong;
+}
+
+}  // namespace
+}  // namespace drape::simulate

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/scene_effects.hpp"
+
+#include <fmt/format.h>
+
+#include <functional>
+
+#include "core/units.hpp"
+#include "simulate/study/split.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+using units::mm;
+
+/// Where nobody states friction's uncertainty: large enough to be seen, small enough to be a slope.
+constexpr double kFrictionStep = 0.05;
+
+struct Move {
+  Vector3d way_m;
+
+  void operator()(Sphere& body) const { body.centre_in_world += way_m; }
+  void operator()(Box& body) const { body.world_from_box.translation_m += way_m; }
+  void operator()(Cylinder& body) const { body.world_from_cylinder.translation_m += way_m; }
+  void operator()(Plane& body) const { body.point_in_world += way_m; }
+  void operator()(MeshObject& body) const { body.world_from_mesh.translation_m += way_m; }
+};
+
+/// Grows a body that stands where it stood; planes and meshes have no size of their own.
+struct Grow {
+  double by_m;
+
+  void operator()(Sphere& body) const {
+    body.radius_m += 0.5 * by_m;
+    body.centre_in_world.z() += 0.5 * by_m;
+  }
+  void operator()(Box& body) const {
+    body.size_m += Vector3d::Constant(by_m);
+    body.world_from_box.translation_m.z() += 0.5 * by_m;
+  }
+  void operator()(Cylinder& body) const {
+    body.radius_m += 0.5 * by_m;
+    body.height_m += by_m;
+    body.world_from_cylinder.translation_m.z() += 0.5 * by_m;
+  }
+  void operator()(Plane&) const {}
+  void operator()(MeshObject&) const {}
+};
+
+}  // namespace
+
+std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric, const Print& print,
+                                       const std::optional<Sheet>& start, const Sheet& reference,
+                                       const SimulateOptions& options) {
+  const auto distance = [&](const std::function<void(Scene&)>& change) -> std::optional<double> {
+    Scene changed = scene;
+    change(changed);
+    const ErrorSplit split =
+        split_error(changed, fabric, print, start, reference, options,
+                    {.starts = 1, .only_first_order = true, .scene_values = false});
+    if (!split.rows.front().at_rest) return std::nullopt;
+    return split.rows.front().distance_m;
+  };
+  std::vector<SceneEffect> effects;
+  /// `change(scene, amount)`, up and down by `step` (in SI); `unit` is that of the sensitivity.
+  const auto add = [&](const std::string& name, double step, double unit,
+                       const std::function<void(Scene&, double)>& change) {
+    const auto up = distance([&](Scene& one) { change(one, step); });
+    const auto down = distance([&](Scene& one) { change(one, -step); });
+    SceneEffect effect{name, std::nullopt};
+    if (up && down) effect.change_per_unit = (*up - *down) / (2 * step / unit);
+    effects.push_back(effect);
+  };
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      add(fmt::format("object_{}_{}_mm", i + 1, "xyz"[axis]), scene.uncertainty_of(i).place_m(), mm,
+          [&](Scene& one, double by_m) {
+            std::visit(Move{by_m * Vector3d::Unit(axis)}, one.obstacles[i]);
+          });
+    }
+    if (std::holds_alternative<Plane>(scene.obstacles[i]) ||
+        std::holds_alternative<MeshObject>(scene.obstacles[i]))
+      continue;
+    add(fmt::format("object_{}_size_mm", i + 1), scene.uncertainty_of(i).size_m(), mm,
+        [&](Scene& one, double by_m) { std::visit(Grow{by_m}, one.obstacles[i]); });
+  }
+  if (scene.friction > kFrictionStep) {
+    add("friction", kFrictionStep, 1, [](Scene& one, double by) { one.friction += by; });
+  }
+  return effects;
+}
+
+Json scene_effects_json(const std::vector<SceneEffect>& effects) {
+  Json list = Json::array();
+  for (const SceneEffect& effect : effects) {
+    if (effect.change_per_unit)
+      list.push_back(
+          {{"value", effect.value}, {"mean_distance_mm_per_unit", *effect.change_per_unit / mm}});
+  }
+  return list;
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/json_file.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/simulate.hpp"
+
+namespace drape::simulate {
+
+/// How the mean distance from the reference answers to a measured value of the scene.
+struct SceneEffect {
+  std::string value;                      ///< "friction", "object_1_x_mm", "object_1_size_mm"
+  std::optional<double> change_per_unit;  ///< m per unit; absent when a drape did not come to rest
+};
+
+/// Drapes the scene with one value changed by its standard uncertainty, up and down, and takes the
+/// central difference: place (x, y, z) and size of each object, and friction.
+[[nodiscard]] std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric,
+                                                     const Print& print,
+                                                     const std::optional<Sheet>& start,
+                                                     const Sheet& reference,
+                                                     const SimulateOptions& options);
+
+/// Array of {value, mean_distance_mm_per_unit}, without the absent ones.
+[[nodiscard]] Json scene_effects_json(const std::vector<SceneEffect>& effects);
+
+}  // namespace drape::simulate

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+// Closed forms by the files that a user writes, with both solvers.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "simulate/validation/door.hpp"
+#include "simulate/validation/exact.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+using Runs = std::vector<DoorRun>;
+constexpr double kPi = std::numbers::pi;
+constexpr double kLength = 0.1;
+constexpr double kDensity = 0.15;
+constexpr double kWeight = kDensity * kGravity;  // N/m2
+// Tensile modulus over a strip's weight: its stretch then is below a tenth of the goals, and
+// Runge-Kutta's steps are as long as that allows.
+constexpr double kStretchPerLoad = 1e4;
+constexpr double kMu = 0.4;
+
+std::vector<int> rows_of(const DoorCase& c, std::initializer_list<int> rows) {
+  std::vector<int> particles;
+  for (const int row : rows) {
+    for (int col = 0; col < c.cols; ++col) particles.push_back(row * c.cols + col);
+  }
+  return particles;
+}
+
+Vector3d at_row(const DoorRun& run, const DoorCase& c, int row) {
+  return at(run.position, row * c.cols + c.cols / 2);
+}
+
+/// A strip whose first two rows are held; the clamp is half a cell before the second one, whose
+/// hinge stands for half a cell on each side of it.
+DoorCase clamped_strip(int rows, double gamma) {
+  DoorCase c;
+  c.rows = rows;
+  c.spacing_m = kLength / (rows - 1.5);
+  c.density_kg_per_m2 = kDensity;
+  c.bending_n_m = kWeight * std::pow(kLength, 3) / gamma;
+  c.tensile.slope = kStretchPerLoad * kWeight * kLength;
+  c.pinned = rows_of(c, {0, 1});
+  return c;
+}
+
+DoorCase cantilever(int rows, double gamma) {
+  DoorCase c = clamped_strip(rows, gamma);
+  c.starts_flat = true;
+  c.start = [c](double u, double v) { return c.flat_place(u, v); };
+  return c;
+}
+
+/// Height over width of a cantilever's shape.
+double ratio_of(const DoorRun& run, const DoorCase& c) {
+  const Vector3d tip = at_row(run, c, c.rows - 1);
+  return -tip.z() / (c.flat_place(0.5 * c.spacing_m, 0).y() - tip.y());
+}
+
+void check_cantilever_forms(Checks& checks) {
+  for (const double gamma : {1.0, 10.0}) {
+    const DoorCase c = cantilever(41, gamma);
+    const exact::Cantilever shape = exact::cantilever(gamma);
+    check_form({1,
+                fmt::format("cantilever H/W, Gamma {:g}", gamma),
+                shape.height / shape.width,
+                1e-3,
+                {c},
+                [c](const Runs& runs) { return ratio_of(runs[0], c); }},
+               checks);
+  }
+  const DoorCase coarse = cantilever(21, 100), fine = cantilever(41, 100);
+  const exact::Cantilever deep = exact::cantilever(100);
+  const double finer = std::pow(coarse.spacing_m / fine.spacing_m, 2);
+  check_form({1,
+              "cantilever H/W, Gamma 100, 21 and 41",
+              deep.height / deep.width,
+              1e-3,
+              {coarse, fine},
+              [=](const Runs& runs) {
+                const double last = ratio_of(runs[1], fine);
+                return last + (last - ratio_of(runs[0], coarse)) / (finer - 1);
+              }},
+             checks);
+  const exact::Cantilever peirce = exact::cantilever_at_chord_angle(41.5 * kPi / 180);
+  const DoorCase hung = cantilever(41, peirce.gamma);
+  check_form({2,
+              "B from Peirce's 41.5 degrees, over the B put in",
+              1,
+              5e-3,
+              {hung},
+              [=](const Runs& runs) {
+                const double chord = std::atan(ratio_of(runs[0], hung));
+                return peirce.gamma / exact::cantilever_at_chord_angle(chord).gamma;
+              }},
+             checks);
+}
+
+/// A strut pinned at both ends, its weight too small to matter.
+void check_strut_form(Checks& checks) {
+  for (const double degrees : {20.0, 60.0}) {
+    DoorCase c;
+    c.rows = 41;
+    c.spacing_m = kLength / (c.rows - 1);
+    c.bending_n_m = 1e-3;
+    c.tensile.slope = 2e5 * c.bending_n_m / (kLength * kLength);
+    constexpr double kLight = 5e-3;  // of gravity
+    c.gravity_m_per_s2 *= kLight;
+    c.motion_tolerance /= kLight;
+    c.static_tolerance /= kLight;
+    c.pinned = rows_of(c, {0, c.rows - 1});
+    const double alpha = degrees * kPi / 180;
+    const exact::Elastica strut = exact::elastica(alpha);
+    const double k = std::sin(0.5 * alpha);
+    const double rise = k / std::comp_ellint_1(k);
+    c.start = [=](double u, double v) {
+      return Vector3d(u * strut.chord, v, rise * kLength * std::sin(kPi * u / kLength));
+    };
+    check_form(
+        {5,
+         fmt::format("strut's rise over its length, end slope {:g} deg", degrees),
+         rise,
+         2e-3,
+         {c},
+         [=](const Runs& runs) { return std::abs(at_row(runs[0], c, c.rows / 2).z()) / kLength; }},
+        checks);
+  }
+}
+
+void check_hanging_form(Checks& checks) {
+  DoorCase c;
+  c.rows = 41;
+  const double length = 0.2;
+  c.spacing_m = length / (c.rows - 1);
+  c.density_kg_per_m2 = kDensity;
+  c.tensile.slope = 400;
+  c.gravity_m_per_s2 = {0, -kGravity, 0};
+  c.starts_flat = true;
+  c.start = [=](double u, double v) { return c.flat_place(u, v); };
+  c.pinned = rows_of(c, {0});
+  c.motion_tolerance = 1e-6;
+  check_form({7,
+              "hanging strip: drop of its end (m)",
+              kWeight * length * length / 800,
+              1e-6,
+              {c},
+              [=](const Runs& runs) {
+                return c.flat_place(length, 0).y() - at_row(runs[0], c, c.rows - 1).y();
+              }},
+             checks);
+}
+
+void check_chain_form(Checks& checks) {
+  for (const double chord : {0.775, 0.9}) {
+    DoorCase c;
+    c.rows = 41;
+    const double length = 0.2;
+    c.spacing_m = length / (c.rows - 1);
+    c.density_kg_per_m2 = kDensity;
+    c.bending_n_m = 1e-7;
+    c.twist_n_m = 1e-5;  // a chain cannot twist
+    c.tensile.slope = kStretchPerLoad * kWeight * length;
+    c.pinned = rows_of(c, {0, c.rows - 1});
+    const double sag = exact::catenary_sag(chord);
+    c.start = [=](double u, double v) {
+      const double t = 2 * u / length - 1;
+      return Vector3d(0.5 * chord * length * t, v, sag * length * (t * t - 1));
+    };
+    check_form({8,
+                fmt::format("catenary sag over length, chord {:g}", chord),
+                sag,
+                1e-3,
+                {c},
+                [=](const Runs& runs) { return -at_row(runs[0], c, c.rows / 2).z() / length; }},
+               checks);
+  }
+}
+
+/// Sheets held all round or at two ends, so stiff against bending and so light that they stay flat.
+DoorCase flat_patch(int rows, double edge) {
+  DoorCase c;
+  c.rows = c.cols = rows;
+  c.spacing_m = edge / (rows - 1);
+  c.bending_n_m = c.twist_n_m = 1e-3;
+  constexpr double kLight = 1e-2;  // of gravity
+  c.gravity_m_per_s2 *= kLight;
+  c.motion_tolerance /= kLight;
+  c.static_tolerance /= kLight;
+  return c;
+}
+
+void check_patch_forms(Checks& checks) {
+  const double edge = 0.05;
+  for (const double g : {0.02, 0.1}) {
+    DoorCase c = flat_patch(11, edge);
+    c.shear_n_per_m = 20;
+    for (int i = 0; i < 121; ++i) {
+      if (i / 11 % 10 == 0 || i % 11 % 10 == 0) c.pinned.push_back(i);
+    }
+    c.start = [g](double u, double v) {
+      return Vector3d(u * std::cos(g / 2) + v * std::sin(g / 2),
+                      u * std::sin(g / 2) + v * std::cos(g / 2), 0);
+    };
+    check_form({9,
+                fmt::format("work (J) of a picture frame sheared by {:g} rad", g),
+                0.5 * edge * edge * c.shear_n_per_m * g * g,
+                1e-3,
+                {c},
+                [](const Runs& runs) { return runs[0].shear_j; }},
+               checks);
+  }
+  DoorCase c = flat_patch(11, edge);
+  c.tensile = {4000, {{0.006, 2500}, {0.012, 6000}}};
+  c.pinned = rows_of(c, {0, 10});
+  const double strain = 0.02;
+  c.start = [strain](double u, double v) { return Vector3d((1 + strain) * u, v, 0); };
+  check_form({10,
+              "work (J) of a patch pulled to 2 %, knotted curve",
+              edge * edge * c.tensile.energy(strain),
+              1e-6,
+              {c},
+              [](const Runs& runs) { return runs[0].stretch_j; }},
+             checks);
+}
+
+/// What holds just below a threshold and slides just above it: the middle of the two, else the one
+/// that is wrong.
+double threshold(const Runs& runs, double exact, double margin) {
+  if (!runs[0].rests) return (1 - 2 * margin) * exact;
+  return runs[1].rests ? (1 + 2 * margin) * exact : exact;
+}
+
+void check_friction_forms(Checks& checks) {
+  constexpr double kMargin = 5e-3;
+  constexpr long kSliding = 20000;  // steps after which a sheet that still slides will not stop
+  std::vector<DoorCase> slopes;
+  for (const double share : {1 - kMargin, 1 + kMargin}) {
+    DoorCase c;
+    c.rows = 3;
+    c.spacing_m = 0.01;
+    c.friction = kMu;
+    c.table_z_m = 0;
+    const double angle = std::atan(share * kMu);
+    c.gravity_m_per_s2 = kGravity * Vector3d(std::sin(angle), 0, -std::cos(angle));
+    c.starts_flat = true;
+    c.start = [c](double u, double v) { return c.flat_place(u, v); };
+    c.motion_steps = kSliding;
+    slopes.push_back(c);
+  }
+  check_form({13, "slope at which a sheet starts to slide, tangent", kMu, kMargin, slopes,
+              [](const Runs& runs) { return threshold(runs, kMu, kMargin); }, false},
+             checks);
+}
+
+}  // namespace
+
+void check_door(Checks& checks) {
+  check_cantilever_forms(checks);
+  check_strut_form(checks);
+  check_hanging_form(checks);
+  check_chain_form(checks);
+  check_patch_forms(checks);
+  check_friction_forms(checks);
+}
+
+}  // namespace drape::simulate

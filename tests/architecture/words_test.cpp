@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// The words: identifiers and prose use the terms of the field and plain English; READMEs are short.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <regex>
+#include <sstream>
+
+#include "tests/architecture/source_files.hpp"
+
+namespace drape::test {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr int max_readme_words = 1200;
+constexpr std::size_t max_prose_columns = 140;
+
+/// Words to avoid, each with what to write; "to and fro" is looked for as a phrase.
+constexpr std::array odd_words = {"way",  "ways",  "share", "shares", "told",
+                                  "lean", "leans", "heads", "anew",   "papers"};
+
+/// Rooms whose identifiers and comments are checked too; Markdown is checked everywhere.
+constexpr std::array checked_rooms = {"core", "triangulate", "synth", "detect"};
+
+bool is_odd(std::string word) {
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(odd_words.begin(), odd_words.end(), word) != odd_words.end();
+}
+
+/// The first odd word of a text: words of prose, parts of snake_case and of CamelCase alike.
+std::string odd_word(const std::string& text) {
+  static const std::regex part("[A-Z]?[a-z]+|[A-Z]+");
+  for (std::sregex_iterator it(text.begin(), text.end(), part), end; it != end; ++it) {
+    if (is_odd(it->str())) return it->str();
+  }
+  static const std::regex phrase(R"(\bto and fro\b)");
+  return std::regex_search(text, phrase) ? "to and fro" : "";
+}
+
+/// Without names: quoted code of Markdown, strings of C++ that are no sentence (keys, options).
+std::string prose_of(const std::string& line, const std::regex& names) {
+  return std::regex_replace(line, names, " ");
+}
+
+/// Lines of a Markdown text outside its fenced blocks, which quote programs.
+std::vector<Line> outside_fences(const SourceFile& file) {
+  std::vector<Line> lines;
+  bool inside = false;
+  for (const Line& line : file.lines) {
+    const std::size_t start = line.text.find_first_not_of(' ');
+    const bool fence = start != std::string::npos && line.text.compare(start, 3, "```") == 0;
+    if (!inside && !fence) lines.push_back(line);
+    if (fence) inside = !inside;
+  }
+  return lines;
+}
+
+TEST(Words, FindsOddWordsInProseAndIdentifiers) {
+  EXPECT_EQ(odd_word("half of the way there"), "way");
+  EXPECT_EQ(odd_word("double step_share = 1;"), "share");
+  EXPECT_EQ(odd_word("kLeastShare"), "Share");
+  EXPECT_EQ(odd_word("it goes to and fro"), "to and fro");
+  EXPECT_EQ(odd_word("always shared_ptr boolean headers, to and from"), "");
+}
+
+TEST(Words, MarkdownHasNone) {
+  static const std::regex code("`[^`]*`");
+  std::vector<std::string> findings;
+  const std::vector<SourceFile> files = markdown_files();
+  EXPECT_GT(files.size(), 15U);
+  for (const SourceFile& file : files) {
+    for (const Line& line : outside_fences(file)) {
+      const std::string word = odd_word(prose_of(line.text, code));
+      if (!word.empty()) findings.push_back(fmt::format("{} ({})", finding(file, line), word));
+    }
+  }
+  EXPECT_THAT(findings, IsEmpty());
+}
+
+TEST(Words, CodeAndCommentsHaveNone) {
+  static const std::regex key(R"re("[^" ]*")re");
+  std::vector<std::string> findings;
+  for (const SourceFile& file : cpp_files()) {
+    if (std::find(checked_rooms.begin(), checked_rooms.end(), file.folder()) == checked_rooms.end())
+      continue;
+    for (const Line& line : file.lines) {
+      const std::string word = odd_word(prose_of(line.text, key));
+      if (!word.empty()) findings.push_back(fmt::format("{} ({})", finding(file, line), word));
+    }
+  }
+  EXPECT_THAT(findings, IsEmpty());
+}
+
+TEST(Words, LinesOfMarkdownProseStayUnder140Columns) {
+  std::vector<std::string> findings;
+  for (const SourceFile& file : markdown_files()) {
+    for (const Line& line : outside_fences(file)) {
+      // A row of a table cannot be broken. Columns are characters: UTF-8 continuation bytes do not
+      // count.
+      const auto columns = std::count_if(line.text.begin(), line.text.end(),
+                                         [](unsigned char c) { return (c & 0xC0U) != 0x80U; });
+      if (!line.text.starts_with('|') && columns >= static_cast<long>(max_prose_columns))
+        findings.push_back(fmt::format("{}:{}: {} columns", file.path, line.number, columns));
+    }
+  }
+  EXPECT_THAT(findings, IsEmpty());
+}
+
+TEST(Words, ReadmesHaveAtMost1200Words) {
+  std::vector<std::string> findings;
+  for (const SourceFile& file : markdown_files()) {
+    if (!file.path.ends_with("README.md")) continue;
+    int words = 0;
+    for (const Line& line : file.lines) {
+      std::istringstream text(line.text);
+      for (std::string word; text >> word;) ++words;
+    }
+    if (words > max_readme_words) findings.push_back(fmt::format("{}: {}", file.path, words));
+  }
+  EXPECT_THAT(findings, IsEmpty());
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// A stage can be replaced by another lab's program that knows the documents alone.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include "core/files/files.hpp"
+#include "core/sheet.hpp"
+#include "core/units.hpp"
+#include "tests/support/bench1_truth.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+/// A folder of all programs in which `text` takes the place of one of them.
+class Programs {
+ public:
+  Programs(const std::string& replaced, const std::string& text) {
+    for (const fs::directory_entry& entry :
+         fs::directory_iterator(program("drape").parent_path())) {
+      const std::string name = entry.path().filename().string();
+      if (!name.starts_with("drape") || name == replaced) continue;
+      // `drape` looks for the stages beside its own file, so it is no link.
+      name == "drape" ? fs::copy(entry.path(), folder_.path() / name)
+                      : fs::create_symlink(entry.path(), folder_.path() / name);
+    }
+    write_durable(folder_.path() / replaced, text);
+    ::chmod((folder_.path() / replaced).c_str(), 0755);
+  }
+  [[nodiscard]] Outcome run(const SmallBench& bench) const {
+    return run_line("cd " + bench.folder().string() + " && exec " +
+                    (folder_.path() / "drape").string() + " run rig --single --out out");
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
+  const SmallBench bench({"C"});
+  const Programs programs("drape-triangulate",
+                          read_text(source_root() / "tests/end_to_end/foreign_triangulate.py"));
+  const Outcome outcome = programs.run(bench);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+  const Sheet sheet = read_sheet(bench.folder() / "out/C/sheet.ply");
+  ASSERT_GE(sheet.marks.size(), 80U);
+  // A quarter of the pitch: no true mark but its own is that near.
+  for (const TrueDot& dot : bench1_truth().drapes.at("C")) {
+    if (const SheetMark* mark = sheet.find(dot.mark)) {
+      EXPECT_LT((mark->point_in_world - dot.point_in_world).norm(), 5 * units::mm);
+    }
+  }
+  EXPECT_TRUE(fs::exists(bench.folder() / "out/report.html"));
+}
+
+TEST(ForeignStage, AProgramThatCrashesIsNoVerdict) {
+  const SmallBench bench({"C"});
+  const Programs programs("drape-triangulate", "#!/bin/sh\necho 'Traceback: oops' >&2\nexit 1\n");
+  const Outcome outcome = programs.run(bench);
+  EXPECT_GT(outcome.exit_code, 1) << outcome.text;
+  EXPECT_THAT(
+      outcome.text,
+      HasSubstr("triangulate (drape C) ended with exit code 1 but did not write out/C/sheet"));
+  EXPECT_THAT(outcome.text, Not(HasSubstr("GO: ")));
+}
+
+}  // namespace
+}  // namespace drape::test

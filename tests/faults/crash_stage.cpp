@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/faults/crash_stage.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <stdexcept>
+
+#include "core/files/files.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The front door of the programs under test; the store holds the date of a run.
+std::string drape_line(const std::string& arguments) {
+  const fs::path here = program("drape").parent_path();
+  const fs::path programs = environment("DRAPE_CRASH_PROGRAMS", here.string());
+  return (programs / "drape").string() + " " + arguments;
+}
+
+Outcome run_in(const fs::path& folder, const std::string& line) {
+  return run_line("cd " + folder.string() + " && export SOURCE_DATE_EPOCH=0 && " + line);
+}
+
+void must_end_with(int code, const Outcome& outcome) {
+  if (outcome.exit_code != code) throw std::runtime_error(outcome.text);
+}
+
+void replace_in(const fs::path& file, const std::string& from, const std::string& to) {
+  std::string text = read_text(file);
+  const auto at = text.find(from);
+  if (at == std::string::npos) throw std::runtime_error(file.string() + " lacks " + from);
+  write_durable(file, text.replace(at, from.size(), to));
+}
+
+/// rig/ of a small bench with one drape and few poses of the target, its images linked.
+void add_rig(const fs::path& folder) {
+  const SmallBench bench({"C"});
+  fs::copy(bench.rig(), folder / "rig",
+           fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  for (const char* poses :
+       {"  \"pose_05\",  \"pose_06\",  \"pose_07\",  \"pose_08\",  \"pose_09\",\n",
+        "  \"pose_10\",  \"pose_11\",  \"pose_12\",  \"pose_13\",  \"pose_14\",\n"})
+    replace_in(folder / "rig/rig.toml", poses, "");
+}
+
+constexpr const char* kRun = "run rig --single --out out --threads 1";
+constexpr const char* kDensity = "areal_density_g_per_m2 = 138";
+constexpr const char* kOtherDensity = "areal_density_g_per_m2 = 150";
+constexpr const char* kVerifyRun = "results verify --store out/results.sqlite";
+
+void add_finished_run(const fs::path& folder) {
+  add_rig(folder);
+  must_end_with(0, run_in(folder, drape_line(kRun)));
+}
+
+/// A finished run without its last step.
+void add_run_before_comparison(const fs::path& folder) {
+  add_finished_run(folder);
+  for (const auto& entry : fs::directory_iterator(folder / "out")) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("report") || name.starts_with("results")) fs::remove_all(entry.path());
+  }
+}
+
+void add_run_with_other_fabric(const fs::path& folder) {
+  add_finished_run(folder);
+  replace_in(folder / "rig/fabrics/A.toml", kDensity, kOtherDensity);
+}
+
+void add_failed_run(const fs::path& folder) {
+  add_finished_run(folder);
+  // The simulation alone fails, so that the front door has removed what it would have made.
+  const fs::path fabric = folder / "rig/fabrics/A.toml";
+  replace_in(fabric, kDensity, kOtherDensity);
+  const fs::path simulation = folder / "out/C/simulations/11-1";
+  fs::remove_all(simulation);
+  write_durable(simulation, "a file where a folder is needed");
+  must_end_with(3, run_in(folder, drape_line(kRun)));
+  fs::remove(simulation);
+}
+
+void add_images(const fs::path& folder) {
+  const fs::path recording = source_root() / "rigs/bench1/recording";
+  fs::create_directory(folder / "images");
+  for (const char* set : {"stage_z000", "drape_C"})
+    fs::copy(recording / set, folder / "images" / set, fs::copy_options::recursive);
+}
+
+/// A rig whose cameras show the recorded drape.
+void add_replayed_cameras(const fs::path& folder) {
+  fs::create_directories(folder / "rig");
+  add_images(folder);
+  fs::remove_all(folder / "images/stage_z000");
+  must_end_with(0, run_in(folder, drape_line("import images --out rig/one")));
+  fs::remove_all(folder / "images");
+  fs::copy(source_root() / "rigs/bench1/rig.toml", folder / "rig");
+  std::string text =
+      "schema = \"drapebench/cameras/1\"\n[sync]\nmethod = \"free_run\"\nframe_rate_hz = 1.0\n"
+      "largest_spread_ms = 70.0\n";
+  for (int c = 0; c < 3; ++c)
+    text += fmt::format(
+        "[[camera]]\nname = \"cam{0}\"\nbackend = \"replay\"\ndevice = \"cam{0}\"\n"
+        "recording = \"one\"\n",
+        c);
+  write_durable(folder / "rig/cameras.toml", text);
+}
+
+void add_old_store(const fs::path& folder) {
+  add_finished_run(folder);
+  fs::create_directory(folder / "old");
+  SQLite::Database old((folder / "old/results.sqlite").string(),
+                       SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
+  old.exec(read_text(source_root() / "compare/test_data/store_v3.sql"));
+}
+
+/// What of a file must not depend on interruptions. Clock times are left out, and of the run that
+/// made the report the store among its outputs and the counts in its ending.
+std::string lasting(const std::string& file, std::string text) {
+  static const std::regex times(
+      "\"(started|ended)_utc\": \"[^\"]*\"|\"device_time_s\": [^\n]*"
+      "|\"details_sha256\": [^\n]*|\"recorded_on\": [^\n]*");
+  static const std::regex hashes("sha256\": \"[0-9a-f]*\"");
+  static const std::regex counts("[0-9]+ comparisons added, [0-9]+ were there already");
+  if (file.ends_with(".json")) text = std::regex_replace(text, times, "");
+  if (file.ends_with(".ending.txt")) text = std::regex_replace(text, counts, "");
+  if (file == "report.run.json" || file == "recording.run.json")
+    text = std::regex_replace(text, hashes, "");
+  return text;
+}
+
+/// Steps that the front door has called finished.
+long finished_steps(const std::string& text) {
+  static const std::regex finished("(^|\n)[a-z]+ +[^\n]* (done|up to date) [^\n]*");
+  return std::distance(std::sregex_iterator(text.begin(), text.end(), finished), {});
+}
+
+long up_to_date_steps(const std::string& text) {
+  static const std::regex count("steps +[0-9]+ made, ([0-9]+) up to date");
+  std::smatch found;
+  return std::regex_search(text, found, count) ? std::stol(found[1]) : 0;
+}
+
+/// A call that failed is reported in one sentence with exit 3 or 5, or changed nothing.
+std::string wrong_answer(const Outcome& outcome) {
+  std::size_t sentences = 0;
+  for (auto at = outcome.text.find("error: "); at != std::string::npos;
+       at = outcome.text.find("error: ", at + 1))
+    ++sentences;
+  const bool failed = outcome.exit_code == 3 || outcome.exit_code == 5;
+  if ((failed && sentences == 1) || (outcome.exit_code == 0 && sentences == 0)) return {};
+  return fmt::format("exit {} with {} sentences: {}", outcome.exit_code, sentences, outcome.text);
+}
+
+}  // namespace
+
+std::vector<Situation> situations() {
+  const std::string store = "out/results.sqlite";
+  return {
+      {"first_run", add_rig, kRun, kVerifyRun, store},
+      {"first_comparison", add_run_before_comparison, kRun, kVerifyRun, store},
+      {"changed_fabric", add_run_with_other_fabric, kRun, kVerifyRun, store},
+      {"after_a_failed_run", add_failed_run, kRun, kVerifyRun, store},
+      {"import_of_sheets", add_finished_run, "results import out --store other/results.sqlite",
+       "results verify --store other/results.sqlite", "other/results.sqlite"},
+      {"import_of_images", add_images, "import images --out recording", "capture verify recording"},
+      {"capture", add_replayed_cameras, "capture rig --set drape_C --out recording",
+       "capture verify recording", "", "the recording already holds this set"},
+      {"migration", add_old_store, "results import out --store old/results.sqlite",
+       "results verify --store old/results.sqlite", "old/results.sqlite"},
+  };
+}
+
+std::string environment(const char* name, const std::string& otherwise) {
+  const char* text = std::getenv(name);
+  return text == nullptr ? otherwise : text;
+}
+
+std::string difference(const Traces& found, const Traces& expected) {
+  for (const auto& [name, text] : expected) {
+    const auto same = found.find(name);
+    if (same == found.end()) return name + " is missing";
+    if (same->second != text) return name + " differs:\n" + same->second.substr(0, 2000);
+  }
+  for (const auto& [name, text] : found)
+    if (expected.count(name) == 0) return name + " is too many";
+  return {};
+}
+
+CrashStage::CrashStage(Situation situation) : situation_(std::move(situation)) {
+  fs::create_directory(begin());
+  fs::create_directory(disk());
+  situation_.prepare(begin());
+  fresh();
+  const auto started = std::chrono::steady_clock::now();
+  const Outcome outcome = run(faulty(0, "kill"));
+  const std::chrono::duration<double> lasted = std::chrono::steady_clock::now() - started;
+  must_end_with(0, outcome);
+  duration_s_ = lasted.count();
+  std::ifstream(counter(), std::ios::binary).read(reinterpret_cast<char*>(&calls_), sizeof calls_);
+  expected_ = traces();
+}
+
+std::string CrashStage::after_fault(long at, const std::string& with) const {
+  fresh();
+  const Outcome faulted = run(faulty(at, with));
+  if (with == "kill") return after_second_run(faulted);
+  if (const std::string wrong = wrong_answer(faulted); !wrong.empty()) return wrong;
+  if (faulted.exit_code == 0) {
+    const std::string different = difference(traces(), expected_);
+    if (!different.empty()) return "exit 0, but " + different;
+  }
+  return after_second_run(faulted);
+}
+
+std::string CrashStage::after_kill_at(double time_s) const {
+  fresh();
+  return after_second_run(
+      run(fmt::format("timeout -s KILL {:.3f} {}", time_s, drape_line(situation_.line))));
+}
+
+std::string CrashStage::after_power_cut(long at, bool synced, const std::string& remount) const {
+  fresh();
+  must_end_with(0, run_line("sync -f " + disk().string()));
+  const Outcome cut = run(faulty(at, "cut",
+                                 fmt::format("DRAPE_FAIL_MOUNT={}{} ", disk().string(),
+                                             synced ? "" : " DRAPE_FAIL_UNSYNCED=1")));
+  if (at > calls_) {
+    must_end_with(0, cut);
+    const int fd = ::open(disk().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    unsigned int without_log = 2;
+    if (::ioctl(fd, _IOR('X', 125, unsigned int), &without_log) != 0)
+      throw std::runtime_error("the file system cannot be shut down");
+    ::close(fd);
+  }
+  must_end_with(0, run_line(remount));
+  if (at > calls_) {
+    const std::string different = difference(traces(), expected_);
+    return different.empty() ? verified() : different;
+  }
+  return after_second_run(cut);
+}
+
+/// What a run after the first, whole or not, leaves is what an undisturbed one leaves.
+std::string CrashStage::after_second_run(const Outcome& first) const {
+  const Outcome again = run(drape_line(situation_.line));
+  const bool refused =
+      !situation_.refused.empty() && again.text.find(situation_.refused) != std::string::npos;
+  if (again.exit_code != 0 && !refused)
+    return fmt::format("second run: exit {}: {}", again.exit_code, again.text);
+  if (finished_steps(first.text) > up_to_date_steps(again.text))
+    return fmt::format("{} steps were finished, then {}", finished_steps(first.text), again.text);
+  const std::string different = difference(traces(), expected_);
+  return different.empty() ? verified() : different;
+}
+
+std::string CrashStage::verified() const {
+  const Outcome outcome = run(drape_line(situation_.verify));
+  return outcome.exit_code == 0 ? "" : "verify: " + outcome.text;
+}
+
+Outcome CrashStage::run(const std::string& words) const {
+  return run_in(work(), words);
+}
+
+/// The line of the situation with the fault injected at call `at`; 0 only counts.
+std::string CrashStage::faulty(long at, const std::string& with, const std::string& more) const {
+  write_durable(counter(), std::string(sizeof(long), '\0'));
+  return fmt::format(
+      "DRAPE_FAIL_COUNTER={} DRAPE_FAIL_AT={} DRAPE_FAIL_WITH={} {}LD_PRELOAD={} setsid --wait {}",
+      counter().string(), at, with, more, DRAPE_FAIL_AT_LIBRARY, drape_line(situation_.line));
+}
+
+/// Everything a run left, by name; the bytes of a store depend on its transactions, so its rows
+/// stand for it.
+Traces CrashStage::traces() const {
+  Traces traces;
+  for (const auto& entry : fs::recursive_directory_iterator(work())) {
+    const std::string name = entry.path().lexically_relative(work()).string();
+    const std::string file = entry.path().filename().string();
+    if (!entry.is_regular_file() || file.front() == '.' || name.starts_with("rig/")) continue;
+    if (file.find(".sqlite") != std::string::npos || file == "capture.json") continue;
+    // Of a capture that was ended after its last acknowledgement: nothing reads them.
+    if (!situation_.refused.empty() && file.starts_with("recording.") && file != "recording.json")
+      continue;
+    traces[name] = lasting(file, read_text(entry.path()));
+  }
+  if (situation_.store.empty()) return traces;
+  for (const std::string what : {"export sql", "list", "tables"})
+    traces["results " + what] =
+        run(drape_line("results " + what + " --store " + situation_.store)).text;
+  return traces;
+}
+
+void CrashStage::fresh() const {
+  fs::remove_all(work());
+  fs::copy(begin(), work(), fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+}
+
+}  // namespace drape::test

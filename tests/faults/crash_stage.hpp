@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+
+/// One thing that people do, from a folder prepared for it.
+struct Situation {
+  std::string name;
+  std::function<void(const std::filesystem::path& folder)> prepare;
+  std::string line;          ///< arguments of `drape`, run in that folder
+  std::string verify;        ///< arguments of `drape` that must end with 0 after it
+  std::string store = {};    ///< that the line writes, or empty
+  std::string refused = {};  ///< said by a second run that finds the first one's work whole
+};
+
+[[nodiscard]] std::vector<Situation> situations();
+
+/// The value of an environment variable.
+[[nodiscard]] std::string environment(const char* name, const std::string& otherwise);
+
+/// Empty when both are the same, else the first difference.
+using Traces = std::map<std::string, std::string>;
+[[nodiscard]] std::string difference(const Traces& found, const Traces& expected);
+
+/// Folders of one situation: as it begins, and as an undisturbed run leaves it.
+class CrashStage {
+ public:
+  explicit CrashStage(Situation situation);
+
+  /// Calls of the undisturbed run that change files.
+  [[nodiscard]] long calls() const { return calls_; }
+  [[nodiscard]] double duration_s() const { return duration_s_; }
+
+  /// What is wrong after the call failed or the run died there and was begun again; empty: nothing.
+  [[nodiscard]] std::string after_fault(long at, const std::string& with) const;
+
+  /// The same for a kill at a time of the run.
+  [[nodiscard]] std::string after_kill_at(double time_s) const;
+
+  /// The same for a power cut of the file system that is mounted on disk(); `at` beyond calls():
+  /// after the end. Without `synced` no call writes through.
+  [[nodiscard]] std::string after_power_cut(long at, bool synced, const std::string& remount) const;
+
+  /// Where the runs happen.
+  [[nodiscard]] std::filesystem::path disk() const { return folder_.path() / "disk"; }
+
+ private:
+  [[nodiscard]] Outcome run(const std::string& words) const;
+  [[nodiscard]] std::string faulty(long at, const std::string& with,
+                                   const std::string& more = {}) const;
+  [[nodiscard]] Traces traces() const;
+  [[nodiscard]] std::string after_second_run(const Outcome& first) const;
+  [[nodiscard]] std::string verified() const;
+  void fresh() const;
+  [[nodiscard]] std::filesystem::path begin() const { return folder_.path() / "begin"; }
+  [[nodiscard]] std::filesystem::path counter() const { return folder_.path() / "counter"; }
+  [[nodiscard]] std::filesystem::path work() const { return disk() / "work"; }
+
+  Situation situation_;
+  TemporaryFolder folder_;
+  long calls_ = 0;
+  double duration_s_ = 0;
+  Traces expected_;
+};
+
+}  // namespace drape::test

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/guards/epipolar.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace drape::triangulate {
+namespace {
+
+/// Of the nine tenths that are least: a crease or a wrong label is no matter of the cameras.
+double trimmed_rms(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t kept = (9 * values.size() + 9) / 10;
+  double squares = 0;
+  for (std::size_t i = 0; i < kept; ++i) squares += values[i] * values[i];
+  return std::sqrt(squares / static_cast<double>(kept));
+}
+
+struct Misses {
+  std::vector<double> sigmas, px;
+};
+
+}  // namespace
+
+std::vector<PairAgreement> pair_agreements(const std::vector<MarkViews>& marks,
+                                           const std::vector<Placed>& placed, double min_angle_rad,
+                                           int least_marks) {
+  std::map<std::pair<std::string, std::string>, Misses> pairs;
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    const std::vector<View>& views =
+        placed[i].shaped_views.empty() ? marks[i].views : placed[i].shaped_views;
+    for (std::size_t a = 0; a < views.size(); ++a) {
+      for (std::size_t b = a + 1; b < views.size(); ++b) {
+        const Point point = solve_point({views[a], views[b]}, min_angle_rad);
+        if (point.status != PointStatus::good) continue;
+        Misses& pair = pairs[{views[a].camera->camera.name, views[b].camera->camera.name}];
+        pair.sigmas.push_back(point.disagreement_sigmas());
+        pair.px.push_back(point.rms_px());
+      }
+    }
+  }
+  std::vector<PairAgreement> result;
+  for (auto& [cameras, misses] : pairs) {
+    if (static_cast<int>(misses.sigmas.size()) < least_marks) continue;
+    result.push_back({cameras.first, cameras.second, static_cast<int>(misses.sigmas.size()),
+                      trimmed_rms(misses.sigmas), trimmed_rms(misses.px)});
+  }
+  return result;
+}
+
+}  // namespace drape::triangulate

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/guards/guards.hpp"
+
+namespace drape::triangulate {
+
+std::vector<std::string> contradictions_of(const Detections& detections,
+                                           const Calibration& calibration, const std::string& set,
+                                           const TriangulateOptions& options, const Misses& misses,
+                                           const std::vector<SheetMark>& placed,
+                                           const Sheet& sheet) {
+  std::vector<std::string> found =
+      contradictions_of_cameras(detections, calibration, set, options, misses);
+  // Points from rays that do not meet say nothing of lengths.
+  if (!found.empty()) return found;
+  const MarkLattice& lattice = detections.lattice;
+  const auto add = [&](const std::vector<std::string>& more) {
+    found.insert(found.end(), more.begin(), more.end());
+  };
+  // A calibration that is wrong by so much everywhere is at most a scale over half the patch.
+  const double calibration_m =
+      sheet.error_budget ? sheet.error_budget->calibration_m.value_or(0) : 0;
+  constexpr double kStrain = 0.01;  // without a fabric: ten times what hanging woven cloth shows
+  const double strain = options.scene ? most_strain_of(*options.scene, lattice.patch_m) : kStrain;
+  add(contradictions_of_pitch(placed, lattice.pitch_m, strain,
+                              calibration_m / (0.5 * lattice.patch_m.minCoeff()),
+                              options.scene ? options.scene->print_file.string() : "print.toml"));
+  if (!options.scene) return found;
+  // Lengths of cloth say nothing of objects while they contradict the print themselves.
+  if (found.empty()) add(contradictions_of_objects(sheet, *options.scene, strain));
+  add(contradictions_of_pins(sheet, *options.scene));
+  return found;
+}
+
+}  // namespace drape::triangulate

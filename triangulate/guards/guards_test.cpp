@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/guards/guards.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "triangulate/guards/object_distance.hpp"
+#include "triangulate/guards/taut.hpp"
+
+namespace drape::triangulate {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using units::mm;
+
+constexpr double kPitch_m = 20 * mm;
+constexpr double kSigma_m = 0.02 * mm;
+
+/// 11 x 11 marks on a cylinder of this radius about y, `factor` times the pitch apart along the
+/// cloth, its top at z = 0.
+Sheet bent_sheet(double radius_m, double factor) {
+  Sheet sheet;
+  sheet.rows = sheet.cols = 11;
+  sheet.patch_m = {220 * mm, 220 * mm};
+  for (int row = 0; row < 11; ++row) {
+    for (int col = 0; col < 11; ++col) {
+      const double along_m = factor * kPitch_m * (col - 5),
+                   across_m = factor * kPitch_m * (5 - row);
+      SheetMark mark;
+      mark.mark = {row, col};
+      mark.material_m = {kPitch_m * (row + 0.5), kPitch_m * (col + 0.5)};
+      mark.point_in_world = {radius_m * std::sin(along_m / radius_m), across_m,
+                             radius_m * (std::cos(along_m / radius_m) - 1)};
+      mark.covariance_m2 = kSigma_m * kSigma_m * Eigen::Matrix3d::Identity();
+      sheet.marks.push_back(mark);
+    }
+  }
+  return sheet;
+}
+
+std::vector<std::string> pitch_of(const Sheet& sheet) {
+  return contradictions_of_pitch(sheet.marks, kPitch_m, 1e-3, 1e-4, "print.toml");
+}
+
+std::vector<std::string> objects_of(const Sheet& sheet, const Scene& scene) {
+  return contradictions_of_objects(sheet, scene, 1e-3);
+}
+
+TEST(Guards, BentClothOfTheRightPitchGivesNoAlarm) {
+  for (const double radius_mm : {60.0, 100.0, 1000.0})
+    EXPECT_THAT(pitch_of(bent_sheet(radius_mm * mm, 1)), IsEmpty()) << radius_mm;
+}
+
+TEST(Guards, APitchThatIsHalfAPerCentOffIsNamedWithTheRightOne) {
+  for (const double radius_mm : {60.0, 1000.0}) {
+    const auto longer = pitch_of(bent_sheet(radius_mm * mm, 1.005));
+    ASSERT_EQ(longer.size(), 2U) << "warp and weft " << radius_mm;
+    EXPECT_THAT(longer[0], HasSubstr("print.toml: pitch_mm = 20"));
+    EXPECT_THAT(longer[0], HasSubstr("speak for 20.10 mm"));
+    const auto shorter = pitch_of(bent_sheet(radius_mm * mm, 0.995));
+    ASSERT_EQ(shorter.size(), 2U);
+    EXPECT_THAT(shorter[1], HasSubstr("speak for 19.90 mm"));
+  }
+}
+
+/// The cloth lies on a box of 100 mm whose top is at z = 0.
+Scene box_scene(const Vector3d& shift_m) {
+  Scene scene;
+  scene.file = "C.toml";
+  scene.table_z_m = -100 * mm;
+  Box box;
+  box.size_m = Vector3d::Constant(100 * mm);
+  box.world_from_box.translation_m = Vector3d(0, 0, -50 * mm) + shift_m;
+  scene.obstacles = {box};
+  return scene;
+}
+
+TEST(Guards, ClothThatLiesOnItsObjectGivesNoAlarm) {
+  EXPECT_THAT(objects_of(bent_sheet(1, 1), box_scene({0, 0, -5.5 * mm})), testing::Not(IsEmpty()))
+      << "nearest mark 5.5 mm above";
+  EXPECT_THAT(objects_of(bent_sheet(1, 1), box_scene({0, 0, -2.0 * mm})), IsEmpty());
+}
+
+/// Cloth that lies flat to the edge at x = 50 mm and hangs there, straight and steep; marks at x =
+/// 45 and then 15 mm of arc beyond the edge.
+Sheet hanging_sheet(double slope_deg) {
+  Sheet sheet = bent_sheet(1, 1);
+  const double slope = slope_deg * units::deg;
+  for (SheetMark& mark : sheet.marks) {
+    const double along_m = kPitch_m * (mark.mark.col - 5) + 5 * mm;
+    const double beyond_m = std::max(0.0, along_m - 50 * mm);
+    mark.point_in_world.x() = std::min(along_m, 50 * mm) + beyond_m * std::cos(slope);
+    mark.point_in_world.z() = -beyond_m * std::sin(slope);
+  }
+  return sheet;
+}
+
+TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
+  const Sheet sheet = hanging_sheet(60);
+  EXPECT_THAT(objects_of(sheet, box_scene({0, 0, 0})), IsEmpty());
+  EXPECT_THAT(objects_of(sheet, box_scene({1 * mm, 0, 0})), IsEmpty()) << "2 standard deviations";
+  const auto found = objects_of(sheet, box_scene({6 * mm, 0, 0}));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0], HasSubstr("too short to pass outside it"));
+  // Nothing holds the cloth on the other side, so nothing can be said there.
+  EXPECT_THAT(objects_of(sheet, box_scene({-6 * mm, 0, 0})), IsEmpty());
+}
+
+TEST(Guards, ATautStringOverABoxHasTheLengthOfItsTwoStraightParts) {
+  Box box;
+  box.size_m = Vector3d::Constant(100 * mm);
+  const auto path_mm = [&](const Vector3d& from, const Vector3d& to) {
+    return taut_path_m(box, from * mm, to * mm) / mm;
+  };
+  EXPECT_NEAR(path_mm({40, 0, 50}, {50, 0, 40}), 20, 1e-9);
+  EXPECT_NEAR(path_mm({42, 0, 50}, {62, 0, 34}), 28, 1e-9);
+  // Obliquely over the edge: unrolled, 28 mm across and 3 mm along.
+  EXPECT_NEAR(path_mm({42, 0, 50}, {62, 3, 34}), std::hypot(28, 3), 1e-9);
+  EXPECT_NEAR(path_mm({0, 0, 51}, {20, 0, 51}), 20, 1e-9) << "free";
+  EXPECT_NEAR(path_mm({-1, 60, 40}, {-1, 40, 60}), std::sqrt(800), 1e-9) << "touches the edge";
+  EXPECT_LT(path_mm({42, 49, 50}, {62, 49, 34}), 26) << "no statement at a corner";
+  box.edge_radius_m = 2 * mm;
+  EXPECT_NEAR(path_mm({40, 0, 50}, {50, 0, 40}), 16 + std::numbers::pi, 1e-9);
+  const Sphere ball{{0, 0, 0}, 45 * mm};
+  EXPECT_NEAR(taut_path_m(ball, {45 * mm, 0, 0}, {0, 45 * mm, 0}) / mm, 22.5 * std::numbers::pi,
+              1e-9);
+}
+
+TEST(Guards, MarksInsideTheObjectNameItAndTheHeightThatFits) {
+  const auto found = objects_of(bent_sheet(1, 1), box_scene({0, 0, 6 * mm}));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0], HasSubstr("C.toml, object 1"));
+  EXPECT_THAT(found[0], HasSubstr("inside it"));
+  EXPECT_THAT(found[0], HasSubstr("the marks speak for"));
+}
+
+TEST(Guards, AStatedUncertaintyMovesTheLimit) {
+  Scene scene = box_scene({0, 0, 3 * mm});
+  EXPECT_EQ(objects_of(bent_sheet(1, 1), scene).size(), 1U);
+  scene.uncertainties = {{2 * mm, 0.1 * mm, false}};
+  EXPECT_THAT(objects_of(bent_sheet(1, 1), scene), IsEmpty());
+}
+
+TEST(Guards, APinOfAMarkThatIsAGapIsNamedWithItsReason) {
+  Sheet sheet = bent_sheet(1, 1);
+  sheet.marks.erase(sheet.marks.begin());
+  sheet.gaps.push_back({{0, 0}, "seen by one camera (cam1)"});
+  Scene scene;
+  scene.pins = {{{0, 0}, std::nullopt}, {{0, 10}, std::nullopt}};
+  const auto found = contradictions_of_pins(sheet, scene);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_THAT(found[0], HasSubstr("(0, 0), which was not measured (seen by one camera (cam1))"));
+  EXPECT_THAT(found[0], HasSubstr("at_material_mm"));
+}
+
+TEST(Guards, DistancesToBodiesAreThoseOfGeometry) {
+  EXPECT_NEAR(*distance_to(Sphere{{0, 0, 1}, 0.5}, {0, 0, 2}), 0.5, 1e-12);
+  Box box;
+  box.size_m = {2, 2, 2};
+  box.edge_radius_m = 0.1;
+  EXPECT_NEAR(*distance_to(box, {0, 0, 1.5}), 0.5, 1e-12);
+  EXPECT_NEAR(*distance_to(box, {0, 0, 0.75}), -0.25, 1e-12);
+  EXPECT_NEAR(*distance_to(box, {2, 2, 2}), std::sqrt(3) * 1.1 - 0.1, 1e-12);
+  EXPECT_FALSE(distance_to(MeshObject{}, {0, 0, 0}));
+}
+
+}  // namespace
+}  // namespace drape::triangulate

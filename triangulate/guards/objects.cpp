@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "core/units.hpp"
+#include "triangulate/guards/guards.hpp"
+#include "triangulate/guards/object_distance.hpp"
+#include "triangulate/guards/taut.hpp"
+
+namespace drape::triangulate {
+namespace {
+
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+constexpr double kSigmas = 3;
+/// Cloth rests on an object within its own thickness; woven cloth is thinner than this (KES-FB-3
+/// at 0.5 gf/cm2, 0.3 to 0.6 mm in the four fabrics of Codim-IPC).
+constexpr double kThickest_m = 1 * mm;
+/// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
+constexpr double kCrease_m = 0.1 * mm;
+
+/// Standard deviation of a mark along its worst direction.
+double sigma_m(const SheetMark& mark) {
+  return mark.covariance_m2 ? std::sqrt(mark.covariance_m2->trace()) : 0;
+}
+
+/// What may be fitted of an object: shift along x, y, z, turn, and growth of its size.
+using Change = Eigen::Matrix<double, 5, 1>;  // mm, mm, mm, deg, mm
+
+struct Changed {
+  Change change;
+
+  Obstacle operator()(Sphere body) const {
+    body.radius_m += 0.5 * change[4] * mm;
+    body.centre_in_world += change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
+    return body;
+  }
+  Obstacle operator()(Box body) const {
+    body.size_m += Vector3d::Constant(change[4] * mm);
+    body.world_from_box.translation_m +=
+        change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
+    body.world_from_box.rotation =
+        Eigen::AngleAxisd(change[3] * deg, Vector3d::UnitZ()) * body.world_from_box.rotation;
+    return body;
+  }
+  Obstacle operator()(Cylinder body) const {
+    body.radius_m += 0.5 * change[4] * mm;
+    body.world_from_cylinder.translation_m += change.head<3>() * mm;
+    return body;
+  }
+  Obstacle operator()(Plane body) const {
+    body.point_in_world += change.head<3>() * mm;
+    return body;
+  }
+  Obstacle operator()(const MeshObject& body) const { return body; }
+};
+
+/// Wider by this part on each side, a box or cylinder is held by the cloth on all sides alike,
+/// which places it in the middle of what the cloth leaves open.
+constexpr double kWider = 0.03;
+
+struct Wider {
+  Obstacle operator()(Box body) const {
+    body.size_m.head<2>() *= 1 + 2 * kWider;
+    return body;
+  }
+  Obstacle operator()(Cylinder body) const {
+    body.radius_m *= 1 + 2 * kWider;
+    return body;
+  }
+  template <class Body>
+  Obstacle operator()(const Body& body) const {
+    return body;
+  }
+};
+
+/// Marks inside cost much, marks that nearly touch are drawn to the surface, all others nothing;
+/// cloth that is too short to pass outside holds the object in its middle.
+double cost(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object,
+            double reach_m) {
+  constexpr double kInside_m = 0.45 * mm;
+  double sum = 0;
+  for (const SheetMark& mark : sheet.marks) {
+    const double gap_m = distance_to(object, mark.point_in_world).value_or(1);
+    sum += gap_m < 0 ? std::pow(gap_m / kInside_m, 2) : 1 - std::exp(-std::pow(gap_m / reach_m, 2));
+  }
+  const Obstacle wider = std::visit(Wider{}, object);
+  for (const ClothSpan& span : spans) sum += std::pow(shortfall_m(wider, span) / mm, 2);
+  return sum;
+}
+
+/// Pattern search (Hooke and Jeeves 1961): five parameters, a rough surface, no derivative. Ends
+/// early at a value below `enough`.
+Change least(const std::function<double(const Change&)>& value, const std::vector<int>& free,
+             double enough) {
+  constexpr double kFirst = 2, kLast = 0.01;  // mm, deg
+  Change best = Change::Zero();
+  double lowest = value(best);
+  const auto explored = [&](Change at, double step) {
+    double low = value(at);
+    for (const int k : free) {
+      for (const double sign : {1.0, -1.0}) {
+        Change next = at;
+        next[k] += sign * step;
+        const double found = value(next);
+        if (found >= low) continue;
+        low = found;
+        at = next;
+        break;
+      }
+    }
+    return std::pair(at, low);
+  };
+  for (double step = kFirst; step > kLast && lowest >= enough;) {
+    const auto [next, low] = explored(best, step);
+    if (low >= lowest) {
+      step /= 2;
+      continue;
+    }
+    const auto [beyond, further] = explored(2 * next - best, step);
+    best = further < low ? beyond : next;
+    lowest = std::min(further, low);
+  }
+  return best;
+}
+
+/// Mean place of the marks that lie on top: within twice the thickest cloth below the highest.
+Eigen::Vector2d middle_of_top(const Sheet& sheet) {
+  double highest_m = sheet.marks.front().point_in_world.z();
+  for (const SheetMark& mark : sheet.marks)
+    highest_m = std::max(highest_m, mark.point_in_world.z());
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int count = 0;
+  for (const SheetMark& mark : sheet.marks) {
+    if (mark.point_in_world.z() < highest_m - 2 * kThickest_m) continue;
+    sum += mark.point_in_world.head<2>();
+    ++count;
+  }
+  return sum / count;
+}
+
+/// From where the object is stated, and from below the middle of the highest marks, where the one
+/// that fits better ends.
+Change fitted(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object,
+              const Vector3d& foot_m, const std::vector<int>& free) {
+  const auto value = [&](const Change& change, double reach_m) {
+    return cost(sheet, spans, std::visit(Changed{change}, object), reach_m);
+  };
+  const auto ended = [&](Change best) {
+    for (const double reach_m : {8 * mm, 4 * mm, 2 * mm, 1 * mm})
+      best += least([&](const Change& more) { return value(best + more, reach_m); }, free, 0);
+    return best;
+  };
+  Change below = Change::Zero();
+  below.head<2>() = (middle_of_top(sheet) - foot_m.head<2>()) / mm;
+  const Change first = ended(Change::Zero()), second = ended(below);
+  return value(second, 1 * mm) < value(first, 1 * mm) ? second : first;
+}
+
+/// What speaks against an object where it is: marks inside it, and cloth too short to pass outside.
+struct Against {
+  int inside = 0;
+  const SheetMark* deepest = nullptr;
+  double depth_m = 0;
+  const ClothSpan* shortest = nullptr;
+  double shortfall_m = 0;
+  double chi2 = 0;  ///< of both, over the marks' standard deviations
+};
+
+Against against(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object) {
+  Against found;
+  for (const SheetMark& mark : sheet.marks) {
+    const double depth_m = -distance_to(object, mark.point_in_world).value_or(0);
+    if (depth_m <= 0) continue;
+    const double sd_m = std::hypot(sigma_m(mark), kCrease_m);
+    found.chi2 += std::pow(depth_m / sd_m, 2);
+    found.inside += depth_m > kSigmas * sd_m;
+    if (depth_m <= found.depth_m) continue;
+    found.depth_m = depth_m;
+    found.deepest = &mark;
+  }
+  for (const ClothSpan& span : spans) {
+    const double short_m = shortfall_m(object, span);
+    found.chi2 += std::pow(short_m / std::hypot(span.sigma_m, kCrease_m), 2);
+    if (short_m <= found.shortfall_m) continue;
+    found.shortfall_m = short_m;
+    found.shortest = &span;
+  }
+  return found;
+}
+
+/// Upper one per cent of chi square with so many degrees of freedom.
+double one_per_cent(std::size_t degrees) {
+  constexpr std::array<double, 6> kChi2{0, 6.635, 9.210, 11.345, 13.277, 15.086};
+  return kChi2.at(degrees);
+}
+
+/// Standard uncertainties of what may be fitted, in the units of Change. Yaw is read off two ends
+/// of an edge.
+Change uncertainty_of(const Obstacle& object, const ObjectUncertainty& stated) {
+  const double place_mm = stated.place_m() / mm;
+  const auto* box = std::get_if<Box>(&object);
+  const double yaw_deg =
+      box != nullptr ? std::sqrt(2.0) * stated.place_m() / box->size_m.x() / deg : 1;
+  return (Change() << place_mm, place_mm, place_mm, yaw_deg, stated.size_m() / mm).finished();
+}
+
+std::vector<int> free_of(const Obstacle& object) {
+  if (std::holds_alternative<Box>(object)) return {0, 1, 2, 3, 4};
+  if (std::holds_alternative<Plane>(object)) return {0, 1, 2};
+  return {0, 1, 2, 4};
+}
+
+/// The least chi square of any object near the stated one: what it takes to move there, and what
+/// still speaks against it. Where the stated uncertainties are right it is not above that of the
+/// true object, whose first part has as many degrees of freedom as there are values.
+double least_chi2(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object,
+                  const ObjectUncertainty& stated) {
+  const Change sd = uncertainty_of(object, stated);
+  const std::vector<int> free = free_of(object);
+  const auto value = [&](const Change& change) {
+    return change.cwiseQuotient(sd).squaredNorm() +
+           against(sheet, spans, std::visit(Changed{change}, object)).chi2;
+  };
+  return value(least(value, free, one_per_cent(free.size())));
+}
+
+struct Stated {
+  Vector3d foot_mm;  ///< x_mm, y_mm, z_bottom_mm
+  double size_mm = 0;
+  const char* size_key = "";
+  std::optional<double> yaw_deg;
+};
+
+std::optional<Stated> stated_of(const Obstacle& object) {
+  if (const auto* ball = std::get_if<Sphere>(&object)) {
+    const Vector3d foot = (ball->centre_in_world - Vector3d(0, 0, ball->radius_m)) / mm;
+    return Stated{foot, 2 * ball->radius_m / mm, "diameter_mm", {}};
+  }
+  if (const auto* box = std::get_if<Box>(&object)) {
+    const Eigen::Matrix3d& turn = box->world_from_box.rotation;
+    const Vector3d foot =
+        (box->world_from_box.translation_m - Vector3d(0, 0, 0.5 * box->size_m.z())) / mm;
+    return Stated{foot, box->size_m.z() / mm, "size_mm", std::atan2(turn(1, 0), turn(0, 0)) / deg};
+  }
+  return std::nullopt;
+}
+
+/// The object for which no mark lies inside and those on top touch. What stands on the table keeps
+/// its foot there, so its height is its size.
+std::string suggestion(const Sheet& sheet, const std::vector<ClothSpan>& spans,
+                       const Obstacle& object, const Scene& scene) {
+  const auto stated = stated_of(object);
+  if (!stated) return "measure it again";
+  const bool on_table =
+      std::abs(stated->foot_mm.z() * mm - scene.table_z_m) < kSigmas * scene.table_uncertainty_m();
+  std::vector<int> free = {0, 1, on_table ? 4 : 2};
+  if (stated->yaw_deg) free.push_back(3);
+  const Stated found = *stated_of(
+      std::visit(Changed{fitted(sheet, spans, object, stated->foot_mm * mm, free)}, object));
+  std::string text = fmt::format("the marks speak for x_mm = {:.1f}, y_mm = {:.1f}",
+                                 found.foot_mm.x(), found.foot_mm.y());
+  if (found.yaw_deg) text += fmt::format(", yaw_deg = {:.1f}", *found.yaw_deg);
+  return text +
+         (on_table ? fmt::format(", {} about {:.1f}", found.size_key, found.size_mm)
+                   : fmt::format(", z_bottom_mm = {:.1f}", found.foot_mm.z())) +
+         " (a rough fit to the cloth, to some mm: measure the object again)";
+}
+
+std::string text_of(const Against& found) {
+  std::string text;
+  if (found.inside > 0)
+    text = fmt::format("{} mark{} inside it, ({}, {}) by {:.2f} mm", found.inside,
+                       found.inside == 1 ? " lies" : "s lie", found.deepest->mark.row,
+                       found.deepest->mark.col, found.depth_m / mm);
+  if (found.shortest == nullptr) return text;
+  const auto& [from, to, cloth_m, sd_m] = *found.shortest;
+  return text + fmt::format(
+                    "{}the cloth between ({}, {}) and ({}, {}), {:.1f} mm, is {:.2f} mm too "
+                    "short to pass outside it",
+                    text.empty() ? "" : "; ", from->mark.row, from->mark.col, to->mark.row,
+                    to->mark.col, cloth_m / mm, found.shortfall_m / mm);
+}
+
+}  // namespace
+
+std::vector<std::string> contradictions_of_pins(const Sheet& sheet, const Scene& scene) {
+  std::vector<std::string> found;
+  for (const Pin& pin : scene.pins) {
+    if (pin.point_in_world || pin.at_material_m || sheet.find(pin.mark) != nullptr) continue;
+    std::string why = "the print has no such mark";
+    for (const Gap& gap : sheet.gaps)
+      if (gap.mark == pin.mark) why = gap.reason;
+    found.push_back(fmt::format(
+        "{}: pin holds mark ({}, {}), which was not measured ({}); give its place as at_mm, or pin "
+        "a material point between measured marks with at_material_mm",
+        scene.file.string(), pin.mark.row, pin.mark.col, why));
+  }
+  return found;
+}
+
+std::vector<std::string> contradictions_of_objects(const Sheet& sheet, const Scene& scene,
+                                                   double most_strain) {
+  std::vector<std::string> found;
+  const std::string file = scene.file.string();
+  const std::vector<ClothSpan> spans = spans_of(sheet, most_strain);
+  double nearest_m = 1, allowed_m = 0;
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const Obstacle& object = scene.obstacles[i];
+    const ObjectUncertainty stated = scene.uncertainty_of(i);
+    const double stated_m = std::hypot(stated.place_m(), stated.size_m());
+    for (const SheetMark& mark : sheet.marks) {
+      const double gap = distance_to(object, mark.point_in_world).value_or(0);
+      if (gap >= nearest_m) continue;
+      nearest_m = gap;
+      nearest = i;
+      allowed_m = kThickest_m + kSigmas * std::hypot(stated_m, sigma_m(mark));
+    }
+    const double limit = one_per_cent(free_of(object).size());
+    if (against(sheet, spans, object).chi2 < limit ||
+        least_chi2(sheet, spans, object, stated) < limit)
+      continue;
+    found.push_back(fmt::format(
+        "{}, object {}: {}; no object within its uncertainties (place {:.2f} mm, size {:.2f} mm, "
+        "chi square below {:.1f}) would do; {}",
+        file, i + 1, text_of(against(sheet, spans, object)), stated.place_m() / mm,
+        stated.size_m() / mm, limit, suggestion(sheet, spans, object, scene)));
+  }
+  if (!scene.obstacles.empty() && scene.pins.empty() && !sheet.marks.empty() &&
+      nearest_m > allowed_m) {
+    found.push_back(fmt::format(
+        "{}, object {}: no mark touches it, the nearest lies {:.2f} mm above, and cloth that "
+        "rests on it at most {:.2f} mm; {}",
+        file, nearest + 1, nearest_m / mm, allowed_m / mm,
+        suggestion(sheet, spans, scene.obstacles[nearest], scene)));
+  }
+  const double table_sd_m = scene.table_uncertainty_m();
+  const SheetMark* lowest = nullptr;
+  for (const SheetMark& mark : sheet.marks)
+    if (lowest == nullptr || mark.point_in_world.z() < lowest->point_in_world.z()) lowest = &mark;
+  if (lowest != nullptr) {
+    const double below_m = scene.table_z_m - lowest->point_in_world.z();
+    if (below_m > kSigmas * std::hypot(table_sd_m, sigma_m(*lowest))) {
+      found.push_back(
+          fmt::format("{}: table_z_mm = {:g}, but mark ({}, {}) lies {:.2f} mm below it; the table "
+                      "is at {:.1f} "
+                      "or lower",
+                      file, scene.table_z_m / mm, lowest->mark.row, lowest->mark.col, below_m / mm,
+                      lowest->point_in_world.z() / mm));
+    }
+  }
+  return found;
+}
+
+}  // namespace drape::triangulate

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/plate/ending.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+
+namespace drape::triangulate {
+
+Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate) {
+  Json json;
+  json["schema"] = "drapebench/object/1";
+  json["values"] = Json::array();
+  for (const ObjectValue& value : values)
+    json["values"].push_back({{"key", value.key},
+                              {"measured", value.measured},
+                              {"standard_uncertainty", value.uncertainty},
+                              {"stated", value.stated},
+                              {"stated_standard_uncertainty", value.stated_uncertainty},
+                              {"contradicts", value.contradicts()}});
+  json["dots"] = plate.dots;
+  json["rms_px"] = plate.rms_px;
+  json["chi2_per_dof"] = plate.chi2_per_dof;
+  return json;
+}
+
+Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
+                 const std::string& name) {
+  Ending ending;
+  ending.verdict = name + ": its stated place is the one measured";
+  for (const ObjectValue& value : values) {
+    ending.numbers.emplace_back(
+        value.key,
+        fmt::format("{:.3f} +- {:.3f}, stated {:g} +- {:.3g} (one standard uncertainty)",
+                    value.measured, value.uncertainty, value.stated, value.stated_uncertainty));
+    if (!value.contradicts()) continue;
+    const std::string text =
+        fmt::format("{}: {} = {:g} is not where the plate lies; write {} = {:.2f}", name, value.key,
+                    value.stated, value.key, value.measured);
+    if (ending.go)
+      ending.verdict = text;
+    else
+      ending.warnings.push_back("NO-GO also because " + text);
+    ending.go = false;
+  }
+  ending.numbers.emplace_back(
+      "plate", fmt::format("{} dots, {} views, {:.4f} px RMS, {:.2f} of what their noise predicts",
+                           plate.dots, plate.views, plate.rms_px, std::sqrt(plate.chi2_per_dof)));
+  const Tilt tilt = tilt_of(plate);
+  if (tilt.rad > 3 * tilt.uncertainty_rad)
+    ending.warnings.push_back(fmt::format("the plate is tilted by {:.2f} +- {:.2f} degrees",
+                                          tilt.rad / units::deg,
+                                          tilt.uncertainty_rad / units::deg));
+  ending.advice = {fmt::format("in the scene: place_uncertainty_mm = {:.2f}",
+                               std::max(values[0].uncertainty, values[1].uncertainty))};
+  return ending;
+}
+
+}  // namespace drape::triangulate

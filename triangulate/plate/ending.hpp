@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/files/json_file.hpp"
+#include "core/program/program.hpp"
+#include "triangulate/plate/object_pose.hpp"
+
+namespace drape::triangulate {
+
+/// object.json.
+[[nodiscard]] Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate);
+
+/// NO-GO where the scene states another place than the plate shows; `name` is the object's.
+[[nodiscard]] Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
+                               const std::string& name);
+
+}  // namespace drape::triangulate

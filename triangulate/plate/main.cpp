@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/program/command.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
+#include "triangulate/plate/ending.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::triangulate;
+
+namespace {
+
+struct Arguments {
+  fs::path detections, calibration, scene, out;
+  std::string set;
+  int object = 1;
+  double floor_px = 0.02;
+  PlateOnObject lies;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Command app(
+      "Where an object stands, from a set that shows it with its plate of tags and without cloth "
+      "(`drape print object-tags`).\nNO-GO where the scene states another place.\n\n"
+      "  drape object C/plate.json --calibration calibration.json --set object_C --scene C.toml",
+      "drape-object");
+  CommonOptions common;
+  Arguments given;
+  add_common_options(app, common);
+  app.add_option("DETECTIONS", given.detections, "detections.json of the plate")->required();
+  app.add_option("--calibration", given.calibration, "calibration.json of the rig")->required();
+  app.add_option("--set", given.set, "frame set that shows the plate")->required();
+  app.add_option("--scene", given.scene, "scene.toml that states the object")->required();
+  app.add_option("--object", given.object, "number of the object in the scene, from 1");
+  app.add_option("--thickness-mm", given.lies.thickness_mm, "of the sheet on a box");
+  app.add_option("--hole-mm", given.lies.hole_mm, "diameter of the hole that carries a sphere");
+  app.add_option("--placing-mm", given.lies.placing_mm,
+                 "standard uncertainty of laying the plate on");
+  app.add_option("--floor-px", given.floor_px,
+                 "error of a dot's centre beyond its detection's own, px");
+  app.add_option("--out", given.out, "object.json to write")->required();
+  return run_program(app, argc, argv, common, [&] {
+    RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out));
+    record.input(given.detections);
+    record.input(given.calibration);
+    record.input(given.scene);
+    const Scene scene = read_scene(given.scene);
+    const auto index = static_cast<std::size_t>(given.object) - 1;
+    if (given.object < 1 || index >= scene.obstacles.size())
+      throw usage_error(fmt::format("the scene has {} objects", scene.obstacles.size()),
+                        "give --object from 1 on");
+    const PlatePose plate =
+        plate_pose(read_detections(given.detections), read_calibration(given.calibration),
+                   given.set, given.floor_px);
+    const auto values =
+        object_values(plate, given.lies, scene.obstacles[index], scene.uncertainty_of(index));
+    write_json(given.out, json_of(values, plate));
+    record.output(given.out);
+    record.option("set", given.set);
+    return finish(
+        ending_of(values, plate, fmt::format("{}, object {}", given.scene.string(), given.object)),
+        common, record);
+  });
+}

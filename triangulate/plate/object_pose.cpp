@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/plate/object_pose.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::triangulate {
+namespace {
+
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+constexpr double kSigmas = 3;
+
+/// The point at `offset_m` in the plate's frame, and its covariance.
+struct PointOnPlate {
+  Vector3d in_world;
+  Eigen::Matrix3d covariance_m2;
+};
+
+PointOnPlate point_at(const PlatePose& plate, const Vector3d& offset_m) {
+  const Vector3d turned = plate.world_from_plate.rotation * offset_m;
+  Eigen::Matrix<double, 3, 6> by_pose;
+  by_pose << Eigen::Matrix3d::Identity(), (Eigen::Matrix3d() << 0, turned.z(), -turned.y(),
+                                           -turned.z(), 0, turned.x(), turned.y(), -turned.x(), 0)
+                                              .finished();
+  return {plate.world_from_plate.translation_m + turned,
+          by_pose * plate.covariance * by_pose.transpose()};
+}
+
+std::vector<ObjectValue> place_values(const PointOnPlate& foot, const Vector3d& stated_m,
+                                      double placing_mm, double stated_mm) {
+  std::vector<ObjectValue> values;
+  const char* keys[] = {"x_mm", "y_mm", "z_bottom_mm"};
+  for (int k = 0; k < 3; ++k)
+    values.push_back({keys[k], foot.in_world[k] / mm,
+                      std::hypot(std::sqrt(foot.covariance_m2(k, k)) / mm, placing_mm),
+                      stated_m[k] / mm, stated_mm});
+  return values;
+}
+
+double yaw_of(const Eigen::Matrix3d& turn) {
+  return std::atan2(turn(1, 0), turn(0, 0));
+}
+
+}  // namespace
+
+bool ObjectValue::contradicts() const {
+  return std::abs(measured - stated) > kSigmas * std::hypot(uncertainty, stated_uncertainty);
+}
+
+std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObject& lies,
+                                       const Obstacle& object, const ObjectUncertainty& stated) {
+  const double place_mm = stated.place_m() / mm;
+  if (const auto* ball = std::get_if<Sphere>(&object)) {
+    const double hole_m = 0.5 * lies.hole_mm * mm;
+    if (!(hole_m > 0 && hole_m < ball->radius_m))
+      throw bad_input(fmt::format("a sphere of {:g} mm does not rest in a hole of {:g} mm",
+                                  2 * ball->radius_m / mm, lies.hole_mm),
+                      {.field = "--hole-mm"}, "give the diameter of the hole in the stand");
+    const double above_m = std::sqrt(ball->radius_m * ball->radius_m - hole_m * hole_m);
+    PointOnPlate foot = point_at(plate, Vector3d(0, 0, above_m));
+    foot.in_world.z() -= ball->radius_m;
+    return place_values(foot, ball->centre_in_world - Vector3d(0, 0, ball->radius_m),
+                        lies.placing_mm, place_mm);
+  }
+  const auto* box = std::get_if<Box>(&object);
+  if (box == nullptr)
+    throw bad_input("a plate gives the place of a box or a sphere only", {},
+                    "measure other objects by hand");
+  const double height_m = box->size_m.z();
+  const PointOnPlate foot = point_at(plate, Vector3d(0, 0, -lies.thickness_mm * mm - height_m));
+  const Vector3d down(0, 0, 0.5 * height_m);
+  std::vector<ObjectValue> values =
+      place_values(foot, box->world_from_box.translation_m - down, lies.placing_mm, place_mm);
+  values.back().uncertainty = std::hypot(values.back().uncertainty, stated.size_m() / mm);
+  // A square top looks alike after a quarter turn, any other after half a turn.
+  const bool square = std::abs(box->size_m.x() - box->size_m.y()) < 1e-6;
+  const double alike = (square ? 0.5 : 1) * std::numbers::pi;
+  const double stated_rad = yaw_of(box->world_from_box.rotation);
+  const double found_rad = yaw_of(plate.world_from_plate.rotation);
+  const double yaw_rad = found_rad - alike * std::round((found_rad - stated_rad) / alike);
+  // Placing and a rule err at both ends of an edge.
+  const double ends = std::sqrt(2.0) / box->size_m.x();
+  values.push_back(
+      {"yaw_deg", yaw_rad / deg,
+       std::hypot(std::sqrt(plate.covariance(5, 5)), ends * lies.placing_mm * mm) / deg,
+       stated_rad / deg, ends * stated.place_m() / deg});
+  return values;
+}
+
+Tilt tilt_of(const PlatePose& plate) {
+  const Vector3d normal = plate.world_from_plate.rotation.col(2);
+  return {std::atan2(normal.head<2>().norm(), normal.z()),
+          std::sqrt(plate.covariance.block<2, 2>(3, 3).trace())};
+}
+
+}  // namespace drape::triangulate

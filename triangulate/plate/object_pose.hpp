@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "triangulate/plate/plate_pose.hpp"
+
+namespace drape::triangulate {
+
+/// How the plate lies on the object.
+struct PlateOnObject {
+  double thickness_mm = 0.1;  ///< of a box's sheet; its printed face lies so far above the top
+  double hole_mm = 0;       ///< hole in the middle of a sphere's stand, whose upper edge carries it
+  double placing_mm = 0.2;  ///< standard uncertainty of laying it on, along x and y, and of height
+};
+
+/// One value of an object as measured and as the scene states it.
+struct ObjectValue {
+  std::string key;  ///< "x_mm", "y_mm", "z_bottom_mm", "yaw_deg"
+  double measured = 0;
+  double uncertainty = 0;  ///< standard, of the measured value, with placing
+  double stated = 0;
+  double stated_uncertainty = 0;  ///< standard
+
+  /// Beyond three standard uncertainties of the difference.
+  [[nodiscard]] bool contradicts() const;
+};
+
+/// Place and turn of a box (the plate lies on its top, edge on edge) or a sphere (it rests in the
+/// plate's hole). Size and, for the yaw, which of a box's alike sides is which, are the scene's.
+/// Throws Error(bad_input) for another kind of object, or a hole wider than the sphere.
+[[nodiscard]] std::vector<ObjectValue> object_values(const PlatePose& plate,
+                                                     const PlateOnObject& lies,
+                                                     const Obstacle& object,
+                                                     const ObjectUncertainty& stated);
+
+/// Angle between the plate's normal and the vertical (rad), and its standard uncertainty.
+struct Tilt {
+  double rad = 0, uncertainty_rad = 0;
+};
+[[nodiscard]] Tilt tilt_of(const PlatePose& plate);
+
+}  // namespace drape::triangulate
