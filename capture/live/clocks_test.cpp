@@ -40,7 +40,7 @@ class Clocks : public testing::Test {
   [[nodiscard]] LiveResult capture(int frames, std::function<void(int)> at_set = {}) const {
     LiveOptions options;
     options.frames = frames;
-    options.patience_s = options.opening_s = 30;
+    options.patience_s = options.opening_s = 300;
     options.host_program = test::program("drape-camera-host");
     if (at_set)
       options.progress = [=](double share, const std::string&) {

@@ -74,6 +74,7 @@ struct LiveBench {
       };
     options.frames = frames;
     options.patience_s = patience_s;
+    options.opening_s = 300;  // of a busy machine
     options.keep_pixels = keep;
     options.host_program = program("drape-camera-host");
     return capture_live(file, options);

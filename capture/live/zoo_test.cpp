@@ -105,7 +105,7 @@ Outcome run(const Personality& personality, SyncMethod method) {
   try {
     LiveOptions options;
     options.frames = kSets;
-    options.patience_s = 5;
+    options.patience_s = options.opening_s = 300;  // of a busy machine
     options.host_program = test::program("drape-camera-host");
     const LiveResult live = capture_live(file, options);
     outcome.sets = static_cast<int>(live.pairing.sets.size());

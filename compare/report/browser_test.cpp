@@ -40,7 +40,7 @@ class Browser : public testing::Test {
   std::string open(const fs::path& page, const std::string& options) {
     const fs::path said = folder_.path() / "said.txt";
     const std::string command = fmt::format(
-        "timeout 120 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+        "timeout 1000 chromium --headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
         "--disable-background-networking --disable-component-update --disable-sync "
         "--use-angle=swiftshader --enable-unsafe-swiftshader --user-data-dir='{}' "
         "--enable-logging=stderr {} 'file://{}' > '{}' 2>&1",

@@ -199,16 +199,19 @@ TEST(EndToEnd, SameBytesAtOneAndTwoThreads) {
 
 /// Starts the run and kills it with all its children as soon as `file` exists.
 void kill_when(const SmallBench& bench, const fs::path& file) {
+  drape::test::adopt_descendants();
   const pid_t pid = ::fork();
   if (pid == 0) {
     ::execl("/bin/sh", "sh", "-c", (bench.line("out") + " > run.log 2>&1").c_str(), nullptr);
     ::_exit(127);
   }
-  for (int i = 0; i < 6000 && !fs::exists(file); ++i) {
+  bool ended = false;
+  while (!ended && !fs::exists(file)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ended = ::waitpid(pid, nullptr, WNOHANG) == pid;
   }
-  ::kill(pid, SIGKILL);
-  ::waitpid(pid, nullptr, 0);
+  if (!ended) ::kill(pid, SIGKILL);
+  drape::test::await_descendants();
 }
 
 TEST(EndToEnd, KilledRunsCompleteToTheSameContent) {

@@ -197,6 +197,7 @@ std::string difference(const Traces& found, const Traces& expected) {
 }
 
 CrashStage::CrashStage(Situation situation) : situation_(std::move(situation)) {
+  adopt_descendants();
   fs::create_directory(begin());
   fs::create_directory(disk());
   situation_.prepare(begin());
@@ -269,7 +270,9 @@ std::string CrashStage::verified() const {
 }
 
 Outcome CrashStage::run(const std::string& words) const {
-  return run_in(work(), words);
+  Outcome outcome = run_in(work(), words);
+  await_descendants();
+  return outcome;
 }
 
 /// The line of the situation with the fault injected at call `at`; 0 only counts.

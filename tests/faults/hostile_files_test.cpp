@@ -57,7 +57,7 @@ void PrintTo(const Page& page, std::ostream* out) {
 }
 
 std::string dom_of(const fs::path& page, const fs::path& profile) {
-  return run_line(fmt::format("timeout 120 chromium --headless --no-sandbox --disable-gpu "
+  return run_line(fmt::format("timeout 1000 chromium --headless --no-sandbox --disable-gpu "
                               "--no-first-run --user-data-dir='{}' --dump-dom 'file://{}'",
                               profile.string(), page.string()))
       .text;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/small_bench.hpp"
 
+#include <sys/prctl.h>
 #include <sys/wait.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <stdexcept>
 
@@ -24,6 +26,15 @@ Outcome run_line(const std::string& line) {
   const int status = ::pclose(stream);
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   return outcome;
+}
+
+void adopt_descendants() {
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+}
+
+void await_descendants() {
+  while (::waitpid(-1, nullptr, 0) > 0 || errno == EINTR) {
+  }
 }
 
 SmallBench::SmallBench(const std::vector<std::string>& scenes) {

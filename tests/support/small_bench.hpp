@@ -18,6 +18,12 @@ struct Outcome {
 /// Runs a shell line; the exit code is -1 when it died of a signal.
 [[nodiscard]] Outcome run_line(const std::string& line);
 
+/// From now on processes that a killed program leaves behind become children of this one.
+void adopt_descendants();
+
+/// Waits for the end of all children: none still writes, or holds a lock, when the test goes on.
+void await_descendants();
+
 /// A copy of rigs/bench1 that a test may spoil: text files copied, images linked, 11x11 particles
 /// and one segment only, and the scenes asked for.
 class SmallBench {

@@ -15,6 +15,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 
 #include "tests/support/paths.hpp"
@@ -58,6 +59,15 @@ void add_loopback_address(const std::string& address) {
   if (!good) throw std::runtime_error(address + " cannot be added to loopback: " + why);
 }
 
+/// Sockets of this network on the port of GigE Vision's control protocol.
+int control_sockets() {
+  std::ifstream table("/proc/thread-self/net/udp");
+  int found = 0;
+  for (std::string line; std::getline(table, line);)
+    found += line.find(":0F74 ") != std::string::npos;
+  return found;
+}
+
 }  // namespace
 
 std::optional<std::string> DebianCamera::cannot() {
@@ -67,6 +77,7 @@ std::optional<std::string> DebianCamera::cannot() {
 
 DebianCamera::DebianCamera(const std::string& address, const std::string& serial) {
   if (address != "127.0.0.1") add_loopback_address(address);
+  const int before = control_sockets();
   process_ = ::fork();
   if (process_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -76,7 +87,12 @@ DebianCamera::DebianCamera(const std::string& address, const std::string& serial
             serial.c_str(), static_cast<char*>(nullptr));
     ::_exit(127);
   }
-  ::usleep(300'000);  // until it listens
+  // It listens once it has one socket for itself and one for searches of the whole network.
+  while (control_sockets() < before + 2) {
+    if (::waitpid(process_, nullptr, WNOHANG) == process_)
+      throw std::runtime_error("Debian's camera ended at once");
+    ::usleep(10'000);
+  }
 }
 
 DebianCamera::~DebianCamera() {
