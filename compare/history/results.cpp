@@ -316,7 +316,11 @@ Table trend_by(const StoreReader& store, const std::string& key) {
   std::vector<std::string> keys;
   if (key != "fabric" && key != "label" && key != "scene") {
     const Table found = store.query(
-        "SELECT DISTINCT key FROM run_value WHERE key = ?1 OR key LIKE '%.' || ?1", {key});
+        // From key to key by the index: DISTINCT would read every value of every run.
+        "WITH RECURSIVE each(key) AS (SELECT min(key) FROM run_value UNION ALL SELECT (SELECT "
+        "min(v.key) FROM run_value AS v WHERE v.key > each.key) FROM each WHERE each.key IS NOT "
+        "NULL) SELECT key FROM each WHERE key = ?1 OR key LIKE '%.' || ?1",
+        {key});
     std::string list;
     for (const auto& row : found.rows) {
       keys.push_back(row[0]);

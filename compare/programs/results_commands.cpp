@@ -28,19 +28,30 @@ namespace fs = std::filesystem;
 
 /// Tables as text, CSV or JSON, on standard output or into a file.
 void write(const ResultsArguments& arguments, const CommonOptions& common,
-           const std::vector<Table>& tables) {
+           const std::vector<const Table*>& tables) {
   const bool csv = arguments.csv || arguments.format == "csv";
   const bool json = common.json || arguments.format == "json";
   std::string text;
   Json list = Json::array();
-  for (const Table& table : tables) {
+  for (const Table* table : tables) {
     if (csv && !text.empty()) text += '\n';
-    if (!json) text += csv ? csv_of(table) : text_of(table) + '\n';
-    if (json) list.push_back({{"title", table.title}, {"rows", json_of(table)}});
+    if (!json) text += csv ? csv_of(*table) : text_of(*table) + '\n';
+    if (json) list.push_back({{"title", table->title}, {"rows", json_of(*table)}});
   }
   if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
   if (!arguments.file.empty()) return write_durable(arguments.file, text);
-  print_text(json || csv ? text : printable(text));
+  print_text(json || csv ? text : printable(std::move(text)));
+}
+
+void write_list(const ResultsArguments& arguments, const CommonOptions& common,
+                const std::vector<Table>& tables) {
+  std::vector<const Table*> list;
+  for (const Table& table : tables) list.push_back(&table);
+  write(arguments, common, list);
+}
+
+void write(const ResultsArguments& arguments, const CommonOptions& common, const Table& table) {
+  write(arguments, common, std::vector<const Table*>{&table});
 }
 
 /// What a run can be asked for as well as a comparison.
@@ -140,7 +151,7 @@ int why(const StoreReader& reader, const ResultsArguments& arguments, const Comm
   WhyOptions options = arguments.why;
   if (arguments.mark.size() == 2) options.mark = MarkId{arguments.mark[0], arguments.mark[1]};
   const Explanation result = explain(reader, arguments.key, arguments.metric, options);
-  write(arguments, common, {result.number, result.chain});
+  write(arguments, common, {&result.number, &result.chain});
   return result.complete ? 0 : 1;
 }
 
@@ -158,20 +169,20 @@ void diff(const StoreReader& reader, const ResultsArguments& arguments,
   if (first && second) {
     const RunDifference found = difference_of_runs(reader, *first, *second);
     if (!common.json && !arguments.csv) fmt::print("{}\n\n", found.sentence);
-    return write(arguments, common, {found.values, found.drapes});
+    return write(arguments, common, {&found.values, &found.drapes});
   }
   const Difference found = difference_of(reader, arguments.key, arguments.second_key);
-  write(arguments, common, {found.metrics, found.marks});
+  write(arguments, common, {&found.metrics, &found.marks});
 }
 
 int trend(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
   if (!arguments.by.empty()) {
-    write(arguments, common, {trend_by(reader, arguments.by)});
+    write(arguments, common, trend_by(reader, arguments.by));
     return 0;
   }
   const Trend result = trend_of(reader, arguments.trend);
-  write(arguments, common, {result.table});
+  write(arguments, common, result.table);
   return result.alarms == 0 ? 0 : 1;
 }
 
@@ -208,7 +219,7 @@ int export_store(const StoreReader& reader, const ResultsArguments& arguments,
         "see `drape results verify`; `drape results rescue` keeps what is whole");
   if (arguments.format == "ro-crate") return export_crate(reader, arguments, common);
   if (arguments.format != "sql") {
-    write(arguments, common, {export_table(reader, arguments.table)});
+    write(arguments, common, export_table(reader, arguments.table));
     return 0;
   }
   const std::string dump = dump_sql(reader);
@@ -334,22 +345,22 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   if (command == "history") {
     history(reader, arguments);
   } else if (command == "list") {
-    write(arguments, common, {list_results(reader, arguments.filter)});
+    write(arguments, common, list_results(reader, arguments.filter));
   } else if (command == "show") {
     const ShownResult shown = show_result(reader, arguments.key);
-    write(arguments, common, {shown.metrics, shown.provenance, shown.marks});
+    write(arguments, common, {&shown.metrics, &shown.provenance, &shown.marks});
   } else if (command == "diff") {
     diff(reader, arguments, common);
   } else if (command == "runs") {
-    write(arguments, common, {list_runs(reader, arguments.filter)});
+    write(arguments, common, list_runs(reader, arguments.filter));
   } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
-    write(arguments, common,
-          published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"
-                                                               : arguments.published));
+    write_list(arguments, common,
+               published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"
+                                                                    : arguments.published));
   } else if (command == "tables") {
-    write(arguments, common, paper_tables(reader, arguments.filter));
+    write_list(arguments, common, paper_tables(reader, arguments.filter));
   } else {
-    write(arguments, common, {reader.query(arguments.sql)});
+    write(arguments, common, reader.query(arguments.sql));
   }
   return 0;
 }

@@ -161,9 +161,11 @@ struct StoreReader::Connection {
   std::string bytes_of_older_version;
 
   /// Opened for writing so that a write-ahead log left by a killed program can be replayed, and
-  /// then closed to every change.
+  /// then closed to every change. One thread at a time uses a connection: it needs no mutex.
   explicit Connection(const fs::path& path)
-      : file(path), copy(path), database(copy.of(path), SQLite::OPEN_READWRITE, kBusyTimeout_ms) {
+      : file(path),
+        copy(path),
+        database(copy.of(path), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     database.exec("PRAGMA query_only = ON");
     if (database.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
@@ -223,6 +225,7 @@ Table StoreReader::query(const std::string& sql, const std::vector<std::string>&
     std::size_t text = 0;
     while (statement.executeStep()) {
       std::vector<std::string> row;
+      row.reserve(table.names.size());
       for (int i = 0; i < statement.getColumnCount(); ++i) {
         const SQLite::Column column = statement.getColumn(i);
         if (column.isText() || column.isBlob()) table.numeric[static_cast<std::size_t>(i)] = false;

@@ -22,18 +22,17 @@ std::size_t width_of(const std::string& text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
 }
 
-std::string padded(const std::string& text, std::size_t width, bool right) {
-  const std::string space(width - std::min(width, width_of(text)), ' ');
-  return right ? space + text : text + space;
-}
-
-std::string line_of(const std::vector<std::string>& cells, const std::vector<std::size_t>& widths,
-                    const std::vector<bool>& numeric) {
-  std::string line;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    line += (i == 0 ? "  " : "   ") + padded(cells[i], widths[i], numeric[i]);
-  line.erase(line.find_last_not_of(' ') + 1);
-  return line + '\n';
+void add_line(const std::vector<std::string>& cells, const std::vector<std::size_t>& widths,
+              const std::vector<bool>& numeric, std::string& text) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::size_t space = widths[i] - std::min(widths[i], width_of(cells[i]));
+    text += i == 0 ? "  " : "   ";
+    if (numeric[i]) text.append(space, ' ');
+    text += cells[i];
+    if (!numeric[i]) text.append(space, ' ');
+  }
+  text.erase(text.find_last_not_of(' ') + 1);
+  text += '\n';
 }
 
 std::string csv_line(const std::vector<std::string>& cells) {
@@ -68,12 +67,12 @@ std::string text_of(const Table& table) {
   for (const auto& row : table.rows)
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));
   std::string text = table.title.empty() ? "" : table.title + '\n';
-  text += line_of(heads, widths, table.numeric);
+  add_line(heads, widths, table.numeric, text);
   std::vector<std::string> rule;
   rule.reserve(widths.size());
   for (const std::size_t width : widths) rule.emplace_back(width, '-');
-  text += line_of(rule, widths, table.numeric);
-  for (const auto& row : table.rows) text += line_of(row, widths, table.numeric);
+  add_line(rule, widths, table.numeric, text);
+  for (const auto& row : table.rows) add_line(row, widths, table.numeric, text);
   return text;
 }
 
