@@ -157,14 +157,13 @@ struct MatchVerdict {
 /// One contribution to the uncertainty of a mean distance.
 struct BudgetLine {
   std::string what;
-  double u_m = 0;      ///< standard uncertainty of the mean distance
+  double u_m = 0;      ///< standard uncertainty of the mean distance, where this alone errs
   std::string origin;  ///< where it comes from
 };
 struct Budget {
   std::vector<BudgetLine> lines;     ///< the largest first
   std::vector<std::string> missing;  ///< what nothing is known of, and what to do
-
-  [[nodiscard]] double expanded_m() const;  ///< U with k = 2
+  double expanded_m = 0;             ///< U: half width that holds 95 of 100 draws (JCGM 101)
 };
 
 /// Everything found for one drape.

@@ -248,7 +248,7 @@ class CrateWriter {
       value["@type"] = "PropertyValue";
       value["name"] = "mean distance of drape " + row.at(1);
       value["description"] =
-          fmt::format("measurement {}, match {}, expanded uncertainty (k = 2) {} mm", row.at(4),
+          fmt::format("measurement {}, match {}, expanded uncertainty (95 %) {} mm", row.at(4),
                       row.at(5), row.at(3).empty() ? "not known" : row.at(3));
       value["value"] = row.at(2);
       value["unitCode"] = "mm";

@@ -79,7 +79,7 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["match"] = name_of(report.match.match);
     drape["match_reason"] = report.match.reason;
     drape["expanded_uncertainty_mm"] =
-        report.budget ? Json(report.budget->expanded_m() / mm) : Json();
+        report.budget ? Json(report.budget->expanded_m / mm) : Json();
     if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));
     drape["marks"] = report.measurement.marks;
     drape["gaps"] = report.measurement.gaps;

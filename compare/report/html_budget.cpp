@@ -64,9 +64,10 @@ std::string html_budget(const DrapeFiles& drape, const Report& report) {
         *excess / mm);
   return text +
          "<p class=\"soft\">± of a distance is sqrt(u' C u), with u the unit vector from the real "
-         "to the virtual point and C the covariance of the mark. U adds the squares of what the "
-         "mean "
-         "rests on (GUM, JCGM 100) and doubles the root. It holds no repeat of the real drape and "
+         "to the virtual point and C the covariance of the mark. U is half of what holds "
+         "95 of 100 means when all that the mean rests on is drawn together (JCGM 101); each line "
+         "of the table is the spread where it alone is drawn. It holds no repeat of the real drape "
+         "and "
          "no "
          "other equilibrium.</p>\n";
 }

@@ -80,9 +80,8 @@ Table basis_table(const Session& session, const Outcome& outcome) {
 /// One row per drape: both verdicts, the distance and U.
 Table drapes_table(const Session& session, const Outcome& outcome) {
   Table table;
-  table.names = {
-      "drape",      "measurement",        "marks",           "uncertainty of a mark (mm)",
-      "simulation", "mean distance (mm)", "± U (mm), k = 2", "match"};
+  table.names = {"drape",      "measurement",        "marks",          "uncertainty of a mark (mm)",
+                 "simulation", "mean distance (mm)", "± U (mm), 95 %", "match"};
   table.numeric = {false, false, true, true, false, true, true, false};
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
@@ -94,7 +93,7 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
     }
     if (report.budget)
       expanded = fmt::format("{}{:.3f}", report.budget->missing.empty() ? "" : "at least ",
-                             report.budget->expanded_m() / mm);
+                             report.budget->expanded_m / mm);
     table.add({report.name, report.go() ? "GO" : "NO-GO", std::to_string(report.measurement.marks),
                mm_text(report.measurement.sigma_median_m), simulation, mean, expanded,
                name_of(report.match.match)});

@@ -39,9 +39,9 @@ std::string facts(const DrapeInput& input, const Report& report) {
   }
   if (report.budget)
     text +=
-        fact(fmt::format("± {:.3f} mm", report.budget->expanded_m() / mm),
-             report.budget->missing.empty() ? "total uncertainty U of the mean (k = 2)"
-                                            : "total uncertainty U of the mean (k = 2), at least");
+        fact(fmt::format("± {:.3f} mm", report.budget->expanded_m / mm),
+             report.budget->missing.empty() ? "total uncertainty U of the mean (95 %)"
+                                            : "total uncertainty U of the mean (95 %), at least");
   text += fact(name_of(report.match.match), "match");
   return text + "</ul>\n";
 }

@@ -6,7 +6,6 @@
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/tables.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -78,20 +77,6 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
   return numbers;
 }
 
-namespace {
-
-/// From the fabric file of the scene, where it is still there.
-FabricFacts facts_of(const DrapeFiles& drape) {
-  FabricFacts facts;
-  if (!drape.input.scene || !std::filesystem::is_regular_file(drape.input.scene->fabric_file))
-    return facts;
-  const TomlTable root = TomlTable::open(drape.input.scene->fabric_file, "fabric");
-  if (root.has("stand_ins")) facts.stand_ins = root.texts("stand_ins");
-  return facts;
-}
-
-}  // namespace
-
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
   for (const DrapeFiles& drape : session.drapes) {
     outcome.reports.push_back(compare_drape(drape.input, options));
@@ -100,7 +85,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
       report.no_go.insert(report.no_go.begin(),
                           "the calibration is NO-GO: " + *session.calibration->no_go);
     if (report.headline)
-      report.budget = budget_of(drape.input, report, drape.error_split, facts_of(drape));
+      report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     report.match = match_of(report);
     for (const std::string& warning : outcome.reports.back().warnings)
       outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);

@@ -105,7 +105,7 @@ void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report
       std::string(report.go() ? "GO" : "NO-GO"),
       report.go() ? no_cause : std::optional(report.no_go.front()), name_of(report.match.match),
       report.match.reason, headline,
-      report.budget ? std::optional(report.budget->expanded_m() / mm) : std::nullopt,
+      report.budget ? std::optional(report.budget->expanded_m / mm) : std::nullopt,
       report.budget ? std::optional(report.budget->missing.empty() ? 1 : 0) : std::nullopt);
   const auto add = [&](const RealVirtual& row) {
     if (const auto id = writer.id_of("comparison", "id", key_of(input, row)))

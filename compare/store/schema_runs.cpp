@@ -32,7 +32,7 @@ constexpr const char* kTables[] = {
   match TEXT NOT NULL CHECK (match IN ('inside', 'outside', 'undecided')),
   match_reason TEXT NOT NULL,
   headline_sha256 TEXT REFERENCES comparison (sha256),  -- the simulation chosen beforehand
-  expanded_uncertainty_mm REAL,  -- U (k = 2) of its mean distance; at least, where a part is missing
+  expanded_uncertainty_mm REAL,  -- U (95 %) of its mean distance; at least, where a part is missing
   budget_complete INTEGER CHECK (budget_complete IN (0, 1)),
   PRIMARY KEY (run, measured_sha256)
 ) STRICT, WITHOUT ROWID)sql",

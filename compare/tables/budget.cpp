@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/units.hpp"
 
@@ -13,20 +14,15 @@ namespace {
 
 using units::mm;
 
-/// Half a width within which all is equally likely, to a standard uncertainty (JCGM 100, 4.3.7).
-const double kRectangular = 1 / std::sqrt(3.0);
-/// A value that nobody measured lies within half of what was put in its place; a measured Kawabata
-/// value repeats within 5 % (one standard deviation).
-constexpr double kStandInHalfWidth = 0.5, kMeasuredPart = 0.05;
-constexpr double kCoverage = 2;
+using Eigen::Index;
+using Eigen::MatrixX3d;
+
+/// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
+/// stated, not derived.
+constexpr double kMeasuredPart = 0.05;
 
 const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];
-}
-
-bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
-  return std::any_of(stand_ins.begin(), stand_ins.end(),
-                     [&](const std::string& what) { return what.find(word) != std::string::npos; });
 }
 
 /// The simulation that differs from the headline in nothing but its grid, the next coarser; or in
@@ -50,37 +46,65 @@ const RealVirtual* neighbour_of(const DrapeInput& input, const Report& report, b
   return best;
 }
 
-void add_neighbour(const DrapeInput& input, const Report& report, bool other_grid, Budget& budget) {
+/// Virtual places of the headline's marks on another simulation; nothing where one has no place.
+std::optional<MatrixX3d> places_on(const RealVirtual& other, const RealVirtual& headline) {
+  MatrixX3d places(headline.marks.marks.size(), 3);
+  std::map<MarkId, Eigen::Vector3d> known;
+  for (const MarkError& mark : other.marks.marks) known[mark.mark] = mark.virtual_in_world;
+  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
+    const auto found = known.find(headline.marks.marks[k].mark);
+    if (found == known.end()) return std::nullopt;
+    places.row(static_cast<Index>(k)) = found->second;
+  }
+  return places;
+}
+
+void add_neighbour(const DrapeInput& input, const Report& report, bool other_grid,
+                   BudgetInputs& inputs) {
   const std::string what = other_grid ? "grid" : "segments per curve";
+  const RealVirtual& headline = headline_of(report);
   const RealVirtual* other = neighbour_of(input, report, other_grid);
-  if (other == nullptr) {
-    budget.missing.push_back(what + ": simulate two");
+  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
+  if (!places) {
+    inputs.missing.push_back(what + ": simulate two");
     return;
   }
-  const double change = other->statistics.mean_m - headline_of(report).statistics.mean_m;
-  budget.lines.push_back(
-      {what, std::abs(change) * kRectangular,
+  const MatrixX3d change_m = *places - *places_on(headline, headline);
+  inputs.effects.push_back(
+      {what,
        fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
-                   input.simulations[other->simulation].run_label(), change / mm)});
+                   input.simulations[other->simulation].run_label(),
+                   (other->statistics.mean_m - headline.statistics.mean_m) / mm),
+       true, -change_m, change_m});
 }
 
-void add_measurement(const DrapeInput& input, const Report& report, Budget& budget) {
-  const DistanceStatistics& s = headline_of(report).statistics;
-  if (s.sigma_mean_m)
-    budget.lines.push_back({"marks, each by itself", *s.sigma_mean_m, "covariance of each mark"});
+void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const RealVirtual& headline = headline_of(report);
+  const auto count = static_cast<Index>(headline.marks.marks.size());
+  inputs.differences_m.resize(count, 3);
+  for (Index k = 0; k < count; ++k) {
+    const MarkError& mark = headline.marks.marks[static_cast<std::size_t>(k)];
+    inputs.differences_m.row(k) = mark.virtual_in_world - mark.real_in_world;
+  }
+  if (headline.statistics.sigma_mean_m)
+    inputs.marks_m = *headline.statistics.sigma_mean_m;
   else
-    budget.missing.emplace_back("marks: they carry no covariance");
+    inputs.missing.emplace_back("marks: they carry no covariance");
   const auto& own = input.measured.sheet.error_budget;
-  if (own && own->calibration_m)
-    budget.lines.push_back(
-        {"calibration, common to all marks", *own->calibration_m / std::sqrt(3.0),
-         fmt::format("{:.4f} mm RMS in space, as if every mark moved along its distance",
-                     *own->calibration_m / mm)});
-  else
-    budget.missing.emplace_back("calibration: its file gives no covariance");
+  if (!own || !own->calibration_m) {
+    inputs.missing.emplace_back("calibration: its file gives no covariance");
+    return;
+  }
+  const MatrixX3d away_m =
+      *own->calibration_m / std::sqrt(3.0) * inputs.differences_m.rowwise().normalized();
+  inputs.effects.push_back(
+      {"calibration, common to all marks",
+       fmt::format("{:.4f} mm RMS in space, as if every mark moved along its distance",
+                   *own->calibration_m / mm),
+       false, -away_m, away_m});
 }
 
-/// Standard uncertainty of what a scene value's sensitivity is given per unit of, and its origin.
+/// Standard uncertainty of what a scene value's moves are given per unit of, and its origin.
 std::optional<std::pair<double, std::string>> scene_uncertainty(const Scene& scene,
                                                                 const std::string& value) {
   const auto from = [](double u, const char* unit, bool stated) {
@@ -89,10 +113,8 @@ std::optional<std::pair<double, std::string>> scene_uncertainty(const Scene& sce
   };
   if (value == "friction") {
     if (scene.friction_uncertainty) return from(*scene.friction_uncertainty, "", true);
-    if (names(scene.stand_ins, "friction"))
-      return std::pair(kStandInHalfWidth * scene.friction * kRectangular,
-                       fmt::format("stand-in: within {:g} %", 100 * kStandInHalfWidth));
-    return std::pair(kMeasuredPart * scene.friction, std::string("5 % of it"));
+    return std::pair(kMeasuredPart * scene.friction,
+                     fmt::format("{:g} % of it", 100 * kMeasuredPart));
   }
   // "object_2_x_mm", "object_2_size_mm"
   const std::string prefix = "object_";
@@ -104,58 +126,87 @@ std::optional<std::pair<double, std::string>> scene_uncertainty(const Scene& sce
               : from(own.place_m() / mm, " mm", own.stated_place_m.has_value());
 }
 
-void add_sensitivities(const DrapeInput& input, const std::optional<ErrorSplitFile>& split,
-                       const FabricFacts& fabric, Budget& budget) {
+/// The parabola through the moves, taken to `width` instead of the step.
+InputEffect effect_of(const MarkMoves& moves, double width, const std::vector<Index>& rows) {
+  const double to = width / moves.step;
+  const MatrixX3d down_m = moves.down_m(rows, Eigen::all), up_m = moves.up_m(rows, Eigen::all);
+  const MatrixX3d slope_m = 0.5 * to * (up_m - down_m), curve_m = 0.5 * to * to * (up_m + down_m);
+  return {{}, {}, false, curve_m - slope_m, curve_m + slope_m};
+}
+
+/// Adds one value's effect, or what is missing of it.
+void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
+               std::pair<double, std::string> standard, const std::vector<Index>& rows,
+               BudgetInputs& inputs) {
+  std::string name = value;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  if (!moves) {
+    inputs.missing.push_back(name + ": run drape sensitivity again");
+    return;
+  }
+  if (moves->half_width)
+    standard = {*moves->half_width, fmt::format("stand-in: within {:g}{}", *moves->half_width,
+                                                value == "friction" ? "" : " %")};
+  InputEffect effect = effect_of(*moves, standard.first, rows);
+  effect.what = name;
+  effect.origin = standard.second;
+  effect.rectangular = moves->half_width.has_value();
+  inputs.effects.push_back(std::move(effect));
+}
+
+void add_sensitivities(const DrapeInput& input, const Report& report,
+                       const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
   if (!split || !input.scene) {
-    budget.missing.emplace_back(
+    inputs.missing.emplace_back(
         "place and size of the objects, friction and fabric values: run drape sensitivity beside "
         "the sheet");
     return;
   }
-  for (const ValueEffect& one : split->values) {
-    const std::string kind = one.value.substr(0, one.value.find('_'));
-    const bool stand_in = names(fabric.stand_ins, kind + " curves");
-    const double part = stand_in ? kStandInHalfWidth * kRectangular : kMeasuredPart;
-    std::string name = one.value;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    budget.lines.push_back({name, std::abs(one.change_m) * 100 * part,
-                            stand_in
-                                ? fmt::format("stand-in: within {:g} %", 100 * kStandInHalfWidth)
-                                : std::string("5 % of it")});
+  std::vector<Index> rows;
+  for (const MarkError& mark : headline_of(report).marks.marks) {
+    const auto at = std::find(split->marks_at.begin(), split->marks_at.end(), mark.mark);
+    if (at == split->marks_at.end()) {
+      inputs.missing.emplace_back("scene and fabric values: run drape sensitivity again");
+      return;
+    }
+    rows.push_back(at - split->marks_at.begin());
   }
+  for (const ValueEffect& one : split->values)
+    add_moves(one.value, one.moves,
+              {100 * kMeasuredPart, fmt::format("{:g} % of it", 100 * kMeasuredPart)}, rows,
+              inputs);
   if (split->values.empty())
-    budget.missing.emplace_back("fabric values: the base has no first-order answer");
+    inputs.missing.emplace_back("fabric values: the base has no first-order answer");
   if (split->scene.empty() && !input.scene->obstacles.empty())
-    budget.missing.emplace_back("place and size of the objects, friction");
+    inputs.missing.emplace_back("place and size of the objects, friction");
   for (const SceneEffect& one : split->scene) {
-    const auto u = scene_uncertainty(*input.scene, one.value);
-    if (!u) continue;
-    std::string name = one.value;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    budget.lines.push_back({name, std::abs(one.change_m_per_unit) * u->first, u->second});
+    if (const auto u = scene_uncertainty(*input.scene, one.value))
+      add_moves(one.value, one.moves, *u, rows, inputs);
   }
 }
 
 }  // namespace
 
-double Budget::expanded_m() const {
-  double squares = 0;
-  for (const BudgetLine& line : lines) squares += line.u_m * line.u_m;
-  return kCoverage * std::sqrt(squares);
+BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
+                              const std::optional<ErrorSplitFile>& split) {
+  BudgetInputs inputs;
+  add_measurement(input, report, inputs);
+  if (input.simulations[headline_of(report).simulation].other_simulator) return inputs;
+  add_neighbour(input, report, true, inputs);
+  add_neighbour(input, report, false, inputs);
+  add_sensitivities(input, report, split, inputs);
+  return inputs;
 }
 
-Budget budget_of(const DrapeInput& input, const Report& report,
-                 const std::optional<ErrorSplitFile>& split, const FabricFacts& fabric) {
+Budget budget_of(const BudgetInputs& inputs, int draws) {
   Budget budget;
-  if (!report.headline) return budget;
-  add_measurement(input, report, budget);
-  if (!input.simulations[headline_of(report).simulation].other_simulator) {
-    add_neighbour(input, report, true, budget);
-    add_neighbour(input, report, false, budget);
-    add_sensitivities(input, split, fabric, budget);
-  }
+  budget.missing = inputs.missing;
+  budget.lines.push_back({"marks, each by itself", inputs.marks_m, "covariance of each mark"});
+  for (const InputEffect& effect : inputs.effects)
+    budget.lines.push_back({effect.what, alone_m(inputs.differences_m, effect), effect.origin});
   std::stable_sort(budget.lines.begin(), budget.lines.end(),
                    [](const BudgetLine& a, const BudgetLine& b) { return a.u_m > b.u_m; });
+  budget.expanded_m = half_width_m(inputs.differences_m, inputs.effects, inputs.marks_m, draws);
   return budget;
 }
 
@@ -164,20 +215,21 @@ MatchVerdict match_of(const Report& report) {
     return {Match::undecided, "nothing was compared mark by mark"};
   if (!report.go()) return {Match::undecided, "the measurement is NO-GO: " + report.no_go.front()};
   const double distance = headline_of(report).statistics.mean_m;
-  const double limit = report.budget->expanded_m();
+  const double limit = report.budget->expanded_m;
   const char* alone =
       "; repeats of the real drape and other equilibria are not part of the judgement";
   if (distance <= limit)
-    return {Match::inside, fmt::format("{:.3f} mm is within the total uncertainty U = {:.3f} mm (k "
-                                       "= {:g}){}",
-                                       distance / mm, limit / mm, kCoverage, alone)};
+    return {Match::inside,
+            fmt::format("{:.3f} mm is within the total uncertainty U = {:.3f} mm (95 "
+                        "%){}",
+                        distance / mm, limit / mm, alone)};
   if (!report.budget->missing.empty())
     return {Match::undecided,
             fmt::format("{:.3f} mm is above U = {:.3f} mm, but the budget lacks {}", distance / mm,
                         limit / mm, report.budget->missing.front())};
-  return {Match::outside, fmt::format("{:.3f} mm is above the total uncertainty U = {:.3f} mm (k = "
-                                      "{:g}){}",
-                                      distance / mm, limit / mm, kCoverage, alone)};
+  return {Match::outside, fmt::format("{:.3f} mm is above the total uncertainty U = {:.3f} mm (95 "
+                                      "%){}",
+                                      distance / mm, limit / mm, alone)};
 }
 
 std::string name_of(Match match) {
@@ -187,22 +239,23 @@ std::string name_of(Match match) {
 Table budget_table(const Budget& budget) {
   Table table;
   table.names = {"contribution", "u_mm", "share_percent", "origin"};
-  table.heads = {"contribution", "standard uncertainty of the mean (mm)", "part of the square (%)",
-                 "from"};
+  table.heads = {"contribution", "standard uncertainty of the mean, alone (mm)",
+                 "part of the squares (%)", "from"};
   table.numeric = {false, true, true, false};
-  const double total = budget.expanded_m() / kCoverage;
+  double squares = 0;
+  for (const BudgetLine& line : budget.lines) squares += line.u_m * line.u_m;
   for (const BudgetLine& line : budget.lines)
     table.add({line.what, fmt::format("{:.4f}", line.u_m / mm),
-               total > 0 ? fmt::format("{:.1f}", 100 * std::pow(line.u_m / total, 2)) : "",
+               squares > 0 ? fmt::format("{:.1f}", 100 * line.u_m * line.u_m / squares) : "",
                line.origin});
   for (const std::string& what : budget.missing) table.add({what, "", "", "missing"});
-  table.add({fmt::format("U, expanded (k = {:g})", kCoverage),
-             fmt::format("{:.4f}", budget.expanded_m() / mm), "100", ""});
+  table.add({"U: 95 of 100 draws of all together lie within",
+             fmt::format("{:.4f}", budget.expanded_m / mm), "", ""});
   return table;
 }
 
 std::string budget_sentence(const Budget& budget) {
-  std::string text = fmt::format("U = {:.3f} mm (k = {:g})", budget.expanded_m() / mm, kCoverage);
+  std::string text = fmt::format("U = {:.3f} mm (95 %)", budget.expanded_m / mm);
   std::string largest;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, budget.lines.size()); ++i)
     largest += fmt::format("{}{} {:.3f} mm", i == 0 ? "" : ", ", budget.lines[i].what,

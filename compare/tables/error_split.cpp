@@ -31,6 +31,20 @@ std::string from_text(const VariantEffect& variant) {
   return variant.continued ? "the drape" : "the start";
 }
 
+/// Nothing where the file has none: it was written before, or the cloth did not come to rest.
+std::optional<MarkMoves> moves_of(const JsonNode& entry, const ErrorSplitFile& split) {
+  if (!entry.has("step")) return std::nullopt;
+  const auto rows = [&](const char* key) -> Eigen::MatrixX3d {
+    const Eigen::MatrixXd found = entry.matrix(key);
+    if (found.cols() != 3 || found.rows() != static_cast<Eigen::Index>(split.marks_at.size()))
+      entry.reject(key, "must have x, y, z for each entry of marks_at");
+    return found * mm;
+  };
+  const double step = entry.number("step");
+  if (!(step > 0)) entry.reject("step", "must be above 0");
+  return MarkMoves{step, entry.optional_number("half_width"), rows("down_mm"), rows("up_mm")};
+}
+
 }  // namespace
 
 ErrorSplitFile read_error_split(const std::filesystem::path& file) {
@@ -40,16 +54,23 @@ ErrorSplitFile read_error_split(const std::filesystem::path& file) {
   split.sha256 = sha256_of_file(file);
   split.distance_m = root.number("mean_distance_mm") * mm;
   split.marks = root.integer("marks");
+  if (root.has("marks_at")) {
+    const Eigen::MatrixXd places = root.matrix("marks_at");
+    if (places.cols() != 2) root.reject("marks_at", "must hold pairs of row and column");
+    for (Eigen::Index k = 0; k < places.rows(); ++k)
+      split.marks_at.push_back({static_cast<int>(places(k, 0)), static_cast<int>(places(k, 1))});
+  }
   if (!root.at("sensitivities").raw().is_null()) {
     for (const JsonNode& entry : root.items("sensitivities")) {
-      split.values.push_back({entry.text("value"),
-                              entry.number("mean_distance_mm_per_percent") * mm,
-                              entry.number("mean_way_of_marks_mm_per_percent") * mm});
+      split.values.push_back(
+          {entry.text("value"), entry.number("mean_distance_mm_per_percent") * mm,
+           entry.number("mean_way_of_marks_mm_per_percent") * mm, moves_of(entry, split)});
     }
   }
   if (root.has("scene_sensitivities")) {
     for (const JsonNode& entry : root.items("scene_sensitivities"))
-      split.scene.push_back({entry.text("value"), entry.number("mean_distance_mm_per_unit") * mm});
+      split.scene.push_back({entry.text("value"), entry.number("mean_distance_mm_per_unit") * mm,
+                             moves_of(entry, split)});
   }
   if (!root.has("variants")) return split;
   for (const JsonNode& entry : root.items("variants")) {

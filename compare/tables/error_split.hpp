@@ -11,17 +11,26 @@
 
 namespace drape::compare {
 
+/// Displacement of the marks for a value lower and higher by `step`, one row each.
+struct MarkMoves {
+  double step = 0;                   ///< per cent of a fabric value, else as the value is named
+  std::optional<double> half_width;  ///< of a stand-in: the true value lies within, same unit
+  Eigen::MatrixX3d down_m, up_m;
+};
+
 /// What one per cent more of a fabric value does to the drape, to first order.
 struct ValueEffect {
   std::string value;    ///< e.g. "bending_warp"
   double change_m = 0;  ///< of the mean distance
   double way_m = 0;     ///< mean way of the marks
+  std::optional<MarkMoves> moves = std::nullopt;
 };
 
 /// What one unit more of a scene's value does to it: friction, or mm of an object's place or size.
 struct SceneEffect {
   std::string value;             ///< "friction", "object_1_x_mm", "object_1_size_mm"
   double change_m_per_unit = 0;  ///< of the mean distance
+  std::optional<MarkMoves> moves = std::nullopt;
 };
 
 /// The same drape with one part of the model changed.
@@ -41,6 +50,7 @@ struct ErrorSplitFile {
   std::string sha256;
   double distance_m = 0;  ///< of the base, mean over the marks
   int marks = 0;
+  std::vector<MarkId> marks_at;     ///< rows of the moves
   std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
   std::vector<SceneEffect> scene;
   std::vector<VariantEffect> variants;

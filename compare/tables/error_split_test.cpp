@@ -46,6 +46,11 @@ fs::path write_split(const fs::path& measured) {
          {"mean_distance_mm_per_percent", value[0] == 'b' ? 0.01 : -0.02},
          {"mean_way_of_marks_mm_per_percent", 0.05}});
   }
+  json["marks_at"] = {{0, 0}, {0, 1}};
+  Json& bending = json["sensitivities"][0];
+  bending["step"] = bending["half_width"] = 50;
+  bending["down_mm"] = {{0, 0, -1.5}, {0, 0, -2}};
+  bending["up_mm"] = {{0, 0, 1}, {0.5, 0, 1}};
   write_json(file, json);
   RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"},
                    run_record_path(file));
@@ -72,6 +77,12 @@ TEST(ErrorSplit, IsReadBesideTheSheetItWasMadeFrom) {
   EXPECT_TRUE(split->variants[0].continued);
   EXPECT_FALSE(split->variants[1].at_rest);
   EXPECT_DOUBLE_EQ(split->variants[2].change_m, -0.75 * mm);
+  EXPECT_THAT(split->marks_at, testing::ElementsAre(MarkId{0, 0}, MarkId{0, 1}));
+  ASSERT_TRUE(split->values[0].moves);
+  EXPECT_EQ(split->values[0].moves->half_width, 50);
+  EXPECT_DOUBLE_EQ(split->values[0].moves->down_m(1, 2), -2 * mm);
+  EXPECT_DOUBLE_EQ(split->values[0].moves->up_m(1, 0), 0.5 * mm);
+  EXPECT_FALSE(split->values[1].moves) << "a file from before, or no rest";
 }
 
 TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {

@@ -30,7 +30,7 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
   ending.go = base.at_rest && split.sensitivities.has_value();
   ending.verdict = !base.at_rest ? "the base: " + split.base_sentence
                    : ending.go   ? fmt::format("mean distance {:.3f} mm over {} marks",
-                                               base.distance_m / mm, split.marks)
+                                               base.distance_m / mm, split.marks.size())
                                  : "the base is a saddle: it has no first-order answer";
   if (split.sensitivities) {
     for (const Sensitivity& one : *split.sensitivities) {

@@ -14,9 +14,6 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-/// Where nobody states friction's uncertainty: large enough to be seen, small enough to be a slope.
-constexpr double kFrictionStep = 0.05;
-
 struct Move {
   Vector3d way_m;
 
@@ -52,24 +49,28 @@ struct Grow {
 
 std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric, const Print& print,
                                        const std::optional<Sheet>& start, const Sheet& reference,
+                                       const Eigen::MatrixX3d& base_m,
                                        const SimulateOptions& options) {
-  const auto distance = [&](const std::function<void(Scene&)>& change) -> std::optional<double> {
+  const auto drape = [&](const std::function<void(Scene&)>& change) -> std::optional<ErrorSplit> {
     Scene changed = scene;
     change(changed);
-    const ErrorSplit split =
-        split_error(changed, fabric, print, start, reference, options,
-                    {.starts = 1, .only_first_order = true, .scene_values = false});
+    ErrorSplit split = split_error(changed, fabric, print, start, reference, options,
+                                   {.starts = 1, .only_first_order = true, .scene_values = false});
     if (!split.rows.front().at_rest) return std::nullopt;
-    return split.rows.front().distance_m;
+    return split;
   };
   std::vector<SceneEffect> effects;
   /// `change(scene, amount)`, up and down by `step` (in SI); `unit` is that of the sensitivity.
   const auto add = [&](const std::string& name, double step, double unit,
                        const std::function<void(Scene&, double)>& change) {
-    const auto up = distance([&](Scene& one) { change(one, step); });
-    const auto down = distance([&](Scene& one) { change(one, -step); });
-    SceneEffect effect{name, std::nullopt};
-    if (up && down) effect.change_per_unit = (*up - *down) / (2 * step / unit);
+    const auto up = drape([&](Scene& one) { change(one, step); });
+    const auto down = drape([&](Scene& one) { change(one, -step); });
+    SceneEffect effect{name, std::nullopt, {}};
+    if (up && down) {
+      effect.change_per_unit =
+          (up->rows.front().distance_m - down->rows.front().distance_m) / (2 * step / unit);
+      effect.moves = {step / unit, std::nullopt, down->marks_m - base_m, up->marks_m - base_m};
+    }
     effects.push_back(effect);
   };
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
@@ -85,8 +86,14 @@ std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric,
     add(fmt::format("object_{}_size_mm", i + 1), scene.uncertainty_of(i).size_m(), mm,
         [&](Scene& one, double by_m) { std::visit(Grow{by_m}, one.obstacles[i]); });
   }
-  if (scene.friction > kFrictionStep) {
-    add("friction", kFrictionStep, 1, [](Scene& one, double by) { one.friction += by; });
+  if (scene.friction > 0) {
+    const bool stand_in = !scene.friction_uncertainty && names(scene.stand_ins, "friction");
+    const double step = stand_in
+                            ? kStandInPart * scene.friction
+                            : scene.friction_uncertainty.value_or(kMeasuredPart * scene.friction);
+    add("friction", std::min(step, scene.friction), 1,
+        [](Scene& one, double by) { one.friction += by; });
+    if (stand_in) effects.back().moves.half_width = step;
   }
   return effects;
 }
@@ -94,9 +101,10 @@ std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric,
 Json scene_effects_json(const std::vector<SceneEffect>& effects) {
   Json list = Json::array();
   for (const SceneEffect& effect : effects) {
-    if (effect.change_per_unit)
-      list.push_back(
-          {{"value", effect.value}, {"mean_distance_mm_per_unit", *effect.change_per_unit / mm}});
+    if (!effect.change_per_unit) continue;
+    list.push_back(
+        {{"value", effect.value}, {"mean_distance_mm_per_unit", *effect.change_per_unit / mm}});
+    add_moves(effect.moves, list.back());
   }
   return list;
 }

@@ -10,6 +10,7 @@
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
 
@@ -17,17 +18,17 @@ namespace drape::simulate {
 struct SceneEffect {
   std::string value;                      ///< "friction", "object_1_x_mm", "object_1_size_mm"
   std::optional<double> change_per_unit;  ///< m per unit; absent when a drape did not come to rest
+  MarkMoves moves;
 };
 
-/// Drapes the scene with one value changed by its standard uncertainty, up and down, and takes the
-/// central difference: place (x, y, z) and size of each object, and friction.
-[[nodiscard]] std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric,
-                                                     const Print& print,
-                                                     const std::optional<Sheet>& start,
-                                                     const Sheet& reference,
-                                                     const SimulateOptions& options);
+/// Drapes the scene with one value changed by its standard uncertainty, up and down: place (x, y,
+/// z) and size of each object, and friction; a stand-in by its half-width. `base_m`: where the
+/// marks lie on the unchanged drape.
+[[nodiscard]] std::vector<SceneEffect> scene_effects(
+    const Scene& scene, const Fabric& fabric, const Print& print, const std::optional<Sheet>& start,
+    const Sheet& reference, const Eigen::MatrixX3d& base_m, const SimulateOptions& options);
 
-/// Array of {value, mean_distance_mm_per_unit}, without the absent ones.
+/// Array of {value, mean_distance_mm_per_unit, step, down_mm, up_mm}, without the absent ones.
 [[nodiscard]] Json scene_effects_json(const std::vector<SceneEffect>& effects);
 
 }  // namespace drape::simulate

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -70,6 +71,19 @@ std::string name_of(FabricValue value) {
   return "areal_density";
 }
 
+bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
+  return std::any_of(stand_ins.begin(), stand_ins.end(),
+                     [&](const std::string& what) { return what.find(word) != std::string::npos; });
+}
+
+bool is_stand_in(const Fabric& fabric, FabricValue value) {
+  if (value == FabricValue::twist && !fabric.bias_bending_n_m) return true;
+  const std::string name = name_of(value);
+  return names(fabric.stand_ins, value == FabricValue::areal_density
+                                     ? "areal density"
+                                     : name.substr(0, name.find('_')) + " curves");
+}
+
 ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
   switch (value) {
     case FabricValue::tensile_warp:
@@ -104,6 +118,7 @@ Reference reference_on(const GridSpec& grid, const Sheet& sheet) {
     const Eigen::Array2d m = mark.material_m.array();
     if ((m < -kBeyond).any() || (m > grid.patch_m.array() + kBeyond).any()) continue;
     if (!mark.point_in_world.allFinite()) continue;
+    reference.marks.push_back(mark.mark);
     reference.points.push_back(hold_at(grid, mark.material_m));
     reference.in_world.push_back(mark.point_in_world);
   }
@@ -112,6 +127,20 @@ Reference reference_on(const GridSpec& grid, const Sheet& sheet) {
                     "give the measured sheet of the same print");
   }
   return reference;
+}
+
+Eigen::MatrixX3d marks_on(const Reference& reference, const Field& position) {
+  Eigen::MatrixX3d places(reference.points.size(), 3);
+  for (std::size_t k = 0; k < reference.points.size(); ++k)
+    places.row(static_cast<Eigen::Index>(k)) = place(reference.points[k], position);
+  return places;
+}
+
+void add_moves(const MarkMoves& moves, Json& entry) {
+  entry["step"] = moves.step;
+  if (moves.half_width) entry["half_width"] = *moves.half_width;
+  entry["down_mm"] = to_json(moves.down_m / units::mm);
+  entry["up_mm"] = to_json(moves.up_m / units::mm);
 }
 
 double mean_distance_m(const Reference& reference, const Field& position) {
@@ -144,6 +173,7 @@ std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticS
     if (!up || !down) return std::nullopt;
     one.way = 0.5 * (*up - *down);
     const auto count = static_cast<double>(reference.points.size());
+    MarkMoves moves{1, std::nullopt, {}, Eigen::MatrixX3d(reference.points.size(), 3)};
     for (std::size_t k = 0; k < reference.points.size(); ++k) {
       const Vector3d apart = place(reference.points[k], solver.position) - reference.in_world[k];
       const Vector3d way = way_of(reference.points[k], one.way);
@@ -151,7 +181,10 @@ std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticS
       one.distance_m += (apart.norm() > 0 ? apart.normalized().dot(way) : way.norm()) / count;
       one.mean_way_m += way.norm() / count;
       one.largest_way_m = std::max(one.largest_way_m, way.norm());
+      moves.up_m.row(static_cast<Eigen::Index>(k)) = 0.01 * way;
     }
+    moves.down_m = -moves.up_m;
+    one.moves = std::move(moves);
     list.push_back(std::move(one));
   }
   return list;

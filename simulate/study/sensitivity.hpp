@@ -9,6 +9,7 @@
 #include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
 #include "simulate/equilibrium/run.hpp"
+#include "simulate/fabric/fabric.hpp"
 
 namespace drape::simulate {
 
@@ -28,21 +29,40 @@ inline constexpr FabricValue kFabricValues[] = {
     FabricValue::areal_density};
 
 [[nodiscard]] std::string name_of(FabricValue value);
+/// A value that nobody measured lies within half of what was put in its place; a measured Kawabata
+/// value repeats within 5 % (one standard deviation). Both are stated, not derived.
+inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
+/// Whether one of the texts speaks of `word`.
+[[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
+/// Twist is one where no bending at 45 degrees was measured.
+[[nodiscard]] bool is_stand_in(const Fabric& fabric, FabricValue value);
 /// The laws with one value times `factor`.
 [[nodiscard]] ClothLaws scaled(ClothLaws laws, FabricValue value, double factor);
 
 /// Marks of a reference sheet as material points of a grid.
 struct Reference {
+  std::vector<MarkId> marks;
   std::vector<Hold> points;
   std::vector<Eigen::Vector3d> in_world;
 };
 /// Leaves out marks that lie beyond the patch of `grid`. Throws Error when none is left.
 [[nodiscard]] Reference reference_on(const GridSpec& grid, const Sheet& sheet);
+/// Where the marks lie on a sheet, one row each (m, world).
+[[nodiscard]] Eigen::MatrixX3d marks_on(const Reference& reference, const Field& position);
 /// Mean over the marks of the distance between reference and sheet (m).
 [[nodiscard]] double mean_distance_m(const Reference& reference, const Field& position);
 /// Mean over the marks of their displacement from one sheet to another, each with its own grid (m).
 [[nodiscard]] double mean_way_m(const Reference& from, const Field& from_position,
                                 const Reference& to, const Field& to_position);
+
+/// Displacement of the marks (rows as Reference, m) for a value lower and higher by `step`.
+struct MarkMoves {
+  double step = 0;                   ///< in the unit of the value's sensitivity
+  std::optional<double> half_width;  ///< of a stand-in: the true value lies within, same unit
+  Eigen::MatrixX3d down_m, up_m;
+};
+/// Adds step, down_mm and up_mm, and half_width where there is one.
+void add_moves(const MarkMoves& moves, Json& entry);
 
 /// What an equilibrium does when one value of the fabric grows, to first order.
 struct Sensitivity {
@@ -51,6 +71,9 @@ struct Sensitivity {
   double distance_m = 0;     ///< change of the mean distance per relative change
   double mean_way_m = 0;     ///< mean displacement of the marks per relative change
   double largest_way_m = 0;  ///< of a mark
+  /// By one per cent to first order; of a stand-in, by its half-width; absent where the cloth did
+  /// not come to rest there.
+  std::optional<MarkMoves> moves;
 };
 
 /// H dx = (derivative of the forces), for a growing and for a shrinking value, and the mean of the

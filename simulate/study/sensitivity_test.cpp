@@ -196,5 +196,39 @@ TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
   EXPECT_LE(split.rows.back().distance_m, split.rows[split.rows.size() - 2].distance_m);
 }
 
+TEST(ErrorSplit, SaysWhereTheMarksGoWhenAValueErrs) {
+  Scene scene = lying_scene("C");
+  scene.stand_ins = {"friction"};
+  scene.friction_uncertainty.reset();
+  const Print print = read_print(scene.print_file);
+  Fabric fabric = read_fabric(scene.fabric_file);
+  fabric.stand_ins = {"shear curves"};
+  fabric.bias_bending_n_m = 1e-6;
+  SimulateOptions options;
+  options.rows = options.cols = 9;
+  options.segments = 1;
+  options.solver = "static";
+  const ErrorSplit split =
+      split_error(scene, fabric, print, std::nullopt, flat_reference(print, 0.15), options,
+                  {.starts = 1, .only_first_order = true, .scene_values = true});
+  ASSERT_TRUE(split.sensitivities);
+  const auto rows = static_cast<Eigen::Index>(split.marks.size());
+  for (const Sensitivity& one : *split.sensitivities) {
+    ASSERT_TRUE(one.moves) << name_of(one.value);
+    EXPECT_EQ(one.moves->up_m.rows(), rows);
+    const bool stand_in = one.value == FabricValue::shear;
+    EXPECT_EQ(one.moves->half_width.has_value(), stand_in) << name_of(one.value);
+    EXPECT_EQ(one.moves->step, stand_in ? 50 : 1);
+    if (!stand_in) EXPECT_EQ(one.moves->down_m, -one.moves->up_m);
+  }
+  ASSERT_EQ(split.scene.size(), 5U);  // x, y, z, size, friction
+  ASSERT_TRUE(split.scene[2].change_per_unit);
+  // Cloth that lies on a cube goes up and down with it.
+  const double up_m = split.scene[2].moves.step * mm;
+  EXPECT_NEAR(split.scene[2].moves.up_m.col(2).maxCoeff(), up_m, 0.5 * up_m);
+  EXPECT_NEAR(split.scene[2].moves.down_m.col(2).minCoeff(), -up_m, 0.5 * up_m);
+  EXPECT_EQ(split.scene[4].moves.half_width, kStandInPart * scene.friction);
+}
+
 }  // namespace
 }  // namespace drape::simulate

@@ -25,6 +25,7 @@ struct Variant {
   SimulateOptions options;
   bool twist = true;
   double friction = 0;
+  std::optional<std::pair<FabricValue, double>> scale = std::nullopt;  ///< times this factor
 };
 
 /// Runs variants of one scene.
@@ -47,10 +48,11 @@ class Bench {
   void settle_base(ErrorSplit& split) {
     base_grid_ = grid_of(options_);
     reference_ = reference_on(base_grid_, sheet_);
-    split.marks = static_cast<int>(reference_.points.size());
+    split.marks = reference_.marks;
     split.friction = scene_.friction;
     split.rows.push_back(run(base(), false));
     base_ = last_;
+    split.marks_m = marks_on(reference_, base_);
     split.base = report_;
     judge_base(split);
     if (!split.rows.front().at_rest) return;
@@ -73,6 +75,28 @@ class Bench {
       report_ = std::move(drape.report);
     }
     return row_of(variant.what, continued, grid, std::move(position));
+  }
+
+  /// Drapes with each value that nobody measured at the ends of its range: too wide for a slope.
+  void drape_stand_ins(ErrorSplit& split) {
+    if (!split.sensitivities) return;
+    for (Sensitivity& one : *split.sensitivities)
+      if (is_stand_in(fabric_, one.value)) one.moves.reset();
+    // Against the base carried on as they are, so that only the value differs.
+    if (!run(base(), true).at_rest) return;
+    const Eigen::MatrixX3d base_m = marks_on(reference_, last_);
+    for (Sensitivity& one : *split.sensitivities) {
+      if (!is_stand_in(fabric_, one.value)) continue;
+      MarkMoves moves{100 * kStandInPart, 100 * kStandInPart, {}, {}};
+      bool rests = true;
+      for (const bool up : {false, true}) {
+        Variant end = base();
+        end.scale = {one.value, up ? 1 + kStandInPart : 1 - kStandInPart};
+        rests = run(end, true).at_rest && rests;
+        (up ? moves.up_m : moves.down_m) = marks_on(reference_, last_) - base_m;
+      }
+      if (rests) one.moves = std::move(moves);
+    }
   }
 
   void add_branches(int starts, ErrorSplit& split) {
@@ -109,7 +133,7 @@ class Bench {
     SimulateReport ignored;
     ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored);
     if (!variant.twist) laws.twist_n_m = 0;
-    return laws;
+    return variant.scale ? scaled(laws, variant.scale->first, variant.scale->second) : laws;
   }
 
   /// Asks of the base what simulate_checked() asks of any drape.
@@ -229,8 +253,10 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
   ErrorSplit split;
   Bench bench(scene, fabric, print, measured, reference, options);
   bench.settle_base(split);
-  if (how.scene_values && split.rows.front().at_rest)
-    split.scene = scene_effects(scene, fabric, print, measured, reference, options);
+  if (how.scene_values && split.rows.front().at_rest) {
+    split.scene = scene_effects(scene, fabric, print, measured, reference, split.marks_m, options);
+    bench.drape_stand_ins(split);
+  }
   if (how.only_first_order || !split.rows.front().at_rest) return split;
   for (const Variant& variant : variants_of(bench.base())) {
     split.rows.push_back(bench.run(variant, true));
@@ -243,7 +269,9 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
 Json sensitivity_json(const ErrorSplit& split) {
   Json json;
   json["schema"] = "drapebench/sensitivity/1";
-  json["marks"] = split.marks;
+  json["marks"] = split.marks.size();
+  json["marks_at"] = Json::array();
+  for (const MarkId& mark : split.marks) json["marks_at"].push_back({mark.row, mark.col});
   json["friction"] = split.friction;
   json["at_rest"] = split.rows.front().at_rest;
   json["largest_residual_per_particle_weight"] = split.base.residual;
@@ -257,6 +285,7 @@ Json sensitivity_json(const ErrorSplit& split) {
       entry["mean_distance_mm_per_percent"] = 0.01 * one.distance_m / mm;
       entry["mean_way_of_marks_mm_per_percent"] = 0.01 * one.mean_way_m / mm;
       entry["largest_way_of_a_mark_mm_per_percent"] = 0.01 * one.largest_way_m / mm;
+      if (one.moves) add_moves(*one.moves, entry);
       list.push_back(entry);
     }
     json["sensitivities"] = list;
