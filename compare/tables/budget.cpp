@@ -104,26 +104,35 @@ void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs
        false, -away_m, away_m});
 }
 
-/// Standard uncertainty of what a scene value's moves are given per unit of, and its origin.
-std::optional<std::pair<double, std::string>> scene_uncertainty(const Scene& scene,
-                                                                const std::string& value) {
+/// The values of a scene that err, by the names of drape sensitivity.
+std::vector<std::string> values_of(const Scene& scene) {
+  std::vector<std::string> values;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    for (const char* axis : {"x", "y", "z"})
+      values.push_back(fmt::format("object_{}_{}_mm", i + 1, axis));
+    if (!std::holds_alternative<Plane>(scene.obstacles[i]) &&
+        !std::holds_alternative<MeshObject>(scene.obstacles[i]))
+      values.push_back(fmt::format("object_{}_size_mm", i + 1));
+  }
+  if (scene.friction > 0) values.emplace_back("friction");
+  return values;
+}
+
+/// Standard uncertainty of such a value, in its unit, and its origin.
+std::pair<double, std::string> scene_uncertainty(const Scene& scene, const std::string& value) {
   const auto from = [](double u, const char* unit, bool stated) {
     return std::pair(
         u, fmt::format("{:g}{} {}", u, unit, stated ? "as stated" : "assumed, nothing is stated"));
   };
   if (value == "friction") {
     if (scene.friction_uncertainty) return from(*scene.friction_uncertainty, "", true);
-    return std::pair(kMeasuredPart * scene.friction,
-                     fmt::format("{:g} % of it", 100 * kMeasuredPart));
+    return {kMeasuredPart * scene.friction, fmt::format("{:g} % of it", 100 * kMeasuredPart)};
   }
-  // "object_2_x_mm", "object_2_size_mm"
-  const std::string prefix = "object_";
-  if (!value.starts_with(prefix)) return std::nullopt;
-  const std::size_t index = std::stoul(value.substr(prefix.size())) - 1;
+  const std::size_t index = std::stoul(value.substr(std::string("object_").size())) - 1;
   const ObjectUncertainty own = scene.uncertainty_of(index);
-  const bool size = value.find("size") != std::string::npos;
-  return size ? from(own.size_m() / mm, " mm", own.stated_size_m.has_value())
-              : from(own.place_m() / mm, " mm", own.stated_place_m.has_value());
+  return value.find("size") != std::string::npos
+             ? from(own.size_m() / mm, " mm", own.stated_size_m.has_value())
+             : from(own.place_m() / mm, " mm", own.stated_place_m.has_value());
 }
 
 /// The parabola through the moves, taken to `width` instead of the step.
@@ -141,7 +150,7 @@ void add_moves(const std::string& value, const std::optional<MarkMoves>& moves,
   std::string name = value;
   std::replace(name.begin(), name.end(), '_', ' ');
   if (!moves) {
-    inputs.missing.push_back(name + ": run drape sensitivity again");
+    inputs.missing.push_back(name + ": drape sensitivity does not say where the marks go");
     return;
   }
   if (moves->half_width)
@@ -177,11 +186,11 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
               inputs);
   if (split->values.empty())
     inputs.missing.emplace_back("fabric values: the base has no first-order answer");
-  if (split->scene.empty() && !input.scene->obstacles.empty())
-    inputs.missing.emplace_back("place and size of the objects, friction");
-  for (const SceneEffect& one : split->scene) {
-    if (const auto u = scene_uncertainty(*input.scene, one.value))
-      add_moves(one.value, one.moves, *u, rows, inputs);
+  for (const std::string& value : values_of(*input.scene)) {
+    const auto one = std::find_if(split->scene.begin(), split->scene.end(),
+                                  [&](const SceneEffect& e) { return e.value == value; });
+    add_moves(value, one == split->scene.end() ? std::nullopt : one->moves,
+              scene_uncertainty(*input.scene, value), rows, inputs);
   }
 }
 

@@ -38,20 +38,20 @@ struct Parabola {
 }  // namespace
 
 double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
-  const Parabola way(effect);
+  const Parabola path(effect);
   const double node = std::sqrt(effect.rectangular ? 0.6 : 3.0);
   const double weight = effect.rectangular ? 5.0 / 18 : 1.0 / 6;
   const double mean = mean_norm(differences_m);
   double squares = 0;
   for (const double z : {-node, node})
     squares +=
-        weight * std::pow(mean_norm(differences_m + z * way.slope + z * z * way.curve) - mean, 2);
+        weight * std::pow(mean_norm(differences_m + z * path.slope + z * z * path.curve) - mean, 2);
   return std::sqrt(squares);
 }
 
 double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffect>& effects,
                     double added_m, int draws) {
-  std::vector<Parabola> ways(effects.begin(), effects.end());
+  std::vector<Parabola> paths(effects.begin(), effects.end());
   StandardDraws random;
   const double mean = mean_norm(differences_m);
   std::vector<double> off(static_cast<std::size_t>(draws));
@@ -60,7 +60,7 @@ double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffec
     drawn = differences_m;
     for (std::size_t i = 0; i < effects.size(); ++i) {
       const double z = random.of(effects[i].rectangular);
-      drawn += z * ways[i].slope + z * z * ways[i].curve;
+      drawn += z * paths[i].slope + z * z * paths[i].curve;
     }
     one = std::abs(mean_norm(drawn) + added_m * random.normal() - mean);
   }

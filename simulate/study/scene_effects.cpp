@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <functional>
+#include <algorithm>
 
 #include "core/units.hpp"
-#include "simulate/study/split.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -47,29 +46,21 @@ struct Grow {
 
 }  // namespace
 
-std::vector<SceneEffect> scene_effects(const Scene& scene, const Fabric& fabric, const Print& print,
-                                       const std::optional<Sheet>& start, const Sheet& reference,
-                                       const Eigen::MatrixX3d& base_m,
-                                       const SimulateOptions& options) {
-  const auto drape = [&](const std::function<void(Scene&)>& change) -> std::optional<ErrorSplit> {
-    Scene changed = scene;
-    change(changed);
-    ErrorSplit split = split_error(changed, fabric, print, start, reference, options,
-                                   {.starts = 1, .only_first_order = true, .scene_values = false});
-    if (!split.rows.front().at_rest) return std::nullopt;
-    return split;
-  };
+std::vector<SceneEffect> scene_effects(
+    const Scene& scene, const std::function<std::optional<RestedMarks>(const Scene&)>& drape,
+    const Eigen::MatrixX3d& base_m) {
   std::vector<SceneEffect> effects;
   /// `change(scene, amount)`, up and down by `step` (in SI); `unit` is that of the sensitivity.
   const auto add = [&](const std::string& name, double step, double unit,
                        const std::function<void(Scene&, double)>& change) {
-    const auto up = drape([&](Scene& one) { change(one, step); });
-    const auto down = drape([&](Scene& one) { change(one, -step); });
+    Scene higher = scene, lower = scene;
+    change(higher, step);
+    change(lower, -step);
+    const auto up = drape(higher), down = drape(lower);
     SceneEffect effect{name, std::nullopt, {}};
     if (up && down) {
-      effect.change_per_unit =
-          (up->rows.front().distance_m - down->rows.front().distance_m) / (2 * step / unit);
-      effect.moves = {step / unit, std::nullopt, down->marks_m - base_m, up->marks_m - base_m};
+      effect.change_per_unit = (up->distance_m - down->distance_m) / (2 * step / unit);
+      effect.moves = {step / unit, std::nullopt, down->places_m - base_m, up->places_m - base_m};
     }
     effects.push_back(effect);
   };

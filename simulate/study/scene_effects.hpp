@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/files/json_file.hpp"
-#include "core/rig.hpp"
 #include "core/scene.hpp"
-#include "core/sheet.hpp"
-#include "simulate/simulate.hpp"
 #include "simulate/study/sensitivity.hpp"
 
 namespace drape::simulate {
@@ -21,12 +19,19 @@ struct SceneEffect {
   MarkMoves moves;
 };
 
+/// Where the marks of a drape come to rest, one row each (m, world), and their mean distance from
+/// the reference (m).
+struct RestedMarks {
+  Eigen::MatrixX3d places_m;
+  double distance_m = 0;
+};
+
 /// Drapes the scene with one value changed by its standard uncertainty, up and down: place (x, y,
-/// z) and size of each object, and friction; a stand-in by its half-width. `base_m`: where the
-/// marks lie on the unchanged drape.
+/// z) and size of each object, and friction; a stand-in by its half-width. `drape` gives nothing
+/// where the cloth does not come to rest; `base_m`: where the marks lie on the unchanged drape.
 [[nodiscard]] std::vector<SceneEffect> scene_effects(
-    const Scene& scene, const Fabric& fabric, const Print& print, const std::optional<Sheet>& start,
-    const Sheet& reference, const Eigen::MatrixX3d& base_m, const SimulateOptions& options);
+    const Scene& scene, const std::function<std::optional<RestedMarks>(const Scene&)>& drape,
+    const Eigen::MatrixX3d& base_m);
 
 /// Array of {value, mean_distance_mm_per_unit, step, down_mm, up_mm}, without the absent ones.
 [[nodiscard]] Json scene_effects_json(const std::vector<SceneEffect>& effects);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
@@ -52,7 +53,6 @@ class Bench {
     split.friction = scene_.friction;
     split.rows.push_back(run(base(), false));
     base_ = last_;
-    split.marks_m = marks_on(reference_, base_);
     split.base = report_;
     judge_base(split);
     if (!split.rows.front().at_rest) return;
@@ -77,26 +77,21 @@ class Bench {
     return row_of(variant.what, continued, grid, std::move(position));
   }
 
-  /// Drapes with each value that nobody measured at the ends of its range: too wide for a slope.
-  void drape_stand_ins(ErrorSplit& split) {
+  /// Where the marks go when a value errs, on the base's branch: scene values, and fabric values
+  /// that nobody measured at the ends of their range, which is too wide for a slope. All are
+  /// measured from the base carried on as it is, so that only the value differs.
+  void drape_errors(ErrorSplit& split) {
     if (!split.sensitivities) return;
     for (Sensitivity& one : *split.sensitivities)
       if (is_stand_in(fabric_, one.value)) one.moves.reset();
-    // Against the base carried on as they are, so that only the value differs.
     if (!run(base(), true).at_rest) return;
-    const Eigen::MatrixX3d base_m = marks_on(reference_, last_);
-    for (Sensitivity& one : *split.sensitivities) {
-      if (!is_stand_in(fabric_, one.value)) continue;
-      MarkMoves moves{100 * kStandInPart, 100 * kStandInPart, {}, {}};
-      bool rests = true;
-      for (const bool up : {false, true}) {
-        Variant end = base();
-        end.scale = {one.value, up ? 1 + kStandInPart : 1 - kStandInPart};
-        rests = run(end, true).at_rest && rests;
-        (up ? moves.up_m : moves.down_m) = marks_on(reference_, last_) - base_m;
-      }
-      if (rests) one.moves = std::move(moves);
-    }
+    const Field from_start = std::exchange(base_, last_);
+    const Eigen::MatrixX3d base_m = marks_on(reference_, base_);
+    for (Sensitivity& one : *split.sensitivities)
+      if (is_stand_in(fabric_, one.value)) one.moves = ends_of(one.value, base_m);
+    split.scene = scene_effects(
+        scene_, [&](const Scene& changed) { return carried_on_to(changed); }, base_m);
+    base_ = from_start;
   }
 
   void add_branches(int starts, ErrorSplit& split) {
@@ -125,6 +120,28 @@ class Bench {
   }
 
  private:
+  [[nodiscard]] std::optional<MarkMoves> ends_of(FabricValue value,
+                                                 const Eigen::MatrixX3d& base_m) {
+    MarkMoves moves{100 * kStandInPart, 100 * kStandInPart, {}, {}};
+    for (const bool up : {false, true}) {
+      Variant end = base();
+      end.scale = {value, up ? 1 + kStandInPart : 1 - kStandInPart};
+      if (!run(end, true).at_rest) return std::nullopt;
+      (up ? moves.up_m : moves.down_m) = marks_on(reference_, last_) - base_m;
+    }
+    return moves;
+  }
+
+  [[nodiscard]] std::optional<RestedMarks> carried_on_to(const Scene& changed) const {
+    Bench other(changed, fabric_, print_, measured_, sheet_, options_);
+    other.base_grid_ = base_grid_;
+    other.reference_ = reference_;
+    other.base_ = base_;
+    const SplitRow row = other.run(other.base(), true);
+    if (!row.at_rest) return std::nullopt;
+    return RestedMarks{marks_on(reference_, other.last_), row.distance_m};
+  }
+
   [[nodiscard]] GridSpec grid_of(const SimulateOptions& options) const {
     return {options.rows, options.cols, print_.patch_m};
   }
@@ -253,10 +270,7 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
   ErrorSplit split;
   Bench bench(scene, fabric, print, measured, reference, options);
   bench.settle_base(split);
-  if (how.scene_values && split.rows.front().at_rest) {
-    split.scene = scene_effects(scene, fabric, print, measured, reference, split.marks_m, options);
-    bench.drape_stand_ins(split);
-  }
+  if (how.scene_values && split.rows.front().at_rest) bench.drape_errors(split);
   if (how.only_first_order || !split.rows.front().at_rest) return split;
   for (const Variant& variant : variants_of(bench.base())) {
     split.rows.push_back(bench.run(variant, true));

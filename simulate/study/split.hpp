@@ -32,7 +32,6 @@ struct ErrorSplit {
   StaticReport base;
   std::string base_sentence;  ///< how the base ended, judged as by simulate_checked()
   std::vector<MarkId> marks;  ///< of the reference that lie on the patch
-  Eigen::MatrixX3d marks_m;   ///< where the base has them (world)
   double friction = 0;
   std::vector<SplitRow> rows;  ///< the base first
   /// Absent when the base is not at rest or a saddle.
