@@ -11,6 +11,7 @@
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/parallel.hpp"
 
 namespace drape::capture {
@@ -115,7 +116,9 @@ void copy_one(const fs::path& folder, const fs::path& recording_folder,
     throw bad_input("the image changed while it was imported", where_is(folder, checked.image),
                     "stop whatever writes to it, then import again");
   }
-  write_durable(to, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  write_inside(recording_folder, checked.frame.file,
+               {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+               where_is(folder, checked.image));
 }
 
 bool is_same_folder(const fs::path& a, const fs::path& b) {

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
@@ -51,7 +52,8 @@ RecordedFrame write_picture(const std::filesystem::path& folder, const std::stri
   if (!cv::imencode(".png", image, png))
     throw internal_error("the picture could not be encoded", {.camera = camera, .set = set});
   const std::string file = fmt::format("{}/{}.png", set, camera);
-  write_durable(folder / file, {reinterpret_cast<const char*>(png.data()), png.size()});
+  write_inside(folder, file, {reinterpret_cast<const char*>(png.data()), png.size()},
+               {.camera = camera, .set = set});
   return {camera, file, sha256_of(png), picture.width_px, picture.height_px, std::nullopt};
 }
 

@@ -45,6 +45,8 @@ Session::Session(const CamerasFile& cameras, const LiveOptions& options)
     host.program = options_.host_program;
     host.memory_limit_mb = options_.memory_limit_mb;
     host.opening_s = options_.opening_s;
+    // A recording has no cable to be pulled: only a busy machine keeps its host silent.
+    if (camera.address.backend == Backend::replay) host.silence_s = host.opening_s;
     host.slots = std::clamp<std::size_t>(std::lround(kRoom_s * file_.frame_rate_hz), 8, 64);
     // Room for every pixel format: pages that nobody writes cost nothing.
     host.slot_bytes = static_cast<std::size_t>(*camera.settings.width_px) *

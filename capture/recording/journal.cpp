@@ -47,15 +47,17 @@ Error damaged(const fs::path& journal) {
                    "move it away; the sets that recording.json lists are whole");
 }
 
-bool is_plain(const Json& name) {
-  return name.is_string() &&
-         fs::path(name.get<std::string>()).filename() == name.get<std::string>();
+void require_name(const Json& name, const fs::path& journal) {
+  require_plain_name(name.get<std::string>(), {.file = journal.string()});
 }
 
 FrameSet set_of(const Json& json, const fs::path& journal) {
   try {
     FrameSet set{json.at("name"), {}};
+    require_name(json["name"], journal);
     for (const Json& f : json.at("frames")) {
+      require_name(f.at(0), journal);
+      static_cast<void>(name_inside({}, f.at(1), {.file = journal.string()}));
       set.frames.push_back({f.at(0), f.at(1), f.at(2), f.at(3), f.at(4), std::nullopt});
       if (!f.at(5).is_null()) set.frames.back().device_time_s = f.at(5).get<double>();
     }
@@ -63,7 +65,7 @@ FrameSet set_of(const Json& json, const fs::path& journal) {
     if (json.contains("motion_px")) set.motion_px = json["motion_px"].get<double>();
     if (json.contains("camera_shift_px"))
       set.camera_shift_px = json["camera_shift_px"].get<double>();
-    if (is_plain(json["name"])) return set;
+    return set;
   } catch (const Json::exception&) {  // named below
   }
   throw damaged(journal);
@@ -99,25 +101,38 @@ Journal::~Journal() {
 void Journal::adopt() {
   const fs::path folder = recording_.folder, journal = journal_of(folder);
   if (fs::exists(journal)) {
-    std::istringstream lines(read_text(journal));
-    for (std::string line; std::getline(lines, line);) {
-      const Json json = Json::parse(line, nullptr, false);
-      if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
-      if (!json.contains("renamed")) {
-        adopt(set_of(json, journal));
-        continue;
-      }
-      const Json& names = json["renamed"];
-      if (!names.is_array() || names.size() != 2 || !is_plain(names[0]) || !is_plain(names[1]))
-        throw damaged(journal);
-      rename(names[0].get<std::string>(), names[1].get<std::string>());
-      ++adopted_;
+    try {
+      adopt_lines(read_text(journal));
+    } catch (const fs::filesystem_error& refused) {
+      throw bad_input(
+          "a set of a capture that was ended cannot be taken over: " + refused.code().message(),
+          {.file = journal.string()},
+          "see whether its folder is there; the sets that recording.json lists are whole");
     }
     if (adopted_ > 0) write_recording(recording_);
     fs::remove(journal);
   }
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().filename().string().starts_with(kUnfinished)) fs::remove_all(entry.path());
+}
+
+void Journal::adopt_lines(const std::string& text) {
+  const fs::path journal = journal_of(recording_.folder);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const Json json = Json::parse(line, nullptr, false);
+    if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
+    if (!json.contains("renamed")) {
+      adopt(set_of(json, journal));
+      continue;
+    }
+    const Json& names = json["renamed"];
+    if (!names.is_array() || names.size() != 2 || !names[0].is_string() || !names[1].is_string())
+      throw damaged(journal);
+    for (const Json& name : names) require_name(name, journal);
+    rename(names[0].get<std::string>(), names[1].get<std::string>());
+    ++adopted_;
+  }
 }
 
 void Journal::adopt(FrameSet set) {

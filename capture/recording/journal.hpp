@@ -39,6 +39,7 @@ class Journal {
 
  private:
   void adopt();
+  void adopt_lines(const std::string& text);
   void adopt(FrameSet set);
   void write_line(const Json& line);
   void rename(const std::string& from, const std::string& to);

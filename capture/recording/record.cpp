@@ -11,6 +11,7 @@
 #include "capture/recording/set_details.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape::capture {
@@ -63,8 +64,10 @@ std::string final_name(const std::string& name) {
   return name.ends_with(".new") ? name.substr(0, name.size() - 4) : name;
 }
 
-void write_bytes(const fs::path& file, const std::vector<std::uint8_t>& bytes) {
-  write_durable(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+void write_bytes(const fs::path& folder, const std::string& file,
+                 const std::vector<std::uint8_t>& bytes) {
+  write_inside(folder, file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+               {.file = (folder / file).string()});
 }
 
 }  // namespace
@@ -146,8 +149,8 @@ void Recorder::store(const std::string& name, const LiveSet& set, std::size_t av
     const std::string& camera = cameras_.cameras[c].name;
     const std::string file = camera + (options_.format == FrameFormat::png ? ".png" : ".pgm");
     const std::vector<std::uint8_t> bytes = encoded(frame, options_.format, camera);
-    write_bytes(folder / file, bytes);
-    if (!frame.raw.empty()) write_bytes(folder / raw_file(camera, frame), frame.raw);
+    write_bytes(folder, file, bytes);
+    if (!frame.raw.empty()) write_bytes(folder, raw_file(camera, frame), frame.raw);
     stored.frames.push_back({camera, name + "/" + file, sha256_of(bytes), frame.width_px,
                              frame.height_px, frame.mark.time_s});
     result_.files.push_back(name + "/" + file);

@@ -2,6 +2,7 @@
 #include "compare/history/copies.hpp"
 
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 
 namespace drape::compare {
 
@@ -44,9 +45,13 @@ std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) 
   if (!fs::is_directory(from)) return copies;
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
     if (!entry.is_regular_file()) continue;
-    const fs::path to = fs::path(store.string() + kFolder) / entry.path().lexically_relative(from);
-    if (!fs::is_regular_file(to)) write_durable(to, read_text(entry.path()));
-    copies.push_back(to);
+    const std::string name = entry.path().lexically_relative(from).string();
+    const std::vector<unsigned char> bytes = read_inside(from, name, {.file = from.string()});
+    const fs::path folder = store.string() + kFolder;
+    copies.push_back(folder / name);
+    if (!fs::is_regular_file(copies.back()))
+      write_inside(folder, name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                   {.file = folder.string()});
   }
   return copies;
 }

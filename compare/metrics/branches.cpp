@@ -79,7 +79,9 @@ std::optional<ListedBranch> branch_of(const fs::path& sheet) {
   const std::vector<JsonNode> entries = root.items("branches");
   for (const JsonNode& entry : entries) {
     std::error_code unreadable;
-    if (!fs::equivalent(list.parent_path() / entry.text("sheet"), ply, unreadable)) continue;
+    const fs::path listed =
+        name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
+    if (!fs::equivalent(listed, ply, unreadable)) continue;
     Branch branch;
     branch.set_sha256 = sha256_of_file(list);
     branch.number = entry.integer("branch");

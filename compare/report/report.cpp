@@ -11,6 +11,7 @@
 #include "compare/report/html.hpp"
 #include "compare/report/viewer.hpp"
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
@@ -112,7 +113,7 @@ std::string verdict_part(const Outcome& outcome) {
 void write_beside(const fs::path& folder, const std::string& name, const std::string& text,
                   std::vector<fs::path>& written) {
   written.push_back(folder / name);
-  write_durable(written.back(), text);
+  write_inside(folder, name, text, {.file = written.back().string()});
 }
 
 void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report& report,

@@ -25,7 +25,8 @@ cv::Mat decoded(std::span<const unsigned char> bytes) {
   } catch (const cv::Exception&) {
     image.release();
   }
-  if (image.empty()) throw bad_input("the image cannot be read", {}, "take the set again");
+  if (image.empty() || (image.depth() != CV_8U && image.depth() != CV_16U))
+    throw bad_input("the image cannot be read", {}, "take the set again");
   return image;
 }
 

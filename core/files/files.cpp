@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -63,6 +64,18 @@ void make_folder(const fs::path& folder, const fs::path& file) {
   if (above != folder) make_folder(above, file);
   if (::mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) fail_to_write(file, errno);
   sync_folder(above, file);
+}
+
+/// name_inside, where no link leads out of the folder.
+fs::path linked_inside(const fs::path& folder, const std::string& name, const Where& where) {
+  fs::path file = name_inside(folder, name, where);
+  std::error_code unreachable;
+  const fs::path real = fs::weakly_canonical(fs::absolute(file), unreachable);
+  const fs::path inner = real.lexically_relative(fs::weakly_canonical(fs::absolute(folder)));
+  if (unreachable || inner.empty() || *inner.begin() == "..")
+    throw bad_input(fmt::format("`{}` is a link that leads out of its folder", printable(name)),
+                    where, "bring the file itself");
+  return file;
 }
 
 }  // namespace
@@ -155,13 +168,12 @@ fs::path name_inside(const fs::path& folder, const std::string& name, const Wher
 
 std::vector<unsigned char> read_inside(const fs::path& folder, const std::string& name,
                                        const Where& where) {
-  const fs::path file = name_inside(folder, name, where);
-  std::error_code absent;
-  const fs::path real = fs::canonical(file, absent), root = fs::canonical(folder, absent);
-  if (!absent && !fs::relative(real, root).empty() && *fs::relative(real, root).begin() == "..")
-    throw bad_input(fmt::format("`{}` is a link that leads out of its folder", printable(name)),
-                    where, "bring the file itself");
-  return read_bytes(file);
+  return read_bytes(linked_inside(folder, name, where));
+}
+
+void write_inside(const fs::path& folder, const std::string& name, std::string_view content,
+                  const Where& where) {
+  write_durable(linked_inside(folder, name, where), content);
 }
 
 WriterLock::WriterLock(const fs::path& file, const std::string& held) : file_(file) {
@@ -195,9 +207,7 @@ std::string sha256_of(std::span<const unsigned char> bytes) {
   if (EVP_Digest(bytes.data(), bytes.size(), digest, &length, EVP_sha256(), nullptr) != 1) {
     throw internal_error("SHA-256 failed");
   }
-  std::string text;
-  for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
-  return text;
+  return fmt::format("{:02x}", fmt::join(digest, digest + length, ""));
 }
 
 std::string sha256_of(std::string_view text) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/files/files.hpp"
+#include "core/files/inside.hpp"
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -66,9 +67,19 @@ TEST(Files, NamesFromFilesStayInTheirFolder) {
   fs::create_symlink(folder.path() / "secret", inside / "out.png");
   const std::vector<unsigned char> image = read_inside(inside, "set/cam.png", {});
   EXPECT_EQ(std::string(image.begin(), image.end()), "image");
-  for (const std::string name : {"", "/etc/passwd", "../secret", "set/../../secret", "set//cam.png",
-                                 "./set/cam.png", "a,b", "a\nb", "a\\b", "-rf", "out.png", "set/"})
+  for (const std::string name :
+       {"", "/etc/passwd", "../secret", "set/../../secret", "set//cam.png", "./set/cam.png", "a,b",
+        "a\nb", "a\\b", "-rf", "out.png", "set/"}) {
     EXPECT_THROW(static_cast<void>(read_inside(inside, name, {})), Error) << name;
+    EXPECT_THROW(write_inside(inside, name, "x", {}), Error) << name;
+  }
+  fs::create_directory_symlink(folder.path(), inside / "up");
+  EXPECT_THROW(write_inside(inside, "up/secret", "x", {}), Error);
+  EXPECT_THROW(write_inside(inside, "up/new/file", "x", {}), Error);
+  write_inside(inside, "new/set/cam.png", "y", {});
+  EXPECT_EQ(read_text(inside / "new/set/cam.png"), "y");
+  EXPECT_EQ(read_text(folder.path() / "secret"), "secret");
+  EXPECT_FALSE(fs::exists(folder.path() / "new"));
   EXPECT_NO_THROW(require_plain_name(std::string(200, 'x'), {}));
   EXPECT_THROW(require_plain_name(std::string(201, 'x'), {}), Error);
 }

@@ -18,6 +18,10 @@ constexpr const char* kRemake =
 /// Levels of objects and arrays in a file; whatever walks through it then fits the stack.
 constexpr int kDeepest = 100;
 
+bool is_finite(const Json& value) {
+  return value.is_number() && std::isfinite(value.get<double>());
+}
+
 bool is_plain_array(const Json& json) {
   if (!json.is_array()) return false;
   for (const Json& item : json) {
@@ -143,15 +147,12 @@ std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
 
 double JsonNode::number(const std::string& key) const {
   const Json& value = member(key);
-  if (!value.is_number() || !std::isfinite(value.get<double>())) {
-    reject(key, fmt::format("`{}` is not a finite number", key));
-  }
+  if (!is_finite(value)) reject(key, fmt::format("`{}` is not a finite number", key));
   return value.get<double>();
 }
 
 std::optional<double> JsonNode::optional_number(const std::string& key) const {
-  if (!has(key)) return std::nullopt;
-  return number(key);
+  return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
 int JsonNode::integer(const std::string& key) const {
@@ -165,8 +166,7 @@ int JsonNode::integer(const std::string& key) const {
 }
 
 std::optional<int> JsonNode::optional_integer(const std::string& key) const {
-  if (!has(key)) return std::nullopt;
-  return integer(key);
+  return has(key) ? std::optional(integer(key)) : std::nullopt;
 }
 
 bool JsonNode::boolean(const std::string& key) const {
@@ -182,8 +182,7 @@ std::string JsonNode::text(const std::string& key) const {
 }
 
 std::optional<std::string> JsonNode::optional_text(const std::string& key) const {
-  if (!has(key)) return std::nullopt;
-  return text(key);
+  return has(key) ? std::optional(text(key)) : std::nullopt;
 }
 
 std::string JsonNode::name(const std::string& key) const {
@@ -205,9 +204,6 @@ std::vector<std::string> JsonNode::texts(const std::string& key) const {
 
 Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {
   const Json& value = member(key);
-  const auto is_number = [](const Json& cell) {
-    return cell.is_number() && std::isfinite(cell.get<double>());
-  };
   if (!value.is_array()) reject(key, fmt::format("`{}` is not an array of rows", key));
   const Eigen::Index rows = static_cast<Eigen::Index>(value.size());
   const Eigen::Index columns =
@@ -220,7 +216,7 @@ Eigen::MatrixXd JsonNode::matrix(const std::string& key) const {
     }
     for (Eigen::Index column = 0; column < columns; ++column) {
       const Json& cell = cells[static_cast<std::size_t>(column)];
-      if (!is_number(cell))
+      if (!is_finite(cell))
         reject(key, fmt::format("`{}` holds something that is not a finite number", key));
       result(row, column) = cell.get<double>();
     }
@@ -236,9 +232,8 @@ Eigen::VectorXd JsonNode::vector(const std::string& key, Eigen::Index size) cons
   Eigen::VectorXd result(size);
   for (Eigen::Index i = 0; i < size; ++i) {
     const Json& cell = value[static_cast<std::size_t>(i)];
-    if (!cell.is_number() || !std::isfinite(cell.get<double>())) {
+    if (!is_finite(cell))
       reject(key, fmt::format("`{}` holds something that is not a finite number", key));
-    }
     result(i) = cell.get<double>();
   }
   return result;
@@ -270,12 +265,8 @@ Eigen::Matrix3d JsonNode::matrix3(const std::string& key) const {
 
 Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   Json rows = Json::array();
-  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
-    Json cells = Json::array();
-    for (Eigen::Index column = 0; column < matrix.cols(); ++column)
-      cells.push_back(matrix(row, column));
-    rows.push_back(std::move(cells));
-  }
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row)
+    rows.push_back(to_json_vector(matrix.row(row).transpose()));
   return rows;
 }
 
