@@ -85,7 +85,8 @@ class LiveIsReplay : public testing::Test {
       fs::copy_file(bench1() / "recording" / frame.file, one / frame.file);
     write_recording(first);
     const Outcome outcome =
-        run("drape-capture", quoted("replay-rig") + " --set drape_A --out " + quoted(recording));
+        run("drape-capture",
+            quoted("replay-rig") + " --set drape_A --patience-s 300 --out " + quoted(recording));
     ASSERT_EQ(outcome.exit_code, 0) << outcome.text;
   }
 
@@ -139,7 +140,8 @@ TEST_F(LiveIsReplay, ThroughThreeGigeCameras) {
         2 + c);
   });
   const Outcome live =
-      run("drape-capture", quoted("gige-rig") + " --set drape_A --out " + quoted("gige"));
+      run("drape-capture",
+          quoted("gige-rig") + " --set drape_A --patience-s 300 --out " + quoted("gige"));
   ASSERT_EQ(live.exit_code, 0) << live.text;
   capture_replay("replay");
   expect_bench1s_pixels("gige");

@@ -173,8 +173,9 @@ std::vector<Situation> situations() {
       {"import_of_sheets", add_finished_run, "results import out --store other/results.sqlite",
        "results verify --store other/results.sqlite", "other/results.sqlite"},
       {"import_of_images", add_images, "import images --out recording", "capture verify recording"},
-      {"capture", add_replayed_cameras, "capture rig --set drape_C --out recording",
-       "capture verify recording", "", "the recording already holds this set"},
+      {"capture", add_replayed_cameras,
+       "capture rig --set drape_C --out recording --patience-s 300", "capture verify recording", "",
+       "the recording already holds this set"},
       {"migration", add_old_store, "results import out --store old/results.sqlite",
        "results verify --store old/results.sqlite", "old/results.sqlite"},
   };

@@ -2,173 +2,62 @@
 // Whatever a file holds, a reader gives a value or one drape::Error: no other exception, no crash.
 #include <gtest/gtest.h>
 
-#include <functional>
+#include <algorithm>
 #include <ostream>
 
-#include "core/calibration.hpp"
-#include "core/detections.hpp"
-#include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/program/run_record.hpp"
-#include "core/recording.hpp"
-#include "core/rig.hpp"
-#include "core/scene.hpp"
-#include "core/sheet.hpp"
+#include "tests/fuzz/kinds.hpp"
 #include "tests/fuzz/mutations.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 
 namespace drape::test {
-namespace {
-
-namespace fs = std::filesystem;
-
-Sheet small_sheet() {
-  Sheet sheet{.rows = 2, .cols = 2, .patch_m = {0.04, 0.04}, .marks = {}, .gaps = {}, .source = {}};
-  const Eigen::Matrix3d covariance = 1e-10 * Eigen::Matrix3d::Identity();
-  sheet.marks = {{{0, 0}, {0.01, 0.01}, {0.1, 0.2, 0.3}, covariance, 3, 0.02},
-                 {{0, 1}, {0.01, 0.03}, {0.2, 0, 0}, covariance, 2, 0.1}};
-  sheet.gaps = {{{1, 0}, "seen by one camera"}, {{1, 1}, "seen by no camera"}};
-  sheet.source = MeasuredSource{"bench", "drape_A", {"cam0", "cam1"}, "aa", "bb"};
-  return sheet;
-}
-
-Detections small_detections() {
-  Detections detections;
-  detections.rig = "bench";
-  detections.lattice = {Surface::cloth, 2, 2, 0.02, 0.004, {0.04, 0.04}, {0.01, 0.01}, "cc"};
-  FrameDetections frame;
-  frame.set = "drape_A";
-  frame.camera = "cam0";
-  frame.width_px = 64;
-  frame.height_px = 48;
-  frame.image_sha256 = "dd";
-  frame.detections.push_back(
-      {{0, 1}, {10.5, 20.25}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1});
-  frame.islands.push_back(
-      {0, {{0, 0}, {30, 22}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1}});
-  frame.rejections.push_back({MarkId{1, 1}, Eigen::Vector2d(1, 2), "partly hidden"});
-  frame.tags.push_back({7, Eigen::Matrix<double, 2, 4>::Ones()});
-  detections.frames.push_back(frame);
-  return detections;
-}
-
-Calibration small_calibration() {
-  Calibration calibration;
-  calibration.method = "tsai";
-  calibration.rig = "bench";
-  calibration.sets = {"stage_z000"};
-  CalibratedCamera camera;
-  camera.camera = {"cam0", {BrownLens{1000, 1000, 32, 24, -0.1, 0.01, 0, 0, 0}, 64, 48}, {}};
-  camera.camera.cam_from_world.translation_m = {0, 0, 1};
-  camera.worked_point = {{0, 0, 0}, {32, 24}};
-  calibration.cameras.push_back(camera);
-  return calibration;
-}
-
-/// A kind of file: a good one made in a folder, and its reader.
-struct Kind {
-  std::string name;
-  std::function<fs::path(const fs::path& folder)> make;
-  std::function<void(const fs::path& file)> read;
-};
-
-/// A copy of a file of rigs/bench1, in the folder that its relative paths expect.
-std::function<fs::path(const fs::path&)> copied(const std::string& name) {
-  return [name](const fs::path& folder) {
-    const fs::path file = folder / name;
-    write_durable(file, read_text(source_root() / "rigs/bench1" / name));
-    return file;
-  };
-}
-
-std::vector<Kind> kinds() {
-  return {
-      {"rig", copied("rig.toml"), [](const fs::path& f) { static_cast<void>(read_rig(f)); }},
-      {"target", copied("target.toml"),
-       [](const fs::path& f) { static_cast<void>(read_target(f)); }},
-      {"print", copied("print.toml"), [](const fs::path& f) { static_cast<void>(read_print(f)); }},
-      {"scene", copied("scenes/A.toml"),
-       [](const fs::path& f) { static_cast<void>(read_scene(f)); }},
-      {"curve", copied("fabrics/A/bending_warp.csv"),
-       [](const fs::path& f) {
-         static_cast<void>(read_csv(f, {"curvature_per_cm", "loading_moment_gf_cm_per_cm",
-                                        "unloading_moment_gf_cm_per_cm"}));
-       }},
-      {"recording", copied("recording/recording.json"),
-       [](const fs::path& f) { static_cast<void>(read_recording(f.parent_path())); }},
-      {"detections",
-       [](const fs::path& folder) {
-         write_detections(folder / "detections.json", small_detections());
-         return folder / "detections.json";
-       },
-       [](const fs::path& f) { static_cast<void>(read_detections(f)); }},
-      {"calibration",
-       [](const fs::path& folder) {
-         write_calibration(folder / "calibration.json", small_calibration());
-         return folder / "calibration.json";
-       },
-       [](const fs::path& f) { static_cast<void>(read_calibration(f)); }},
-      {"sheet_json",
-       [](const fs::path& folder) {
-         write_sheet(folder / "sheet.ply", small_sheet());
-         return folder / "sheet.json";
-       },
-       [](const fs::path& f) { static_cast<void>(read_sheet(f)); }},
-      {"sheet_ply",
-       [](const fs::path& folder) {
-         write_sheet(folder / "sheet.ply", small_sheet());
-         return folder / "sheet.ply";
-       },
-       [](const fs::path& f) { static_cast<void>(read_sheet(f)); }},
-      {"run_record",
-       [](const fs::path& folder) {
-         write_durable(folder / "in.txt", "x");
-         RunRecord record("drape-thing", {"in.txt"}, folder / "out.run.json");
-         record.input(folder / "in.txt");
-         record.write(0, "");
-         return folder / "out.run.json";
-       },
-       [](const fs::path& f) {
-         static_cast<void>(is_up_to_date(f, fs::canonical("/proc/self/exe"), {"in.txt"}));
-       }},
-  };
-}
 
 void PrintTo(const Kind& kind, std::ostream* out) {
   *out << kind.name;
 }
 
+namespace {
+
+namespace fs = std::filesystem;
+
 class Reader : public testing::TestWithParam<Kind> {};
 
 TEST_P(Reader, GivesAValueOrOneErrorWhateverTheFileHolds) {
+  const Kind& kind = GetParam();
   const TemporaryFolder folder;
-  const fs::path file = GetParam().make(folder.path());
+  const fs::path file = kind.make(folder.path());
   const std::string good = read_text(file);
-  ASSERT_NO_THROW(GetParam().read(file)) << "the good file is read";
+  ASSERT_NO_THROW(kind.read(file)) << "the good file is read";
   const int trials = trial_count(300, 20000);
-  int refused = 0;
+  int refusals = 0;
   for (int trial = 0; trial < trials; ++trial) {
     const std::string text = spoiled(good, static_cast<std::uint32_t>(trial));
     write_durable(file, text);
-    try {
-      GetParam().read(file);
-    } catch (const Error& error) {
-      ++refused;
-      EXPECT_EQ(error.kind(), ErrorKind::bad_input) << "trial " << trial << ": " << error.what();
-      EXPECT_FALSE(error.where().file.empty()) << "trial " << trial << ": " << error.what();
-    } catch (const std::exception& other) {
-      FAIL() << "trial " << trial << ": " << other.what() << "\n" << text;
-    }
+    bool refused = false;
+    ASSERT_EQ(broken_promise(kind, file, refused), "") << "trial " << trial << "\n" << text;
+    refusals += refused;
   }
-  // A run record refuses by being out of date; every other kind must have refused something.
-  if (GetParam().name != "run_record") {
-    EXPECT_GT(refused, trials / 10);
+  if (kind.refuses) {
+    EXPECT_GT(refusals, trials / 10);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(EveryKind, Reader, testing::ValuesIn(kinds()),
+/// What a fuzzer found once: tests/fuzz/corpus/<kind>/<any name>.
+TEST_P(Reader, KeepsItsPromiseOnWhatFuzzersFound) {
+  const Kind& kind = GetParam();
+  const fs::path corpus = source_root() / "tests/fuzz/corpus" / kind.name;
+  if (!fs::is_directory(corpus)) return;
+  const TemporaryFolder folder;
+  const fs::path file = kind.make(folder.path());
+  for (const auto& entry : fs::directory_iterator(corpus)) {
+    write_durable(file, read_text(entry.path()));
+    bool refused = false;
+    EXPECT_EQ(broken_promise(kind, file, refused), "") << entry.path();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryKind, Reader, testing::ValuesIn(all_kinds()),
                          [](const auto& tested) { return tested.param.name; });
 
 }  // namespace

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/files/csv.hpp"
+#include "core/files/files.hpp"
+#include "core/files/mesh_file.hpp"
+#include "core/program/run_record.hpp"
+#include "core/recording.hpp"
+#include "core/rig.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "tests/fuzz/kinds.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+
+namespace fs = std::filesystem;
+
+Sheet small_sheet() {
+  Sheet sheet{.rows = 2, .cols = 2, .patch_m = {0.04, 0.04}, .marks = {}, .gaps = {}, .source = {}};
+  const Eigen::Matrix3d covariance = 1e-10 * Eigen::Matrix3d::Identity();
+  sheet.marks = {{{0, 0}, {0.01, 0.01}, {0.1, 0.2, 0.3}, covariance, 3, 0.02},
+                 {{0, 1}, {0.01, 0.03}, {0.2, 0, 0}, covariance, 2, 0.1}};
+  sheet.gaps = {{{1, 0}, "seen by one camera"}, {{1, 1}, "seen by no camera"}};
+  sheet.source = MeasuredSource{"bench", "drape_A", {"cam0", "cam1"}, "aa", "bb"};
+  return sheet;
+}
+
+namespace {
+
+Detections small_detections() {
+  Detections detections;
+  detections.rig = "bench";
+  detections.lattice = {Surface::cloth, 2, 2, 0.02, 0.004, {0.04, 0.04}, {0.01, 0.01}, "cc"};
+  FrameDetections frame;
+  frame.set = "drape_A";
+  frame.camera = "cam0";
+  frame.width_px = 64;
+  frame.height_px = 48;
+  frame.image_sha256 = "dd";
+  frame.detections.push_back(
+      {{0, 1}, {10.5, 20.25}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1});
+  frame.islands.push_back(
+      {0, {{0, 0}, {30, 22}, Eigen::Matrix2d::Identity() * 1e-4, {5, 4}, 0.3, 100, 1.1}});
+  frame.rejections.push_back({MarkId{1, 1}, Eigen::Vector2d(1, 2), "partly hidden"});
+  frame.tags.push_back({7, Eigen::Matrix<double, 2, 4>::Ones()});
+  detections.frames.push_back(frame);
+  return detections;
+}
+
+Calibration small_calibration() {
+  Calibration calibration;
+  calibration.method = "tsai";
+  calibration.rig = "bench";
+  calibration.sets = {"stage_z000"};
+  CalibratedCamera camera;
+  camera.camera = {"cam0", {BrownLens{1000, 1000, 32, 24, -0.1, 0.01, 0, 0, 0}, 64, 48}, {}};
+  camera.camera.cam_from_world.translation_m = {0, 0, 1};
+  camera.worked_point = {{0, 0, 0}, {32, 24}};
+  calibration.cameras.push_back(camera);
+  return calibration;
+}
+
+/// A copy of a file of rigs/bench1, in the folder that its relative paths expect.
+std::function<fs::path(const fs::path&)> copied(const std::string& name) {
+  return [name](const fs::path& folder) {
+    const fs::path file = folder / name;
+    write_durable(file, read_text(source_root() / "rigs/bench1" / name));
+    return file;
+  };
+}
+
+constexpr const char* kAsciiMesh =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n10 0 0\n0 10 "
+    "5\n3 0 1 2\n";
+
+std::string binary_mesh() {
+  std::string text = kAsciiMesh;
+  text = text.substr(0, text.find("end_header\n") + 11);
+  text.replace(text.find("ascii"), 5, "binary_little_endian");
+  // 3 vertices of three floats 0 or 2, then one face.
+  for (int k = 0; k < 9; ++k) text += std::string(3, '\0') + (k == 3 || k == 7 ? '\x40' : '\0');
+  text += '\x03';
+  for (const char index : {'\0', '\1', '\2'}) text += std::string(1, index) + std::string(3, '\0');
+  return text;
+}
+
+/// A file of this text.
+std::function<fs::path(const fs::path&)> written(const std::string& name, const std::string& text) {
+  return [=](const fs::path& folder) {
+    write_durable(folder / name, text);
+    return folder / name;
+  };
+}
+
+void read_any_mesh(const fs::path& file) {
+  static_cast<void>(read_mesh_file(file));
+}
+
+}  // namespace
+
+std::vector<Kind> core_kinds() {
+  return {
+      {"rig", copied("rig.toml"), [](const fs::path& f) { static_cast<void>(read_rig(f)); }},
+      {"target", copied("target.toml"),
+       [](const fs::path& f) { static_cast<void>(read_target(f)); }},
+      {"print", copied("print.toml"), [](const fs::path& f) { static_cast<void>(read_print(f)); }},
+      {"scene", copied("scenes/A.toml"),
+       [](const fs::path& f) { static_cast<void>(read_scene(f)); }},
+      {"curve", copied("fabrics/A/bending_warp.csv"),
+       [](const fs::path& f) {
+         static_cast<void>(read_csv(f, {"curvature_per_cm", "loading_moment_gf_cm_per_cm",
+                                        "unloading_moment_gf_cm_per_cm"}));
+       }},
+      {"recording", copied("recording/recording.json"),
+       [](const fs::path& f) { static_cast<void>(read_recording(f.parent_path())); }},
+      {"detections",
+       [](const fs::path& folder) {
+         write_detections(folder / "detections.json", small_detections());
+         return folder / "detections.json";
+       },
+       [](const fs::path& f) { static_cast<void>(read_detections(f)); }},
+      {"calibration",
+       [](const fs::path& folder) {
+         write_calibration(folder / "calibration.json", small_calibration());
+         return folder / "calibration.json";
+       },
+       [](const fs::path& f) { static_cast<void>(read_calibration(f)); }},
+      {"sheet_json",
+       [](const fs::path& folder) {
+         write_sheet(folder / "sheet.ply", small_sheet());
+         return folder / "sheet.json";
+       },
+       [](const fs::path& f) { static_cast<void>(read_sheet(f)); }},
+      {"sheet_ply",
+       [](const fs::path& folder) {
+         write_sheet(folder / "sheet.ply", small_sheet());
+         return folder / "sheet.ply";
+       },
+       [](const fs::path& f) { static_cast<void>(read_sheet(f)); }},
+      {"run_record",
+       [](const fs::path& folder) {
+         write_durable(folder / "in.txt", "x");
+         RunRecord record("drape-thing", {"in.txt"}, folder / "out.run.json");
+         record.input(folder / "in.txt");
+         record.write(0, "");
+         return folder / "out.run.json";
+       },
+       [](const fs::path& f) {
+         static_cast<void>(is_up_to_date(f, f.parent_path() / "in.txt", {"in.txt"}));
+       },
+       false},
+      {"mesh_ply", written("mesh.ply", kAsciiMesh), read_any_mesh},
+      {"mesh_ply_binary", written("mesh.ply", binary_mesh()), read_any_mesh},
+      {"mesh_obj",
+       written("mesh.obj", "v 0 0 0\nv 10 0 0\nv 0 10 5\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"),
+       read_any_mesh},
+  };
+}
+
+}  // namespace drape::test

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/meshes/other_mesh.hpp"
+#include "compare/metrics/branches.hpp"
+#include "compare/metrics/ensemble.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "simulate/fabric/fabric.hpp"
+#include "simulate/fabric/import.hpp"
+#include "tests/fuzz/kinds.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kKesSheet =
+    "property,unit,warp,weft\nW,mg/cm2,13.8,\nEMT,%,4,8\nLT,-,0.7,0.7\nRT,%,55,55\n"
+    "G,gf/cm.deg,0.6,0.7\n2HG,gf/cm,0.5,0.5\n2HG5,gf/cm,1.4,1.4\nB,gf.cm2/cm,0.088,0.059\n";
+constexpr const char* kFastSheet =
+    "property,unit,warp,weft\nW,g/m2,200,\nC,mm,17,16\nE5,%,0.4,0.6\nE20,%,1.1,1.7\n"
+    "E100,%,2.9,4.4\nEB5,%,3.1,\n";
+constexpr const char* kMaterial =
+    R"({"schema":"1.1","custom":{"browzwear":{"mass":"105.6","bend":{"length":"43","width":52.8}}}})";
+constexpr const char* kOtherMesh =
+    "schema = \"drapebench/mesh/1\"\nname = \"Other 1.0\"\nmesh = \"other.ply\"\nunit_mm = "
+    "1.0\nscene = \"A\"\n[grid]\ninner = \"weft\"\ninner_count = 2\nwarp_from_mm = "
+    "40.0\nwarp_to_mm = 0.0\nweft_from_mm = 0.0\nweft_to_mm = 40.0\n";
+constexpr const char* kOtherPly =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+    "z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n40 0 0\n0 40 "
+    "0\n40 40 0\n3 0 1 2\n";
+constexpr const char* kBranches = R"({"schema": "drapebench/branches/1",
+ "scene_round_about_the_vertical": false, "members_at_rest": 3,
+ "band": [{"row": 0, "col": 1, "mean_mm": [1, 2, 3], "radius95_mm": 0.5}],
+ "measured": {"nearest_branch": 1, "branch": null, "distance_mm": 2.5, "reach_mm": 1,
+ "fraction_of_marks_in_band": 0.5, "started_there": "at rest", "started_there_distance_mm": 0.1},
+ "branches": [{"branch": 1, "sheet": "branch-01/sheet.ply", "energy_uJ": 7188.8,
+ "largest_residual_per_particle_weight": 6.3e-8, "stable": true, "starts": [0, 1],
+ "hem_nodes": 4}]})";
+
+/// A file of this text, and perhaps another beside it.
+std::function<fs::path(const fs::path&)> with(const std::string& name, const std::string& text,
+                                              const std::string& other = "",
+                                              const std::string& other_text = "") {
+  return [=](const fs::path& folder) {
+    if (!other.empty()) write_durable(folder / other, other_text);
+    write_durable(folder / name, text);
+    return folder / name;
+  };
+}
+
+/// bench1's fabric with its curves.
+fs::path make_fabric(const fs::path& folder) {
+  fs::copy(source_root() / "rigs/bench1/fabrics", folder / "fabrics", fs::copy_options::recursive);
+  fs::permissions(folder / "fabrics/A.toml", fs::perms::owner_write, fs::perm_options::add);
+  return folder / "fabrics/A.toml";
+}
+
+fs::path make_published(const fs::path& folder) {
+  write_durable(folder / "published.csv", read_text(source_root() / "rigs/fabrics/published.csv"));
+  return folder / "published.csv";
+}
+
+void import_all(const fs::path& file) {
+  for (const auto& fabric : simulate::read_published(file)) {
+    try {
+      static_cast<void>(simulate::import_published(fabric));
+    } catch (const Error&) {  // one without bending rigidity
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Kind> stage_kinds() {
+  return {
+      {"fabric", make_fabric,
+       [](const fs::path& f) { static_cast<void>(simulate::read_fabric(f)); }},
+      {"kes", with("kes.csv", kKesSheet),
+       [](const fs::path& f) { static_cast<void>(simulate::import_kes(f, "cotton")); }},
+      {"fast", with("fast.csv", kFastSheet),
+       [](const fs::path& f) { static_cast<void>(simulate::import_fast(f, "wool")); }},
+      {"u3m", with("cupro.u3m", kMaterial),
+       [](const fs::path& f) { static_cast<void>(simulate::import_u3m(f, "cupro", "dyn.cm")); }},
+      {"published", make_published, import_all},
+      {"other_mesh", with("other.toml", kOtherMesh, "other.ply", kOtherPly),
+       [](const fs::path& f) {
+         if (!compare::read_other_surface(f))
+           static_cast<void>(compare::read_other_mesh(f, small_sheet()));
+       }},
+      {"branches", with("branches.json", kBranches, "branch-01/sheet.ply", "ply\n"),
+       [](const fs::path& f) {
+         static_cast<void>(compare::branch_of(f.parent_path() / "branch-01/sheet.ply"));
+         static_cast<void>(compare::read_ensemble(f, sha256_of_file(f)));
+       }},
+  };
+}
+
+}  // namespace drape::test
