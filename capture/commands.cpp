@@ -14,6 +14,8 @@
 #include <utility>
 
 #include "capture/ending.hpp"
+#include "capture/live/develop.hpp"
+#include "capture/live/preview.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
 #include "core/program/progress.hpp"
@@ -138,11 +140,11 @@ class SessionDesk {
         journal(storing_.folder, storing_.recorded_on) {
     storing_.frames = 1;
     std::erase_if(to_take_, [&](const std::string& s) { return journal.holds(s); });
-    ask();
   }
 
   LiveOptions::Demand demand() {
     using enum LiveOptions::Demand;
+    if (!std::exchange(asked_, true)) ask();  // now that the cameras stream
     if (!wanted_.empty() && Clock::now() < give_up_at_) return take;
     if (!wanted_.empty()) {
       wanted_.clear();
@@ -171,6 +173,17 @@ class SessionDesk {
   void take(LiveSet set, const LiveReport& report) {
     RecordOptions storing = storing_;
     storing.set = std::exchange(wanted_, "");
+    try {
+      store(storing, std::move(set), report);
+    } catch (const Error& error) {  // a full disk: the operator makes room and takes it again
+      fmt::print(stderr, "NO-GO: {}; to do: {}\n", error.what_failed(), error.what_to_do());
+      ++refused;
+    }
+    ask();
+  }
+
+ private:
+  void store(RecordOptions storing, LiveSet set, const LiveReport& report) {
     const bool again = journal.holds(storing.set);
     // Only what replaces it moves a take out of its place.
     if (again) storing.set += ".new";
@@ -179,17 +192,15 @@ class SessionDesk {
     const RecordResult result = recorder.finish();
     for (const LiveFault& fault : result.refused) fmt::print(stderr, "NO-GO: {}\n", line_of(fault));
     refused += result.refused.size();
-    if (!result.sets.empty()) {
-      if (again) journal.replace(last_);
-      if (!again) last_ = storing.set;
-      std::erase(to_take_, last_);
-      fmt::print(stderr, "GO: {} stored\n", last_);
-      ++stored;
-    }
-    ask();
+    if (result.sets.empty()) return;
+    if (again) journal.replace(last_);
+    if (!again) last_ = storing.set;
+    journal.close();  // so that others read the set while the session goes on
+    std::erase(to_take_, last_);
+    fmt::print(stderr, "GO: {} stored\n", last_);
+    ++stored;
   }
 
- private:
   void ask() const {
     fmt::print(stderr,
                "next: {}   (Enter takes it; or type a name; r: the last one again; q: end)\n",
@@ -202,6 +213,7 @@ class SessionDesk {
   double patience_s_;
   Clock::time_point give_up_at_;
   std::string wanted_, last_;
+  bool asked_ = false;
   Keyboard keyboard_;
 
  public:
@@ -223,6 +235,14 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
     desk.take(std::move(set), report);
   };
   options.ended = interrupted;
+  options.on_camera = [](const LiveFault& fault) { fmt::print(stderr, "{}\n", line_of(fault)); };
+  std::optional<PreviewWriter> screen;
+  if (!command.preview.empty()) {
+    screen.emplace(cameras, command.preview);
+    options.on_frame = [&screen](std::size_t c, const HostFrame& frame, const CameraHost& host) {
+      screen->show(c, develop(frame, host.pixel_format()), host.settings());
+    };
+  }
   catch_interrupts();
   const LiveResult live = capture_live(cameras, options);
   desk.journal.close();

@@ -35,6 +35,8 @@ int main(int argc, char** argv) {
                               {{"png", FrameFormat::png}, {"pgm", FrameFormat::pgm}},
                               "pgm is faster to write and takes twice the space");
   app.add_option("--calibration", command.calibration, "tells the cloth's speed in mm/s");
+  app.add_option("--preview", command.preview,
+                 "of a session: folder, best in memory, in which each camera's picture is renewed");
   app.add_option("--patience-s", command.patience_s, "give up when no frame comes for that long");
   Command* importing = app.add_subcommand("import", "images from elsewhere to a recording");
   importing->add_option("FOLDER", folder, "FOLDER/<set>/<camera>.png|jpg|jpeg|tif|tiff")

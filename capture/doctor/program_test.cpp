@@ -49,13 +49,14 @@ Outcome run(const std::string& name, const std::string& arguments) {
 /// bench1's rig with a cameras.toml: emulated cameras, or the recording itself.
 class Programs : public testing::Test {
  protected:
-  void write_rig(const std::string& folder, bool live) {
+  void write_rig(const std::string& folder, bool live,
+                 const std::string& method_of_live = "software_trigger") {
     const fs::path to = temporary_.path() / folder;
     fs::create_directories(to);
     std::string cameras =
         "schema = \"drapebench/cameras/1\"\n[sync]\nframe_rate_hz = 1.0\nlargest_spread_ms = "
         "200.0\n";  // a busy machine writes slowly, and triggers one camera long after the other
-    cameras += fmt::format("method = \"{}\"\n", live ? "software_trigger" : "free_run");
+    cameras += fmt::format("method = \"{}\"\n", live ? method_of_live : "free_run");
     for (int c = 0; c < 3; ++c) {
       cameras += fmt::format("[[camera]]\nname = \"cam{}\"\n", c);
       cameras +=
@@ -255,6 +256,26 @@ TEST_F(Programs, ALongCaptureTakesLittleMemory) {
   rusage children{};
   ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);
   std::printf("%d sets of 3 x 1.9 MP: largest process %ld MB\n", sets, children.ru_maxrss / 1024);
+  EXPECT_LE(children.ru_maxrss, 200 * 1024);
+}
+
+/// Frames that wait for a camera that sends none are bounded, however long they wait.
+TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  write_rig("live", true, "free_run");
+  const fs::path file = temporary_.path() / "live/cameras.toml";
+  std::string text = read_text(file);
+  write_durable(file, text.replace(text.find("= 1.0"), 5, "= 5.0"));
+  const auto devices = cameras_of_bench1();
+  devices[1]->set_faults({.skip_frame = 1});
+  const Outcome capture = run("drape-capture", path("live") + " --set drape --out " + path("a"));
+  EXPECT_EQ(capture.exit_code, 1) << capture.output;
+  EXPECT_THAT(capture.output, HasSubstr("it was opened 10 times and gave no frame"));
+  EXPECT_THAT(capture.output, HasSubstr("no frame of every other camera within the window"));
+  rusage children{};
+  ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);
+  std::printf("%lu frames sent: largest process %ld MB\n", devices[0]->counts().frames_sent,
+              children.ru_maxrss / 1024);
   EXPECT_LE(children.ru_maxrss, 200 * 1024);
 }
 

@@ -131,7 +131,7 @@ void CameraHost::pump() {
     if (fault_) return;
   }
   const std::chrono::duration<double> silence = std::chrono::steady_clock::now() - last_sign_;
-  if (silence.count() > (ready_ ? options_.silence_s : options_.opening_s))
+  if (silence.count() > (started_ ? options_.silence_s : options_.opening_s))
     fail("its camera host gives no sign of life", "check cable and power of the camera");
 }
 
@@ -160,7 +160,8 @@ void CameraHost::take_ready(const Json& message) {
 }
 
 void CameraHost::take_frame(const Json& message) {
-  HostFrame frame;
+  Waiting waiting;
+  HostFrame& frame = waiting.frame;
   frame.id = message.at("id");
   frame.complete = message.at("complete");
   frame.fault = message.at("fault");
@@ -169,15 +170,25 @@ void CameraHost::take_frame(const Json& message) {
   if (frame.complete) {
     frame.width_px = message.at("width_px");
     frame.height_px = message.at("height_px");
-    const std::size_t slot = message.at("slot");
     frame.stride_bytes = message.at("stride");
-    const std::size_t bytes = message.at("bytes");
-    const auto pixels = memory_->slot(slot);
-    if (bytes > pixels.size()) return fail("a frame is larger than its slot", "correct rig.toml");
-    frame.pixels.assign(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(bytes));
-    send_message(control_.get(), {{"do", "free"}, {"slot", slot}});
+    waiting.slot = message.at("slot");
+    waiting.bytes = message.at("bytes");
+    if (waiting.bytes > memory_->slot(waiting.slot).size())
+      return fail("a frame is larger than its slot", "correct rig.toml");
   }
-  frames_.push_back(std::move(frame));
+  frames_.push_back(std::move(waiting));
+}
+
+std::optional<HostFrame> CameraHost::next_frame() {
+  if (frames_.empty()) return std::nullopt;
+  Waiting waiting = std::move(frames_.front());
+  frames_.pop_front();
+  if (waiting.frame.complete) {
+    const auto pixels = memory_->slot(waiting.slot).first(waiting.bytes);
+    waiting.frame.pixels.assign(pixels.begin(), pixels.end());
+    send_message(control_.get(), {{"do", "free"}, {"slot", waiting.slot}});
+  }
+  return std::move(waiting.frame);
 }
 
 void CameraHost::take_clock(const Json& samples) {

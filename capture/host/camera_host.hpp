@@ -19,11 +19,12 @@ struct HostOptions {
   std::size_t slots = 8;          ///< frames in transit at once
   std::size_t slot_bytes = 0;     ///< bytes of the largest frame
   int memory_limit_mb = 2048;
-  double silence_s = 1.0;   ///< without a sign of life it is taken as hung
-  double opening_s = 15.0;  ///< the same while it opens the camera: discovery takes its time
+  double silence_s = 1.0;  ///< without a sign of life it is taken as hung
+  /// The same until the camera streams: libraries, discovery and drivers take their time.
+  double opening_s = 15.0;
 };
 
-/// A frame as it left the camera host, pixels copied out of the shared memory.
+/// A frame as it left the camera host.
 struct HostFrame {
   std::uint64_t id = 0;
   std::optional<std::int64_t> device_ns;
@@ -69,9 +70,16 @@ class CameraHost {
   [[nodiscard]] const std::vector<ClockSample>& clock_samples() const { return clock_; }
   [[nodiscard]] CameraCounters counters() const;
   [[nodiscard]] std::int64_t frames_without_room() const { return no_slot_; }
-  [[nodiscard]] std::deque<HostFrame>& frames() { return frames_; }
+  [[nodiscard]] bool has_frame() const { return !frames_.empty(); }
+  /// The oldest frame that waits, its pixels copied out of the shared memory, which then has room
+  /// for another: so no more frames wait than have room there.
+  [[nodiscard]] std::optional<HostFrame> next_frame();
 
  private:
+  struct Waiting {
+    HostFrame frame;
+    std::size_t slot = 0, bytes = 0;
+  };
   void command(const char* what);
   void take(const Json& message);
   void take_ready(const Json& message);
@@ -97,7 +105,7 @@ class CameraHost {
   std::vector<ClockSample> clock_;
   CameraCounters counters_, counters_before_;
   std::int64_t no_slot_ = 0;
-  std::deque<HostFrame> frames_;
+  std::deque<Waiting> frames_;
 };
 
 /// drape-camera-host beside the running program.

@@ -10,11 +10,11 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
-#include <deque>
 #include <mutex>
 #include <new>
 #include <system_error>
 #include <thread>
+#include <vector>
 
 #include "capture/host/isolation.hpp"
 #include "core/error.hpp"
@@ -204,8 +204,9 @@ class Server {
       ++no_slot_;
       return std::nullopt;
     }
-    const std::size_t slot = free_.front();
-    free_.pop_front();
+    // The one that was free last: few are ever written while nothing waits.
+    const std::size_t slot = free_.back();
+    free_.pop_back();
     return slot;
   }
 
@@ -215,7 +216,7 @@ class Server {
   std::optional<SharedFrames> frames_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<std::size_t> free_;
+  std::vector<std::size_t> free_;
   bool wanted_ = false, running_ = false;
   std::atomic<bool> ended_{false}, failed_{false};
   std::atomic<std::int64_t> no_slot_{0};

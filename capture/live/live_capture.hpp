@@ -19,8 +19,8 @@ struct LiveOptions {
   double patience_s = 20;      ///< without a new frame of every camera, it ends with what it has
   double opening_s = 15;       ///< in which every camera must be open at the start
   bool keep_pixels = true;     ///< false only counts, for long tests
-  /// Takes each set as soon as it is sure, with the report up to then; its pixels are then not in
-  /// the result. So memory does not grow with the number of sets.
+  /// Takes each set, with the report up to then; its pixels are then not in the result. So memory
+  /// does not grow with the number of sets.
   std::function<void(struct LiveSet, const struct LiveReport&)> on_set = {};
   /// A session that an operator leads: asked all the time; a set is taken only on `take`, and then
   /// handed to on_set, which is what changes the answer.
@@ -29,6 +29,13 @@ struct LiveOptions {
   /// Looked at all the time: true ends the capture with what it has.
   std::function<bool()> ended = {};
   std::function<void(double, const std::string&)> progress = {};
+  /// Takes whole frames for a screen: the newest of a camera whenever nothing newer of it waits.
+  /// With it, a session whose cameras wait for a trigger triggers them between sets, too; those
+  /// frames are in no set.
+  std::function<void(std::size_t camera, const HostFrame& frame, const CameraHost& host)> on_frame =
+      {};
+  /// Told at once when a camera is lost, and when it is back.
+  std::function<void(const struct LiveFault&)> on_camera = {};
 
   void check() const;
 };
@@ -85,7 +92,8 @@ struct LiveReport {
   std::string why_fallen_back;               ///< empty when it is the one asked for
   PairedBy paired_by = PairedBy::time;
   std::int64_t triggers = 0;
-  std::int64_t triggers_before = 0;  ///< whose frames only showed that the cameras answer
+  std::int64_t triggers_before =
+      0;  ///< whose frames showed that the cameras answer, or what they see
   std::vector<LiveCameraReport> cameras;
   std::vector<LiveFault> faults;
 };

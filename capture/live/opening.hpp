@@ -9,7 +9,7 @@
 
 namespace drape::capture {
 
-/// Waits for something from a camera host, at most `timeout_s`.
+/// Waits for something from a camera host, at most `timeout_s`; not while a frame is there.
 void wait_for_hosts(const std::vector<Running>& cameras, double timeout_s);
 
 /// Starts the host of every camera for the sync method, and waits until all are ready. What stands

@@ -20,6 +20,7 @@ struct Arrival {
   std::optional<std::size_t> settled;           ///< number of the set it was given out in
   std::int64_t arrived_ns = 0;
   HostFrame frame;
+  bool given_up = false;  ///< no partner came in time; it has no pixels
 };
 
 /// One camera of a capture that goes on.

@@ -25,8 +25,9 @@ constexpr std::size_t kMostBytesPerPixel = 3;
 constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
 constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
 constexpr double kStopping_s = 2;
-constexpr double kAnswer_s = 0.5;      ///< of a trigger, above the exposure
-constexpr double kLargestDelay_s = 5;  ///< between exposure and arrival of a frame
+constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
+constexpr double kAnswer_s = 0.5;            ///< of a trigger, above the exposure
+constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
 
 std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -143,6 +144,8 @@ void Session::await_streams() {
 }
 
 void Session::stop_streams() {
+  const auto waits = [](const Running& r) { return r.host->has_frame(); };
+  while (std::any_of(running_.begin(), running_.end(), waits)) take_in();
   for (Running& r : running_) r.host->stop();
   const std::int64_t until = now_ns() + std::llround(1e9 * kStopping_s);
   const auto stopped = [](const Running& r) { return !r.host->started() || r.host->fault(); };
@@ -158,10 +161,8 @@ void Session::take_in() {
     Running& r = running_[c];
     r.host->pump();
     take_readings(c);
-    while (!r.host->frames().empty()) {
-      take_frame(c, std::move(r.host->frames().front()));
-      r.host->frames().pop_front();
-    }
+    // One of each camera at a time: the others wait in shared memory, which is bounded.
+    if (auto frame = r.host->next_frame()) take_frame(c, std::move(*frame));
     look_after(c);
   }
 }
@@ -218,6 +219,9 @@ void Session::take_frame(std::size_t c, HostFrame frame) {
   last_progress_ns_ = r.last_frame_ns;
   if (r.failed_ns != 0) {
     r.longest_gap_s = std::max(r.longest_gap_s, seconds(now_ns() - r.failed_ns));
+    tell({name(c),
+          fmt::format("it sends frames again after {:.1f} s", seconds(now_ns() - r.failed_ns)),
+          ""});
     r.failed_ns = 0;
   }
   r.opened_in_vain = 0;
@@ -227,15 +231,28 @@ void Session::take_frame(std::size_t c, HostFrame frame) {
     add_fault(report_.faults,
               {name(c), "a frame is incomplete: " + frame.fault, remedy_for(*r.host)});
   }
+  if (options_.on_frame && frame.complete && !r.host->has_frame())
+    options_.on_frame(c, frame, *r.host);
   if (!options_.keep_pixels) frame.pixels = {};
   std::optional<std::size_t> clock;
   if (r.last_frame_ns >= r.sure_from_ns && !r.clocks.empty()) clock = r.clocks.size() - 1;
   const auto counted = count_trigger(r, index);
+  give_up_old_frames(c);
   arrivals_.push_back({c, index, clock, counted, std::nullopt, r.last_frame_ns, std::move(frame)});
 }
 
+void Session::give_up_old_frames(std::size_t c) {
+  if (!options_.on_set) return;  // then all frames are wanted
+  for (Arrival& a : arrivals_) {
+    const bool old = a.camera == c && a.index + kPartnersWithin < running_[c].newest;
+    if (!old || a.settled || a.given_up) continue;
+    a.given_up = true;
+    std::vector<std::uint8_t>().swap(a.frame.pixels);
+  }
+}
+
 std::optional<std::int64_t> Session::count_trigger(Running& r, std::int64_t index) const {
-  const std::int64_t last = report_.triggers - 1;
+  const std::int64_t last = last_trigger();
   if (!by_trigger() || last < 0 || !r.counted) return std::nullopt;
   if (index - r.counted->index != last - r.counted->trigger) return std::nullopt;
   r.counted = Running::Counted{index, last};
@@ -264,10 +281,12 @@ void Session::look_after(std::size_t c) {
                      seconds(now - r.last_frame_ns) > quiet_s;
   if (r.host->fault() || quiet) {
     if (r.started) {
-      add_fault(report_.faults,
-                {name(c), r.host->fault().value_or("it stopped sending frames"),
-                 r.host->fault() ? r.host->what_to_do() + "; it is opened again"
-                                 : "check cable and power of the camera; it is opened again"});
+      const LiveFault fault = {name(c), r.host->fault().value_or("it stopped sending frames"),
+                               r.host->fault()
+                                   ? r.host->what_to_do() + "; it is opened again"
+                                   : "check cable and power of the camera; it is opened again"};
+      add_fault(report_.faults, fault);
+      if (r.failed_ns == 0) tell(fault);
       if (r.failed_ns == 0) r.failed_ns = now;
       r.longest_unnoticed_s = std::max(r.longest_unnoticed_s, seconds(now - r.last_frame_ns));
       r.started = false;
@@ -282,7 +301,8 @@ void Session::look_after(std::size_t c) {
 
 void Session::open_again(std::size_t c) {
   Running& r = running_[c];
-  r.given_up = r.opened_in_vain == kOpenedInVain;
+  // An operator who sees that a camera is lost has the time to mend it.
+  r.given_up = !options_.demand && r.opened_in_vain == kOpenedInVain;
   if (r.given_up) {
     add_fault(report_.faults,
               {name(c),

@@ -80,8 +80,9 @@ class Session {
   /// Develops the frames of a set and takes their pixels.
   LiveSet set_of(const PairedFrames& set);
 
-  /// Frames so old that no partner will come are only counted: memory stays bounded.
-  void drop_old_pixels(const PairingResult& pairing);
+  /// Frames so old that no partner will come are only counted: the memory of a capture that gives
+  /// its sets out stays bounded, whatever a camera does.
+  void give_up_old_frames(std::size_t c);
 
   [[nodiscard]] bool interrupted() const { return options_.ended && options_.ended(); }
 
@@ -90,6 +91,17 @@ class Session {
 
   /// Until the operator wants a set; false when none is wanted any more.
   bool await_demand();
+
+  /// A trigger whose frames are for a screen alone.
+  void trigger_for_screen();
+
+  [[nodiscard]] std::int64_t last_trigger() const {
+    return static_cast<std::int64_t>(trigger_ns_.size()) - 1;
+  }
+
+  void tell(const LiveFault& fault) const {
+    if (options_.on_camera) options_.on_camera(fault);
+  }
 
   /// Free-running frames from before the operator asked.
   void forget_unsettled();

@@ -18,11 +18,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kScheduleAhead_s = 0.03;    ///< until every camera surely holds the command
-constexpr double kTriggerEarly_s = 2e-3;     ///< clock error allowed before a trigger
-constexpr double kAnswer_s = 0.5;            ///< of a trigger, above the exposure
-constexpr std::int64_t kPartnersWithin = 8;  ///< frames: a later partner would be off by seconds
-constexpr double kStreamEnds_s = 0.3;        ///< once told to
+constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
+constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
+constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
+constexpr double kStreamEnds_s = 0.3;      ///< once told to
 
 std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -102,7 +101,6 @@ void Session::run_free() {
     const PairingResult pairing = pair(marks());
     const std::size_t sets = pairing.sets.size();
     give_out(pairing, quiet);
-    drop_old_pixels(pairing);
     const auto wanted = static_cast<std::size_t>(options_.frames);
     if (sets > wanted || (quiet && sets == wanted)) return;
     look_at = options_.demand ? 0 : have + 1;
@@ -145,30 +143,35 @@ LiveSet Session::set_of(const PairedFrames& set) {
   return live;
 }
 
-void Session::drop_old_pixels(const PairingResult& pairing) {
-  for (std::size_t i = 0; i < arrivals_.size(); ++i) {
-    const bool old = !arrivals_[i].settled &&
-                     arrivals_[i].index + kPartnersWithin < running_[arrivals_[i].camera].newest;
-    if (old && pairing.places[i].bin != FrameBin::in_set)
-      std::vector<std::uint8_t>().swap(arrivals_[i].frame.pixels);
-  }
-}
-
 double Session::longest_s() const {
   return 2 * options_.patience_s + 5 * (options_.frames + 2) / file_.frame_rate_hz;
 }
 
 bool Session::await_demand() {
   if (!options_.demand) return true;
+  std::int64_t next_ns = 0;
   while (!interrupted()) {
     const auto demand = options_.demand();
     if (demand == LiveOptions::Demand::end) return false;
     if (demand == LiveOptions::Demand::take) return true;
-    wait(0.05);
+    if (options_.on_frame && by_trigger() && now_ns() >= next_ns) {
+      next_ns = now_ns() + std::llround(1e9 / file_.frame_rate_hz);
+      trigger_for_screen();
+    }
+    wait(0.02);
     take_in();
-    last_progress_ns_ = now_ns();
+    forget_unsettled();
   }
   return false;
+}
+
+/// It keeps its number, so that a late frame of it never passes for one of the next.
+void Session::trigger_for_screen() {
+  fire();
+  --report_.triggers;
+  ++report_.triggers_before;
+  await_answers(false);
+  settle_counts();
 }
 
 void Session::forget_unsettled() {
@@ -191,7 +194,6 @@ void Session::run_triggered() {
     settle_counts();
     const PairingResult pairing = pair(marks());
     give_out(pairing, true);
-    drop_old_pixels(pairing);
     tell_progress(k + 1);
   }
 }
@@ -229,7 +231,7 @@ void Session::act(const Running& r, std::optional<std::int64_t> host_ns) {
 
 void Session::settle_counts() {
   for (Running& r : running_) {
-    const std::int64_t last = report_.triggers - 1;
+    const std::int64_t last = last_trigger();
     if (!never_had_clock(r) || !by_trigger()) continue;
     if (r.counted && r.counted->trigger == last) {
       r.silent_triggers = 0;
@@ -290,7 +292,8 @@ std::vector<FrameMark> Session::marks() const {
   std::vector<FrameMark> result;
   for (const Arrival& a : arrivals_) {
     FrameMark mark{a.camera,     a.index,          time_of(a, clocks[a.camera]),
-                   std::nullopt, a.frame.complete, a.settled};
+                   std::nullopt, a.frame.complete, a.settled,
+                   a.given_up};
     if (by_trigger() && mark.time_s)
       mark.trigger = trigger_of(*mark.time_s, triggers, kTriggerEarly_s, kAnswer_s);
     if (by_trigger() && never_had_clock(running_[a.camera])) mark.trigger = a.counted_trigger;

@@ -20,6 +20,12 @@ double time_of(const std::vector<FrameMark>& frames, std::size_t i) {
   return *frames[i].time_s;
 }
 
+void leave_unpaired(const std::vector<FrameMark>& frames, std::size_t i, Unpaired why,
+                    PairingResult& result) {
+  result.places[i] = {FrameBin::unpaired, why, std::nullopt};
+  ++result.cameras[frames[i].camera].unpaired;
+}
+
 /// Bins what cannot be paired and returns the rest per camera.
 std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const PairingOptions& options,
                              PairingResult& result) {
@@ -49,11 +55,11 @@ std::vector<Candidates> sift(const std::vector<FrameMark>& frames, const Pairing
       place.bin = FrameBin::incomplete;
       ++ledger.incomplete;
     } else if (options.triggers && !frame.trigger) {
-      place.why_unpaired = Unpaired::no_trigger;
-      ++ledger.unpaired;
+      leave_unpaired(frames, i, Unpaired::no_trigger, result);
     } else if (!options.triggers && !frame.time_s) {
-      place.why_unpaired = Unpaired::no_time;
-      ++ledger.unpaired;
+      leave_unpaired(frames, i, Unpaired::no_time, result);
+    } else if (frame.given_up) {
+      leave_unpaired(frames, i, Unpaired::partner_missing, result);
     } else {
       candidates[frame.camera].push_back(i);
     }
@@ -95,12 +101,6 @@ void add_settled_sets(const std::vector<FrameMark>& frames, std::size_t cameras,
     const auto trigger = frames[members.front()].trigger;
     add_set(frames, std::move(members), trigger, result);
   }
-}
-
-void leave_unpaired(const std::vector<FrameMark>& frames, std::size_t i, Unpaired why,
-                    PairingResult& result) {
-  result.places[i] = {FrameBin::unpaired, why, std::nullopt};
-  ++result.cameras[frames[i].camera].unpaired;
 }
 
 void pair_by_trigger(const std::vector<FrameMark>& frames,

@@ -16,6 +16,7 @@ struct FrameMark {
   std::optional<std::int64_t> trigger;      ///< 0-based, when the frame is known to answer it
   bool complete = true;                     ///< every byte of it arrived
   std::optional<std::size_t> settled = {};  ///< number of a set that was given out already
+  bool given_up = false;                    ///< no partner came while its pixels were kept
 };
 
 /// Where a frame went. A frame that never arrived has no FrameMark; it is counted per camera.

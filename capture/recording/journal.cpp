@@ -202,9 +202,14 @@ void Journal::write_line(const Json& json) {
     sync_folder(folder);
   }
   const std::string line = json.dump() + "\n";
-  if (::write(file_.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
-      ::fsync(file_.get()) != 0)
-    throw cannot_write(journal_of(folder));
+  const off_t before = ::lseek(file_.get(), 0, SEEK_END);
+  if (::write(file_.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
+      ::fsync(file_.get()) == 0)
+    return;
+  const Error why = cannot_write(journal_of(folder));
+  // Half a line would hide those after it.
+  if (before < 0 || ::ftruncate(file_.get(), before) != 0) file_.reset();
+  throw why;
 }
 
 void Journal::close() {

@@ -29,7 +29,7 @@ class Journal {
   /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
   void replace(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
-  /// Writes recording.json and ends the journal; nothing when there is no set.
+  /// Writes recording.json and ends the journal, until the next set; nothing when there is none.
   void close();
 
   [[nodiscard]] Recording& recording() { return recording_; }

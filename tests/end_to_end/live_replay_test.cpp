@@ -182,7 +182,7 @@ TEST_F(LiveIsReplay, ThroughTheKernelsV4l2Driver) {
       at("share"),
       fmt::format("TMPDIR={0} DRAPE_GUEST_SHARE={0} '{1}' --gtest_output=json:{0}/tests.json",
                   at("share").string(), tests),
-      test::program("drape-capture"));
+      {test::program("drape-camera-host"), test::program("drape-capture")});
   if (guest.cannot) GTEST_SKIP() << "no V4L2 guest: " << *guest.cannot;
   std::printf("the guest ran %s\n", guest.without_kvm.empty()
                                         ? "in KVM"

@@ -60,10 +60,13 @@ std::string shared_folder(const std::string& tag, const fs::path& folder, const 
 
 /// A line that reads the libraries of a program ahead, while other things run. Fetched page by page
 /// as they are used, those of image files alone take an emulated machine 15 s.
-std::string read_ahead(const fs::path& program) {
-  std::string files = shell("ldd '" + program.string() + "' | grep -o '/[^ ]*'").output;
+std::string read_ahead(const std::vector<fs::path>& programs) {
+  std::string files;
+  for (const fs::path& program : programs)
+    files += "'" + program.string() + "'\n" +
+             shell("ldd '" + program.string() + "' | grep -o '/[^ ]*'").output;
   std::replace(files.begin(), files.end(), '\n', ' ');
-  return fmt::format("cat '{}' {} >/dev/null 2>&1 &\n", program.string(), files);
+  return fmt::format("cat {} >/dev/null 2>&1 &\n", files);
 }
 
 /// Debian's kernel unpacked where that could be done: unpacking it takes an emulated machine long.
@@ -75,7 +78,7 @@ fs::path kernel_of(const fs::path& guest) {
 /// Runs the guest to its end; `timeout` ends one that does not boot, or hangs in its job.
 Shell boot(const fs::path& guest, const fs::path& share, const std::string& accelerator) {
   const std::string qemu = fmt::format(
-      "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 1536 -nographic -nodefaults"
+      "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 768 -nographic -nodefaults"
       " -no-reboot -serial stdio -kernel '{}' -initrd '{}'"
       " -append 'console=ttyS0 panic=-1 quiet mitigations=off nokaslr no_timer_check tsc=reliable"
       " random.trust_cpu=on apparmor=0 drape_share={}'",
@@ -91,7 +94,8 @@ std::string guest_camera(int index) {
   return fmt::format("platform:vivid-{:03}", index);
 }
 
-GuestRun run_in_guest(const fs::path& share, const std::string& job, const fs::path& later) {
+GuestRun run_in_guest(const fs::path& share, const std::string& job,
+                      const std::vector<fs::path>& later) {
   GuestRun run;
   const fs::path guest = program("").parent_path().parent_path() / "v4l2_guest";
   const fs::path script = source_root() / "tests/support/v4l2_guest/prepare.sh";

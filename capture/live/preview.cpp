@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/live/preview.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include "capture/recording/frame_quality.hpp"
+#include "core/error.hpp"
+#include "core/files/json_file.hpp"
+
+namespace drape::capture {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr int kPictureWidth_px = 640;  ///< at most
+constexpr double kDotRadius_px = 10;
+constexpr std::size_t kNoiseRows = 7;  ///< one of so many rows is looked at
+constexpr std::int64_t kFocusEvery_ns = 1'000'000'000;
+
+struct Scaled {
+  int width_px = 0, height_px = 0;
+  std::string pixels;
+  double saturated_percent = 0;
+};
+
+Scaled scaled(const LiveFrame& frame) {
+  const int step = (frame.width_px + kPictureWidth_px - 1) / kPictureWidth_px;
+  const bool deep = !frame.deep.empty();
+  const int largest = deep ? ((1 << frame.bits) - 1) << (16 - frame.bits) : 255;
+  Scaled to{frame.width_px / step, frame.height_px / step, {}, 0};
+  const auto width = static_cast<std::size_t>(to.width_px);
+  std::int64_t saturated = 0;
+  std::vector<int> sums(width), full(width);
+  for (int y = 0; y < to.height_px; ++y) {
+    std::fill(sums.begin(), sums.end(), 0);
+    std::fill(full.begin(), full.end(), 0);
+    for (int row = y * step; row < (y + 1) * step; ++row) {
+      auto from = static_cast<std::size_t>(row) * static_cast<std::size_t>(frame.width_px);
+      for (std::size_t x = 0; x < width; ++x)
+        for (int k = 0; k < step; ++k, ++from) {
+          sums[x] += frame.pixels[from];
+          full[x] += (deep ? frame.deep[from] : frame.pixels[from]) >= largest ? 1 : 0;
+        }
+    }
+    for (std::size_t x = 0; x < width; ++x) {
+      saturated += full[x];
+      to.pixels += static_cast<char>(full[x] > 0 ? 255 : std::min(254, sums[x] / (step * step)));
+    }
+  }
+  to.saturated_percent =
+      100 * static_cast<double>(saturated) / (static_cast<double>(to.pixels.size()) * step * step);
+  return to;
+}
+
+/// In grey levels; at least that of rounding to whole ones.
+double noise_of(const LiveFrame& frame) {
+  std::array<std::int64_t, 4 * 255 + 1> counts{};
+  std::int64_t all = 0;
+  const auto width = static_cast<std::size_t>(frame.width_px);
+  for (std::size_t row = 0; row + width <= frame.pixels.size(); row += kNoiseRows * width)
+    for (std::size_t i = row + 1; i + 1 < row + width; ++i, ++all)
+      ++counts[static_cast<std::size_t>(
+          std::abs(frame.pixels[i - 1] - 2 * frame.pixels[i] + frame.pixels[i + 1]))];
+  // The median, which few edges do not move, between whole levels.
+  double below = 0, median = 0;
+  for (std::size_t level = 0; level < counts.size(); ++level) {
+    const auto here = static_cast<double>(counts[level]);
+    if (below + here >= 0.5 * static_cast<double>(all) && here > 0) {
+      const double part = (0.5 * static_cast<double>(all) - below) / here;
+      median = level == 0 ? 0.5 * part : static_cast<double>(level) - 0.5 + part;
+      break;
+    }
+    below += here;
+  }
+  return std::max(median / (0.6745 * std::sqrt(6.0)), 1 / std::sqrt(12.0));
+}
+
+std::int64_t utc_ns() {
+  return std::chrono::system_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+Json json_or_null(const std::optional<double>& value) {
+  return value ? Json(*value) : Json();
+}
+
+}  // namespace
+
+std::optional<double> dot_sigma_px(const LiveFrame& frame) {
+  const FrameQuality quality = quality_of(frame.pixels, frame.width_px);
+  if (quality.contrast < QualityLimits{}.least_contrast || quality.sharpness <= 0)
+    return std::nullopt;
+  using std::numbers::pi;
+  const double blur_px = 1 / (std::sqrt(2 * pi) * quality.sharpness);
+  return noise_of(frame) / quality.contrast *
+         std::sqrt(2 * blur_px / (std::sqrt(pi) * kDotRadius_px));
+}
+
+PreviewWriter::PreviewWriter(const CamerasFile& cameras, fs::path folder)
+    : cameras_(cameras), folder_(std::move(folder)), focus_(cameras.cameras.size()) {}
+
+void PreviewWriter::show(std::size_t c, const LiveFrame& frame,
+                         const std::vector<SettingReadBack>& settings) {
+  if (frame.pixels.empty()) return;
+  const LiveCamera& camera = cameras_.cameras[c];
+  const std::int64_t now = utc_ns();
+  Focus& focus = focus_[c];
+  if (now - focus.looked_ns >= kFocusEvery_ns) focus = {now, dot_sigma_px(frame)};
+  const Scaled picture = scaled(frame);
+  Json facts = {{"arrived_ns", now},
+                {"saturated_percent", picture.saturated_percent},
+                {"dot_sigma_px", json_or_null(focus.dot_sigma_px)},
+                {"settings", Json::object()},
+                {"asked",
+                 {{"exposure_us", json_or_null(camera.settings.exposure_us)},
+                  {"gain_db", json_or_null(camera.settings.gain_db)}}}};
+  for (const SettingReadBack& one : settings) facts["settings"][one.name] = one.value;
+  const fs::path file = folder_ / (camera.name + ".pgm"), whole = folder_ / ("." + camera.name);
+  std::ofstream out(whole, std::ios::binary);
+  // JSON holds no line end, and escapes what is not ASCII here.
+  out << "P5\n# " << facts.dump(-1, ' ', true, Json::error_handler_t::replace) << '\n'
+      << picture.width_px << ' ' << picture.height_px << "\n255\n"
+      << picture.pixels;
+  out.close();
+  std::error_code why;
+  if (out) fs::rename(whole, file, why);
+  if (!out || why)
+    throw bad_input("the picture for the screen cannot be written", {.file = file.string()},
+                    "free memory, or the disk");
+}
+
+}  // namespace drape::capture
