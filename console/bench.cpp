@@ -131,6 +131,10 @@ void Bench::act(const Json& request) {
     run();
   } else if (what == "open") {
     open_cameras();
+  } else if (what == "close") {
+    close_cameras();
+  } else if (what == "doctor") {
+    ask_doctor();
   } else if (what == "note") {
     note(field(request, "text"));
   } else if (what == "operator") {
@@ -268,6 +272,10 @@ void Bench::job_ended(const Job& job) {
       log_held_out(job.what);
     const std::lock_guard lock(mutex_);
     trouble_.clear();
+    if (job.kind == "doctor") {
+      const Json report = Json::parse(job.output, nullptr, false);
+      doctor_ = report.is_object() ? report.value("checks", Json()) : Json();
+    }
   } catch (const Error& error) {
     const std::lock_guard lock(mutex_);
     trouble_ = error.what();

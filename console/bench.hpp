@@ -48,9 +48,15 @@ class Bench {
                                 bool mark_saturation) const;
   [[nodiscard]] std::filesystem::path report() const { return out_ / "report.html"; }
 
+  struct LivePicture {
+    std::uint64_t number = 0;
+    int width_px = 0;
+    bool mark_saturation = false;
+    std::string jpeg, facts;  ///< facts: JSON in ASCII, as `drape capture --preview` writes them
+  };
   /// What a live camera sees now; nothing before its first picture.
-  [[nodiscard]] std::optional<Picture> live_picture(const std::string& camera, int width_px,
-                                                    bool mark_saturation) const;
+  [[nodiscard]] std::optional<LivePicture> live_picture(const std::string& camera, int width_px,
+                                                        bool mark_saturation) const;
 
   // ---- acts ----------------------------------------------------------------------------------
   /// {"do": "take", "set": "pose_00"} and so on; see README.
@@ -72,6 +78,8 @@ class Bench {
   void taken(const std::string& set);  ///< it is stored
   void take_live(const std::string& set);
   void open_cameras();
+  void close_cameras();
+  void ask_doctor();
   void heard(const std::string& line);  ///< of the capture session
   void drop(const std::string& set);
   void calibrate();
@@ -134,17 +142,12 @@ class Bench {
   mutable std::map<std::string, Json> kept_results_;
   mutable std::string kept_results_stamp_;
   mutable PictureShelf pictures_;
-  struct LivePicture {
-    std::uint64_t number = 0;
-    int width_px = 0;
-    bool mark_saturation = false;
-    Picture picture;
-  };
   mutable std::mutex live_mutex_;  ///< so that many pages cost one scaling
   mutable std::map<std::string, LivePicture> live_;
   std::string taking_;                     ///< set that the capture was asked for
   std::vector<std::string> camera_words_;  ///< what the capture said last
   bool cameras_ready_ = false;
+  Json doctor_;  ///< checks of the last `drape doctor`
   // Last, so that their threads end first.
   Jobs jobs_;
   mutable std::mutex capture_mutex_;

@@ -20,12 +20,48 @@ std::string stored_in(const std::string& line) {
   return line.substr(begin.size(), line.size() - begin.size() - end.size());
 }
 
+/// Of a PGM file: its second line, without the mark.
+std::string comment_of(const std::string& pgm) {
+  const std::string begin = "P5\n# ";
+  if (!pgm.starts_with(begin)) return "{}";
+  return pgm.substr(begin.size(), pgm.find('\n', begin.size()) - begin.size());
+}
+
 }  // namespace
+
+/// What was stored is part of the recording.
+void Bench::close_cameras() {
+  std::unique_ptr<CaptureSession> closing;
+  {
+    const std::lock_guard lock(capture_mutex_);
+    if (!capture_ || !capture_->runs()) throw bad_input("the cameras are closed", {}, "open them");
+    closing = std::move(capture_);
+  }
+  log_.add(operator_name(), "closes the cameras");
+}
+
+/// It opens the cameras itself.
+void Bench::ask_doctor() {
+  if (options_.replay) throw bad_input("a recording has no cameras", {}, "reload the page");
+  {
+    const std::lock_guard lock(capture_mutex_);
+    if (capture_ && capture_->runs())
+      throw bad_input("the cameras are open", {}, "close them, then ask the doctor");
+  }
+  Call call{{"doctor", rig_.file.string(), "--out", out_.string()}};
+  if (calibration())
+    call.words.insert(call.words.end(), {"--calibration", calibration_file().string()});
+  log_.add(operator_name(), "asks the doctor");
+  jobs_.add("doctor", "the cameras", {std::move(call)});
+}
 
 void Bench::open_cameras() {
   if (options_.replay) throw bad_input("a recording has no cameras", {}, "reload the page");
   const std::lock_guard lock(capture_mutex_);
   if (capture_ && capture_->runs()) throw bad_input("the cameras are open", {}, "take a set");
+  for (const Job& job : jobs_.list())
+    if (job.kind == "doctor" && job.state == JobState::running)
+      throw bad_input("the doctor looks at the cameras", {}, "wait for it");
   log_.add(operator_name(), "opens the cameras");
   CaptureSession::Reports reports;
   reports.said = [this](const std::string& line) { heard(line); };
@@ -108,11 +144,12 @@ Json Bench::capture_json() const {
   json["ready"] = cameras_ready_;
   json["taking"] = taking_;
   json["words"] = camera_words_;
+  json["doctor"] = doctor_;
   return json;
 }
 
-std::optional<Picture> Bench::live_picture(const std::string& camera, int width_px,
-                                           bool mark_saturation) const {
+std::optional<Bench::LivePicture> Bench::live_picture(const std::string& camera, int width_px,
+                                                      bool mark_saturation) const {
   static_cast<void>(rig_.camera(camera));
   const std::lock_guard lock(live_mutex_);
   std::string bytes;
@@ -127,9 +164,10 @@ std::optional<Picture> Bench::live_picture(const std::string& camera, int width_
       kept.mark_saturation != mark_saturation) {
     const std::span<const unsigned char> pixels(
         reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-    kept = {number, width_px, mark_saturation, make_picture(pixels, width_px, mark_saturation)};
+    kept = {number, width_px, mark_saturation, make_picture(pixels, width_px, mark_saturation).jpeg,
+            comment_of(bytes)};
   }
-  return kept.picture;
+  return kept;
 }
 
 }  // namespace drape::console

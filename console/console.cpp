@@ -117,8 +117,7 @@ class Console::Impl {
         return {404, "application/json", R"({"error":"the camera has sent no picture yet"})"};
       response.type = "image/jpeg";
       response.body = picture->jpeg;
-      response.headers["X-Saturated-Percent"] =
-          fmt::format("{:.4f}", 100 * picture->saturated_fraction);
+      response.headers["X-Facts"] = picture->facts;
     } else if (route == "/report.html") {
       if (!fs::is_regular_file(fs::symlink_status(bench_.report())))
         return {404, "application/json", R"({"error":"there is no report yet"})"};

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "console/console.hpp"
-#include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -13,7 +12,8 @@ int main(int argc, char** argv) {
   Command app(
       "Serves the bench as a page in the browser, on this machine only: cameras, calibration, "
       "drapes,\nhistory and the session's log. Ctrl-C ends it; what was stored stays.\n\n"
-      "  drape bench rigs/bench1 --replay     the recorded sets of the example, without a camera",
+      "  drape bench rigs/bench1 --replay     the recorded sets of the example, without a camera\n"
+      "  drape bench rigs/lab                 the cameras of cameras.toml, which stay open",
       "drape bench");
   console::ConsoleOptions options;
   CommonOptions common;
@@ -32,8 +32,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
-    if (!options.replay)
-      throw usage_error("live cameras are not served yet", "give --replay, or use `drape capture`");
     console::Console bench(options);
     if (common.json) {
       print_text(pretty(Json{{"address", bench.address()}}));

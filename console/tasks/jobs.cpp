@@ -141,7 +141,7 @@ void Jobs::run(int id) {
   const Job job = find(id);
   changed_(job);
   JobState state = JobState::done;
-  std::string sentence;
+  std::string sentence, output;
   for (std::size_t k = 0; k < job.calls.size() && !cancelled_; ++k) {
     const auto progress = [&](double fraction, const std::string& now) {
       change(id, [&](Job& one) {
@@ -154,6 +154,7 @@ void Jobs::run(int id) {
     try {
       const CallEnd end = run_call(job.calls[k], progress, child_);
       sentence = end.sentence;
+      output = end.output;
       if (end.exit_code == 1) state = JobState::no_go;
       if (end.exit_code > 1) state = JobState::failed;
     } catch (const Error& error) {
@@ -169,6 +170,7 @@ void Jobs::run(int id) {
   change(id, [&](Job& one) {
     one.state = state;
     one.sentence = sentence;
+    one.output = output;
     one.now.clear();
     if (state == JobState::done || state == JobState::no_go) one.fraction = 1;
   });

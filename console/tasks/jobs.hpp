@@ -29,6 +29,7 @@ struct Job {
   double fraction = 0;   ///< 0..1
   std::string now = {};  ///< what its running program says it does
   std::string sentence = {};
+  std::string output = {};  ///< what its last program printed
 
   [[nodiscard]] Json json() const;
 };

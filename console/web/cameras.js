@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of all cameras, saturation in red, what detect found.
-import {act, ask, cameraView, command, figure, h, markDrawings, table} from './dom.js';
+import {act, ask, cameraView, command, figure, h, markDrawings, table, verdict} from './dom.js';
 
 let chosen = '';
 let red = true, marks = true;
@@ -23,13 +23,45 @@ export async function frame(camera) {
     if (!response.ok) return;
     const before = shot.img.src;
     shot.img.src = URL.createObjectURL(await response.blob());
-    shot.words.textContent = `${camera}: ${Number(response.headers.get('X-Saturated-Percent')).toFixed(3)} % saturated`;
+    const facts = JSON.parse(response.headers.get('X-Facts'));
+    shot.words.textContent = `${camera}: ${liveWords(facts)}`;
+    await shot.img.decode().catch(() => {});
     shot.count += 1;
+    shot.at = Date.now();
     shot.img.dataset.count = shot.count;
+    shot.img.dataset.delay = shot.at - facts.arrived_ns / 1e6;
     if (before.startsWith('blob:')) URL.revokeObjectURL(before);
   } finally {
     shot.busy = false;
   }
+}
+
+/// A setting as the camera says it, and as cameras.toml asks where that is another value.
+function setting(facts, name, unit) {
+  const is = facts.settings[name] ?? facts.settings[name.replace('gain_db', 'gain_camera_units')];
+  if (is === undefined) return '';
+  const asked = facts.asked[name];
+  return `, ${name.split('_')[0]} ${is} ${unit}${asked !== null && Number(is) !== asked ? ` (asked: ${asked})` : ''}`;
+}
+
+function liveWords(facts) {
+  const focus = facts.dot_sigma_px === null ? 'no contrast' : `a dot of 10 px radius to ${facts.dot_sigma_px.toFixed(4)} px`;
+  return `${facts.saturated_percent.toFixed(3)} % saturated, ${focus}${setting(facts, 'exposure_us', 'us')}${setting(facts, 'gain_db', 'dB')}`;
+}
+
+/// A camera without pictures for two seconds is said to have none.
+setInterval(() => {
+  for (const shot of shots.values()) {
+    const late = shot.at && Date.now() - shot.at > 2000;
+    shot.img.classList.toggle('late', Boolean(late));
+    if (late && !shot.words.textContent.startsWith('No picture')) shot.words.textContent = `No picture now. ${shot.words.textContent}`;
+  }
+}, 500);
+
+function doctorTable(checks) {
+  if (!checks?.length) return null;
+  return table('what the doctor says', ['check', '', 'found', 'to do'], checks.map(one =>
+    [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? '']));
 }
 
 function liveView(camera) {
@@ -44,8 +76,12 @@ function liveView(camera) {
 function captureWords(capture) {
   if (!capture) return [];
   return [h('p', {id: 'capture'}, capture.taking ? `Taking ${capture.taking}.` : capture.ready ? 'The cameras are ready.' : capture.runs ? 'The cameras are being opened.' : 'The cameras are closed.'),
-    capture.runs ? null : h('button', {type: 'button', class: 'main', id: 'open', click: () => act({do: 'open'})}, 'Open the cameras'),
-    h('ul', {class: 'log'}, capture.words.filter(line => !line.startsWith('next: ')).slice(-5).map(line => h('li', {}, line)))];
+    capture.runs
+      ? h('button', {type: 'button', id: 'close', click: () => act({do: 'close'})}, 'Close the cameras')
+      : [h('button', {type: 'button', class: 'main', id: 'open', click: () => act({do: 'open'})}, 'Open the cameras'), ' ',
+        h('button', {type: 'button', id: 'doctor', click: () => act({do: 'doctor'})}, 'Ask the doctor')],
+    h('ul', {class: 'log'}, capture.words.filter(line => !line.startsWith('next: ')).slice(-5).map(line => h('li', {}, line))),
+    doctorTable(capture.doctor)].flat();
 }
 
 async function drawLive(state, known, redraw) {
@@ -55,7 +91,6 @@ async function drawLive(state, known, redraw) {
     h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
     ...captureWords(state.capture),
     h('div', {class: 'views'}, state.cameras.map(liveView)),
-    h('p', {}, 'Pictures come between sets, from cameras that run free; with a trigger, with each set.'),
     command(state.capture.command),
   ];
 }
