@@ -7,6 +7,12 @@ find_package(fmt REQUIRED)
 # Same input, same bytes: the compiler may not contract a*b+c differently per target.
 add_compile_options(-ffp-contract=off)
 
+# Sources of one target are compiled joined, eight at a time: their headers are most of the work. OFF
+# compiles each alone, which serves whoever changes one file at a time.
+option(DRAPE_JOIN_SOURCES "Compile the sources of a target joined" ON)
+set(CMAKE_UNITY_BUILD ${DRAPE_JOIN_SOURCES})
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+
 # A header that its own source file includes first is compiled alone there already (the test
 # Sources.ASourceIncludesItsOwnHeaderFirst); the others are compiled alone by a target of their own.
 function(drape_verify_headers target)
@@ -62,6 +68,7 @@ endfunction()
 function(drape_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)  # main.cpp opens whole namespaces
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS ${name})
   drape_use_of_folder(use)

@@ -20,7 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using units::mm;
 
-test::Shape raised(double height_m) {
+test::Shape raised_by(double height_m) {
   return [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
   };
@@ -36,11 +36,11 @@ DrapeInput full_input() {
   std::vector<Sheet> simulated;
   for (const int grid : {11, 21, 31})
     for (const int segments : {1, 5})
-      simulated.push_back(simulated_sheet(grid, segments, raised((grid + segments) * mm)));
+      simulated.push_back(simulated_sheet(grid, segments, raised_by((grid + segments) * mm)));
   return drape_of(measured_sheet(), simulated);
 }
 
-std::string refusal(const DrapeInput& input) {
+std::string refusal_of(const DrapeInput& input) {
   try {
     (void)compare_drape(input, {});
   } catch (const Error& error) {
@@ -110,18 +110,19 @@ TEST(CompareDrape, RefusesWhatDoesNotBelongTogether) {
   Sheet other_scene = simulated_sheet(21, 5), other_patch = simulated_sheet(21, 5);
   std::get<SimulatedSource>(other_scene.source).scene = "C";
   other_patch.patch_m.x() = 200 * mm;
-  EXPECT_THAT(refusal(drape_of(measured_sheet(), {simulated_sheet(11, 5), other_scene})),
+  EXPECT_THAT(refusal_of(drape_of(measured_sheet(), {simulated_sheet(11, 5), other_scene})),
               HasSubstr("scene `C`"));
-  EXPECT_THAT(refusal(drape_of(measured_sheet(), {other_patch})), HasSubstr("patch"));
-  EXPECT_THAT(refusal(drape_of(measured_sheet(), {simulated_sheet(11, 5), simulated_sheet(11, 5)})),
-              HasSubstr("given twice"));
+  EXPECT_THAT(refusal_of(drape_of(measured_sheet(), {other_patch})), HasSubstr("patch"));
+  EXPECT_THAT(
+      refusal_of(drape_of(measured_sheet(), {simulated_sheet(11, 5), simulated_sheet(11, 5)})),
+      HasSubstr("given twice"));
   Sheet empty = measured_sheet();
   empty.marks.clear();
-  EXPECT_THAT(refusal(drape_of(empty, {simulated_sheet(11, 5)})), HasSubstr("no mark"));
+  EXPECT_THAT(refusal_of(drape_of(empty, {simulated_sheet(11, 5)})), HasSubstr("no mark"));
 }
 
 TEST(Verdict, SimulationNotAtRestIsNoGo) {
-  Sheet moving = simulated_sheet(11, 5, raised(5 * mm));
+  Sheet moving = simulated_sheet(11, 5, raised_by(5 * mm));
   std::get<SimulatedSource>(moving.source).status = "not at rest: 3 mN left";
   const DrapeInput input = drape_of(measured_sheet(), {moving});
   const Report report = compare_drape(input, {});
@@ -133,7 +134,7 @@ TEST(Verdict, SimulationNotAtRestIsNoGo) {
 }
 
 TEST(Verdict, FewMarksAreNoGo) {
-  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))});
   input.measured.sheet.marks.resize(9);
   EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("only 9 marks")));
   EXPECT_TRUE(compare_drape(input, {.min_marks = 9}).go());
@@ -142,7 +143,7 @@ TEST(Verdict, FewMarksAreNoGo) {
 TEST(Verdict, UncertaintyAboveATenthOfTheBestDistanceIsNoGo) {
   // sigma 0.03 mm: 0.29 mm is too close to judge, 0.31 mm is not.
   const auto at = [](double height_m) {
-    return compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(height_m))}),
+    return compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(height_m))}),
                          {});
   };
   EXPECT_THAT(at(0.29 * mm).no_go, ElementsAre(HasSubstr("above 10 %")));
@@ -150,13 +151,13 @@ TEST(Verdict, UncertaintyAboveATenthOfTheBestDistanceIsNoGo) {
 }
 
 TEST(Verdict, UnknownUncertaintyIsNoGo) {
-  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))});
   input.measured.sheet.marks[3].covariance_m2.reset();
   EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("no covariance")));
 }
 
 TEST(Verdict, PenetrationThatIsNotAcceptedIsNoGo) {
-  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))});
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))});
   input.simulations.front().certificate = Certificate{"", {}, false};
   EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("penetrates")));
   EXPECT_TRUE(compare_drape(input, {.accept_penetration = true}).go());
@@ -167,7 +168,7 @@ TEST(Verdict, PenetrationThatIsNotAcceptedIsNoGo) {
 TEST(CompareDrape, AnotherSimulatorStandsBesideAndIsNotTheBest) {
   Sheet other = simulated_sheet(23, 5);  // exactly the real cloth
   std::get<SimulatedSource>(other.source).status = "as exported";
-  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm)), other});
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm)), other});
   input.simulations[1].other_simulator = "Other 1.0";
   const Report report = compare_drape(input, {});
   ASSERT_EQ(report.real_virtual.size(), 2U);
@@ -180,7 +181,7 @@ TEST(CompareDrape, AnotherSimulatorStandsBesideAndIsNotTheBest) {
 
 TEST(CompareDrape, AlignmentIsReportedBesideAndNeverApplied) {
   const Report report =
-      compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised(5 * mm))}), {});
+      compare_drape(drape_of(measured_sheet(), {simulated_sheet(11, 5, raised_by(5 * mm))}), {});
   const RealVirtual& row = report.real_virtual.front();
   EXPECT_NEAR(row.statistics.mean_m, 5 * mm, 1e-12);
   ASSERT_TRUE(row.aligned);
@@ -191,7 +192,7 @@ TEST(CompareDrape, AlignmentIsReportedBesideAndNeverApplied) {
 }
 
 TEST(Verdict, AnotherStartSheetIsAWarning) {
-  Sheet simulated = simulated_sheet(11, 5, raised(5 * mm));
+  Sheet simulated = simulated_sheet(11, 5, raised_by(5 * mm));
   std::get<SimulatedSource>(simulated.source).start_sha256 = std::string(64, 'a');
   DrapeInput input = drape_of(measured_sheet(), {simulated});
   EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("another measured sheet")));

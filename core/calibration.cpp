@@ -16,7 +16,7 @@ namespace {
 using units::mm;
 using units::um;
 
-constexpr int kVersion = 1;
+constexpr int kCalibrationVersion = 1;
 constexpr double kPerMm2 = 1 / (mm * mm);
 
 Json json_of(const BrownLens& lens) {
@@ -153,7 +153,7 @@ std::vector<std::string> parameter_names(const CameraModel& model) {
 }
 
 Calibration read_calibration(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(file, "calibration", kVersion);
+  const JsonNode root = JsonNode::open(file, "calibration", kCalibrationVersion);
   Calibration calibration;
   calibration.method = root.text("method");
   calibration.rig = root.text("rig");
@@ -171,7 +171,7 @@ Calibration read_calibration(const std::filesystem::path& file) {
 
 void write_calibration(const std::filesystem::path& file, const Calibration& calibration) {
   Json json;
-  json["schema"] = fmt::format("drapebench/calibration/{}", kVersion);
+  json["schema"] = fmt::format("drapebench/calibration/{}", kCalibrationVersion);
   json["method"] = calibration.method;
   json["rig"] = calibration.rig;
   json["sets"] = calibration.sets;

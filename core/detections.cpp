@@ -14,7 +14,7 @@ namespace {
 using units::deg;
 using units::mm;
 
-constexpr int kVersion = 1;
+constexpr int kDetectionsVersion = 1;
 
 template <class T>
 Json or_null(const std::optional<T>& value) {
@@ -161,7 +161,7 @@ FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& l
 }  // namespace
 
 Detections read_detections(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(file, "detections", kVersion);
+  const JsonNode root = JsonNode::open(file, "detections", kDetectionsVersion);
   Detections detections{root.text("rig"), read_lattice(root.at("lattice")), {}};
   for (const JsonNode& node : root.items("frames")) {
     detections.frames.push_back(read_frame_detections(node, detections.lattice));
@@ -171,7 +171,7 @@ Detections read_detections(const std::filesystem::path& file) {
 
 void write_detections(const std::filesystem::path& file, const Detections& detections) {
   Json json;
-  json["schema"] = fmt::format("drapebench/detections/{}", kVersion);
+  json["schema"] = fmt::format("drapebench/detections/{}", kDetectionsVersion);
   json["rig"] = detections.rig;
   json["lattice"] = json_of(detections.lattice);
   json["frames"] = Json::array();

@@ -12,7 +12,7 @@
 namespace drape {
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kRecordingVersion = 1;
 
 RecordedFrame read_recorded_frame(const JsonNode& node) {
   static_cast<void>(name_inside({}, node.text("file"), node.where("file")));
@@ -66,7 +66,7 @@ Recording read_recording(const std::filesystem::path& folder) {
         "not a recording: the manifest is missing", {.file = manifest.string()},
         "record with `drape capture`, or make it with `drape import FOLDER --out RECORDING`");
   }
-  const JsonNode root = JsonNode::open(manifest, "recording", kVersion);
+  const JsonNode root = JsonNode::open(manifest, "recording", kRecordingVersion);
   Recording recording{folder, root.text("source"), root.optional_text("recorded_on"), {}};
   for (const JsonNode& set : root.items("sets")) {
     recording.sets.push_back({set.name("name"),
@@ -89,7 +89,7 @@ Recording read_recording(const std::filesystem::path& folder) {
 
 void write_recording(const Recording& recording) {
   Json json;
-  json["schema"] = fmt::format("drapebench/recording/{}", kVersion);
+  json["schema"] = fmt::format("drapebench/recording/{}", kRecordingVersion);
   json["source"] = recording.source;
   json["recorded_on"] = recording.recorded_on ? Json(*recording.recorded_on) : Json();
   json["sets"] = Json::array();

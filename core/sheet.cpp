@@ -20,7 +20,7 @@ namespace {
 
 using units::mm;
 
-constexpr int kVersion = 1;
+constexpr int kSheetVersion = 1;
 
 std::filesystem::path with_extension(std::filesystem::path file, const char* extension) {
   return file.replace_extension(extension);
@@ -189,7 +189,7 @@ const SheetMark* Sheet::find(MarkId wanted) const {
 
 void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
   Json json;
-  json["schema"] = fmt::format("drapebench/sheet/{}", kVersion);
+  json["schema"] = fmt::format("drapebench/sheet/{}", kSheetVersion);
   json["kind"] = sheet.is_measured() ? "measured" : "simulated";
   json["rows"] = sheet.rows;
   json["cols"] = sheet.cols;
@@ -211,7 +211,7 @@ void write_sheet(const std::filesystem::path& file, const Sheet& sheet) {
 }
 
 Sheet read_sheet(const std::filesystem::path& file) {
-  const JsonNode root = JsonNode::open(with_extension(file, ".json"), "sheet", kVersion);
+  const JsonNode root = JsonNode::open(with_extension(file, ".json"), "sheet", kSheetVersion);
   Sheet sheet;
   sheet.rows = root.integer("rows");
   sheet.cols = root.integer("cols");

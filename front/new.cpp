@@ -257,7 +257,7 @@ frame_rate_hz = 5.0
 )";
 
 /// As TOML writes it between quotes.
-std::string quoted(const std::string& text) {
+std::string toml_quoted(const std::string& text) {
   std::string result = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
@@ -270,8 +270,9 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   std::string text = kCameras;
   for (const FoundCamera& c : cameras) {
     text += fmt::format("\n# {}\n[[camera]]\nname = \"{}\"\nbackend = \"{}\"\ndevice = {}\n",
-                        c.about, c.name, c.backend, quoted(c.device));
-    if (!c.host_address.empty()) text += fmt::format("host_address = {}\n", quoted(c.host_address));
+                        c.about, c.name, c.backend, toml_quoted(c.device));
+    if (!c.host_address.empty())
+      text += fmt::format("host_address = {}\n", toml_quoted(c.host_address));
     text += "# exposure_us = 8000.0\n";
   }
   return text;
@@ -321,7 +322,7 @@ std::string target_text() {
   return text;
 }
 
-std::string print_text() {
+std::string print_toml() {
   std::string text = kPrint;
   for (int row = 0; row < 10; ++row) {
     std::vector<std::string> cells;
@@ -365,7 +366,7 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
                     "name a new folder; nothing in this one was changed");
   }
   write_durable(folder / "target.toml", target_text());
-  write_durable(folder / "print.toml", print_text());
+  write_durable(folder / "print.toml", print_toml());
   for (const NewDrape& drape : drapes)
     write_durable(folder / "scenes" / (drape.name + ".toml"), scene_text(drape));
   write_fabric(folder / "fabrics");

@@ -103,8 +103,8 @@ TEST(Fall, EndsInTheValleyOfMotionAndIsPolished) {
 }
 
 /// A stiff square clamped along two rows at height `z_m`.
-struct Clamped {
-  explicit Clamped(double z_m, double tolerance) : cloth(grid, laws(), MassRule::area) {
+struct ClampedSheet {
+  explicit ClampedSheet(double z_m, double tolerance) : cloth(grid, laws(), MassRule::area) {
     StaticOptions how;
     how.residual_tolerance = tolerance;
     solver = std::make_unique<StaticSolver>(cloth, nothing(), how);
@@ -142,7 +142,7 @@ struct Clamped {
 
 TEST(Invariance, AStiffClampedSheetRestsAtAnyHeight) {
   for (const double z_m : {0.0, 0.2, 1.3}) {
-    Clamped sheet(z_m, 1e-6);
+    ClampedSheet sheet(z_m, 1e-6);
     const StaticReport report = sheet.solver->solve();
     EXPECT_EQ(report.status, StaticStatus::at_rest) << z_m << " m: " << report.residual;
     EXPECT_EQ(report.pin_error_m, 0) << z_m;
@@ -150,7 +150,7 @@ TEST(Invariance, AStiffClampedSheetRestsAtAnyHeight) {
 }
 
 TEST(Invariance, ARunThatGetsNoFurtherSaysSo) {
-  Clamped sheet(0.2, 1e-15);  // below the rounding of the forces
+  ClampedSheet sheet(0.2, 1e-15);  // below the rounding of the forces
   const StaticReport report = sheet.solver->solve();
   EXPECT_EQ(report.status, StaticStatus::stalled);
   EXPECT_LT(report.residual, 1e-6);

@@ -88,7 +88,7 @@ struct CameraErrors {
   MatrixXd by_shape;  ///< by one standard deviation of (scale, bow): shared by all cameras
 };
 
-CameraErrors errors_of(const Camera& camera) {
+CameraErrors camera_errors_of(const Camera& camera) {
   std::vector<Vector3d> dots;
   for (const double z : {0.0, 0.05, 0.1}) {
     for (int i = -4; i <= 4; ++i) {
@@ -124,7 +124,7 @@ SyntheticRig some_rig(Draw& draw) {
   for (int i = 0; i < 3; ++i) {
     rig.truth.push_back(
         some_camera(draw, 2.1 * i + draw.between(-0.4, 0.4), "cam" + std::to_string(i)));
-    const CameraErrors errors = errors_of(rig.truth.back());
+    const CameraErrors errors = camera_errors_of(rig.truth.back());
     factor.block(kFree * i, kFree * i, kFree, kFree) = errors.lower;
     factor.block(kFree * i, 3 * kFree, kFree, 2) = errors.by_shape;
   }

@@ -13,7 +13,7 @@ namespace {
 
 using ByMark = std::map<MarkId, const SheetMark*>;
 
-constexpr double kSigmas = 4;
+constexpr double kNeighbourSigmas = 4;
 
 /// Distance beyond which two marks `steps` apart cannot be, their own uncertainty granted.
 double limit_m(const SheetMark& a, const SheetMark& b, int steps, double pitch_m,
@@ -21,7 +21,8 @@ double limit_m(const SheetMark& a, const SheetMark& b, int steps, double pitch_m
   const Eigen::Vector3d along = (a.point_in_world - b.point_in_world).normalized();
   const Eigen::Matrix3d covariance = a.covariance_m2.value_or(Eigen::Matrix3d::Zero()) +
                                      b.covariance_m2.value_or(Eigen::Matrix3d::Zero());
-  return steps * pitch_m * max_stretch + kSigmas * std::sqrt(along.dot(covariance * along));
+  return steps * pitch_m * max_stretch +
+         kNeighbourSigmas * std::sqrt(along.dot(covariance * along));
 }
 
 /// Neighbours along warp and weft that are farther than cloth can reach.

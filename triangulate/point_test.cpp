@@ -26,7 +26,7 @@ using units::mm;
 using test::Bench;
 using test::camera_at;
 
-constexpr double kMinAngle = 2 * deg;
+constexpr double kLeastAngle = 2 * deg;
 
 TEST(Point, IsRecoveredExactlyFromAnyNumberOfViews) {
   const Bench bench;
@@ -36,7 +36,7 @@ TEST(Point, IsRecoveredExactlyFromAnyNumberOfViews) {
     const Vector3d truth(place(random), place(random), place(random));
     for (int count = 2; count <= 4; ++count) {
       const Point point =
-          solve_point(bench.views(truth, count, 0.01 * Eigen::Matrix2d::Identity()), kMinAngle);
+          solve_point(bench.views(truth, count, 0.01 * Eigen::Matrix2d::Identity()), kLeastAngle);
       ASSERT_EQ(point.status, PointStatus::good);
       EXPECT_LT((point.in_world - truth).norm(), 1e-9 * mm);
       EXPECT_LT(point.rms_px(), 1e-8);
@@ -58,7 +58,7 @@ TEST(Point, MahalanobisErrorIsThreeOverManyNoisyTrials) {
       const Vector3d truth(0.02, -0.03, 0.04);
       auto views = bench.views(truth, count, covariance);
       for (View& view : views) view.px += lower * Vector2d(normal(random), normal(random));
-      const Point point = solve_point(views, kMinAngle);
+      const Point point = solve_point(views, kLeastAngle);
       ASSERT_EQ(point.status, PointStatus::good);
       const Vector3d error = point.in_world - truth;
       sum += error.dot(point.detection_covariance_m2.llt().solve(error)) / kTrials;
@@ -80,7 +80,7 @@ TEST(Point, CalibrationPartAgreesWithDisturbedCameras) {
   for (CalibratedCamera& camera : bench.cameras) camera.covariance = sigma.cwiseAbs2().asDiagonal();
   const Vector3d truth(0.03, 0.02, 0.05);
   const auto views = bench.views(truth, 3, 0.01 * Eigen::Matrix2d::Identity());
-  const Matrix3d predicted = solve_point(views, kMinAngle).calibration_covariance_m2;
+  const Matrix3d predicted = solve_point(views, kLeastAngle).calibration_covariance_m2;
   std::mt19937 random(2);
   std::normal_distribution<double> normal(0, 1);
   Matrix3d scatter = Matrix3d::Zero();
@@ -106,7 +106,7 @@ TEST(Point, CalibrationPartAgreesWithDisturbedCameras) {
           Eigen::AngleAxisd(w.norm(), w.normalized()).toRotationMatrix();
       moved_views[i].camera = &moved[i];
     }
-    const Vector3d error = solve_point(moved_views, kMinAngle).in_world - truth;
+    const Vector3d error = solve_point(moved_views, kLeastAngle).in_world - truth;
     scatter += error * error.transpose() / kTrials;
   }
   // Each variance is known to sqrt(2/4000) = 2.2 %; five of these and the linearisation.
@@ -124,9 +124,9 @@ TEST(Point, ParallelRaysAreNotObservableAndNeverThrow) {
                      project(camera->camera.model, camera->camera.cam_from_world * point)->px,
                      0.01 * Eigen::Matrix2d::Identity()});
   }
-  EXPECT_EQ(solve_point(views, kMinAngle).status, PointStatus::not_observable);
+  EXPECT_EQ(solve_point(views, kLeastAngle).status, PointStatus::not_observable);
   views.pop_back();
-  EXPECT_EQ(solve_point(views, kMinAngle).status, PointStatus::not_observable);
+  EXPECT_EQ(solve_point(views, kLeastAngle).status, PointStatus::not_observable);
 }
 
 /// The ellipse that a small dot with this normal makes in each view.

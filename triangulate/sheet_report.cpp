@@ -22,7 +22,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-double sigma_m(const Eigen::Matrix3d& covariance) {
+double rms_sigma_m(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.trace() / 3);
 }
 
@@ -55,8 +55,8 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
     if (mark == nullptr) continue;
     const Point& point = *placed[i].agreed.point;
     reprojection.push_back(point.rms_px());
-    sigma.push_back(sigma_m(*mark->covariance_m2) / mm);
-    calibration.push_back(sigma_m(point.calibration_covariance_m2) / mm);
+    sigma.push_back(rms_sigma_m(*mark->covariance_m2) / mm);
+    calibration.push_back(rms_sigma_m(point.calibration_covariance_m2) / mm);
     agreement.push_back(std::sqrt(point.chi2 / point.degrees_of_freedom));
     shift.push_back(placed[i].shape_shift_m / mm);
     const auto views = placed[i].agreed.used.size();

@@ -23,7 +23,7 @@ std::vector<Eigen::Vector3d> places() {
 }
 
 /// The same bench, recorded again with other noise and the target lying elsewhere.
-Calibration calibrated(const JointModel& truth, unsigned seed) {
+Calibration calibration_from(const JointModel& truth, unsigned seed) {
   JointModel seen = truth;
   test::see(seen, 0.05, seed);
   JointModel model = test::forgotten(seen);
@@ -47,8 +47,8 @@ TEST(Drift, OfABenchThatStaysIsWhatTheUncertaintiesLetExpect) {
       pose.rotation = pose.rotation * turn;
     }
     const Drift drift =
-        drift_between(calibrated(truth, static_cast<unsigned>(seed) + 100),
-                      calibrated(elsewhere, static_cast<unsigned>(seed) + 900), places());
+        drift_between(calibration_from(truth, static_cast<unsigned>(seed) + 100),
+                      calibration_from(elsewhere, static_cast<unsigned>(seed) + 900), places());
     ASSERT_EQ(drift.cameras.size(), 3u);
     for (const CameraDrift& camera : drift.cameras) {
       drifted += camera.drifted();
@@ -67,14 +67,15 @@ TEST(Drift, NamesTheCameraWhoseLensTurned) {
   std::get<BrownLens>(later.cameras[2].camera.model.lens).cx_px += 1.0;
   std::get<BrownLens>(later.cameras[2].camera.model.lens).fx_px *= 1.002;
   std::get<BrownLens>(later.cameras[2].camera.model.lens).fy_px *= 1.002;
-  const Drift drift = drift_between(calibrated(truth, 1), calibrated(later, 2), places());
+  const Drift drift =
+      drift_between(calibration_from(truth, 1), calibration_from(later, 2), places());
   EXPECT_TRUE(drift.cameras.at(2).drifted());
   EXPECT_GT(drift.cameras[2].moved_px, drift.cameras[0].moved_px);
   EXPECT_GT(drift.moved_mm, 3 * drift.expected_mm);
 }
 
 TEST(Drift, NeedsACameraInCommon) {
-  Calibration old = calibrated(SyntheticBench(3).true_model(), 1), now = old;
+  Calibration old = calibration_from(SyntheticBench(3).true_model(), 1), now = old;
   for (CalibratedCamera& camera : now.cameras) camera.camera.name += "_new";
   EXPECT_THROW(static_cast<void>(drift_between(old, now, places())), Error);
 }

@@ -19,7 +19,6 @@
 namespace drape::capture {
 namespace {
 
-constexpr std::uint16_t kControlPort = 3956;
 constexpr int kBuffers = 16;         // with 8, fast cameras find none free
 constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
 constexpr std::size_t kFramesInSocket = 2;
@@ -33,10 +32,6 @@ using Owned = std::unique_ptr<T, Unref>;
 
 std::int64_t now_ns() {
   return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
-std::string text_of(const char* text) {
-  return text == nullptr ? "" : clean_text(text);
 }
 
 /// GError of one call; turns into Error when the call failed.

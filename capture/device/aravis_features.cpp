@@ -14,12 +14,12 @@ namespace drape::capture {
 namespace {
 
 /// GError of one call.
-class Failure {
+class FeatureFailure {
  public:
-  Failure() = default;
-  ~Failure() { g_clear_error(&error_); }
-  Failure(const Failure&) = delete;
-  Failure& operator=(const Failure&) = delete;
+  FeatureFailure() = default;
+  ~FeatureFailure() { g_clear_error(&error_); }
+  FeatureFailure(const FeatureFailure&) = delete;
+  FeatureFailure& operator=(const FeatureFailure&) = delete;
   [[nodiscard]] GError** slot() { return &error_; }
   [[nodiscard]] bool failed() const { return error_ != nullptr; }
   void require_none(const std::string& doing, const std::string& device) const {
@@ -64,15 +64,19 @@ std::string clean_text(const std::string& text) {
   return result;
 }
 
+std::string text_of(const char* text) {
+  return text == nullptr ? "" : clean_text(text);
+}
+
 bool AravisFeatures::has(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   return arv_device_is_feature_available(device_, feature, failure.slot()) != 0;
 }
 
 bool AravisFeatures::can_write(const char* feature) const {
   ArvGcNode* node = arv_device_get_feature(device_, feature);
   if (!ARV_IS_GC_FEATURE_NODE(node) || !has(feature)) return false;
-  Failure failure;
+  FeatureFailure failure;
   const bool locked = arv_gc_feature_node_is_locked(ARV_GC_FEATURE_NODE(node), failure.slot()) != 0;
   const ArvGcAccessMode mode =
       arv_gc_feature_node_get_actual_access_mode(ARV_GC_FEATURE_NODE(node));
@@ -86,7 +90,7 @@ const char* AravisFeatures::first_of(std::initializer_list<const char*> names) c
 }
 
 std::vector<std::string> AravisFeatures::choices(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   guint count = 0;
   const char** names = arv_device_dup_available_enumeration_feature_values_as_strings(
       device_, feature, &count, failure.slot());
@@ -97,7 +101,7 @@ std::vector<std::string> AravisFeatures::choices(const char* feature) const {
 }
 
 std::string AravisFeatures::text(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   const char* value = arv_device_get_string_feature_value(device_, feature, failure.slot());
   failure.require_none(fmt::format("reading {}", feature), name_);
   return value == nullptr ? "" : clean_text(value);
@@ -108,14 +112,14 @@ std::string AravisFeatures::text_or_empty(const char* feature) const {
 }
 
 std::int64_t AravisFeatures::integer(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   const std::int64_t value = arv_device_get_integer_feature_value(device_, feature, failure.slot());
   failure.require_none(fmt::format("reading {}", feature), name_);
   return value;
 }
 
 std::optional<std::int64_t> AravisFeatures::integer_if(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   if (!has(feature)) return std::nullopt;
   const std::int64_t value = arv_device_get_integer_feature_value(device_, feature, failure.slot());
   if (failure.failed()) return std::nullopt;
@@ -125,14 +129,14 @@ std::optional<std::int64_t> AravisFeatures::integer_if(const char* feature) cons
 double AravisFeatures::number(const char* feature) const {
   if (ARV_IS_GC_INTEGER(arv_device_get_feature(device_, feature)))
     return static_cast<double>(integer(feature));
-  Failure failure;
+  FeatureFailure failure;
   const double value = arv_device_get_float_feature_value(device_, feature, failure.slot());
   failure.require_none(fmt::format("reading {}", feature), name_);
   return value;
 }
 
 void AravisFeatures::set_integer(const char* feature, std::int64_t value) const {
-  Failure failure;
+  FeatureFailure failure;
   arv_device_set_integer_feature_value(device_, feature, value, failure.slot());
   failure.require_none(fmt::format("setting {} to {}", feature, value), name_);
 }
@@ -140,19 +144,19 @@ void AravisFeatures::set_integer(const char* feature, std::int64_t value) const 
 void AravisFeatures::set_number(const char* feature, double value) const {
   if (ARV_IS_GC_INTEGER(arv_device_get_feature(device_, feature)))
     return set_integer(feature, std::llround(value));
-  Failure failure;
+  FeatureFailure failure;
   arv_device_set_float_feature_value(device_, feature, value, failure.slot());
   failure.require_none(fmt::format("setting {} to {:g}", feature, value), name_);
 }
 
 void AravisFeatures::set_switch(const char* feature, bool on) const {
-  Failure failure;
+  FeatureFailure failure;
   arv_device_set_boolean_feature_value(device_, feature, on ? 1 : 0, failure.slot());
   failure.require_none(fmt::format("switching {} {}", feature, on ? "on" : "off"), name_);
 }
 
 void AravisFeatures::set_choice(const char* feature, const std::string& value) const {
-  Failure failure;
+  FeatureFailure failure;
   arv_device_set_string_feature_value(device_, feature, value.c_str(), failure.slot());
   failure.require_none(fmt::format("setting {} to {}", feature, value), name_);
   if (const std::string got = text(feature); got != value)
@@ -161,7 +165,7 @@ void AravisFeatures::set_choice(const char* feature, const std::string& value) c
 }
 
 void AravisFeatures::execute(const char* feature) const {
-  Failure failure;
+  FeatureFailure failure;
   arv_device_execute_command(device_, feature, failure.slot());
   failure.require_none(fmt::format("executing {}", feature), name_);
 }

@@ -15,6 +15,8 @@ namespace drape::capture {
 /// A camera's text as UTF-8 without control characters: what is not UTF-8 is taken as Latin-1, and
 /// what would steer a terminal becomes `?`.
 [[nodiscard]] std::string clean_text(const std::string& text);
+/// The same of what Aravis says; empty for null.
+[[nodiscard]] std::string text_of(const char* text);
 
 /// GenICam features of one camera by name. Cameras differ in names and in what they have, so that
 /// first_of() finds the name that this one uses. Everything that a camera refuses is Error(device)

@@ -13,10 +13,6 @@
 namespace drape::capture {
 namespace {
 
-std::string text_of(const char* text) {
-  return text == nullptr ? "" : clean_text(text);
-}
-
 void add_hidden(std::vector<FoundDevice>& found) {
   for (const GigeAnswer& answer : gige_cameras()) {
     const auto has_serial = [&](const FoundDevice& d) {

@@ -21,7 +21,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::uint16_t kControlPort = 3956;
 constexpr auto kWait = std::chrono::milliseconds(1000);
 // Discovery command with acknowledgement, no payload (GigE Vision 2.0).
 constexpr std::array<std::uint8_t, 8> kDiscover = {0x42, 0x11, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01};

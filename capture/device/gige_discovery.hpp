@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace drape::capture {
+
+/// Of GVCP (GigE Vision 2.0).
+inline constexpr std::uint16_t kControlPort = 3956;
 
 /// What a GigE Vision camera says of itself when asked who is there.
 struct GigeAnswer {

@@ -25,7 +25,7 @@ sock_filter skip_unless(std::uint32_t value, std::uint8_t steps) {
   return {BPF_JMP | BPF_JEQ | BPF_K, 0, steps, value};
 }
 
-sock_filter give(std::uint32_t bytes) {
+sock_filter answer(std::uint32_t bytes) {
   return {BPF_RET | BPF_K, 0, 0, bytes};
 }
 
@@ -57,8 +57,8 @@ bool accept_only(int socket, const std::string& ip_address, std::uint16_t port) 
     program.push_back(load(BPF_H, kSourcePort));
     program.push_back(skip_unless(port, 1));
   }
-  program.push_back(give(0xFFFFFFFF));
-  program.push_back(give(0));
+  program.push_back(answer(0xFFFFFFFF));
+  program.push_back(answer(0));
   const sock_fprog filter{static_cast<unsigned short>(program.size()), program.data()};
   return ::setsockopt(socket, SOL_SOCKET, SO_ATTACH_FILTER, &filter, sizeof filter) == 0;
 }

@@ -21,7 +21,7 @@
 namespace drape::capture {
 namespace {
 
-constexpr std::uint32_t kBuffers = 8;
+constexpr std::uint32_t kMappedBuffers = 8;
 constexpr double kExposureUnit_us = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us
 
 /// An open device file.
@@ -123,7 +123,7 @@ class V4l2Camera final : public CameraDevice {
   void start() override {
     if (running_) return;
     v4l2_requestbuffers request{};
-    request.count = kBuffers;
+    request.count = kMappedBuffers;
     request.type = type_;
     request.memory = V4L2_MEMORY_MMAP;
     device_.require(VIDIOC_REQBUFS, &request, "asking for buffers");

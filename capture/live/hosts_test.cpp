@@ -20,7 +20,7 @@ using test::expect_right_sets;
 using testing::AllOf;
 using testing::AnyOf;
 using testing::HasSubstr;
-using Bench = test::LiveBench;
+using HostsBench = test::LiveBench;
 
 /// Processes that run a camera host and are children of this one.
 std::vector<pid_t> camera_hosts() {
@@ -52,7 +52,7 @@ std::string status_of(pid_t process, const std::string& name) {
 
 TEST(LiveCapture, ACameraHostIsConfined) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const Bench bench(2, SyncMethod::free_run);
+  const HostsBench bench(2, SyncMethod::free_run);
   int looked_at = 0;
   const LiveResult live = bench.capture(5, 20, true, [&](int sets) {
     if (sets < 1 || looked_at > 0) return;
@@ -71,7 +71,7 @@ TEST(LiveCapture, ACameraHostIsConfined) {
 
 TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const Bench bench(3, SyncMethod::free_run);
+  const HostsBench bench(3, SyncMethod::free_run);
   bool killed = false;
   const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
     if (sets >= 10 && !std::exchange(killed, true)) ::kill(camera_hosts().at(0), SIGKILL);
@@ -97,7 +97,7 @@ TEST(LiveCapture, AKilledCameraHostIsBackAndTheOthersLoseNothing) {
 
 TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const Bench bench(2, SyncMethod::free_run);
+  const HostsBench bench(2, SyncMethod::free_run);
   bool stopped = false;
   const LiveResult live = bench.capture(60, 20, true, [&](int sets) {
     if (sets < 10 || std::exchange(stopped, true)) return;
@@ -116,7 +116,7 @@ TEST(LiveCapture, AHostThatHangsIsEndedAndItsCameraIsBack) {
 
 TEST(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const Bench bench(2, SyncMethod::software_trigger, 320, 240, 0.5);
+  const HostsBench bench(2, SyncMethod::software_trigger, 320, 240, 0.5);
   bool stopped = false;
   const LiveResult live = bench.capture(4, 20, true, [&](int sets) {
     if (sets < 1 || std::exchange(stopped, true)) return;
@@ -129,7 +129,7 @@ TEST(LiveCapture, AHostThatIsSilentBetweenTriggersIsEndedToo) {
 
 TEST(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  Bench bench(2, SyncMethod::free_run);
+  HostsBench bench(2, SyncMethod::free_run);
   LiveOptions options;
   options.host_program = test::program("drape-camera-host");
   options.memory_limit_mb = 16;  // its libraries alone take more
@@ -145,7 +145,7 @@ TEST(LiveCapture, AHostThatWantsTooMuchMemoryIsEndedAndNamed) {
 
 TEST(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  const Bench bench(2, SyncMethod::free_run);
+  const HostsBench bench(2, SyncMethod::free_run);
   const auto now_ns = [] {
     return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
   };

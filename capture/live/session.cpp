@@ -15,8 +15,6 @@
 namespace drape::capture {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kRetryEvery_s = 0.3;  ///< at first; half as much again after each time in vain
 constexpr double kRetryAtMost_s = 2;
 constexpr int kOpenedInVain = 10;   ///< then the camera is given up
@@ -26,16 +24,7 @@ constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
 constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
 constexpr double kStopping_s = 2;
 constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
-constexpr double kAnswer_s = 0.5;            ///< of a trigger, above the exposure
 constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
-
-std::int64_t now_ns() {
-  return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 
 }  // namespace
 

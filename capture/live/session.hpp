@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -13,6 +15,18 @@
 #include "capture/live/running.hpp"
 
 namespace drape::capture {
+
+using Clock = std::chrono::steady_clock;
+
+inline constexpr double kAnswer_s = 0.5;  ///< of a trigger, above the exposure
+
+inline std::int64_t now_ns() {
+  return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+inline double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
 
 /// One capture from opening the cameras to its result; what capture_live() runs.
 class Session {

@@ -16,20 +16,9 @@
 namespace drape::capture {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
-constexpr double kAnswer_s = 0.5;          ///< of a trigger, above the exposure
 constexpr double kStreamEnds_s = 0.3;      ///< once told to
-
-std::int64_t now_ns() {
-  return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
-double seconds(std::int64_t ns) {
-  return 1e-9 * static_cast<double>(ns);
-}
 
 /// Then its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {

@@ -21,7 +21,7 @@ namespace {
 using test::VividNode;
 using testing::HasSubstr;
 
-constexpr const char* kNode = "/dev/video6";
+constexpr const char* kCaptureNode = "/dev/video6";
 constexpr double kPatience_s = 300;  // an emulated machine on a loaded host is slow
 
 CamerasFile one_webcam() {
@@ -60,7 +60,7 @@ std::string all_faults(const LiveResult& live) {
 }
 
 TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
-  const LiveResult live = capture(15, [] { VividNode(kNode).set("Disconnect"); });
+  const LiveResult live = capture(15, [] { VividNode(kCaptureNode).set("Disconnect"); });
   const LiveCameraReport& camera = live.report.cameras[0];
   EXPECT_EQ(live.pairing.sets.size(), 15U) << all_faults(live);
   EXPECT_TRUE(camera.ledger.closes());
@@ -72,9 +72,10 @@ TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
 }
 
 TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {
-  VividNode(kNode).set("Percentage of Dropped Buffers", 60);
-  const LiveResult live = capture(20, [] { VividNode(kNode).set("Inject V4L2_BUF_FLAG_ERROR"); });
-  VividNode(kNode).set("Percentage of Dropped Buffers", 0);
+  VividNode(kCaptureNode).set("Percentage of Dropped Buffers", 60);
+  const LiveResult live =
+      capture(20, [] { VividNode(kCaptureNode).set("Inject V4L2_BUF_FLAG_ERROR"); });
+  VividNode(kCaptureNode).set("Percentage of Dropped Buffers", 0);
   const CameraLedger& ledger = live.report.cameras[0].ledger;
   EXPECT_EQ(ledger.in_set, 20) << all_faults(live);
   EXPECT_GT(ledger.never_arrived, 0);
@@ -84,9 +85,9 @@ TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {
 }
 
 TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
-  VividNode(kNode).set("Wrap Timestamp", 2);  // some 68 years ahead
+  VividNode(kCaptureNode).set("Wrap Timestamp", 2);  // some 68 years ahead
   const LiveResult live = capture(1, {}, 1);
-  VividNode(kNode).set("Wrap Timestamp", 0);
+  VividNode(kCaptureNode).set("Wrap Timestamp", 0);
   EXPECT_TRUE(live.pairing.sets.empty());
   EXPECT_TRUE(live.report.cameras[0].ledger.closes());
   EXPECT_THAT(all_faults(live), HasSubstr("s off the host's clock"));

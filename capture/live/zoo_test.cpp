@@ -18,7 +18,7 @@ namespace {
 
 using test::Personality;
 
-constexpr int kWidth_px = 160, kHeight_px = 120, kSets = 2;
+constexpr int kZooWidth_px = 160, kZooHeight_px = 120, kSets = 2;
 
 constexpr SyncMethod kMethods[] = {SyncMethod::software_trigger, SyncMethod::free_run,
                                    SyncMethod::line_trigger, SyncMethod::action,
@@ -45,26 +45,26 @@ Sent picture_for(const Personality& p, unsigned seed) {
   const std::string& name = p.pixel_formats.front().first;
   const PixelFormat& format = *find_pixel_format(name);
   Sent sent;
-  const auto count = static_cast<std::size_t>(kWidth_px) * kHeight_px;
+  const auto count = static_cast<std::size_t>(kZooWidth_px) * kZooHeight_px;
   sent.bytes.resize((count * format.row_bytes(8) + 7) / 8);
-  const auto plain = test::picture(kWidth_px, kHeight_px, seed);
+  const auto plain = test::picture(kZooWidth_px, kZooHeight_px, seed);
   for (std::size_t i = 0; i < sent.bytes.size(); ++i) sent.bytes[i] = plain[i % count];
   if (format.bits > 8 && format.packing == Packing::words)
     for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
       sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
   // The packings themselves are proved in pixel_format_test.cpp.
-  const Samples grey = grey_of(unpack(format, sent.bytes, kWidth_px, kHeight_px), format.mosaic);
+  const Samples grey = grey_of(unpack(format, sent.bytes, kZooWidth_px, kZooHeight_px), format.mosaic);
   for (const std::uint16_t v : grey.values)
     sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
   return sent;
 }
 
-struct Outcome {
+struct ZooOutcome {
   int sets = 0, wrong = 0, launches = 0;
   std::string said;
 };
 
-Outcome run(const Personality& personality, SyncMethod method) {
+ZooOutcome run(const Personality& personality, SyncMethod method) {
   CamerasFile file;
   file.method = method;
   file.frame_rate_hz = 10;
@@ -75,8 +75,8 @@ Outcome run(const Personality& personality, SyncMethod method) {
     test::GigeCameraOptions options;
     options.address = fmt::format("127.0.0.{}", 2 + c);
     options.serial = fmt::format("ZOO{}", c);
-    options.width_px = kWidth_px;
-    options.height_px = kHeight_px;
+    options.width_px = kZooWidth_px;
+    options.height_px = kZooHeight_px;
     options.clock_offset_s = 5.0 * c + 3;
     options.clock_drift_ppm = 40.0 * c;
     options.personality = personality;
@@ -87,8 +87,8 @@ Outcome run(const Personality& personality, SyncMethod method) {
                          : devices.back()->show_bytes(sent.back().bytes);
     LiveCamera camera{
         fmt::format("cam{}", c), {Backend::aravis, options.address, "127.0.0.1", ""}, {}};
-    camera.settings.width_px = kWidth_px;
-    camera.settings.height_px = kHeight_px;
+    camera.settings.width_px = kZooWidth_px;
+    camera.settings.height_px = kZooHeight_px;
     camera.settings.frame_rate_hz = file.frame_rate_hz;
     camera.settings.exposure_us = 2000;
     if (personality.tick_hz > 0) camera.settings.packet_delay_ns = 1000;
@@ -101,7 +101,7 @@ Outcome run(const Personality& personality, SyncMethod method) {
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
     }
   });
-  Outcome outcome;
+  ZooOutcome outcome;
   try {
     LiveOptions options;
     options.frames = kSets;
@@ -132,7 +132,7 @@ TEST_P(Zoo, GivesWhatWasSentOrSaysWhyNot) {
   for (int m = 0; m < methods; ++m) {
     const SyncMethod method = kMethods[m];
     const std::string refusal = expected_refusal(personality, method);
-    const Outcome outcome = run(personality, method);
+    const ZooOutcome outcome = run(personality, method);
     SCOPED_TRACE(fmt::format("{} by {}: {}", personality.name, to_string(method), outcome.said));
     if (refusal.empty()) {
       EXPECT_EQ(outcome.sets, kSets);

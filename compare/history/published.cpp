@@ -67,12 +67,12 @@ std::vector<Published> read_published(const std::string& file) {
 
 /// A column of results: simulations of one model and solver, against one measured sheet or (pairs
 /// only) without any.
-struct Column {
+struct PublishedColumn {
   std::string head, measured, model, solver;
 };
 
 /// Sheets that were compared for the experiment; the model is named where there are several.
-std::vector<Column> columns_of(const StoreReader& store, const Published& row) {
+std::vector<PublishedColumn> columns_of(const StoreReader& store, const Published& row) {
   const Table found =
       row.real ? store.query(
                      "SELECT DISTINCT rig || '_' || measured_set || '_' || substr(measured, 1, 6) "
@@ -86,7 +86,7 @@ std::vector<Column> columns_of(const StoreReader& store, const Published& row) {
                      "FROM v_virtual_vs_virtual AS v WHERE scene = ?1 ORDER BY measured IS NOT "
                      "NULL, head, model, solver",
                      {row.experiment});
-  std::vector<Column> columns;
+  std::vector<PublishedColumn> columns;
   for (const auto& c : found.rows) {
     const auto same = std::count_if(found.rows.begin(), found.rows.end(),
                                     [&](const auto& other) { return other[1] == c[1]; });
@@ -102,7 +102,7 @@ struct Cell {
   bool at_rest = true;
 };
 
-Cell cell_of(const StoreReader& store, const Published& row, const Column& column) {
+Cell cell_of(const StoreReader& store, const Published& row, const PublishedColumn& column) {
   const Table found =
       row.real ? store.query(
                      "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_comparison WHERE "
@@ -125,7 +125,7 @@ Cell cell_of(const StoreReader& store, const Published& row, const Column& colum
   return cell;
 }
 
-Table head_of(const Published& row, const std::vector<Column>& columns) {
+Table head_of(const Published& row, const std::vector<PublishedColumn>& columns) {
   Table table;
   table.title = fmt::format("Table {}. {}, experiment {}{}", row.table,
                             row.real ? "Real vs virtual" : "Virtual vs virtual", row.experiment,
@@ -135,7 +135,7 @@ Table head_of(const Published& row, const std::vector<Column>& columns) {
   table.names = row.real ? std::vector<std::string>{"grid_size", "segments", "published_mm"}
                          : std::vector<std::string>{"pair", "published_mm"};
   table.numeric = row.real ? std::vector<bool>{false, true, true} : std::vector<bool>{false, true};
-  for (const Column& column : columns) {
+  for (const PublishedColumn& column : columns) {
     table.names.push_back(column.head);
     table.numeric.push_back(true);
   }
@@ -148,7 +148,7 @@ Table head_of(const Published& row, const std::vector<Column>& columns) {
 
 std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv) {
   std::vector<Table> tables;
-  std::vector<Column> columns;
+  std::vector<PublishedColumn> columns;
   int number = 0;
   for (const Published& row : read_published(published_csv)) {
     if (row.table != number) {
@@ -160,7 +160,7 @@ std::vector<Table> published_tables(const StoreReader& store, const std::string&
     if (row.real) cells.push_back(row.segments);
     cells.push_back(row.mean_mm);
     std::string moving;
-    for (const Column& column : columns) {
+    for (const PublishedColumn& column : columns) {
       const Cell cell = cell_of(store, row, column);
       cells.push_back(cell.mean_mm);
       if (!cell.at_rest) moving += (moving.empty() ? "" : ", ") + column.head;

@@ -18,10 +18,6 @@ namespace fs = std::filesystem;
 constexpr int kSealVersion = 1;
 constexpr const char* kDamaged = "the seal of the results store was changed";
 
-fs::path folder_of(const fs::path& store) {
-  return store.has_parent_path() ? store.parent_path() : fs::path(".");
-}
-
 std::string text_of(const Seal& seal, const fs::path& store) {
   Json json;
   json["schema"] = fmt::format("drapebench/seal/{}", kSealVersion);
@@ -62,6 +58,10 @@ void hash_store(const fs::path& store, const Seal& before, Seal& seal) {
 }
 
 }  // namespace
+
+fs::path folder_of(const fs::path& store) {
+  return store.has_parent_path() ? store.parent_path() : fs::path(".");
+}
 
 fs::path seal_path(const fs::path& store) {
   return store.string() + ".seal.json";

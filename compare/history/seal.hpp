@@ -21,6 +21,9 @@ struct Seal {
   std::map<std::string, std::string> files;  ///< path relative to the store's folder, SHA-256
 };
 
+/// Where the store stands.
+[[nodiscard]] std::filesystem::path folder_of(const std::filesystem::path& store);
+
 [[nodiscard]] std::filesystem::path seal_path(const std::filesystem::path& store);
 
 /// Throws Error(bad_input) when there is none or any byte of it was changed.

@@ -19,10 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-fs::path folder_of(const fs::path& store) {
-  return store.has_parent_path() ? store.parent_path() : fs::path(".");
-}
-
 /// user_version, which SQLite keeps big-endian in bytes 60 to 63 of the file.
 int version_in_file(const fs::path& store) {
   const std::vector<unsigned char> bytes = read_bytes(store);

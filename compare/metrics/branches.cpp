@@ -14,7 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBranchesVersion = 1;
 constexpr int kTurns = 360;
 
 /// Measured marks and their places on the virtual sheet, seen from the axis.

@@ -26,13 +26,13 @@ using testing::IsEmpty;
 using units::deg;
 using units::mm;
 
-constexpr double kPatch_m = 220 * mm;
+constexpr double kFlatPatch_m = 220 * mm;
 const Eigen::Vector2d kAxis(30 * mm, -20 * mm);
 
 /// Folds that are different in every direction, so that only one turn brings it back.
 Eigen::Vector3d folded(const Eigen::Vector2d& m) {
   const Eigen::Vector3d p = test::flat(m);
-  return {p.x(), p.y(), 20 * mm * std::sin(p.x() / (40 * mm)) + 0.3 * p.y() * p.x() / kPatch_m};
+  return {p.x(), p.y(), 20 * mm * std::sin(p.x() / (40 * mm)) + 0.3 * p.y() * p.x() / kFlatPatch_m};
 }
 
 test::Shape turned(const test::Shape& shape, double angle_rad) {
@@ -43,7 +43,7 @@ test::Shape turned(const test::Shape& shape, double angle_rad) {
 }
 
 /// Particles exactly at the marks.
-Sheet at_marks(const test::Shape& shape) {
+Sheet as_simulated(const test::Shape& shape) {
   Sheet sheet = test::measured_sheet(shape);
   sheet.source = test::simulated_sheet(11, 1).source;
   return sheet;
@@ -52,7 +52,7 @@ Sheet at_marks(const test::Shape& shape) {
 TEST(BestTurn, FindsTheTurnOfASheetExactly) {
   for (const double angle : {0.0, 0.3, -2.0, 179.99 * deg, 0.5 * deg}) {
     const auto found = best_turn(test::measured_sheet(turned(folded, angle)),
-                                 Surface(at_marks(folded), "branch"), kAxis);
+                                 Surface(as_simulated(folded), "branch"), kAxis);
     ASSERT_TRUE(found);
     EXPECT_FALSE(found->half_turn);
     EXPECT_NEAR(found->turn_rad, angle, 1e-9);
@@ -62,10 +62,10 @@ TEST(BestTurn, FindsTheTurnOfASheetExactly) {
 
 TEST(BestTurn, FindsASheetThatLiesTheOtherWayRound) {
   const test::Shape opposite = [](const Eigen::Vector2d& m) {
-    return folded(Eigen::Vector2d(kPatch_m, kPatch_m) - m);
+    return folded(Eigen::Vector2d(kFlatPatch_m, kFlatPatch_m) - m);
   };
   const auto found = best_turn(test::measured_sheet(turned(opposite, 1.1)),
-                               Surface(at_marks(folded), "branch"), kAxis);
+                               Surface(as_simulated(folded), "branch"), kAxis);
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->half_turn);
   EXPECT_NEAR(found->turn_rad, 1.1, 1e-9);
@@ -78,7 +78,7 @@ TEST(BestTurn, LeavesWhatNoTurnRemoves) {
     return turned(folded, 0.7)(m) + Eigen::Vector3d(0, 0, 3 * mm);
   };
   const auto found =
-      best_turn(test::measured_sheet(raised), Surface(at_marks(folded), "branch"), kAxis);
+      best_turn(test::measured_sheet(raised), Surface(as_simulated(folded), "branch"), kAxis);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->mean_m, 3 * mm, 1e-9 * mm);
 }
@@ -148,7 +148,7 @@ TEST(Branches, ARoundSceneWithoutItsFileAndMissingBranchesAreWarnings) {
 
 TEST(Branches, OnARoundObjectATurnedShapeIsTheSameShape) {
   DrapeInput input = test::drape_of(test::measured_sheet(turned(folded, 0.4)),
-                                    {at_marks(test::flat), at_marks(folded)});
+                                    {as_simulated(test::flat), as_simulated(folded)});
   Scene scene;
   scene.obstacles.emplace_back(Sphere{{kAxis.x(), kAxis.y(), 0}, 45 * mm});
   input.scene = scene;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "compare/metrics/branches.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
@@ -13,8 +14,6 @@ namespace drape::compare {
 namespace {
 
 using units::mm;
-
-constexpr int kBranchesVersion = 1;
 
 std::optional<double> length_of(const JsonNode& node, const std::string& key) {
   const auto value = node.optional_number(key);

@@ -21,16 +21,16 @@ constexpr const char* kInside = "#1b7f3b";
 constexpr const char* kOutside = "#b3261e";
 
 /// One of two views: which world axes go right and up.
-struct View {
+struct Side {
   const char* title;
   int right, up;
 };
-constexpr std::array<View, 2> kViews = {{{"from above", 0, 1}, {"from the side", 0, 2}}};
+constexpr std::array<Side, 2> kViews = {{{"from above", 0, 1}, {"from the side", 0, 2}}};
 
 /// World millimetres to the picture, the same scale both ways.
 class Frame {
  public:
-  Frame(const std::vector<BandMark>& band, const View& view, double left) : view_(view) {
+  Frame(const std::vector<BandMark>& band, const Side& view, double left) : view_(view) {
     Vector2d low(HUGE_VAL, HUGE_VAL), high = -low;
     for (const BandMark& one : band) {
       const Vector2d p = flat(one.mean_in_world);
@@ -52,7 +52,7 @@ class Frame {
   [[nodiscard]] Vector2d flat(const Eigen::Vector3d& p) const {
     return {p[view_.right], p[view_.up]};
   }
-  View view_;
+  Side view_;
   double scale_ = 1;
   Vector2d corner_, origin_;
 };

@@ -15,7 +15,6 @@ using units::mm;
 
 constexpr const char* kAxis = "stroke=\"#555\" stroke-width=\"1\"";
 constexpr const char* kGrid = "stroke=\"#e3e6ea\" stroke-width=\"1\"";
-constexpr const char* kNote = "fill=\"#555\"";
 
 /// A rectangle of the picture with linear axes.
 struct Plot {

@@ -15,7 +15,6 @@ namespace {
 using units::mm;
 using units::percent;
 
-constexpr const char* kNote = "fill=\"#555\"";
 constexpr std::array<const char*, 6> kColours = {"#0072b2", "#d55e00", "#009e73",
                                                  "#cc79a7", "#56b4e9", "#8a6d00"};
 

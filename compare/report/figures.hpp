@@ -12,6 +12,8 @@
 
 namespace drape::compare {
 
+inline constexpr const char* kNote = "fill=\"#555\"";  ///< colour of notes
+
 /// A finished picture.
 struct Figure {
   std::string name;     ///< of its file without extension, e.g. "A-overlay-cam0"

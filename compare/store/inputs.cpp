@@ -21,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kCertificateVersion = 1;
-constexpr int kRunVersion = 1;
 
 std::string scalar_text(const Json& value) {
   if (value.is_string()) return value.get<std::string>();

@@ -11,6 +11,8 @@
 
 namespace drape::compare {
 
+inline constexpr int kRunVersion = 1;  ///< of run records
+
 /// One run record (*.run.json), with its paths made absolute or relative to where we are.
 struct StepRecord {
   std::filesystem::path file;

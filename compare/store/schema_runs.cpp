@@ -4,7 +4,7 @@
 namespace drape::compare {
 namespace {
 
-constexpr const char* kTables[] = {
+constexpr const char* kRunTables[] = {
     R"sql(CREATE TABLE run (
   number INTEGER PRIMARY KEY,
   sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),  -- of all but number and date
@@ -102,7 +102,7 @@ FROM run_drape AS d JOIN run AS r ON r.number = d.run
 }  // namespace
 
 std::vector<std::string> run_table_statements() {
-  return {std::begin(kTables), std::end(kTables)};
+  return {std::begin(kRunTables), std::end(kRunTables)};
 }
 
 std::vector<std::string> run_view_statements() {

@@ -25,19 +25,19 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using units::mm;
 
-struct Example {
+struct StoreExample {
   DrapeInput input;
   Report report;
 };
 
-Example example(double height_m = 5 * mm) {
+StoreExample example(double height_m = 5 * mm) {
   const test::Shape raised = [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {
     return test::flat(m) + Eigen::Vector3d(0, 0, height_m);
   };
   Sheet measured = test::measured_sheet();
   measured.gaps.push_back({measured.marks.back().mark, "seen by one camera only"});
   measured.marks.pop_back();
-  Example made;
+  StoreExample made;
   made.input = test::drape_of(
       measured, {test::simulated_sheet(11, 1, raised), test::simulated_sheet(11, 5, raised),
                  test::simulated_sheet(21, 1, raised), test::simulated_sheet(21, 5)});
@@ -45,7 +45,7 @@ Example example(double height_m = 5 * mm) {
   return made;
 }
 
-ImportCounts import_into(const fs::path& file, const Example& made) {
+ImportCounts import_into(const fs::path& file, const StoreExample& made) {
   Store store(file);
   const ImportCounts counts = store.add(made.input, made.report);
   store.close();
@@ -56,7 +56,7 @@ std::string content(const fs::path& file) {
   return dump_sql(StoreReader(file));
 }
 
-std::string refusal(const std::function<void()>& action) {
+std::string refusal_by_store(const std::function<void()>& action) {
   try {
     action();
   } catch (const Error& error) {
@@ -69,7 +69,7 @@ std::string refusal(const std::function<void()>& action) {
 TEST(Store, KeepsWhatWasCompared) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "new" / "results.sqlite";
-  const Example made = example();
+  const StoreExample made = example();
   EXPECT_EQ(import_into(file, made).added, 8);
   const StoreReader reader(file);
   const Table rows = reader.query("SELECT grid_size, segments, mean_dist_mm, marks FROM v_table1");
@@ -138,8 +138,8 @@ TEST(Store, RefusesANewerStore) {
       .exec("PRAGMA user_version = " + std::to_string(kStoreVersion + 1));
   const std::string said = "version " + std::to_string(kStoreVersion + 1);
   const std::string before = sha256_of_file(file);
-  EXPECT_THAT(refusal([&] { Store store(file); }), HasSubstr(said));
-  EXPECT_THAT(refusal([&] { StoreReader store(file); }), HasSubstr(said));
+  EXPECT_THAT(refusal_by_store([&] { Store store(file); }), HasSubstr(said));
+  EXPECT_THAT(refusal_by_store([&] { StoreReader store(file); }), HasSubstr(said));
   EXPECT_EQ(sha256_of_file(file), before);
 }
 
@@ -151,11 +151,11 @@ TEST(Store, RefusesFilesThatAreNotOurs) {
       .exec("CREATE TABLE photos (name TEXT)");
   for (const fs::path& file : {text, foreign}) {
     const std::string before = sha256_of_file(file);
-    EXPECT_THAT(refusal([&] { Store store(file); }), HasSubstr(file.string()));
-    EXPECT_THAT(refusal([&] { StoreReader store(file); }), HasSubstr(file.string()));
+    EXPECT_THAT(refusal_by_store([&] { Store store(file); }), HasSubstr(file.string()));
+    EXPECT_THAT(refusal_by_store([&] { StoreReader store(file); }), HasSubstr(file.string()));
     EXPECT_EQ(sha256_of_file(file), before);
   }
-  EXPECT_THAT(refusal([&] { StoreReader store(folder.path() / "none.sqlite"); }),
+  EXPECT_THAT(refusal_by_store([&] { StoreReader store(folder.path() / "none.sqlite"); }),
               HasSubstr("no results store"));
   EXPECT_FALSE(fs::exists(folder.path() / "none.sqlite"));
 }
@@ -170,10 +170,10 @@ TEST(Store, AnEmptyFileLeftByAKilledCreationIsUsed) {
 TEST(Store, AnUnwritablePlaceIsOneClearError) {
   const drape::test::TemporaryFolder folder;
   write_durable(folder.path() / "file", "x");
-  EXPECT_THAT(refusal([&] { Store store(folder.path() / "file" / "results.sqlite"); }),
+  EXPECT_THAT(refusal_by_store([&] { Store store(folder.path() / "file" / "results.sqlite"); }),
               HasSubstr("results.sqlite"));
   fs::create_directories(folder.path() / "directory.sqlite");
-  EXPECT_THAT(refusal([&] { Store store(folder.path() / "directory.sqlite"); }),
+  EXPECT_THAT(refusal_by_store([&] { Store store(folder.path() / "directory.sqlite"); }),
               HasSubstr("directory.sqlite"));
 }
 
@@ -252,9 +252,9 @@ ssize_t counted_write(int file, const void* bytes, std::size_t size, off64_t at)
 TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) {
   const drape::test::TemporaryFolder folder;
   const fs::path undisturbed = folder.path() / "undisturbed.sqlite";
-  const std::vector<Example> history = {example(4 * mm), example(5 * mm), example(6 * mm)};
+  const std::vector<StoreExample> history = {example(4 * mm), example(5 * mm), example(6 * mm)};
   const auto run = [&](const fs::path& file) {
-    for (const Example& made : history) import_into(file, made);
+    for (const StoreExample& made : history) import_into(file, made);
   };
   sqlite3_vfs* vfs = sqlite3_vfs_find(nullptr);
   ASSERT_EQ(

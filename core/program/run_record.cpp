@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kVersion = 1;
+constexpr int kRunVersion = 1;
 
 std::string utc(std::chrono::system_clock::time_point time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
@@ -114,7 +114,7 @@ void RunRecord::write(int exit_code, std::string_view ending) const {
   for (const fs::path& output : outputs_) outputs.emplace_back(output, sha256_of_file(output));
   write_durable(ending_path(file_), ending);
   Json json;
-  json["schema"] = fmt::format("drapebench/run/{}", kVersion);
+  json["schema"] = fmt::format("drapebench/run/{}", kRunVersion);
   json["program"] = program_;
   json["version"] = version();
   json["program_sha256"] = program_sha256();
@@ -151,7 +151,7 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
                    const std::vector<std::string>& arguments) {
   if (!fs::is_regular_file(record) || !fs::is_regular_file(program)) return false;
   try {
-    const JsonNode root = JsonNode::open(record, "run", kVersion);
+    const JsonNode root = JsonNode::open(record, "run", kRunVersion);
     const fs::path folder = folder_of(record);
     const int code = root.integer("exit_code");
     return (code == 0 || code == 1) &&
@@ -165,7 +165,7 @@ bool is_up_to_date(const fs::path& record, const fs::path& program,
 }
 
 int recorded_exit_code(const fs::path& record) {
-  return JsonNode::open(record, "run", kVersion).integer("exit_code");
+  return JsonNode::open(record, "run", kRunVersion).integer("exit_code");
 }
 
 std::string version() {

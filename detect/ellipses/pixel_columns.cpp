@@ -10,7 +10,7 @@ namespace {
 using Model = BlurredEllipse;
 constexpr float far_in_blurs = 3.5F;
 constexpr auto shallowest = static_cast<float>(Model::shallowest);
-constexpr float edge_px = 1.5F;         // what counts as outline when lost fractions are counted
+constexpr float outline_px = 1.5F;      // what counts as outline when lost fractions are counted
 constexpr float stranger_px = 0.3F;     // strangers are sought from here outwards
 constexpr double biweight_limit = 6.0;  // in residual scales
 constexpr double gross_misfit = 0.15;   // of the contrast
@@ -265,7 +265,7 @@ Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel
   double edge = 0;
   each(fitted, noise, [&](int index, const PixelBlock& block, int i) {
     const float d = block.distance[i];
-    edge += std::abs(d) < edge_px;
+    edge += std::abs(d) < outline_px;
     if (d < stranger_px) return;
     outside.push_back({block.residual[i], d, index});
     sizes.push_back(std::abs(block.residual[i]));
@@ -285,7 +285,7 @@ Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel
     const double trust = keep * keep;
     result.changed = result.changed || std::abs(trust - trust_[index]) > noticeable_trust;
     trust_[index] = static_cast<float>(trust);
-    if (d < edge_px) result.lost_edge += (1 - trust) / edge;
+    if (d < outline_px) result.lost_edge += (1 - trust) / edge;
   }
   return result;
 }

@@ -12,10 +12,10 @@
 namespace drape::detect {
 namespace {
 
-constexpr double nearest_in_pitches = 0.55;
-constexpr double farthest_in_pitches = 1.45;
+constexpr double nearest_counted = 0.55;
+constexpr double farthest_counted = 1.45;
 constexpr int least_neighbours = 2;
-constexpr std::size_t least_piece = 9;
+constexpr std::size_t least_dots = 9;
 constexpr std::array<DotSizes, 3> all_sizes = {{{4, 26}, {1.5, 8}, {16, 100}}};
 
 double semi_major(const Blob& blob) {
@@ -32,10 +32,10 @@ int neighbours_of(const Blob& blob, const std::vector<Blob>& blobs,
   int count = 0;
   for (std::size_t k = 0; k < blobs.size(); ++k) {
     const Eigen::Vector2d away = blobs[k].centre_px - blob.centre_px;
-    if (away.norm() > farthest_in_pitches * radii_per_pitch * radius) continue;
+    if (away.norm() > farthest_counted * radii_per_pitch * radius) continue;
     if (radii[k] < 0.6 * radius || radii[k] > 1.6 * radius) continue;
     const double pitches = (undo * away).norm() / radii_per_pitch;
-    count += pitches > nearest_in_pitches && pitches < farthest_in_pitches;
+    count += pitches > nearest_counted && pitches < farthest_counted;
   }
   return count;
 }
@@ -74,7 +74,7 @@ DotSizes usual_sizes() {
 
 std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel& noise,
                                         const PrintPlane& plane) {
-  std::size_t most = least_piece - 1;
+  std::size_t most = least_dots - 1;
   std::optional<double> best;
   for (const DotSizes& sizes : all_sizes) {
     const std::vector<Blob> blobs =

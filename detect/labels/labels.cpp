@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "detect/dots/local_map.hpp"
+#include "detect/labels/lattice.hpp"
 
 namespace drape::detect {
 namespace {
@@ -30,18 +31,17 @@ constexpr double most_rim_error = 0.25;  // of a step to a dot that is seen aske
 constexpr double askew = 0.16;           // det / trace^2 of an ellipse whose axes are as 1 to 2
 
 constexpr std::array<MarkId, 4> corners = {{{-1, -1}, {-1, 0}, {0, -1}, {0, 0}}};
-constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
 /// A proposal that dot `dot` is mark `mark`.
-struct Proposal {
+struct LabelProposal {
   double error = 0;
   MarkId mark;
   std::size_t dot = 0;
   Eigen::Matrix2d px_per_m;
 };
 
-struct Later {
-  bool operator()(const Proposal& a, const Proposal& b) const {
+struct LaterLabel {
+  bool operator()(const LabelProposal& a, const LabelProposal& b) const {
     return std::tie(a.error, a.mark, a.dot) > std::tie(b.error, b.mark, b.dot);
   }
 };
@@ -67,7 +67,7 @@ class Labeller {
   /// gets no label.
   void seed(const std::vector<TagDetection>& tags) {
     std::vector<std::map<MarkId, int>> names(dots_.size());
-    std::vector<Proposal> proposals;
+    std::vector<LabelProposal> proposals;
     for (const TagDetection& tag : tags) {
       const Eigen::Vector2d centre_m = plane_.tags.at(tag.id);
       const auto map = map_at_centre(plane_.tag_corners_m(tag.id), tag.corners_px, centre_m);
@@ -89,7 +89,7 @@ class Labeller {
       }
       certain_[dot] = names[dot].size() == 1 && names[dot].begin()->second > 1;
     }
-    for (const Proposal& proposal : proposals) queue_.push(proposal);
+    for (const LabelProposal& proposal : proposals) queue_.push(proposal);
     while (!queue_.empty()) (void)take_next();
   }
 
@@ -134,7 +134,7 @@ class Labeller {
   }
 
   std::optional<MarkId> take_next() {
-    const Proposal next = queue_.top();
+    const LabelProposal next = queue_.top();
     queue_.pop();
     if (taken_[next.dot] != 0 || by_mark_.count(next.mark) != 0 || !credible(next)) {
       return std::nullopt;
@@ -159,7 +159,7 @@ class Labeller {
 
   /// The tolerance of a step grows with the support that the cells around the dot and other
   /// labelled neighbours give the label.
-  bool credible(const Proposal& proposal) const {
+  bool credible(const LabelProposal& proposal) const {
     const auto& light = dots_[proposal.dot].light_centre;
     if (plane_.classes && light && *light != plane_.classes->is_light(proposal.mark)) return false;
     const CellVotes votes = cell_votes(proposal);
@@ -173,7 +173,7 @@ class Labeller {
   }
 
   /// Labelled neighbours beyond the first from which the dot is one good step away.
-  int other_supporters(const Proposal& proposal) const {
+  int other_supporters(const LabelProposal& proposal) const {
     int supporters = 0;
     for (const MarkId step : neighbours) {
       const auto from = maps_.find({proposal.mark.row + step.row, proposal.mark.col + step.col});
@@ -296,7 +296,7 @@ class Labeller {
 
   /// What the four cells around a dot say about a label: +1 for each that shows a tag (or none)
   /// as the print has it, -1 for each that contradicts.
-  CellVotes cell_votes(const Proposal& proposal) const {
+  CellVotes cell_votes(const LabelProposal& proposal) const {
     CellVotes votes;
     for (const MarkId corner : corners) {
       const MarkId cell{proposal.mark.row + corner.row, proposal.mark.col + corner.col};
@@ -341,7 +341,7 @@ class Labeller {
   std::vector<char> certain_;          ///< dots that two tags name alike
   std::map<MarkId, std::size_t> by_mark_;
   std::map<MarkId, LocalMap> maps_;
-  std::priority_queue<Proposal, std::vector<Proposal>, Later> queue_;
+  std::priority_queue<LabelProposal, std::vector<LabelProposal>, LaterLabel> queue_;
 };
 
 }  // namespace

@@ -20,8 +20,6 @@ constexpr double most_flat_miss = 0.2;  // in pitches
 constexpr double most_area_ratio = 1.6;
 constexpr std::size_t least_flat_dots = 8;
 
-constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
-
 struct Start {
   int directions = 0;
   double error = 0;  ///< mean over those directions

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <vector>
@@ -10,6 +11,9 @@
 #include "detect/labels/print_plane.hpp"
 
 namespace drape::detect {
+
+/// From a mark to those beside it.
+inline constexpr std::array<MarkId, 4> neighbours = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
 /// Dots that stand as a piece of the print's lattice. Rows and columns count from 0 in the piece
 /// and are right up to a shift and quarter turns; they are never mirrored, since only one side of a

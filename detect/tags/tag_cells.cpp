@@ -242,7 +242,7 @@ std::uint64_t word_of(const std::vector<char>& bits, const TagCode& code, int tu
 
 /// Wrong bits that a reading may have: one fewer than the usual families' words can bear (36h11
 /// bears five, 25h9 four), since only the print's ids are looked for.
-int most_wrong_bits(const TagCode& code) {
+int wrong_bits_of(const TagCode& code) {
   if (code.bits.size() >= 36) return 4;
   return code.bits.size() >= 25 ? 3 : 2;
 }
@@ -251,7 +251,7 @@ int most_wrong_bits(const TagCode& code) {
 std::optional<Reading> decode(const std::vector<char>& bits, const TagCode& code,
                               const PrintPlane& plane) {
   std::optional<Reading> best;
-  int least = most_wrong_bits(code) + 1;
+  int least = wrong_bits_of(code) + 1;
   for (int turns = 0; turns < 4; ++turns) {
     const std::uint64_t word = word_of(bits, code, turns);
     for (const auto& [id, centre] : plane.tags) {

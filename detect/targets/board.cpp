@@ -21,7 +21,6 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kLeastHalfWindow_px = 2;
 constexpr double kEdge_px = 1;               ///< that a blurred edge takes of the free width
 constexpr double kMostPitchFraction = 0.25;  ///< of the window, as for a chessboard
 constexpr double kLeastContrastSigmas = 6;

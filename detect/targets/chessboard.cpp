@@ -14,7 +14,6 @@ namespace drape::detect {
 namespace {
 
 constexpr double kWindowFraction = 0.25;  ///< of the distance to the nearest neighbour
-constexpr int kLeastHalfWindow_px = 2;
 
 /// Corners by (row, col), with the places of their neighbours.
 struct Grid {

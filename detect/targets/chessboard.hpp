@@ -7,6 +7,8 @@
 
 namespace drape::detect {
 
+inline constexpr int kLeastHalfWindow_px = 2;  ///< of a corner
+
 /// Inner corners of a chessboard target, all or none. OpenCV finds and orders them; each is then
 /// placed by Foerstner and Guelch's operator (1987) in a window of its own, a quarter of the
 /// distance to its nearest neighbour to each side: measured on real pictures, a window of 0.35

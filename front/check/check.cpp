@@ -32,11 +32,6 @@ auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(r
   }
 }
 
-void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
-         const std::string& what_to_do) {
-  check.problems.push_back(bad_input(what, place_of(file, field), what_to_do));
-}
-
 void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
   if (rig.cameras.size() < 2)
     add(check, rig.file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
@@ -148,6 +143,11 @@ void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& c
 }
 
 }  // namespace
+
+void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
+         const std::string& what_to_do, std::size_t nth) {
+  check.problems.push_back(bad_input(what, place_of(file, field, nth), what_to_do));
+}
 
 Where place_of(const fs::path& file, const std::string& field, std::size_t nth) {
   Where where{.file = file.string(), .field = field};

@@ -34,6 +34,10 @@ struct BenchCheck {
 [[nodiscard]] Where place_of(const std::filesystem::path& file, const std::string& field,
                              std::size_t nth = 0);
 
+/// Adds a problem at that place.
+void add(BenchCheck& check, const std::filesystem::path& file, const std::string& field,
+         const std::string& what, const std::string& what_to_do, std::size_t nth = 0);
+
 /// Numbers of a scene that no bench has, and objects that are not where a table can carry them.
 void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check);
 

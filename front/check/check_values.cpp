@@ -51,11 +51,6 @@ double foot_of(const Obstacle& object) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
-         const std::string& what_to_do, std::size_t nth = 0) {
-  check.problems.push_back(bad_input(what, place_of(file, field, nth), what_to_do));
-}
-
 void check_foot(const Scene& scene, std::size_t index, BenchCheck& check) {
   const double foot_m = foot_of(scene.obstacles[index]);
   const double limit_m =

@@ -23,17 +23,8 @@ struct Solid {
   std::vector<Edge> edges;
 };
 
-Point minus(const Point& a, const Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
 Point along(const Point& a, const Point& way, Real share) {
   return {a[0] + share * way[0], a[1] + share * way[1], a[2] + share * way[2]};
-}
-Real dot(const Point& a, const Point& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
 Solid solid_of(const Box& box, std::size_t object) {
@@ -75,9 +66,9 @@ Solid solid_of(const PlacedMesh& mesh, std::size_t object) {
   return solid;
 }
 
-class Collector {
+class EdgeCollector {
  public:
-  Collector(const Objects& objects, const std::vector<Point>& points, Real touch_m)
+  EdgeCollector(const Objects& objects, const std::vector<Point>& points, Real touch_m)
       : objects_(objects), points_(points), touch_m_(touch_m) {}
 
   void edge(std::size_t object, const Edge& solid, int i, int j) {
@@ -154,7 +145,7 @@ std::vector<Support> edge_supports_of(const Objects& objects, const std::vector<
     if (box != nullptr && box->edge_radius_m == 0) solids.push_back(solid_of(*box, k));
     if (objects.meshes[k] != nullptr) solids.push_back(solid_of(*objects.meshes[k]->mesh(0), k));
   }
-  Collector collector(objects, points, touch_m);
+  EdgeCollector collector(objects, points, touch_m);
   for (int r = 0; r + 1 < rows && !solids.empty(); ++r) {
     for (int c = 0; c + 1 < cols; ++c) {
       const int i = r * cols + c;

@@ -9,16 +9,6 @@
 namespace drape::simulate::checker {
 namespace {
 
-Point minus(const Point& a, const Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
-Real dot(const Point& a, const Point& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Point cross(const Point& a, const Point& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
 /// A cell with its triangles and edges, diagonal included, and its box.
 struct Cell {
   int row = 0, col = 0;
@@ -94,9 +84,10 @@ bool passes_through(const std::vector<Point>& points, const std::array<int, 2>& 
   return s >= 0 && t >= 0 && s + t <= 1;
 }
 
-class Collector {
+class LayerCollector {
  public:
-  Collector(const std::vector<Point>& points, Real near_m) : points_(points), near_m_(near_m) {}
+  LayerCollector(const std::vector<Point>& points, Real near_m)
+      : points_(points), near_m_(near_m) {}
 
   void add(const std::array<int, 4>& particle, const std::array<Real, 4>& weight) {
     Point way{};
@@ -165,7 +156,7 @@ int crossings_of(const std::vector<Point>& points, int rows, int cols) {
 
 std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows, int cols,
                                        Real near_m) {
-  Collector collector(points, near_m);
+  LayerCollector collector(points, near_m);
   visit_near(cells_of(points, rows, cols), 2, near_m, [&](const Cell& a, const Cell& b) {
     for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
       for (const int corner : from->corner) {

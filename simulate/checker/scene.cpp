@@ -87,7 +87,7 @@ Support line_place(int a, int b, Real t) {
   return place;
 }
 
-constexpr std::array<std::pair<int, int>, 4> kBesides{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+constexpr std::array<std::pair<int, int>, 4> kNeighbours{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
 /// Collects the places where the sheet may touch.
 class Finder {
@@ -141,7 +141,7 @@ class Finder {
       return;
     for (Real way = 0.25L; way > 1e-4L;) {
       bool moved = false;
-      for (const auto& [du, dv] : kBesides) {
+      for (const auto& [du, dv] : kNeighbours) {
         const Real s = std::clamp<Real>(u + du * way, 0, 1),
                    t = std::clamp<Real>(v + dv * way, 0, 1);
         const Real here = gap(k, at(s, t));
@@ -157,7 +157,7 @@ class Finder {
     add(k, at(u, v));
     // The simulator's place is as deep to within its contacts' sinking.
     for (const Real by : {0.02L, 0.06L}) {
-      for (const auto& [du, dv] : kBesides)
+      for (const auto& [du, dv] : kNeighbours)
         beside(k, at(std::clamp<Real>(u + du * by, 0, 1), std::clamp<Real>(v + dv * by, 0, 1)));
     }
   }

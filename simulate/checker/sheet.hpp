@@ -12,6 +12,16 @@ namespace drape::simulate::checker {
 using Real = long double;
 using Point = std::array<Real, 3>;
 
+[[nodiscard]] inline Point minus(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+[[nodiscard]] inline Real dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+[[nodiscard]] inline Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
 struct SheetSpec {
   int rows = 0, cols = 0;
   Real patch_warp_m = 0, patch_weft_m = 0;

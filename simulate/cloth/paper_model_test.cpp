@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 const GridSpec kSquare{7, 5, {0.06, 0.04}};
 const GridSpec kOblong{7, 6, {0.06, 0.04}};
 
-ClothLaws nonlinear_laws() {
+ClothLaws laws_of_paper() {
   ClothLaws laws;
   laws.density_kg_per_m2 = 0.138;
   laws.tensile[0] = {4000, {{0.004, 2500}, {0.01, 6000}}};
@@ -35,7 +35,7 @@ Cloth paper_cloth(const GridSpec& grid, const ClothLaws& laws) {
 }
 
 template <class Map>
-Field shaped(const GridSpec& grid, Map map) {
+Field shaped_sheet(const GridSpec& grid, Map map) {
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
     const Vector3d p =
@@ -55,7 +55,7 @@ Field forces_of(Cloth& cloth, const Field& x) {
 /// the width held.
 double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bool along_warp) {
   Cloth cloth = paper_cloth(grid, laws);
-  const Field force = forces_of(cloth, shaped(grid, [&](double u, double v) {
+  const Field force = forces_of(cloth, shaped_sheet(grid, [&](double u, double v) {
                                   return along_warp ? Vector3d((1 + strain) * u, v, 0)
                                                     : Vector3d(u, (1 + strain) * v, 0);
                                 }));
@@ -66,7 +66,7 @@ double inner_pull(const GridSpec& grid, const ClothLaws& laws, double strain, bo
 TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
   // What K'st lacks the diagonals carry to first order in the strain: with s the angle of the
   // diagonals their part differs from K_diag strain by less than 3 strain of itself.
-  const ClothLaws laws = nonlinear_laws();
+  const ClothLaws laws = laws_of_paper();
   for (const GridSpec& grid : {kSquare, kOblong}) {
     for (const double strain : {-0.01, 1e-6, 0.002, 0.008, 0.03}) {
       const double bound = 3 * strain * strain * laws.shear.slope * 2 + 1e-9;
@@ -78,7 +78,7 @@ TEST(PaperModel, UniaxialStretchOfAnInnerLineGivesKst) {
 
 TEST(PaperModel, UniaxialStretchMatchesItsClosedFormToRounding) {
   // f - K strain + 2 K (1 - d0 / d) (1 + strain), K the limit slope at no shear, square cells.
-  const ClothLaws laws = nonlinear_laws();
+  const ClothLaws laws = laws_of_paper();
   for (const double strain : {-0.01, 0.002, 0.03}) {
     const double stretched = 1 + strain;
     const double diagonals =
@@ -92,10 +92,10 @@ TEST(PaperModel, PureShearOfOneCellFollowsTheShearCurve) {
   // Exact equality with the curve needs K = f / (sqrt(1 + s) - sqrt(1 - s)), s = sin a; the paper's
   // f / s exceeds that by s^2 / 8 and higher terms.
   const GridSpec grid{3, 3, {0.02, 0.02}};
-  const ClothLaws laws = nonlinear_laws();
+  const ClothLaws laws = laws_of_paper();
   for (const double angle : {1e-4, 0.02, 8 * units::deg, 0.3}) {
     const auto trellis = [&](double a) {
-      return shaped(grid, [&](double u, double v) {
+      return shaped_sheet(grid, [&](double u, double v) {
         return Vector3d(u * std::cos(a / 2) + v * std::sin(a / 2),
                         u * std::sin(a / 2) + v * std::cos(a / 2), 0);
       });
@@ -117,15 +117,15 @@ TEST(PaperModel, PureShearOfOneCellFollowsTheShearCurve) {
 }
 
 TEST(PaperModel, EveryParticleHasTheSameMass) {
-  const Cloth cloth = paper_cloth(kOblong, nonlinear_laws());
+  const Cloth cloth = paper_cloth(kOblong, laws_of_paper());
   for (const double mass : cloth.mass_kg()) {
     EXPECT_DOUBLE_EQ(mass, 0.138 * 0.06 * 0.04 / kOblong.count());
   }
 }
 
 TEST(PaperModel, ForcesKeepMomentumAndAngularMomentum) {
-  Cloth cloth = paper_cloth(kOblong, nonlinear_laws());
-  const Field x = shaped(kOblong, [](double u, double v) {
+  Cloth cloth = paper_cloth(kOblong, laws_of_paper());
+  const Field x = shaped_sheet(kOblong, [](double u, double v) {
     return Vector3d(1.012 * u + 0.05 * v + 2e-4 * std::sin(900 * u + 300 * v),
                     0.99 * v + 0.002 * std::sin(60 * u), 0.006 * std::sin(70 * u + 40 * v));
   });
@@ -142,18 +142,18 @@ TEST(PaperModel, ForcesKeepMomentumAndAngularMomentum) {
 }
 
 TEST(PaperModel, NoTwistAndNoForceAtRest) {
-  Cloth cloth = paper_cloth(kOblong, nonlinear_laws());
-  const Field flat = shaped(kOblong, [](double u, double v) { return Vector3d(u, v, 0); });
+  Cloth cloth = paper_cloth(kOblong, laws_of_paper());
+  const Field flat = shaped_sheet(kOblong, [](double u, double v) { return Vector3d(u, v, 0); });
   for (const double f : forces_of(cloth, flat)) EXPECT_NEAR(f, 0, 1e-10);
   EXPECT_EQ(cloth.energies(flat).twist_j, 0);
   EXPECT_EQ(cloth.clamped_springs(flat), 0);
 }
 
 TEST(PaperModel, SpringsBelowKdiagAreClampedAndCounted) {
-  ClothLaws laws = nonlinear_laws();
+  ClothLaws laws = laws_of_paper();
   laws.tensile[1] = {20, {}};  // below the shear slope of 34
   Cloth cloth = paper_cloth(kSquare, laws);
-  const Field flat = shaped(kSquare, [](double u, double v) { return Vector3d(u, v, 0); });
+  const Field flat = shaped_sheet(kSquare, [](double u, double v) { return Vector3d(u, v, 0); });
   EXPECT_EQ(cloth.clamped_springs(flat), 7 * 4);
   const double strain = 1e-5;  // K'st is 0: the diagonals alone pull, with K_diag
   EXPECT_NEAR(inner_pull(kSquare, laws, strain, false), 34 * strain, 1e-4 * 34 * strain);
@@ -162,10 +162,10 @@ TEST(PaperModel, SpringsBelowKdiagAreClampedAndCounted) {
 TEST(PaperModel, StiffnessBoundIsAboveTheHighestFrequency) {
   const GridSpec grid{9, 8, {0.08, 0.07}};
   for (const double shear : {0.0, 0.1, 0.6}) {
-    ClothLaws laws = nonlinear_laws();
+    ClothLaws laws = laws_of_paper();
     laws.tensile[0] = laws.tensile[1] = {60, {}};  // so that shear weighs in
     Cloth cloth = paper_cloth(grid, laws);
-    const Field x = shaped(grid, [&](double u, double v) {
+    const Field x = shaped_sheet(grid, [&](double u, double v) {
       return Vector3d(1.005 * u + shear * v, 1.003 * v, 0.002 * std::sin(60 * u));
     });
     Field mode(x.size());

@@ -15,10 +15,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kG = 9.80665;
+constexpr double kGravity = 9.80665;
 constexpr double kThickness = 0.5e-3;
 
-ClothLaws cotton(double bending_n_m = 7.7e-6) {
+ClothLaws stiff_cotton(double bending_n_m = 7.7e-6) {
   ClothLaws laws;
   laws.density_kg_per_m2 = 0.138;
   laws.tensile[0] = laws.tensile[1] = {2000, {}};
@@ -85,8 +85,8 @@ bool pierced(const GridSpec& grid, const Field& x, const Vector3d& a, const Vect
 int drop(const Surroundings& solid, double length_m, bool contact, double speed,
          double depth_m = 0.1e-3) {
   const GridSpec grid{4, 4, {0.03, 0.03}};
-  Cloth cloth(grid, cotton(), MassRule::area);
-  Motion motion(cloth, solid, {{0, 0, -kG}, 20, 0, 0.5, contact});
+  Cloth cloth(grid, stiff_cotton(), MassRule::area);
+  Motion motion(cloth, solid, {{0, 0, -kGravity}, 20, 0, 0.5, contact});
   throw_down(grid, 2e-3, speed, motion);
   int through = 0;
   for (double time = 0; time < 0.1;) {
@@ -117,9 +117,9 @@ TEST(PairContacts, APointUnderACellHoldsTheSheet) {
 TEST(Piercing, APointThroughTheSheetIsMeasuredAndOneThatPressesItIsNot) {
   const Surroundings solid = blade(0);
   const GridSpec grid{4, 4, {0.03, 0.03}};
-  Cloth cloth(grid, cotton(), MassRule::area);
+  Cloth cloth(grid, stiff_cotton(), MassRule::area);
   for (const double depth : {2e-3, 2e-6, -1e-3}) {
-    Motion motion(cloth, solid, {{0, 0, -kG}, 20, 0, 0.5, true});
+    Motion motion(cloth, solid, {{0, 0, -kGravity}, 20, 0, 0.5, true});
     throw_down(grid, -depth, 0, motion);
     // The needle's edges are inclined by 1.4 mm over their 40 mm: upright to 0.1 %.
     EXPECT_NEAR(pierced_m(grid, motion.position, solid), std::max(0.0, depth), 2e-3 * 2e-3)
@@ -130,8 +130,8 @@ TEST(Piercing, APointThroughTheSheetIsMeasuredAndOneThatPressesItIsNot) {
 TEST(Piercing, ASheetOnAKnifesEdgeIsNotPierced) {
   const Surroundings solid = blade(0.06);
   const GridSpec grid{4, 4, {0.03, 0.03}};
-  Cloth cloth(grid, cotton(), MassRule::area);
-  Motion motion(cloth, solid, {{0, 0, -kG}, 20, 0, 0.5, true});
+  Cloth cloth(grid, stiff_cotton(), MassRule::area);
+  Motion motion(cloth, solid, {{0, 0, -kGravity}, 20, 0, 0.5, true});
   throw_down(grid, 2e-3, 0, motion);
   double fall = 0, rest = 0;
   for (double time = 0; time < 0.2;) {
@@ -155,12 +155,12 @@ TEST(PairContacts, ABoxOfSharpEdgesIsMetAtItsEdgesAndCorners) {
 /// A strip whose first rows are held flat and whose rest lies folded over them.
 struct FoldedStrip {
   GridSpec grid{13, 3, {0.06, 0.01}};
-  Cloth cloth{grid, cotton(2e-7), MassRule::area};  // limp, so that the fold stays closed
+  Cloth cloth{grid, stiff_cotton(2e-7), MassRule::area};  // limp, so that the fold stays closed
   Surroundings nothing;
   Motion motion;
 
   FoldedStrip(double thickness, double speed, double friction)
-      : motion(cloth, nothing, {{0, 0, -kG}, 4, 0, friction, true, thickness}) {
+      : motion(cloth, nothing, {{0, 0, -kGravity}, 4, 0, friction, true, thickness}) {
     std::vector<Hold> held;
     for (int i = 0; i < grid.count(); ++i) {
       const int r = i / grid.cols;
@@ -238,13 +238,13 @@ TEST(PairContacts, ImpactOfLayersKeepsMomentumAndTakesEnergy) {
   double time = 0;
   FoldedStrip* const s = &strip;
   // Damping acts on the whole sheet; without it the sum changes by weight alone.
-  Motion free(s->cloth, s->nothing, {{0, 0, -kG}, 0, 0, 0.3, true, kThickness});
+  Motion free(s->cloth, s->nothing, {{0, 0, -kGravity}, 0, 0, 0.3, true, kThickness});
   free.position = strip.motion.position;
   free.velocity = strip.motion.velocity;
   for (int k = 0; k < 300; ++k) time += free.step(2e-5);
   strip.motion.position = free.position;
   strip.motion.velocity = free.velocity;
-  const Vector3d expected = start + s->cloth.total_mass_kg() * time * Vector3d(0, 0, -kG);
+  const Vector3d expected = start + s->cloth.total_mass_kg() * time * Vector3d(0, 0, -kGravity);
   EXPECT_LT((momentum() - expected).norm(), 1e-9 * start.norm());
   EXPECT_LT(energy(), energy_start);
 }

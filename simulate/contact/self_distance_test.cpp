@@ -12,21 +12,21 @@ namespace {
 
 using Eigen::Vector3d;
 
-const GridSpec kGrid{21, 5, {0.2, 0.04}};
+const GridSpec kSelfGrid{21, 5, {0.2, 0.04}};
 
 Field shaped(const std::function<Vector3d(double, double)>& place) {
-  Field x(3 * static_cast<std::size_t>(kGrid.count()));
-  for (int i = 0; i < kGrid.count(); ++i) {
-    const int row = i / kGrid.cols, col = i % kGrid.cols;
-    const Vector3d p = place(kGrid.warp_spacing_m() * row, kGrid.weft_spacing_m() * col);
-    for (int axis = 0; axis < 3; ++axis) x[axis * kGrid.count() + i] = p[axis];
+  Field x(3 * static_cast<std::size_t>(kSelfGrid.count()));
+  for (int i = 0; i < kSelfGrid.count(); ++i) {
+    const int row = i / kSelfGrid.cols, col = i % kSelfGrid.cols;
+    const Vector3d p = place(kSelfGrid.warp_spacing_m() * row, kSelfGrid.weft_spacing_m() * col);
+    for (int axis = 0; axis < 3; ++axis) x[axis * kSelfGrid.count() + i] = p[axis];
   }
   return x;
 }
 
 TEST(SelfDistance, AFlatSheetIsNowhereNearItself) {
   const SelfDistance found =
-      self_distance(kGrid, shaped([](double u, double v) { return Vector3d(u, v, 0); }));
+      self_distance(kSelfGrid, shaped([](double u, double v) { return Vector3d(u, v, 0); }));
   EXPECT_FALSE(found.least_m.has_value());
   EXPECT_EQ(found.crossings, 0);
 }
@@ -43,7 +43,7 @@ Field hairpin(double gap_m, double shift_m) {
 
 TEST(SelfDistance, AHairpinIsAsFarFromItselfAsItsGap) {
   for (const double shift : {0.0, 0.0037}) {
-    const SelfDistance found = self_distance(kGrid, hairpin(0.003, shift));
+    const SelfDistance found = self_distance(kSelfGrid, hairpin(0.003, shift));
     ASSERT_TRUE(found.least_m.has_value());
     EXPECT_NEAR(*found.least_m, 0.003, 1e-12);
     EXPECT_EQ(found.crossings, 0);
@@ -64,18 +64,18 @@ Field pleats(double gap_m) {
 TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   for (const Field& sheet :
        {hairpin(0.003, 0.0037), pleats(0.004), pleats(0.0015), pleats(0.0001)}) {
-    const SelfDistance still = self_distance(kGrid, sheet);
+    const SelfDistance still = self_distance(kSelfGrid, sheet);
     ASSERT_TRUE(still.least_m.has_value());
     for (const Vector3d& about :
          {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0.48, 0.6, 0.64)}) {
       const Eigen::AngleAxisd turn(1.234, about);
       Field turned = sheet;
-      const int n = kGrid.count();
+      const int n = kSelfGrid.count();
       for (int i = 0; i < n; ++i) {
         const Vector3d p = turn * Vector3d(sheet[i], sheet[n + i], sheet[2 * n + i]);
         for (int axis = 0; axis < 3; ++axis) turned[axis * n + i] = p[axis];
       }
-      const SelfDistance found = self_distance(kGrid, turned);
+      const SelfDistance found = self_distance(kSelfGrid, turned);
       EXPECT_EQ(found.crossings, still.crossings);
       EXPECT_NEAR(found.least_m.value_or(1), *still.least_m, 1e-12);
     }
@@ -84,7 +84,7 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
 
 TEST(SelfDistance, ASheetThroughItselfIsSeen) {
   // A loop whose end dives through its beginning.
-  const SelfDistance found = self_distance(kGrid, shaped([](double u, double v) {
+  const SelfDistance found = self_distance(kSelfGrid, shaped([](double u, double v) {
                                              if (u < 0.1) return Vector3d(u, v, 0);
                                              return Vector3d(0.2 - u + 0.0031, v, 0.1521 - u);
                                            }));

@@ -12,12 +12,13 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kQuietHeight = 10e-6;  // m; the end is judged below weight * this kinetic energy
-constexpr double kGrow = 2, kShrink = 0.5;  // of the step
-constexpr double kGood = 0.7, kPoor = 0.3;  // ratios of energy change at which it does
-constexpr double kShortest_s = 1e-6;        // step below which the fall is given up
-constexpr double kReach = 0.5;              // of the longest way, that a step may go
-constexpr double kFarForPoints = 200e-6;  // m; displacement after which contacts are searched again
-constexpr double kPinTravelTime = 0.3;    // s; pins move from the start to their places
+constexpr double kGrowStep = 2, kShrinkStep = 0.5;    // of the step
+constexpr double kGoodRatio = 0.7, kPoorRatio = 0.3;  // ratios of energy change at which it does
+constexpr double kShortest_s = 1e-6;                  // step below which the fall is given up
+constexpr double kReach = 0.5;                        // of the longest way, that a step may go
+constexpr double kFarForContacts =
+    200e-6;                             // m; displacement after which contacts are searched again
+constexpr double kPinTravelTime = 0.3;  // s; pins move from the start to their places
 constexpr int kMostSteps = 5000;
 
 }  // namespace
@@ -56,7 +57,7 @@ void StaticSolver::fall(StaticReport& report) {
     factor_serves_ = false;
     const Field before = position;
     if (!find_step(report, Solve::again) || !take_step(report)) {
-      step_s *= kShrink;
+      step_s *= kShrinkStep;
       if (step_s < kShortest_s) break;
       continue;
     }
@@ -69,8 +70,10 @@ void StaticSolver::fall(StaticReport& report) {
       kinetic_j += 0.5 * cloth_.mass_kg()[i] * v.squaredNorm();
     }
     time_s += taken_s;
-    step_s = taken_s * (last_ratio_ > kGood ? kGrow : last_ratio_ < kPoor ? kShrink : 1.0);
-    if (moved_m_ > kFarForPoints) {
+    step_s = taken_s * (last_ratio_ > kGoodRatio   ? kGrowStep
+                        : last_ratio_ < kPoorRatio ? kShrinkStep
+                                                   : 1.0);
+    if (moved_m_ > kFarForContacts) {
       contacts_.refresh(position);
       moved_m_ = 0;
     }

@@ -13,16 +13,14 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDeep = 1e-6;     // m; deeper entries are caught before the step is taken
-constexpr double kFaster = 0.5;    // residual over that before, else the old factor is too old
-constexpr double kStepCap = 0.5;   // of the spacing; longest displacement of a particle in a step
-constexpr double kPinStep = 0.5;   // of that cap; way of a pin between two steps
-constexpr double kWatch = 3;       // of that cap; nearer particles are watched during a step
-constexpr double kShrink = 4;      // of mu, by a failed step
-constexpr double kRestartMu = 10;  // 1/s^2; after an indefinite matrix
-constexpr double kFoldedMu = 100;  // 1/s^2; above, a finer grid's sheet is compressed
-constexpr double kNewtonMu = 1;    // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 1e-2;  // residual below which points between particles are found
+constexpr double kFaster = 0.5;      // residual over that before, else the old factor is too old
+constexpr double kStepCap = 0.5;     // of the spacing; longest displacement of a particle in a step
+constexpr double kPinStep = 0.5;     // of that cap; way of a pin between two steps
+constexpr double kWatch = 3;         // of that cap; nearer particles are watched during a step
+constexpr double kShrinkFailed = 4;  // of mu, by a failed step
+constexpr double kRestartMu = 10;    // 1/s^2; after an indefinite matrix
+constexpr double kFoldedMu = 100;    // 1/s^2; above, a finer grid's sheet is compressed
+constexpr double kSettled = 1e-2;    // residual below which points between particles are found
 constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
@@ -227,7 +225,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
           factor_.use_double();
           continue;
         } else {
-          mu_ = std::max(kNewtonMu, mu_) * kShrink;
+          mu_ = std::max(kNewtonMu, mu_) * kShrinkFailed;
         }
         if (mu_ == 0) mu_ = kRestartMu;
         continue;
@@ -332,7 +330,7 @@ StaticReport StaticSolver::solve() {
                      residual_ < kFaster * last_residual_;
     last_residual_ = residual_;
     if (!find_step(report, Solve::again)) {
-      mu_ = std::max(mu_, 1e2) * kShrink;
+      mu_ = std::max(mu_, 1e2) * kShrinkFailed;
       continue;
     }
     if (take_step(report)) fresh = false;

@@ -95,6 +95,8 @@ class StaticSolver {
   [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
 
  private:
+  static constexpr double kDeep = 1e-6;   ///< m; deeper entries are caught before a step is taken
+  static constexpr double kNewtonMu = 1;  ///< 1/s^2; below, mu becomes 0
   void find_forces(const Field& x, Field& force) const;
   void add_outer_forces(const Field& x, Field& force) const;
   void release_pinned(Eigen::VectorXd& v) const;

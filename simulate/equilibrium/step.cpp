@@ -12,7 +12,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double kDeep = 1e-6;   // m; deeper entries are caught before the step is taken
 constexpr int kHalvings = 4;     // of a step that does not lower the potential
 constexpr double kPoor = 0.5;    // ratio of energy change; below, a step is corrected, iterated on
 constexpr double kSoft = 1.5;    // ratio above which a way by the convex matrix may be too short
@@ -24,7 +23,6 @@ constexpr double kGrow = 0.25, kShrink = 4;  // of mu
 constexpr double kFalling = 20;    // residual
 constexpr double kPacedMu = 1000;  // 1/s^2
 constexpr double kFollowMu = 5;    // 1/s^2; from here on friction follows pressing
-constexpr double kNewtonMu = 1;    // 1/s^2; below, mu becomes 0
 // Below this share of the sheet's energies a change of energy is lost in their rounding, and the
 // forces at both ends of the step say it better.
 constexpr double kBelowRounding = 1e-9;

@@ -12,8 +12,8 @@ namespace {
 
 // Where a single line is fitted (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the
 // tensile slope near the origin is taken over the first half percent of strain.
-constexpr double kShearRange = 5 * units::deg;
-constexpr double kBendingRange = 1.5 * units::per_cm;
+constexpr double kFallbackShearRange = 5 * units::deg;
+constexpr double kFallbackBendingRange = 1.5 * units::per_cm;
 constexpr double kTensileRange = 0.5 * units::percent;
 
 // Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
@@ -91,11 +91,11 @@ ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) 
                fmt::format("tensile {}", kDirections[d]), "gf/cm", segments, kTensileRange, report);
     laws.bending[d] = law_of(fabric.bending[d], merged_loop(fabric.bending[d]),
                              fmt::format("bending {}", kDirections[d]), "gf cm/cm", segments,
-                             kBendingRange, report);
+                             kFallbackBendingRange, report);
   }
   const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
   laws.shear = law_of(fabric.shear[0], shear, "shear (mean of warp and weft)", "gf/cm", segments,
-                      kShearRange, report);
+                      kFallbackShearRange, report);
   const double warp = laws.bending[0].slope;
   const double weft = laws.bending[1].slope;
   laws.twist_n_m = fabric.bias_bending_n_m ? 4 * *fabric.bias_bending_n_m - warp - weft

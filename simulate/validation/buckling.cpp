@@ -11,8 +11,6 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kBending = 7.7e-6;
-constexpr double kLength = 0.1;
 constexpr int kUpright = 12;  // Newton steps: a nearly rigid strip gets to rounding in a few
 
 /// Load at which the first direction becomes unstable, by bisection between low and high.

@@ -11,8 +11,6 @@
 namespace drape::simulate {
 namespace {
 
-constexpr double kLength = 0.1;
-constexpr double kBending = 7.7e-6;
 constexpr double kFiner = 4;                    // than Equilibrium's tolerance
 constexpr double kStride = 0.5 * kLength / 40;  // of a coordinate in an iteration
 

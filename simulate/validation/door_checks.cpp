@@ -13,8 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Runs = std::vector<DoorRun>;
-constexpr double kPi = std::numbers::pi;
-constexpr double kLength = 0.1;
+constexpr double kSheetLength = 0.1;
 constexpr double kDensity = 0.15;
 constexpr double kWeight = kDensity * kGravity;  // N/m2
 // Tensile modulus over a strip's weight: its stretch then is below a tenth of the goals, and
@@ -39,10 +38,10 @@ Vector3d at_row(const DoorRun& run, const DoorCase& c, int row) {
 DoorCase clamped_strip(int rows, double gamma) {
   DoorCase c;
   c.rows = rows;
-  c.spacing_m = kLength / (rows - 1.5);
+  c.spacing_m = kSheetLength / (rows - 1.5);
   c.density_kg_per_m2 = kDensity;
-  c.bending_n_m = kWeight * std::pow(kLength, 3) / gamma;
-  c.tensile.slope = kStretchPerLoad * kWeight * kLength;
+  c.bending_n_m = kWeight * std::pow(kSheetLength, 3) / gamma;
+  c.tensile.slope = kStretchPerLoad * kWeight * kSheetLength;
   c.pinned = rows_of(c, {0, 1});
   return c;
 }
@@ -104,9 +103,9 @@ void check_strut_form(Checks& checks) {
   for (const double degrees : {20.0, 60.0}) {
     DoorCase c;
     c.rows = 41;
-    c.spacing_m = kLength / (c.rows - 1);
+    c.spacing_m = kSheetLength / (c.rows - 1);
     c.bending_n_m = 1e-3;
-    c.tensile.slope = 2e5 * c.bending_n_m / (kLength * kLength);
+    c.tensile.slope = 2e5 * c.bending_n_m / (kSheetLength * kSheetLength);
     constexpr double kLight = 5e-3;  // of gravity
     c.gravity_m_per_s2 *= kLight;
     c.motion_tolerance /= kLight;
@@ -117,16 +116,17 @@ void check_strut_form(Checks& checks) {
     const double k = std::sin(0.5 * alpha);
     const double rise = k / std::comp_ellint_1(k);
     c.start = [=](double u, double v) {
-      return Vector3d(u * strut.chord, v, rise * kLength * std::sin(kPi * u / kLength));
+      return Vector3d(u * strut.chord, v, rise * kSheetLength * std::sin(kPi * u / kSheetLength));
     };
-    check_form(
-        {5,
-         fmt::format("strut's rise over its length, end slope {:g} deg", degrees),
-         rise,
-         2e-3,
-         {c},
-         [=](const Runs& runs) { return std::abs(at_row(runs[0], c, c.rows / 2).z()) / kLength; }},
-        checks);
+    check_form({5,
+                fmt::format("strut's rise over its length, end slope {:g} deg", degrees),
+                rise,
+                2e-3,
+                {c},
+                [=](const Runs& runs) {
+                  return std::abs(at_row(runs[0], c, c.rows / 2).z()) / kSheetLength;
+                }},
+               checks);
   }
 }
 

@@ -8,8 +8,6 @@
 namespace drape::simulate::exact {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// One classical Runge-Kutta step of y' = slope(t, y).
 template <class State, class Slope>
 State step(const State& y, double t, double h, const Slope& slope) {

@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <numbers>
+
+namespace drape::simulate {
+
+inline constexpr double kPi = std::numbers::pi;
+
+}  // namespace drape::simulate
+
 namespace drape::simulate::exact {
 
 /// A heavy strip clamped horizontally (inextensible heavy elastica); lengths in units of its

@@ -11,9 +11,7 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
-constexpr double kBending = 7.7e-6;
-constexpr double kDensity = 0.138;
+constexpr double kSewnDensity = 0.138;
 
 /// Positions along a planar curve of given angle (from +x towards +z) over the arc, both columns
 /// of a strip alike; `shift` of a cell before the origin.
@@ -71,7 +69,7 @@ void check_elastica(Checks& checks) {
   const double length = 0.1;
   const int rows = 81;
   const GridSpec grid{rows, 2, {length, 0.002}};
-  Cloth cloth(grid, linear_laws(kDensity, 1e8 * kBending / (length * length), 1, kBending),
+  Cloth cloth(grid, linear_laws(kSewnDensity, 1e8 * kBending / (length * length), 1, kBending),
               MassRule::area);
   for (const double degrees : {20.0, 60.0, 100.0}) {
     const double alpha = degrees * kPi / 180;

@@ -11,7 +11,6 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
-constexpr double kPi = std::numbers::pi;
 
 ClothLaws knotted_laws() {
   ClothLaws laws;
@@ -106,8 +105,8 @@ void check_picture_frame(Checks& checks) {
                                0.5 * (u * std::cos(g / 2) - v * std::sin(g / 2)), 0);
       work -= at(force, i).dot(per_angle);
     }
-    const double diagonal_per_angle = edge * std::sin(kPi / 4 - g / 2);
-    const double expected = edge * laws.shear.value(g) / std::sin(kPi / 4 - g / 2);
+    const double diagonal_per_angle = edge * std::sin(std::numbers::pi / 4 - g / 2);
+    const double expected = edge * laws.shear.value(g) / std::sin(std::numbers::pi / 4 - g / 2);
     checks.push_back(relative(9, fmt::format("picture frame force (N) at shear {:g} rad", g),
                               expected, work / diagonal_per_angle, 1e-3, grid));
   }

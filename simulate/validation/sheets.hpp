@@ -9,6 +9,8 @@
 namespace drape::simulate {
 
 inline constexpr double kGravity = 9.80665;  ///< m/s2
+inline constexpr double kLength = 0.1;       ///< m, of strips
+inline constexpr double kBending = 7.7e-6;   ///< N m, of strips
 
 /// Linear laws, the same along warp and weft.
 [[nodiscard]] ClothLaws linear_laws(double density_kg_per_m2, double tensile_n_per_m,

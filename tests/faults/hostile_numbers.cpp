@@ -7,15 +7,16 @@
 namespace drape::test {
 namespace {
 
-constexpr const char* kMeasured = "out/C/sheet.json";
-constexpr const char* kCompare =
+constexpr const char* kMeasuredSheet = "out/C/sheet.json";
+constexpr const char* kCompareNumbers =
     "compare out/C/sheet.json out/C/simulations/11-1/sheet.json --report out/r/report.html";
 constexpr const char* kTriangulate =
     "triangulate out/C/detections.json --calibration out/calibration.json --set drape_C --out "
     "out/t/sheet.ply";
 constexpr const char* kSimulate =
     "simulate rig/scenes/C.toml --fabric rig/fabrics/A.toml --grid 11 --segments 1 --out out/s";
-constexpr const char* kOther = "compare out/C/sheet.json other.toml --report out/r/report.html";
+constexpr const char* kCompareOther =
+    "compare out/C/sheet.json other.toml --report out/r/report.html";
 
 HostileFile with_value(const std::string& name, const std::string& file, const std::string& pointer,
                        const Json& value, const std::string& line) {
@@ -40,7 +41,7 @@ HostileFile with_mesh(const std::string& name, const std::string& file, const st
                     "schema = \"drapebench/mesh/1\"\nname = \"x\"\nscene = \"C\"\nmesh = \"" +
                         file + "\"\nunit_mm = 1.0\ncorrespondence = \"none\"\n");
           },
-          kOther};
+          kCompareOther};
 }
 
 std::string ply(const std::string& vertices, const std::string& faces, const std::string& body,
@@ -77,19 +78,22 @@ std::vector<HostileFile> hostile_numbers() {
                 ply("3", "1", "1e38 0 0\n-1e38 1e38 0\n0 1e38 1e38\n3 0 1 2\n")),
       with_mesh("obj_index_beyond", "m.obj", "v 0 0 0\nf 1 2 99999999999\n"),
       with_mesh("obj_of_doubled_faces", "m.obj", bad_obj),
-      with_value("sheet_of_2_31_rows", kMeasured, "/rows", huge, kCompare),
-      with_value("sheet_of_2_31_rows_and_columns", kMeasured, "/cols", huge, kCompare),
-      with_value("sheet_with_text_for_number", kMeasured, "/rows", "11", kCompare),
-      with_value("sheet_with_huge_patch", kMeasured, "/patch_mm", Json::array({1e300, 1e300}),
-                 kCompare),
-      with_value("sheet_with_object_for_text", kMeasured, "/source/rig", Json::object(), kCompare),
-      with_value("sheet_with_integer_below_all", kMeasured, "/rows",
-                 std::numeric_limits<std::int64_t>::min(), kCompare),
-      with_value("sheet_with_integer_above_all", kMeasured, "/rows",
-                 std::numeric_limits<std::uint64_t>::max(), kCompare),
+      with_value("sheet_of_2_31_rows", kMeasuredSheet, "/rows", huge, kCompareNumbers),
+      with_value("sheet_of_2_31_rows_and_columns", kMeasuredSheet, "/cols", huge, kCompareNumbers),
+      with_value("sheet_with_text_for_number", kMeasuredSheet, "/rows", "11", kCompareNumbers),
+      with_value("sheet_with_huge_patch", kMeasuredSheet, "/patch_mm", Json::array({1e300, 1e300}),
+                 kCompareNumbers),
+      with_value("sheet_with_object_for_text", kMeasuredSheet, "/source/rig", Json::object(),
+                 kCompareNumbers),
+      with_value("sheet_with_integer_below_all", kMeasuredSheet, "/rows",
+                 std::numeric_limits<std::int64_t>::min(), kCompareNumbers),
+      with_value("sheet_with_integer_above_all", kMeasuredSheet, "/rows",
+                 std::numeric_limits<std::uint64_t>::max(), kCompareNumbers),
       {"sheet_nested_100000_deep",
-       [](const HostileBench& b) { b.write(kMeasured, "{\"schema\": " + nested(100000) + "}"); },
-       kCompare},
+       [](const HostileBench& b) {
+         b.write(kMeasuredSheet, "{\"schema\": " + nested(100000) + "}");
+       },
+       kCompareNumbers},
       {"scene_nested_100000_deep",
        [](const HostileBench& b) { b.write("rig/scenes/C.toml", "schema = " + nested(100000)); },
        kSimulate},

@@ -14,13 +14,13 @@ namespace {
 
 /// Half of the marks may miss their rays by less than this many standard deviations; what is common
 /// to all marks (a camera's pose) passes it once in 400 when the covariances are right.
-constexpr double kSigmas = 3;
-constexpr std::size_t kLeast = 8;
+constexpr double kMissSigmas = 3;
+constexpr std::size_t kLeastMarks = 8;
 /// At most this many cameras are tried in every order; more only in pairs.
 constexpr std::size_t kEveryOrder = 4;
 
-Misses misses_of(const Detections& detections, const Calibration& calibration,
-                 const std::string& set, const TriangulateOptions& options) {
+Misses misses_with(const Detections& detections, const Calibration& calibration,
+                   const std::string& set, const TriangulateOptions& options) {
   const JointPlaces places = joint_places(calibration);
   std::vector<double> all;
   for (const MarkViews& mark :
@@ -103,9 +103,9 @@ std::vector<std::string> contradictions_of_cameras(const Detections& detections,
                                                    const std::string& set,
                                                    const TriangulateOptions& options,
                                                    const Misses& now) {
-  if (now.marks < kLeast || now.median_sigmas <= kSigmas) return {};
+  if (now.marks < kLeastMarks || now.median_sigmas <= kMissSigmas) return {};
   // Bent dots miss by more than three sigma too where their shape is not corrected, as here.
-  const double solved = std::max(kSigmas, now.median_sigmas / 10);
+  const double solved = std::max(kMissSigmas, now.median_sigmas / 10);
   std::vector<std::string> cameras;
   for (const FrameDetections& frame : detections.frames)
     if (frame.set == set) cameras.push_back(frame.camera);
@@ -115,7 +115,7 @@ std::vector<std::string> contradictions_of_cameras(const Detections& detections,
   for (const std::vector<std::string>& order : orders_of(cameras)) {
     if (order == cameras || !same_size(calibration, cameras, order)) continue;
     const Misses then =
-        misses_of(renamed(detections, set, named(cameras, order)), calibration, set, options);
+        misses_with(renamed(detections, set, named(cameras, order)), calibration, set, options);
     if (then.median_sigmas > solved || 2 * then.marks < now.marks) continue;
     return {fmt::format(
         "{}: cameras are exchanged, {} (named so the {} marks agree within {:.1f} sigma); rename "
@@ -128,8 +128,8 @@ std::vector<std::string> contradictions_of_cameras(const Detections& detections,
     for (const std::string& camera : cameras) {
       auto names = named(cameras, cameras);
       names[camera].clear();
-      const Misses then = misses_of(renamed(detections, set, names), calibration, set, options);
-      if (then.marks < kLeast || then.median_sigmas > least) continue;
+      const Misses then = misses_with(renamed(detections, set, names), calibration, set, options);
+      if (then.marks < kLeastMarks || then.median_sigmas > least) continue;
       least = then.median_sigmas;
       odd = camera;
     }

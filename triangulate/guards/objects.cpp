@@ -19,17 +19,12 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-constexpr double kSigmas = 3;
+constexpr double kObjectSigmas = 3;
 /// Cloth rests on an object within its own thickness; woven cloth is thinner than this (KES-FB-3
 /// at 0.5 gf/cm2, 0.3 to 0.6 mm in the four fabrics of Codim-IPC).
 constexpr double kThickest_m = 1 * mm;
 /// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
 constexpr double kCrease_m = 0.1 * mm;
-
-/// Standard deviation of a mark along its worst direction.
-double sigma_m(const SheetMark& mark) {
-  return mark.covariance_m2 ? std::sqrt(mark.covariance_m2->trace()) : 0;
-}
 
 /// What may be fitted of an object: shift along x, y, z, turn, and growth of its size.
 using Change = Eigen::Matrix<double, 5, 1>;  // mm, mm, mm, deg, mm
@@ -181,7 +176,7 @@ Against against(const Sheet& sheet, const std::vector<ClothSpan>& spans, const O
     if (depth_m <= 0) continue;
     const double sd_m = std::hypot(sigma_m(mark), kCrease_m);
     found.chi2 += std::pow(depth_m / sd_m, 2);
-    found.inside += depth_m > kSigmas * sd_m;
+    found.inside += depth_m > kObjectSigmas * sd_m;
     if (depth_m <= found.depth_m) continue;
     found.depth_m = depth_m;
     found.deepest = &mark;
@@ -259,8 +254,8 @@ std::string suggestion(const Sheet& sheet, const std::vector<ClothSpan>& spans,
                        const Obstacle& object, const Scene& scene) {
   const auto stated = stated_of(object);
   if (!stated) return "measure it again";
-  const bool on_table =
-      std::abs(stated->foot_mm.z() * mm - scene.table_z_m) < kSigmas * scene.table_uncertainty_m();
+  const bool on_table = std::abs(stated->foot_mm.z() * mm - scene.table_z_m) <
+                        kObjectSigmas * scene.table_uncertainty_m();
   std::vector<int> free = {0, 1, on_table ? 4 : 2};
   if (stated->yaw_deg) free.push_back(3);
   const Stated found = *stated_of(
@@ -322,7 +317,7 @@ std::vector<std::string> contradictions_of_objects(const Sheet& sheet, const Sce
       if (gap >= nearest_m) continue;
       nearest_m = gap;
       nearest = i;
-      allowed_m = kThickest_m + kSigmas * std::hypot(stated_m, sigma_m(mark));
+      allowed_m = kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark));
     }
     const double limit = one_per_cent(free_of(object).size());
     if (against(sheet, spans, object).chi2 < limit ||
@@ -348,7 +343,7 @@ std::vector<std::string> contradictions_of_objects(const Sheet& sheet, const Sce
     if (lowest == nullptr || mark.point_in_world.z() < lowest->point_in_world.z()) lowest = &mark;
   if (lowest != nullptr) {
     const double below_m = scene.table_z_m - lowest->point_in_world.z();
-    if (below_m > kSigmas * std::hypot(table_sd_m, sigma_m(*lowest))) {
+    if (below_m > kObjectSigmas * std::hypot(table_sd_m, sigma_m(*lowest))) {
       found.push_back(
           fmt::format("{}: table_z_mm = {:g}, but mark ({}, {}) lies {:.2f} mm below it; the table "
                       "is at {:.1f} "

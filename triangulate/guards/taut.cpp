@@ -13,10 +13,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-double sigma_m(const SheetMark& mark) {
-  return mark.covariance_m2 ? std::sqrt(mark.covariance_m2->trace()) : 0;
-}
-
 /// Length of a string around a circle of radius r between two points at distances a and b from its
 /// centre, seen under the angle phi on the string's side; nothing where it does not touch.
 std::optional<double> around_circle(double a, double b, double phi, double r) {
@@ -90,6 +86,10 @@ struct Taut {
 };
 
 }  // namespace
+
+double sigma_m(const SheetMark& mark) {
+  return mark.covariance_m2 ? std::sqrt(mark.covariance_m2->trace()) : 0;
+}
 
 std::vector<ClothSpan> spans_of(const Sheet& sheet, double most_strain) {
   std::vector<ClothSpan> spans;

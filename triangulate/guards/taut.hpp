@@ -8,6 +8,9 @@
 
 namespace drape::triangulate {
 
+/// Standard deviation of a mark along its worst direction, or more; 0 where none is stated.
+[[nodiscard]] double sigma_m(const SheetMark& mark);
+
 /// Two neighbours along warp or weft, and the cloth between them.
 struct ClothSpan {
   const SheetMark* from = nullptr;

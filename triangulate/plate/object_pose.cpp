@@ -16,7 +16,7 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-constexpr double kSigmas = 3;
+constexpr double kPoseSigmas = 3;
 
 /// The point at `offset_m` in the plate's frame, and its covariance.
 struct PointOnPlate {
@@ -52,7 +52,7 @@ double yaw_of(const Eigen::Matrix3d& turn) {
 }  // namespace
 
 bool ObjectValue::contradicts() const {
-  return std::abs(measured - stated) > kSigmas * std::hypot(uncertainty, stated_uncertainty);
+  return std::abs(measured - stated) > kPoseSigmas * std::hypot(uncertainty, stated_uncertainty);
 }
 
 std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObject& lies,

@@ -26,7 +26,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 constexpr std::size_t kLeastDots = 4;
-constexpr int kMaxSteps = 50;
+constexpr int kPoseSteps = 50;
 constexpr double kStill = 1e-12;  // m and rad
 
 Vector3d in_plate(const MarkLattice& lattice, MarkId mark) {
@@ -157,7 +157,7 @@ PlatePose plate_pose(const std::vector<MarkViews>& marks, const MarkLattice& lat
   const CameraColumns cameras = columns_of(marks);
   Normal normal;
   double step_size = 1;
-  for (int step = 0; step < kMaxSteps && step_size > kStill; ++step) {
+  for (int step = 0; step < kPoseSteps && step_size > kStill; ++step) {
     normal = normal_of(marks, lattice, pose, cameras);
     const Vector6 by = normal.matrix.ldlt().solve(normal.right);
     pose.translation_m += by.head<3>();

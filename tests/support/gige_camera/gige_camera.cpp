@@ -16,10 +16,6 @@ namespace {
 
 constexpr std::uint16_t kControlPort = 3956;
 
-std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
 sockaddr_in endpoint(const std::string& address, std::uint16_t port) {
   sockaddr_in result{};
   result.sin_family = AF_INET;

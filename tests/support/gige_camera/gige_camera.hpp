@@ -4,6 +4,7 @@
 #include <netinet/in.h>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -18,6 +19,11 @@
 #include "tests/support/gige_camera/registers.hpp"
 
 namespace drape::test {
+
+/// The host's monotonic clock.
+inline std::int64_t now_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
 
 struct GigeCameraOptions {
   std::string address = "127.0.0.2";

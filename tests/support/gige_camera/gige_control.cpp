@@ -19,10 +19,6 @@ constexpr std::uint32_t kOk = 0, kUnknownCommand = 0x8001, kBadParameter = 0x800
 constexpr std::uint8_t kAnswerWanted = 0x01, kScheduled = 0x80;
 constexpr std::size_t kHeaderBytes = 8;
 
-std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
 bool same(const sockaddr_in& a, const sockaddr_in& b) {
   return a.sin_addr.s_addr == b.sin_addr.s_addr && a.sin_port == b.sin_port;
 }

@@ -16,10 +16,6 @@ constexpr std::size_t kExtendedHeaders = kHeaders + 12;
 constexpr std::size_t kKeptFrames = 16;
 constexpr std::uint32_t kExtendedChunks = 0x4001, kExtendedFlag = 0x80;
 
-std::int64_t now_ns() {
-  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
-}
-
 }  // namespace
 
 void GigeCamera::stream() {
