@@ -113,8 +113,9 @@ Change strongest_change(const PoseVotes& votes, std::size_t camera,
   return best;
 }
 
+/// `step`: a change of all parameters that the scores are taken after, to first order.
 std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
-                                const std::vector<ViewInformation>& views) {
+                                const std::vector<ViewInformation>& views, const VectorXd& step) {
   const auto width = static_cast<Index>(moved_camera_parameters(fit).size());
   std::vector<PoseVotes> votes(model.cameras.size());
   for (std::size_t c = 0; c < votes.size(); ++c) {
@@ -128,7 +129,8 @@ std::vector<PoseVotes> votes_of(const JointModel& model, const JointFit& fit,
       const Eigen::LLT<Matrix6d> factor(unit.asDiagonal() * whole * unit.asDiagonal());
       if (factor.info() != Eigen::Success || !(factor.rcond() > 1e-10)) continue;
       votes[c].placements.push_back(view.placement);
-      votes[c].scores.emplace_back(view.score.segment<6>(at));
+      votes[c].scores.emplace_back(view.score.segment<6>(at) +
+                                   view.information.middleRows<6>(at) * step);
       votes[c].informations.push_back(information);
     }
   }
@@ -155,10 +157,10 @@ double effect_px(const JointModel& model, std::size_t camera, const Vector6d& st
 /// A camera that moved between two views, beyond what other orders of the views show, as one bad
 /// view would; by Fisher's F and by permutation.
 std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
-                                  const std::vector<ViewInformation>& views, const Causes& causes,
-                                  std::size_t& last) {
+                                  const std::vector<ViewInformation>& views, const VectorXd& step,
+                                  const Causes& causes, std::size_t& last) {
   constexpr int kOrders = 300;
-  const std::vector<PoseVotes> votes = votes_of(model, fit, views);
+  const std::vector<PoseVotes> votes = votes_of(model, fit, views, step);
   std::optional<Change> best;
   for (std::size_t c = 0; c < votes.size(); ++c) {
     std::vector<std::size_t> order(votes[c].scores.size());
@@ -200,49 +202,71 @@ std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement)
 /// A camera that sees the moving target later than the others.
 struct TimeSkew {
   std::size_t camera = 0;
-  double sets = 0;       ///< of the time between two sets; negative: earlier
-  double effect_px = 0;  ///< RMS on the moving target
-  double explained = 0;  ///< of the weighted sum of squares
+  double sets = 0, sd_sets = 0;  ///< of the time between two sets; negative: earlier
+  double effect_px = 0;          ///< RMS on the moving target
 };
 
-std::optional<TimeSkew> find_time_skew(const JointModel& model, const JointFit& fit,
+/// Derivative by the lag of each camera but the first, whose time is that of the sets.
+MoreColumns lags_of(const JointModel& model) {
+  const auto count = static_cast<Index>(model.cameras.size()) - 1;
+  return {count, [&model, count](const JointFrame& frame) {
+            MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), count);
+            const auto v = velocity(model, frame.placement);
+            if (frame.camera > 0 && v)
+              d.col(static_cast<Index>(frame.camera) - 1) = by_placement(model, frame) * *v;
+            return d;
+          }};
+}
+
+/// RMS displacement (px) of a camera's points on the moving target from set to set.
+double motion_px(const JointModel& model, std::size_t camera) {
+  double squares = 0;
+  std::size_t points = 0;
+  for (const JointFrame& frame : model.frames) {
+    const auto v = velocity(model, frame.placement);
+    if (frame.camera != camera || !v) continue;
+    squares += (by_placement(model, frame) * *v).squaredNorm();
+    points += frame.points.size();
+  }
+  return points > 0 ? std::sqrt(squares / static_cast<double>(points)) : 0;
+}
+
+/// The one camera whose lag leaves least of all lags that were found (generalised least squares).
+std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParameters& lags,
                                        const Causes& causes) {
+  if (lags.estimate.size() == 0 || lags.p > kFalseAlarms) return std::nullopt;
+  const Eigen::LDLT<MatrixXd> inverse(lags.covariance);
   std::optional<TimeSkew> best;
-  double explained = 0;
+  double best_explained = 0;
   for (std::size_t c = model.cameras.size() > 2 ? 0 : 1; c < model.cameras.size(); ++c) {
-    double squares = 0;
-    int points = 0;
-    const auto later = [&](const JointFrame& frame) -> VectorXd {
-      const auto rows = 2 * static_cast<Index>(frame.points.size());
-      const auto v = velocity(model, frame.placement);
-      if (frame.camera != c || !v) return VectorXd::Zero(rows);
-      const VectorXd moved = by_placement(model, frame) * *v;
-      squares += moved.squaredNorm();
-      points += static_cast<int>(frame.points.size());
-      return moved;
-    };
-    const OneMore skew = one_more(information_by_view(model, fit, later));
-    const double effect = points > 0 ? std::abs(skew.estimate) * std::sqrt(squares / points) : 0;
-    if (skew.p * static_cast<double>(model.cameras.size()) > kFalseAlarms ||
-        effect < causes.alone_px[c] / 2 || std::abs(skew.estimate) > 1)
+    // Where the first camera is late, all others are early against it.
+    VectorXd shape = VectorXd::Constant(lags.estimate.size(), c == 0 ? -1 : 0);
+    if (c > 0) shape[static_cast<Index>(c) - 1] = 1;
+    const VectorXd weighed = inverse.solve(shape);
+    const double information = shape.dot(weighed);
+    const double sets = lags.estimate.dot(weighed) / information;
+    const double explained = sets * sets * information;
+    const double effect = std::abs(sets) * motion_px(model, c);
+    if (explained <= best_explained || effect < causes.alone_px[c] / 2 || std::abs(sets) > 1)
       continue;
-    explained = std::max(explained, skew.explained);
-    // The late camera shows its whole lag, each of the others its part of it with the other sign.
-    if (!best || std::abs(skew.estimate) > std::abs(best->sets))
-      best = TimeSkew{c, skew.estimate, effect, 0};
-    best->explained = explained;
+    best = TimeSkew{c, sets, 1 / std::sqrt(information), effect};
+    best_explained = explained;
   }
   return best;
 }
 
-/// A camera that moved or one that is out of step. A change has seven parameters, a skew one: it is
-/// taken where it explains half as much.
-void find_moved_or_late(const JointModel& model, const JointFit& fit,
-                        const std::vector<ViewInformation>& views, Causes& causes) {
-  std::size_t last = 0;
-  const auto change = find_change(model, fit, views, causes, last);
-  const auto skew = find_time_skew(model, fit, causes);
-  if (change && (!skew || change->explained > 2 * skew->explained)) {
+/// A camera that moved or one that is out of step: it moved where its change stays after the lags
+/// are taken out.
+void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& causes) {
+  const MoreColumns columns = lags_of(model);
+  const std::vector<ViewInformation> views = information_by_view(model, fit, columns);
+  if (views.empty()) return;
+  const MoreParameters lags = fit_more(views, columns.count);
+  const auto skew = find_time_skew(model, lags, causes);
+  std::size_t last = 0, after_lags = 0;
+  const auto change =
+      find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
+  if (change && (!skew || find_change(model, fit, views, lags.step(), causes, after_lags))) {
     causes.fatal = fmt::format(
         "{} moved after {}: by {:.3f} deg and {:.2f} mm against the other views, {:.2f} px in its "
         "images; take the sets before or after it out of the rig file, or record again with the "
@@ -252,9 +276,10 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit,
         effect_px(model, change->camera, change->step));
   } else if (skew) {
     causes.warnings.push_back(fmt::format(
-        "{} sees the target {:.3f} of the time between two sets {} than the other cameras ({:.2f} "
-        "px RMS on the moving target): expose all cameras by one trigger, or hold the target still",
-        model.cameras[skew->camera].camera.name, std::abs(skew->sets),
+        "{} sees the target {:.4f} +- {:.4f} of the time between two sets {} than the other "
+        "cameras ({:.2f} px RMS on the moving target): expose all cameras by one trigger, or hold "
+        "the target still",
+        model.cameras[skew->camera].camera.name, std::abs(skew->sets), skew->sd_sets,
         skew->sets < 0 ? "earlier" : "later", skew->effect_px));
   }
 }
@@ -283,7 +308,7 @@ Causes causes_of(const JointModel& model, const JointFit& fit) {
   Causes causes;
   alone_and_together(model, causes);
   if (model.cameras.size() > 1) {
-    find_moved_or_late(model, fit, information_by_view(model, fit), causes);
+    find_moved_or_late(model, fit, causes);
     compare_alone_with_together(model, causes);
   }
   if (causes.fatal.empty() && !fit.lens_known) causes.fatal = wide_lens(model, fit);

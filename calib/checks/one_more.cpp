@@ -12,10 +12,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-OneMore one_more(const std::vector<ViewInformation>& views) {
-  OneMore out;
-  if (views.size() < 4) return out;
-  const Index size = views[0].score.size(), rest = size - 1;
+VectorXd MoreParameters::step() const {
+  VectorXd step(others.rows() + estimate.size());
+  step << -others * estimate, estimate;
+  return step;
+}
+
+MoreParameters fit_more(const std::vector<ViewInformation>& views, Index count) {
+  MoreParameters out;
+  const auto n = static_cast<Index>(views.size());
+  if (n < count + 3) return out;
+  const Index size = views[0].score.size(), fitted = size - count;
   MatrixXd all = MatrixXd::Zero(size, size);
   VectorXd score = VectorXd::Zero(size);
   for (const ViewInformation& view : views) {
@@ -23,27 +30,34 @@ OneMore one_more(const std::vector<ViewInformation>& views) {
     score += view.score;
   }
   const VectorXd unit = all.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<MatrixXd> factor(
-      (unit.asDiagonal() * all * unit.asDiagonal()).topLeftCorner(rest, rest));
-  const VectorXd others =
-      unit.head(rest).asDiagonal() *
-      factor.solve(VectorXd(unit.head(rest).asDiagonal() * all.col(rest).head(rest)));
-  out.others = others;
-  VectorXd pick(size);
-  pick << -others, 1;
-  const double information = pick.dot(all * pick);
-  if (!(information > 1e-9 * all(rest, rest))) return out;
-  out.estimate = -pick.dot(score) / information;
-  double scatter = 0;
+  const MatrixXd scaled = unit.asDiagonal() * all * unit.asDiagonal();
+  const Eigen::LDLT<MatrixXd> factor(scaled.topLeftCorner(fitted, fitted));
+  const MatrixXd others = unit.head(fitted).asDiagonal() *
+                          factor.solve(scaled.topRightCorner(fitted, count)) *
+                          unit.tail(count).cwiseInverse().asDiagonal();
+  MatrixXd pick(size, count);
+  pick << -others, MatrixXd::Identity(count, count);
+  const MatrixXd information = pick.transpose() * all * pick;
+  for (Index k = 0; k < count; ++k)
+    if (!(information(k, k) > 1e-9 * all(fitted + k, fitted + k))) return out;
+  const Eigen::LDLT<MatrixXd> inverse(information);
+  const VectorXd estimate = -inverse.solve(pick.transpose() * score);
+  MatrixXd scatter = MatrixXd::Zero(count, count);
   for (const ViewInformation& view : views) {
-    const double own = pick.dot(view.score) + out.estimate * pick.dot(view.with_world * pick);
-    scatter += own * own;
+    const VectorXd own =
+        pick.transpose() * view.score + pick.transpose() * view.with_world * pick * estimate;
+    scatter += own * own.transpose();
   }
-  const auto n = static_cast<double>(views.size());
-  scatter *= n / (n - 1);
-  const double t2 = std::pow(out.estimate * information, 2) / std::max(scatter, 1e-300);
-  out.explained = out.estimate * out.estimate * information;
-  out.p = f_tail(t2, 1, n - 1);
+  scatter *= static_cast<double>(n) / static_cast<double>(n - count);
+  const MatrixXd once = inverse.solve(scatter);
+  const MatrixXd covariance = inverse.solve(once.transpose());
+  const double t2 = estimate.dot(covariance.ldlt().solve(estimate));
+  if (!std::isfinite(t2)) return out;
+  out.estimate = estimate;
+  out.covariance = covariance;
+  out.others = others;
+  out.p = f_tail(t2 / static_cast<double>(count), static_cast<double>(count),
+                 static_cast<double>(n - count));
   return out;
 }
 

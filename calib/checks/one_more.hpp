@@ -11,15 +11,19 @@ namespace drape::calib {
 /// How often a rig without a fault is accused by one of the three tests: 1 in 1,000 by all.
 inline constexpr double kFalseAlarms = 1e-3 / 3;
 
-/// One parameter more than a fit has, all others fitted along.
-struct OneMore {
-  double estimate = 0;
-  double p = 1;            ///< probability of one as far from 0, by the views' own scatter
-  double explained = 0;    ///< of the weighted sum of squares
-  Eigen::VectorXd others;  ///< how far the other parameters move without it, per unit
+/// Parameters more than a fit has, all others fitted along, to first order.
+struct MoreParameters {
+  Eigen::VectorXd estimate;    ///< empty where the views cannot tell
+  Eigen::MatrixXd covariance;  ///< by the views' own scatter
+  double p = 1;                ///< probability of all as far from 0 (Hotelling 1931)
+  Eigen::MatrixXd others;      ///< how far the other parameters move without each, per unit
+
+  /// Change of all parameters of the views' information, these last.
+  [[nodiscard]] Eigen::VectorXd step() const;
 };
 
-/// `views` by information_by_view() with that parameter last.
-[[nodiscard]] OneMore one_more(const std::vector<ViewInformation>& views);
+/// `views` by information_by_view() with those parameters last.
+[[nodiscard]] MoreParameters fit_more(const std::vector<ViewInformation>& views,
+                                      Eigen::Index count);
 
 }  // namespace drape::calib

@@ -148,7 +148,7 @@ std::string fisheye(const JointModel& model, std::size_t index) {
 std::string missing_term(const JointModel& model, const JointFit& fit, const ViewScatter& scatter,
                          std::size_t index) {
   const double reach = largest_radius(model, index);
-  const auto ninth = [&](const JointFrame& frame) -> VectorXd {
+  const auto ninth = [&](const JointFrame& frame) -> Eigen::MatrixXd {
     VectorXd d = VectorXd::Zero(2 * static_cast<Index>(frame.points.size()));
     if (frame.camera != index) return d;
     const CamFromTarget pose = model.cameras[index].camera.cam_from_world *
@@ -160,10 +160,10 @@ std::string missing_term(const JointModel& model, const JointFit& fit, const Vie
     }
     return d;
   };
-  const OneMore term = one_more(information_by_view(model, fit, ninth));
+  const MoreParameters term = fit_more(information_by_view(model, fit, {1, ninth}), 1);
   if (term.p * static_cast<double>(model.cameras.size()) > kFalseAlarms) return "";
   const auto focal = static_cast<Index>(index * moved_camera_parameters(fit).size());
-  const double moved_px = std::abs(term.others[focal] * term.estimate);
+  const double moved_px = std::abs(term.others(focal, 0) * term.estimate[0]);
   const double sigmas = moved_px / std::sqrt(scatter.covariance(focal, focal));
   if (!(sigmas > kHarmSigmas)) return "";
   return fmt::format(

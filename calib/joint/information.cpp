@@ -123,9 +123,9 @@ MatrixXd information_of(const JointModel& model, const JointFit& fit) {
 }
 
 std::vector<ViewInformation> information_by_view(const JointModel& model, const JointFit& fit,
-                                                 const MoreColumn& more) {
+                                                 const MoreColumns& more) {
   const Layout layout(model, fit);
-  const Index own = layout.bow + layout.bow_size, common = own + (more ? 1 : 0),
+  const Index own = layout.bow + layout.bow_size, common = own + more.count,
               size = common + placement_parameters;
   const auto known = std::count_if(model.placements.begin(), model.placements.end(),
                                    [](const Placement& p) { return p.known; });
@@ -135,10 +135,12 @@ std::vector<ViewInformation> information_by_view(const JointModel& model, const 
     const std::size_t p = frame.placement;
     MatrixXd d = derivative(model, layout, frame, model.placements[p]);
     std::vector<Piece> pieces = pieces_of(layout, frame.camera, common);
-    if (more) {
-      pieces.push_back({d.cols(), own, 1});
-      d.conservativeResize(Eigen::NoChange, d.cols() + 1);
-      d.col(d.cols() - 1) = whitened(frame, more(frame));
+    if (more.count > 0) {
+      pieces.push_back({d.cols(), own, more.count});
+      d.conservativeResize(Eigen::NoChange, d.cols() + more.count);
+      const MatrixXd by_more = more.of(frame);
+      for (Index k = 0; k < more.count; ++k)
+        d.col(d.cols() - more.count + k) = whitened(frame, by_more.col(k));
     }
     add_pieces(informations[p], pieces, d);
     const VectorXd pull = d.transpose() * whitened(frame, residuals_px(model, frame));

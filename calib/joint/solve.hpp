@@ -53,13 +53,16 @@ struct ViewInformation {
   Eigen::MatrixXd with_world;   ///< the information where this placement alone holds the world
 };
 
-/// Derivative (px, two rows a point) of a frame by one parameter more than the fit has.
-using MoreColumn = std::function<Eigen::VectorXd(const JointFrame&)>;
+/// Parameters that the fit does not have: derivative of a frame (px, two rows a point) by each.
+struct MoreColumns {
+  Eigen::Index count = 0;
+  std::function<Eigen::MatrixXd(const JointFrame&)> of = {};
+};
 
-/// By placement that is seen; with `more` its parameter stands last, after the bow.
+/// By placement that is seen; the parameters of `more` stand last, after the bow.
 [[nodiscard]] std::vector<ViewInformation> information_by_view(const JointModel& model,
                                                                const JointFit& fit,
-                                                               const MoreColumn& more = {});
+                                                               const MoreColumns& more = {});
 
 /// Information that one more view of the target would add to cameras and bow, its own placement
 /// eliminated. `frames` are the new view's.
