@@ -91,26 +91,26 @@ struct Named {
 
 std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
   std::vector<Named> jobs;
-  const auto add = [&](const std::string& set, const MakeJob& make) {
+  const auto add_job = [&](const std::string& set, const MakeJob& make) {
     jobs.push_back({set, make});
   };
   const auto target = std::make_shared<Target>(read_target(rig.target_file));
   for (const TargetStage& stage : rig.stages) {
     WorldFromTarget pose;
     pose.translation_m.z() = stage.z_m;
-    add(stage.set, [=] { return target_job(stage.set, *target, pose); });
+    add_job(stage.set, [=] { return target_job(stage.set, *target, pose); });
   }
   std::uint64_t index = 0;
   for (const std::string& set : rig.free_poses) {
     const WorldFromTarget pose = free_pose(options.render.seed, index++);
-    add(set, [=] { return target_job(set, *target, pose); });
+    add_job(set, [=] { return target_job(set, *target, pose); });
   }
   for (const auto& file : rig.scenes) {
     const Scene scene = read_scene(file);
     const std::uint64_t own = index++;
     if (scene.set.empty()) continue;
-    add(scene.set,
-        [=, &options] { return cloth_job(scene, read_print(scene.print_file), options, own); });
+    add_job(scene.set,
+            [=, &options] { return cloth_job(scene, read_print(scene.print_file), options, own); });
   }
   return jobs;
 }

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kDirections = 400;  // start directions over the sphere, about 10 degrees apart
+constexpr int kStartDirections = 400;  // start directions over the sphere, about 10 degrees apart
 constexpr int kSteps = 12;
 constexpr double kShapeSigma = 0.02;  // of a squared semi-axis, as a fraction of the dot's own
 constexpr double kSizeSigma = 0.03;   // of the print: dots bleed or shrink alike in all views
@@ -102,7 +102,7 @@ Tilt refined(const std::vector<Outline>& outlines, Tilt tilt) {
 
 /// Evenly spread directions (spherical Fibonacci lattice).
 Vector3d direction(int i) {
-  const double z = 1 - (2.0 * i + 1) / kDirections;
+  const double z = 1 - (2.0 * i + 1) / kStartDirections;
   const double turn = std::numbers::pi * (3 - std::sqrt(5.0)) * i;
   const double r = std::sqrt(1 - z * z);
   return {r * std::cos(turn), r * std::sin(turn), z};
@@ -129,7 +129,7 @@ std::optional<DotNormal> normal_from_ellipses(const std::vector<View>& views,
     to_cameras.emplace_back((centre_in_world(view.camera->camera) - in_world).normalized());
   }
   std::optional<Tilt> best;
-  for (int i = 0; i < kDirections; ++i) {
+  for (int i = 0; i < kStartDirections; ++i) {
     Tilt start{direction(i), 1, 0, Matrix3d::Zero()};
     if (!faces(to_cameras, start.normal)) continue;
     start.cost = misfits(outlines, start.normal, 1).squaredNorm();

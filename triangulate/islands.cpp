@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::array<MarkId, 4> steps = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
+constexpr std::array<MarkId, 4> lattice_steps = {{{0, 1}, {1, 0}, {0, -1}, {-1, 0}}};
 
 /// One island as it lies in its frame.
 struct Island {
@@ -235,7 +235,7 @@ class Merger {
                       Verdict& verdict) const {
     const double pitch = result_.detections.lattice.pitch_m;
     for (const auto& [mark, point] : points) {
-      for (const MarkId step : steps) {
+      for (const MarkId step : lattice_steps) {
         for (const int far : {1, 2}) {
           const MarkId other{mark.row + far * step.row, mark.col + far * step.col};
           const auto inside = points.find(other);

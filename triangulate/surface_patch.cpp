@@ -114,10 +114,10 @@ std::optional<Bend> bend_along(const MarksOnSurface& marks, MarkId mark, MarkId 
 }  // namespace
 
 CurvatureTrust curvature_trust(const MarksOnSurface& marks, double pitch_m) {
-  struct Change {
+  struct Bend {
     double strongest_per_m, change_per_m;
   };
-  std::vector<Change> changes;
+  std::vector<Bend> changes;
   for (const auto& [mark, surface] : marks) {
     for (const MarkId line : {MarkId{1, 0}, MarkId{0, 1}}) {
       const auto near = bend_along(marks, mark, line, 1, pitch_m);
@@ -129,7 +129,7 @@ CurvatureTrust curvature_trust(const MarksOnSurface& marks, double pitch_m) {
   const std::size_t half = changes.size() / 2;
   if (half < kLeastLines) return trust;
   std::sort(changes.begin(), changes.end(),
-            [](const Change& a, const Change& b) { return a.strongest_per_m < b.strongest_per_m; });
+            [](const Bend& a, const Bend& b) { return a.strongest_per_m < b.strongest_per_m; });
   double sum = 0;
   for (std::size_t i = 0; i < half; ++i) sum += changes[i].change_per_m * changes[i].change_per_m;
   trust.least_per_m = std::sqrt(sum / static_cast<double>(half));

@@ -25,7 +25,7 @@ using Eigen::VectorXd;
 constexpr double kHarmSigmas = 3;
 /// Median distance of points from their images under the stated noise alone (Rayleigh).
 constexpr double kNoiseMedian = 1.1774;
-constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 constexpr const char* kRemedy = "use a lens of less view, or pictures as the camera took them";
 
@@ -53,7 +53,7 @@ double median(std::vector<double> values) {
 double miss_of(const JointCamera& camera, const Placement& placement, const BoardBow& bow,
                const TargetPoint& point) {
   const auto px = pixel_of(camera, placement, bow, point.point_in_target);
-  return px ? (whitener(point.covariance_px2) * (*px - point.px())).norm() : kFar;
+  return px ? (whitener(point.covariance_px2) * (*px - point.px())).norm() : kNowhere;
 }
 
 /// Median distance of a camera's points in the fit of all cameras, in standard deviations.
@@ -75,7 +75,7 @@ double typical_miss(JointModel model, std::size_t index) {
   try {
     alone = solve_alone(model, index, false, dropped, LensTerms::k1_k2_p1_p2_k3);
   } catch (const Error&) {
-    return kFar;
+    return kNowhere;
   }
   JointCamera camera = model.cameras[index];
   camera.camera.cam_from_world = {};
@@ -83,14 +83,14 @@ double typical_miss(JointModel model, std::size_t index) {
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     if (model.frames[f].camera != index) continue;
     for (const TargetPoint& point : model.frames[f].points) {
-      misses.push_back(kFar);
+      misses.push_back(kNowhere);
       if (!alone.views[f]) continue;
       const CamFromTarget& pose = alone.views[f]->cam_from_target;
       misses.back() =
           miss_of(camera, {"", {pose.rotation, pose.translation_m}, true}, model.bow, point);
     }
   }
-  return misses.empty() ? kFar : median(misses);
+  return misses.empty() ? kNowhere : median(misses);
 }
 
 /// The camera's points where a lens without distortion would have them, were the camera's lens an
@@ -129,7 +129,7 @@ std::string fisheye(const JointModel& model, std::size_t index) {
   if (!(brown > 2 * kNoiseMedian)) return "";
   const CameraModel& image = model.cameras[index].camera.model;
   const double half_px = std::hypot(image.width_px, image.height_px) / 2;
-  double best = kFar, best_deg = 0;
+  double best = kNowhere, best_deg = 0;
   for (const double half_deg : {40.0, 52.0, 64.0, 76.0, 90.0, 105.0}) {
     const double miss =
         typical_miss(without_fisheye(model, index, half_px / (half_deg * units::deg)), index);

@@ -44,14 +44,13 @@ void wait_for_hosts(const std::vector<Running>& cameras, double timeout_s) {
 
 std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFile& file,
                                   SyncMethod method, double opening_s) {
-  using Clock = std::chrono::steady_clock;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     CameraSettings settings = file.cameras[c].settings;
     settings.trigger = trigger_of(method);
     cameras[c].host->set_settings(settings);
     cameras[c].host->launch();
   }
-  const auto until = Clock::now() + std::chrono::duration<double>(opening_s);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(opening_s);
   for (;;) {
     wait_for_hosts(cameras, 0.02);
     bool all = true;
@@ -60,7 +59,7 @@ std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFi
       host.pump();
       all = all && host.ready();
       if (host.fault()) return LiveFault{file.cameras[c].name, *host.fault(), host.what_to_do()};
-      if (!host.ready() && Clock::now() > until)
+      if (!host.ready() && std::chrono::steady_clock::now() > until)
         return LiveFault{file.cameras[c].name, "it does not open",
                          "check cable and power of the camera"};
     }

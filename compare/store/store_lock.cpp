@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using LockClock = std::chrono::steady_clock;
 
 /// The system frees a lock when its holder dies, so what is waited for is at work.
 constexpr auto kPatience = std::chrono::seconds(60);
 
-bool lock_before(int fd, int operation, Clock::time_point last) {
+bool lock_before(int fd, int operation, LockClock::time_point last) {
   while (::flock(fd, operation | LOCK_NB) != 0) {
-    if (Clock::now() > last) return false;
+    if (LockClock::now() > last) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return true;
@@ -49,7 +49,7 @@ StoreLock::StoreLock(const fs::path& store, Kind kind) {
   const fs::path gate = folder / ("." + store.filename().string() + ".lock");
   const int create = kind == Kind::alone ? O_CREAT : 0;
   const int gate_fd = ::open(gate.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | create, 0644);
-  const Clock::time_point last = Clock::now() + kPatience;
+  const LockClock::time_point last = LockClock::now() + kPatience;
   const bool passed = gate_fd < 0 || lock_before(gate_fd, operation, last);
   const bool locked = passed && lock_before(fd_, operation, last);
   if (gate_fd >= 0) ::close(gate_fd);

@@ -9,10 +9,10 @@ namespace drape::detect {
 
 std::optional<CentreSolution> solve_for_centre(const BlurredEllipse::Matrix& hessian,
                                                const BlurredEllipse::Vector& gradient) {
-  using Model = BlurredEllipse;
-  constexpr int n = Model::size;
-  static_assert(n == 10 && Model::cx == 4 && Model::cy == 5);
-  constexpr std::array<int, n> order = {0, 1, 2, 3, 6, 7, 8, 9, Model::cx, Model::cy};
+  using Fitted = BlurredEllipse;
+  constexpr int n = Fitted::size;
+  static_assert(n == 10 && Fitted::cx == 4 && Fitted::cy == 5);
+  constexpr std::array<int, n> order = {0, 1, 2, 3, 6, 7, 8, 9, Fitted::cx, Fitted::cy};
   // Columns of the lower triangle; row n is the right side, which is eliminated with the others.
   std::array<std::array<double, n + 1>, n> column;
   for (int k = 0; k < n; ++k) {

@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const Where place{.file = "recording/drape_A/cam1.png", .camera = "cam1", .set = "drape_A"};
+const Where kWhere{.file = "recording/drape_A/cam1.png", .camera = "cam1", .set = "drape_A"};
 
 std::vector<unsigned char> encoded(const cv::Mat& picture, const char* format = ".png") {
   std::vector<unsigned char> bytes;
@@ -31,7 +31,7 @@ std::vector<unsigned char> encoded(const cv::Mat& picture, const char* format = 
 
 std::string complaint(const std::vector<unsigned char>& bytes, int width, int height) {
   try {
-    (void)decode_image(bytes, width, height, place);
+    (void)decode_image(bytes, width, height, kWhere);
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
     EXPECT_EQ(error.where().camera, "cam1");
@@ -44,11 +44,11 @@ std::string complaint(const std::vector<unsigned char>& bytes, int width, int he
 
 TEST(DecodeImage, ReadsGreyColourAndSixteenBit) {
   const cv::Mat grey(6, 8, CV_8U, cv::Scalar(77));
-  EXPECT_EQ(decode_image(encoded(grey), 8, 6, place).level(3, 2), 77.0F);
+  EXPECT_EQ(decode_image(encoded(grey), 8, 6, kWhere).level(3, 2), 77.0F);
   const cv::Mat colour(6, 8, CV_8UC3, cv::Scalar(90, 90, 90));
-  EXPECT_EQ(decode_image(encoded(colour), 8, 6, place).level(7, 5), 90.0F);
+  EXPECT_EQ(decode_image(encoded(colour), 8, 6, kWhere).level(7, 5), 90.0F);
   const cv::Mat deep(6, 8, CV_16U, cv::Scalar(1000));
-  const GreyImage image = decode_image(encoded(deep), 8, 6, place);
+  const GreyImage image = decode_image(encoded(deep), 8, 6, kWhere);
   EXPECT_NEAR(image.level(0, 0), 1000 * 255.0 / 65535, 1e-4);
 }
 
@@ -76,7 +76,7 @@ TEST(DecodeImage, NeverCrashesOnSpoiltBytes) {
       bytes[random() % 2000] ^= static_cast<unsigned char>(1U << (random() % 8));
     }
     try {
-      EXPECT_EQ(decode_image(bytes, 1600, 1200, place).bytes.size(), 1600U * 1200U);
+      EXPECT_EQ(decode_image(bytes, 1600, 1200, kWhere).bytes.size(), 1600U * 1200U);
     } catch (const Error&) {
       ++refused;
     }

@@ -17,19 +17,20 @@
 #include "core/error.hpp"
 
 namespace drape::detect {
+/// A family as the library makes and frees it.
+struct LibraryFamily {
+  const char* name;
+  apriltag_family_t* (*create)();
+  void (*destroy)(apriltag_family_t*);
+};
+
 namespace {
 
 constexpr int most_wrong_bits = 2;
 // A second one would triple the false ids that a fold can make up.
 constexpr int most_wrong_bits_in_folds = 1;
 
-struct Family {
-  const char* name;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-};
-
-constexpr std::array<Family, 5> families = {{
+constexpr std::array<LibraryFamily, 5> families = {{
     {"tag36h11", tag36h11_create, tag36h11_destroy},
     {"tag36h10", tag36h10_create, tag36h10_destroy},
     {"tag25h9", tag25h9_create, tag25h9_destroy},
@@ -37,8 +38,8 @@ constexpr std::array<Family, 5> families = {{
     {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
 }};
 
-const Family& family_named(const std::string& name) {
-  for (const Family& family : families) {
+const LibraryFamily& family_named(const std::string& name) {
+  for (const LibraryFamily& family : families) {
     if (name == family.name) return family;
   }
   throw bad_input(fmt::format("the tag family \"{}\" is not known", name), {.field = "tags.family"},
@@ -69,7 +70,7 @@ TagCode code_of(const apriltag_family_t& family) {
 }  // namespace
 
 struct TagFinder::State {
-  const Family* family = nullptr;
+  const LibraryFamily* family = nullptr;
   apriltag_family_t* codes = nullptr;
   apriltag_detector_t* detector = nullptr;
   TagCode code;

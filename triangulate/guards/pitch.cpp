@@ -17,7 +17,7 @@ namespace {
 using units::mm;
 
 constexpr double kSigmas = 4;
-constexpr std::size_t kLeast = 8;  ///< places along one direction; fewer say nothing
+constexpr std::size_t kLeastPlaces = 8;  ///< places along one direction; fewer say nothing
 /// Three marks that turn by more are left out: the next term of the arc, angle^4 / 1920, stays
 /// below 1e-5.
 constexpr double kMostTurn_rad = 0.35;
@@ -85,7 +85,7 @@ std::vector<std::string> contradictions_of_pitch(const std::vector<SheetMark>& m
   for (const auto& [name, step] :
        {std::pair{"warp", MarkId{1, 0}}, std::pair{"weft", MarkId{0, 1}}}) {
     const std::vector<Place> places = places_along(all, step, pitch_m);
-    if (places.size() < kLeast) continue;
+    if (places.size() < kLeastPlaces) continue;
     double variance = 0;
     for (const Place& place : places) variance += place.sd * place.sd;
     const auto n = static_cast<double>(places.size());
