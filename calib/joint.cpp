@@ -197,15 +197,6 @@ void JointOptions::check() const {
   common.check();
 }
 
-WorldBox drape_volume(const JointModel& model) {
-  double top = 0;
-  for (const Placement& placement : model.placements) {
-    if (placement.known) top = std::max(top, placement.world_from_target.translation_m.z());
-  }
-  const Eigen::Vector2d half = model.bow.half_m;
-  return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
-}
-
 JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
                             const JointOptions& options) {
   JointResult result;

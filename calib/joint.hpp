@@ -91,7 +91,4 @@ struct JointResult {
 [[nodiscard]] JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
                                           const JointOptions& options);
 
-/// Where cloth may hang: over the target, up to its highest stage.
-[[nodiscard]] WorldBox drape_volume(const JointModel& model);
-
 }  // namespace drape::calib

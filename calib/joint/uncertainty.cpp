@@ -13,6 +13,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
+WorldBox drape_volume(const JointModel& model) {
+  double top = 0;
+  for (const Placement& placement : model.placements) {
+    if (placement.known) top = std::max(top, placement.world_from_target.translation_m.z());
+  }
+  const Eigen::Vector2d half = model.bow.half_m;
+  return {{-half.x(), -half.y(), 0}, {half.x(), half.y(), top}};
+}
+
 std::vector<Vector3d> grid_of(const WorldBox& box, int nodes_per_side) {
   std::vector<Vector3d> nodes;
   const double last = nodes_per_side - 1;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "calib/joint/model.hpp"
 #include "core/calibration.hpp"
 
 namespace drape::calib {
@@ -13,6 +14,9 @@ namespace drape::calib {
 struct WorldBox {
   Eigen::Vector3d low, high;
 };
+
+/// Where cloth may hang: over the target, up to its highest stage.
+[[nodiscard]] WorldBox drape_volume(const JointModel& model);
 
 /// Nodes of a regular grid over the box, ends included.
 [[nodiscard]] std::vector<Eigen::Vector3d> grid_of(const WorldBox& box, int nodes_per_side);
