@@ -25,8 +25,8 @@ struct CaptureCommand {
 /// A session: the cameras stay open, Enter takes the next set of the rig's list. Whoever leads it,
 /// a person or the console, types lines to its standard input (the name of a set; nothing: the next
 /// of the rig; `r`: the last one again; `q` or the end of the input: end) and reads its standard
-/// error: `next: ...` when it waits for a line, `GO: NAME stored` once the set is in recording.json,
-/// `NO-GO: reason; to do: ...`, and a line for each camera that is lost or back.
+/// error: `next: ...` when it waits for a line, `GO: NAME stored` once the set is in
+/// recording.json, `NO-GO: reason; to do: ...`, and a line for each camera that is lost or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common);
 

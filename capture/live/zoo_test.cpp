@@ -53,7 +53,8 @@ Sent picture_for(const Personality& p, unsigned seed) {
     for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
       sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
   // The packings themselves are proved in pixel_format_test.cpp.
-  const Samples grey = grey_of(unpack(format, sent.bytes, kZooWidth_px, kZooHeight_px), format.mosaic);
+  const Samples grey =
+      grey_of(unpack(format, sent.bytes, kZooWidth_px, kZooHeight_px), format.mosaic);
   for (const std::uint16_t v : grey.values)
     sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
   return sent;
