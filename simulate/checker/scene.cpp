@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
 
 namespace drape::simulate::checker {
@@ -88,6 +89,15 @@ Support line_place(int a, int b, Real t) {
 }
 
 constexpr std::array<std::pair<int, int>, 4> kBesides{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+// Fractions of a piece: the deepest place is found to the first. On a rounded edge a place that is
+// off by the second presses in another direction, which places farther off make up only roughly.
+constexpr Real kFound = 1e-7L;
+constexpr Real kSameDirection = 1e-9L;
+constexpr Real kClose = 4e-4L;
+
+bool is_same(const Point& n, const Point& m) {
+  return length_of(n[0] - m[0], n[1] - m[1], n[2] - m[2]) < kSameDirection;
+}
 
 /// Collects the places where the sheet may touch.
 class Finder {
@@ -133,13 +143,29 @@ class Finder {
     other.normal = normal_of(objects_, shape, mix(points_, place));
     found_.push_back(other);
   }
+  /// As beside(), and in the direction of the place as far on the other side: what presses about
+  /// here, in directions of about here.
+  void about(std::size_t shape, const Support& place, const Support& opposite) {
+    beside(shape, place);
+    Support other = place;
+    other.normal = normal_of(objects_, shape, mix(points_, opposite));
+    if (!is_same(other.normal, found_[last_].normal)) found_.push_back(other);
+  }
+  /// Whether these particles see one plane of the object: no place between them is nearer to it
+  /// than they are.
+  [[nodiscard]] bool lies_flat(std::size_t k, std::initializer_list<int> particles) const {
+    if (k < objects_.meshes.size() && objects_.meshes[k] != nullptr) return false;
+    const Point first = normal_of(objects_, k, points_[*particles.begin()]);
+    return std::all_of(particles.begin(), particles.end(),
+                       [&](int i) { return is_same(normal_of(objects_, k, points_[i]), first); });
+  }
   /// Where the cell is deepest, and its neighbours, as for a line.
   void try_deepest(std::size_t k, int corner, int cols) {
     const auto at = [corner, cols](Real u, Real v) { return cell_place(corner, cols, u, v); };
     Real u = 0.5L, v = 0.5L, least = gap(k, at(u, v));
     if (least > touch_m_ + length_between(at(0, 0), at(1, 1)) + length_between(at(0, 1), at(1, 0)))
       return;
-    for (Real way = 0.25L; way > 1e-4L;) {
+    for (Real way = 0.25L; way > kFound;) {
       bool moved = false;
       for (const auto& [du, dv] : kBesides) {
         const Real s = std::clamp<Real>(u + du * way, 0, 1),
@@ -156,9 +182,13 @@ class Finder {
     if (least > touch_m_) return;
     add(k, at(u, v));
     // The simulator's place is as deep to within its contacts' sinking.
-    for (const Real by : {0.02L, 0.06L}) {
-      for (const auto& [du, dv] : kBesides)
-        beside(k, at(std::clamp<Real>(u + du * by, 0, 1), std::clamp<Real>(v + dv * by, 0, 1)));
+    for (const Real by : {kClose, 0.02L, 0.06L}) {
+      for (const auto& [du, dv] : kBesides) {
+        const auto off = [&](Real way) {
+          return at(std::clamp<Real>(u + du * way, 0, 1), std::clamp<Real>(v + dv * way, 0, 1));
+        };
+        about(k, off(by), off(-by));
+      }
     }
   }
   [[nodiscard]] Real length_between(const Support& one, const Support& two) const {
@@ -171,6 +201,7 @@ class Finder {
   /// The nearest place by samples and golden sections, and its neighbours, so that a contact whose
   /// place along the line is known to a hundredth can be made up of two.
   void try_line(std::size_t k, int a, int b) {
+    if (lies_flat(k, {a, b})) return;
     const auto at = [a, b](Real t) { return line_place(a, b, t); };
     constexpr int kSamples = 16;
     int best = 1;
@@ -189,7 +220,7 @@ class Finder {
     Real low = Real(best - 1) / kSamples;
     Real high = Real(best + 1) / kSamples;
     constexpr Real kGolden = 0.618033988749894848L;
-    for (int step = 0; step < 24; ++step) {
+    for (int step = 0; step < 30; ++step) {
       const Real one = high - kGolden * (high - low);
       const Real two = low + kGolden * (high - low);
       if (gap(k, at(one)) < gap(k, at(two))) {
@@ -201,7 +232,8 @@ class Finder {
     const Real t = (low + high) / 2;
     if (gap(k, at(t)) > touch_m_) return;
     add(k, at(t));
-    for (const Real shift : {-0.01L, 0.01L}) beside(k, at(std::clamp<Real>(t + shift, 0, 1)));
+    for (const Real shift : {-0.01L, -kClose, kClose, 0.01L})
+      about(k, at(std::clamp<Real>(t + shift, 0, 1)), at(std::clamp<Real>(t - shift, 0, 1)));
     // All of the piece that is near enough may press, each place in its own direction: on a narrow
     // rounding the direction changes within a small part of a millimetre.
     for (const Real way : {-1.0L / kSamples, 1.0L / kSamples}) {
@@ -318,6 +350,7 @@ std::vector<Support> supports_of(const Objects& objects, const std::vector<Point
         if (r + 1 < rows) finder.try_line(k, i, i + cols);
         if (c + 1 < cols) finder.try_line(k, i, i + 1);
         if (r + 1 == rows || c + 1 == cols) continue;
+        if (finder.lies_flat(k, {i, i + 1, i + cols, i + cols + 1})) continue;
         for (int u = 1; u <= 3; ++u) {
           for (int v = 1; v <= 3; ++v)
             finder.try_place(k, cell_place(i, cols, Real(u) / 4, Real(v) / 4));

@@ -10,6 +10,7 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
+
 using Eigen::Vector3d;
 
 constexpr double kParticleSink = 0.2e-6;  // m; under a mean particle's weight, before multipliers
@@ -28,6 +29,8 @@ constexpr double kShallow = 1e-6;         // m; entries that a step may make
 constexpr double kJustIn = 1e-7;          // m; deeper ones are lifted to here, and press
 constexpr double kFarFromSurface = 1e-4;  // m; beyond, a step meant to leave it
 constexpr double kSlides = 1 + 1e-9;      // a spring this much beyond its limit slides
+constexpr double kWatchPiece = 0.2e-3;  // m; a piece farther from a surface stays off it in a step
+constexpr int kPieces = 3;              // that begin at a particle: two lines and a cell
 
 }  // namespace
 
@@ -36,16 +39,14 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      seeks_points_(between_particles),
-      lines_(cloth, surroundings, friction, gravity_m_per_s2),
-      index_(static_cast<std::size_t>(cloth.count()) * surroundings.count() + lines_.elements(),
-             -1),
+      seeks_pieces_(between_particles),
+      index_(static_cast<std::size_t>(1 + kPieces) * cloth.count() * surroundings.count(), -1),
       is_pinned_(cloth.count(), 0) {
   const double weight = cloth.total_mass_kg() * gravity_m_per_s2 / cloth.count();
   const double spacing = std::min(cloth.grid().warp_spacing_m(), cloth.grid().weft_spacing_m());
   const double bending = std::max(cloth.laws().bending[0].slope, cloth.laws().bending[1].slope);
   particle_stiffness_ = weight / kParticleSink + kOverBending * bending / (spacing * spacing);
-  shear_stiffness_ = lines_.stiffness_n_per_m();
+  shear_stiffness_ = weight / LineContacts::sink_m;
 }
 
 void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vector3d>& in_world) {
@@ -106,15 +107,76 @@ Vector3d StaticContacts::spring(const Contact& contact, const Vector3d& p) const
   return way - way.dot(contact.normal) * contact.normal;
 }
 
-void StaticContacts::refresh(const Field& position) {
-  if (seeks_points_) lines_.refresh(position);
+SheetPiece StaticContacts::piece_of(const Contact& contact, const Field& position) const {
+  SheetPiece piece;
+  piece.corners = contact.corners;
+  for (int k = 0; k < contact.corners; ++k) piece.at[k] = at(position, contact.particle[k]);
+  return piece;
+}
+
+DeepestPlace StaticContacts::deepest_of(const Contact& contact, const Field& position) const {
+  return deepest_place(*surroundings_, contact.shape, piece_of(contact, position));
+}
+
+double StaticContacts::gap_of(const Contact& contact, const Field& position) const {
+  if (contact.slides) return deepest_of(contact, position).depth_m;
+  return surroundings_->gap_m(contact.shape, mix(position, contact));
+}
+
+StaticContacts::Pressing StaticContacts::pressing_at(const Contact& contact,
+                                                     const Field& position) const {
+  if (contact.slides) {
+    const DeepestPlace deepest = deepest_of(contact, position);
+    return {deepest.weight, deepest.normal, deepest.depth_m};
+  }
+  const Vector3d p = mix(position, contact);
+  return {contact.weight, surroundings_->normal(contact.shape, p),
+          surroundings_->gap_m(contact.shape, p)};
+}
+
+/// Lists a piece of the sheet where it is near a surface and may be deeper than its corners.
+void StaticContacts::watch_piece(const Field& position, int element,
+                                 const std::array<int, 4>& particle, int corners,
+                                 std::vector<Contact>& found) const {
+  Contact contact;
+  contact.corners = corners;
+  contact.particle = particle;
+  contact.slides = true;
+  contact.stiffness = particle_stiffness_;
+  const SheetPiece piece = piece_of(contact, position);
+  Vector3d middle = Vector3d::Zero();
+  for (int k = 0; k < corners; ++k) middle += piece.at[k] / corners;
+  double reach = 0;
+  for (int k = 0; k < corners; ++k) reach = std::max(reach, (piece.at[k] - middle).norm());
+  for (int shape = 0; shape < surroundings_->count(); ++shape) {
+    if (surroundings_->is_flat(shape)) continue;
+    if (surroundings_->gap_m(shape, middle) - reach > kWatchPiece) continue;
+    if (is_seen_flat(*surroundings_, shape, piece)) continue;
+    contact.site = (cloth_->count() + element) * surroundings_->count() + shape;
+    contact.deepest = deepest_place(*surroundings_, shape, piece);
+    if (contact.deepest.depth_m > kWatchPiece) continue;
+    contact.shape = shape;
+    contact.weight = contact.deepest.weight;
+    found.push_back(contact);
+  }
+}
+
+void StaticContacts::watch_pieces(const Field& position) {
+  const int n = cloth_->count(), s = cloth_->grid().cols;
+  for (int i = 0; i < n; ++i) {
+    if (cloth_->line(0).width[i] > 0) watch_piece(position, i, {i, i + s, i, i + s}, 2, contacts_);
+    if (cloth_->line(1).width[i] > 0)
+      watch_piece(position, n + i, {i, i + 1, i, i + 1}, 2, contacts_);
+    if (cloth_->has_cell(i))
+      watch_piece(position, 2 * n + i, {i, i + 1, i + s, i + s + 1}, 4, contacts_);
+  }
 }
 
 /// Lists the particles and points near a surface; those listed before keep what they remember.
 void StaticContacts::watch(const Field& position, double watch_m) {
   before_.swap(contacts_);
   contacts_.clear();
-  contacts_.reserve(before_.size() + lines_.points().size() / 8);
+  contacts_.reserve(before_.size());
   const auto keep = [&](Contact& contact) {
     const int old = index_[contact.site];
     if (old < 0) return;
@@ -126,6 +188,8 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.taken = was.taken;
     contact.slip_m = was.slip_m;
     contact.anchor = was.anchor;
+    // The anchor goes with the place: what presses elsewhere has not slid there.
+    if (contact.slides) contact.anchor += mix(position, contact) - mix(position, was);
   };
   for (int i = 0; i < cloth_->count(); ++i) {
     if (is_pinned_[i] != 0) continue;
@@ -136,17 +200,20 @@ void StaticContacts::watch(const Field& position, double watch_m) {
       keep(contacts_.back());
     }
   }
+  const std::size_t particles = contacts_.size();
+  if (seeks_pieces_) watch_pieces(position);
   const int first = cloth_->count() * surroundings_->count();
-  for (const LineContacts::Point& point : lines_.points()) {
+  for (const LineContacts::Point& point : kept_points_) {
     Contact contact;
     contact.site = first + point.element;
     contact.shape = point.shape;
     contact.particle = point.particle;
     contact.weight = point.weight;
-    contact.stiffness = lines_.stiffness_n_per_m();
+    contact.corners = 4;
+    contact.stiffness = shear_stiffness_;
     contacts_.push_back(contact);
-    keep(contacts_.back());
   }
+  for (std::size_t k = particles; k < contacts_.size(); ++k) keep(contacts_[k]);
   for (const Contact& contact : before_) index_[contact.site] = -1;
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     index_[contacts_[k].site] = static_cast<int>(k);
@@ -156,8 +223,9 @@ void StaticContacts::watch(const Field& position, double watch_m) {
 /// Friction's limit and anchor for the coming step.
 void StaticContacts::settle(Contact& contact, const Field& position, Limits limits) const {
   const Vector3d p = mix(position, contact);
-  contact.gap = surroundings_->gap_m(contact.shape, p);
-  contact.normal = surroundings_->normal(contact.shape, p);
+  contact.gap = contact.slides ? contact.deepest.depth_m : surroundings_->gap_m(contact.shape, p);
+  contact.normal =
+      contact.slides ? contact.deepest.normal : surroundings_->normal(contact.shape, p);
   contact.change = Change::none;
   const double allowed = friction_ * pressing_n(contact, contact.gap);
   if (!(allowed > kNoSpring * shear_stiffness_)) {
@@ -214,13 +282,11 @@ double StaticContacts::friction_j(const Contact& contact, double size) const {
 double StaticContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
-    const Vector3d p = mix(position, contact);
-    const double gap = surroundings_->gap_m(contact.shape, p);
-    const double pressing = pressing_n(contact, gap);
+    const double pressing = pressing_n(contact, gap_of(contact, position));
     sum +=
         (pressing * pressing - contact.multiplier * contact.multiplier) / (2 * contact.stiffness);
     if (contact.limit == 0) continue;
-    sum += friction_j(contact, spring(contact, p).norm());
+    sum += friction_j(contact, spring(contact, mix(position, contact)).norm());
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     const Vector3d way = hold_in_world_[h] - mix(position, holds_[h]);
@@ -231,18 +297,18 @@ double StaticContacts::energy_j(const Field& position) const {
 
 void StaticContacts::add_forces(const Field& position, Field& force) const {
   for (const Contact& contact : contacts_) {
-    const Vector3d p = mix(position, contact);
-    const double gap = surroundings_->gap_m(contact.shape, p);
-    const double pressing = pressing_n(contact, gap);
-    Vector3d total = Vector3d::Zero();
-    if (pressing > 0) total = pressing * surroundings_->normal(contact.shape, p);
+    const Pressing here = pressing_at(contact, position);
+    const double pressing = pressing_n(contact, here.gap);
+    if (pressing > 0) {
+      for (int k = 0; k < contact.corners; ++k)
+        add_at(force, contact.particle[k], here.weight[k] * pressing * here.normal);
+    }
     if (contact.limit > 0) {
-      const Vector3d way = spring(contact, p);
+      const Vector3d way = spring(contact, mix(position, contact));
       const double size = way.norm();
       const double most = contact.limit / shear_stiffness_;
-      total -= (size > most ? contact.limit / size : shear_stiffness_) * way;
+      spread(contact, -(size > most ? contact.limit / size : shear_stiffness_) * way, force);
     }
-    spread(contact, total, force);
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     spread(holds_[h],
@@ -287,8 +353,9 @@ void StaticContacts::retract(const Field& from, Field& to) const {
 }
 
 void StaticContacts::take_springs(const LineContacts& moved, const Field& position) {
-  lines_ = moved;
-  seeks_points_ = false;
+  kept_points_ = moved.points();
+  seeks_pieces_ = false;
+  index_.resize(cloth_->count() * surroundings_->count() + moved.elements(), -1);
   watch(position, 0);
   for (Contact& contact : contacts_) {
     if (contact.rigid) continue;
@@ -300,9 +367,8 @@ void StaticContacts::take_springs(const LineContacts& moved, const Field& positi
 
 void StaticContacts::update_multipliers(const Field& position) {
   for (Contact& contact : contacts_) {
-    if (!contact.rigid) continue;
-    contact.multiplier =
-        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+    if (contact.rigid || contact.slides)
+      contact.multiplier = pressing_n(contact, gap_of(contact, position));
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     hold_force_[h] += hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h]));
@@ -328,8 +394,8 @@ double StaticContacts::pin_error_m(const Field& position) const {
 double StaticContacts::gap_error_m(const Field& position) const {
   double largest = 0;
   for (const Contact& contact : contacts_) {
-    if (!contact.rigid) continue;
-    const double gap = surroundings_->gap_m(contact.shape, mix(position, contact));
+    if (!contact.rigid && !contact.slides) continue;
+    const double gap = gap_of(contact, position);
     if (pressing_n(contact, gap) > 0) largest = std::max(largest, std::abs(gap));
   }
   return largest;
@@ -338,9 +404,8 @@ double StaticContacts::gap_error_m(const Field& position) const {
 double StaticContacts::stored_j(const Field& position) const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
-    if (contact.rigid) continue;
-    const double pressing =
-        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+    if (contact.rigid || contact.slides) continue;
+    const double pressing = pressing_n(contact, gap_of(contact, position));
     sum += pressing * pressing / (2 * contact.stiffness);
   }
   return sum;
@@ -350,6 +415,11 @@ int StaticContacts::touching(const Field& position) const {
   return static_cast<int>(std::count_if(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
     return c.rigid && pressing_n(c, surroundings_->gap_m(c.shape, mix(position, c))) > 0;
   }));
+}
+
+int StaticContacts::between() const {
+  return static_cast<int>(
+      std::count_if(contacts_.begin(), contacts_.end(), [](const Contact& c) { return !c.rigid; }));
 }
 
 int StaticContacts::sliding() const {

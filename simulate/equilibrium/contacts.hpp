@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "simulate/contact/deepest.hpp"
 #include "simulate/contact/line_contacts.hpp"
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/sparse/factor.hpp"
@@ -16,7 +17,8 @@ namespace drape::simulate {
 /// solver everything here is the gradient of energy_j(), so a step can be judged by its energy.
 /// - Particles press by an augmented Lagrangian (Hestenes 1969): a stiff one-sided spring whose
 ///   resting force is moved until the particle lies on the surface.
-/// - Points between particles press elastically, the law of LineContacts.
+/// - So do grid line pieces and cells where they are deepest, see DeepestPlace. That place is
+///   sought again at every position, so that their energy is a function of the sheet alone.
 /// - Friction is a tangential spring to an anchor; beyond its limit the force stays and the anchor
 ///   follows (elastic-plastic form of Coulomb's law). The limit is that of the pressing force at
 ///   the start of the step (Li et al. 2020) and moves only when that force has left a band, so
@@ -41,16 +43,12 @@ class StaticContacts {
   /// Moves pinned particles towards their places, each by at most `most_m`; false: all are there.
   bool carry_pins(Field& position, double most_m) const;
   /// Takes over the points between particles of a sheet that Motion brought to rest, with their
-  /// friction springs; from then on refresh() leaves them, for they are a part of that rest.
+  /// friction springs; from then on they stay where they are, for they are a part of that rest.
   void take_springs(const LineContacts& moved, const Field& position);
   /// After begin(): takes particles within `reach_m` of a surface as pressed and held by what
   /// balances `force`.
   void lean_on(const Field& position, const Field& force, double reach_m);
 
-  /// From here on refresh() leaves the points between particles where they are.
-  void keep_points() { seeks_points_ = false; }
-  /// Finds the points between particles again; those that keep on touching keep their spring.
-  void refresh(const Field& position);
   enum class Limits { follow, keep };
   /// Starts a step: which particles are within `watch_m`, friction's limits and anchors. Limits are
   /// kept where pressing forces have just been moved by update_multipliers(): until the particles
@@ -101,7 +99,7 @@ class StaticContacts {
   [[nodiscard]] double stored_j(const Field& position) const;     ///< pressing between particles
   [[nodiscard]] int touching(const Field& position) const;
   [[nodiscard]] int sliding() const;
-  [[nodiscard]] int between() const { return lines_.count(); }
+  [[nodiscard]] int between() const;
 
  private:
   enum class Change : char { none, lands, holds, yields };
@@ -122,6 +120,8 @@ class StaticContacts {
     std::array<double, 4> weight{};
     double stiffness = 0;  ///< N/m
     bool rigid = false;    ///< a particle, not a point between particles
+    bool slides = false;   ///< a piece of the sheet that presses where it is deepest
+    DeepestPlace deepest;  ///< of such a piece, where the quadratic model is taken
     double multiplier = 0;
     bool anchored = false, slips = false;
     double limit = 0;   ///< of friction in this step (N)
@@ -130,14 +130,30 @@ class StaticContacts {
     Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
-    double gap = 0;                                     ///< at the start of the step
+    double gap = 0;                                     ///< there; of a piece its depth
     Change change = Change::none;
     bool reviewed = false;  ///< review() changed it after `block` was added
     Yield yield;
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();  ///< its part of the Hessian
   };
 
+  /// Where a contact is, and how far from its shape.
+  struct Pressing {
+    std::array<double, 4> weight{};
+    Eigen::Vector3d normal;
+    double gap = 0;
+  };
+
   [[nodiscard]] Contact fresh_particle(int particle, int shape) const;
+  void watch_piece(const Field& position, int element, const std::array<int, 4>& particle,
+                   int corners, std::vector<Contact>& found) const;
+  void watch_pieces(const Field& position);
+  [[nodiscard]] SheetPiece piece_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] DeepestPlace deepest_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] double gap_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] Pressing pressing_at(const Contact& contact, const Field& position) const;
+  void add_piece_hessian(const Contact& contact, const Field& position, bool convex,
+                         GridMatrix& hessian) const;
   void watch(const Field& position, double watch_m);
   void settle(Contact& contact, const Field& position, Limits limits) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> caught(int shape, const Eigen::Vector3d& start,
@@ -156,10 +172,10 @@ class StaticContacts {
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_;
-  bool seeks_points_;  ///< between particles
-  LineContacts lines_;
+  bool seeks_pieces_;  ///< between particles
+  std::vector<LineContacts::Point> kept_points_;
   bool yields_ = false, stiffened_ = false;
-  double particle_stiffness_ = 0, shear_stiffness_ = 0;
+  double particle_stiffness_ = 0, shear_stiffness_ = 0;  ///< N/m; the latter of pieces, too
   std::vector<Contact> contacts_, before_;
   std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none
   std::vector<Pinned> pinned_;

@@ -16,8 +16,7 @@ constexpr double kGrow = 2, kShrink = 0.5;  // of the step
 constexpr double kGood = 0.7, kPoor = 0.3;  // ratios of energy change at which it does
 constexpr double kShortest_s = 1e-6;        // step below which the fall is given up
 constexpr double kReach = 0.5;              // of the longest way, that a step may go
-constexpr double kFarForPoints = 200e-6;  // m; displacement after which contacts are searched again
-constexpr double kPinTravelTime = 0.3;    // s; pins move from the start to their places
+constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to their places
 constexpr int kMostSteps = 5000;
 
 }  // namespace
@@ -69,10 +68,6 @@ void StaticSolver::fall(StaticReport& report) {
     }
     time_s += taken_s;
     step_s = taken_s * (last_ratio_ > kGood ? kGrow : last_ratio_ < kPoor ? kShrink : 1.0);
-    if (moved_m_ > kFarForPoints) {
-      contacts_.refresh(position);
-      moved_m_ = 0;
-    }
     const bool settles = !pins_move && time_s > options_.natural_time_s;
     const bool falls = kinetic_j < kinetic_before_j;
     if (settles && falls && rising) {
@@ -88,7 +83,6 @@ void StaticSolver::fall(StaticReport& report) {
   momentum_.clear();
   drag_per_s2_ = 0;
   mu_ = 1 / (options_.first_step_s * options_.first_step_s);
-  contacts_.refresh(position);
 }
 
 }  // namespace drape::simulate

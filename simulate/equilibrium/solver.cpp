@@ -22,28 +22,18 @@ constexpr double kShrink = 4;      // of mu, by a failed step
 constexpr double kRestartMu = 10;  // 1/s^2; after an indefinite matrix
 constexpr double kFoldedMu = 100;  // 1/s^2; above, a finer grid's sheet is compressed
 constexpr double kNewtonMu = 1;    // 1/s^2; below, mu becomes 0
-constexpr double kSettled = 1e-2;  // residual below which points between particles are found
-constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
-constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
+constexpr double kNearRest = 0.1;  // residual below which contacts are made rigid
 constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
-constexpr double kStiffOnFiner = 1;      // residual below which its contacts are made stiffer too
-constexpr double kFarForPoints = 50e-6;  // m; path after which points are found again, as in Motion
-constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
-// Moving these points changes the potential, and where one comes and goes the sheet may follow it
-// back and forth. So late in the run, and where it has not come lower since it last was found
-// again, that happens ever more seldom.
-constexpr double kLateMu = 100;  // 1/s^2
-constexpr double kSeldom = 1.2;
-constexpr int kSearches = 3;         // for points between particles near rest; then they stay
-constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
-constexpr int kStates = 20;          // of friction, tried for a first-order displacement
-constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
-constexpr int kStagnation = 50;      // iterations without progress after which a run ends
-constexpr double kLess = 0.9;        // of the least residual so far: progress
-constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: progress
-constexpr double kSaddle = 1;        // residual below which definiteness is decided in double
-constexpr double kPinned = 1e-9;     // m
-constexpr double kGapDone = 2e-9;    // m
+constexpr double kStiff = 1e-2;          // residual below which contacts are made stiffer, too
+constexpr double kStiffOnFiner = 1;      // the same on a finer grid
+constexpr int kStates = 20;              // of friction, tried for a first-order displacement
+constexpr double kSmallWay = 1e-10;      // m; at which the states are looked at
+constexpr int kStagnation = 50;          // iterations without progress after which a run ends
+constexpr double kLess = 0.9;            // of the least residual so far: progress
+constexpr double kStillFall = 1e-7;      // m; all of the sheet lower by this much: progress
+constexpr double kSaddle = 1;            // residual below which definiteness is decided in double
+constexpr double kPinned = 1e-9;         // m
+constexpr double kGapDone = 2e-9;        // m
 
 }  // namespace
 
@@ -276,16 +266,9 @@ StaticReport StaticSolver::solve() {
   StaticReport report;
   trial_ = position;
   strains_ = {};
-  contacts_.refresh(position);
   if (options_.falls) fall(report);
-  int searches = 0;
-  const double settled = options_.paced ? kSettled : kSettledOnFiner;
-  const int most_searches = options_.paced ? kSearches : kSearchesOnFiner;
   const double near_rest = options_.paced ? kNearRest : kNearRestOnFiner;
   if (!options_.paced) contacts_.let_yield();
-  double far_for_points_m = options_.paced ? kFarForPoints : kFarOnFiner;
-  bool fresh = true;  // points between particles are those of this position
-  double least_j = std::numeric_limits<double>::infinity();  // where they were found again
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {
     const bool pins_move = contacts_.carry_pins(position, kPinStep * cap_m_);
@@ -305,12 +288,6 @@ StaticReport StaticSolver::solve() {
       report.status = StaticStatus::at_rest;
       break;
     }
-    if (residual_ < settled && searches < most_searches && !fresh) {
-      contacts_.refresh(position);
-      ++searches;
-      fresh = true;
-      continue;
-    }
     if (!pins_move && residual_ < options_.residual_tolerance &&
         contacts_.pin_error_m(position) < kPinned && contacts_.gap_error_m(position) < kGapDone) {
       report.status = StaticStatus::at_rest;
@@ -318,15 +295,8 @@ StaticReport StaticSolver::solve() {
     }
     if (residual_ < near_rest) {
       contacts_.update_multipliers(position);
-      if (!options_.paced && residual_ < kStiffOnFiner) contacts_.stiffen();
+      if (residual_ < (options_.paced ? kStiff : kStiffOnFiner)) contacts_.stiffen();
       begin_again(StaticContacts::Limits::keep);
-    } else if (moved_m_ > far_for_points_m) {
-      contacts_.refresh(position);
-      moved_m_ = 0;
-      const double energy_j = report.history.back().sum_j();
-      if (mu_ < kLateMu || energy_j >= least_j) far_for_points_m *= kSeldom;
-      least_j = std::min(least_j, energy_j);
-      begin_again(StaticContacts::Limits::follow);
     }
     factor_serves_ = factor_serves_ && mu_ == factor_mu_ && residual_ < kNearRest &&
                      residual_ < kFaster * last_residual_;
@@ -335,7 +305,7 @@ StaticReport StaticSolver::solve() {
       mu_ = std::max(mu_, 1e2) * kShrink;
       continue;
     }
-    if (take_step(report)) fresh = false;
+    (void)take_step(report);
   }
   finish(report);
   if (report.status == StaticStatus::at_rest && options_.judge_stability) {

@@ -141,7 +141,7 @@ class StaticSolver {
   InternalEnergies inner_;  ///< and its energies
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
-  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
+  double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0;
   double best_residual_ = 0, best_j_ = 0;  ///< so far, and the iteration that found them
   int progress_at_ = 0;
   double drag_per_s2_ = 0, last_ratio_ = 0;

@@ -171,7 +171,6 @@ bool StaticSolver::take_step(StaticReport& report) {
     if (std::isfinite(ratio) && (ratio > 0.1 || tiny)) {
       position.swap(trial_);
       strains_.swap(trial_strains_);
-      moved_m_ += largest_of(way);
       if (mu_ > 0) pseudo_time_s_ += 1 / std::sqrt(mu_);
       plan_next(tiny ? 1 : ratio, !capped && halving == 0);
       return true;

@@ -85,12 +85,10 @@ struct Rested {
   }
 };
 
-/// Moves a rested sheet to where one value is changed, the points between its particles that touch
-/// kept; the displacement, x, y, z of each particle.
+/// Moves a rested sheet to where one value is changed; the displacement, x, y, z of each particle.
 Eigen::VectorXd way_with(const Scene& scene, int side, FabricValue value, double factor) {
   Rested rested(scene, side);
   const Field before = rested.solver.position;
-  rested.solver.contacts().keep_points();
   rested.cloth = Cloth(rested.grid, scaled(rested.laws, value, factor), MassRule::area);
   EXPECT_EQ(rested.solver.solve().status, StaticStatus::at_rest) << name_of(value);
   const auto n = static_cast<std::size_t>(rested.grid.count());
