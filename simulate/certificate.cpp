@@ -46,9 +46,12 @@ Json energy_json(const SimulateReport& report) {
   json["lost_to_damping_and_air_uJ"] = report.lost_viscous_j / kMicro;
   json["lost_to_kinetic_stops_uJ"] = report.lost_kinetic_stops_j / kMicro;
   json["brought_in_by_contact_search_uJ"] = report.found_contacts_j / kMicro;
+  if (report.lost_internal_friction_j)
+    json["lost_to_internal_friction_uJ"] = *report.lost_internal_friction_j / kMicro;
   json["lost_to_impact_friction_and_springs_uJ"] =
       (report.energy_start_j + report.found_contacts_j - report.energy_end_j -
-       report.lost_viscous_j - report.lost_kinetic_stops_j) /
+       report.lost_viscous_j - report.lost_kinetic_stops_j -
+       report.lost_internal_friction_j.value_or(0)) /
       kMicro;
   return json;
 }
@@ -116,6 +119,7 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
   json["imperfection_um"] = options.imperfection_m / units::um;
   json["step_share"] = options.step_share;
   json["max_steps"] = options.max_steps;
+  if (options.internal_friction) json["internal_friction"] = true;
   json["contact_between_particles"] = options.contact_between_particles;
   json["penetration_tolerance_mm"] = report.penetration_tolerance_m / mm;
   json["cloth_thickness_mm"] = report.cloth_thickness_m / mm;

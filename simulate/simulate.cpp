@@ -87,6 +87,8 @@ void SimulateOptions::check() const {
     throw usage_error(fmt::format("there is no solver `{}`", solver),
                       "use --solver fall, static or rk4");
   }
+  require(!internal_friction || model == "consistent", "the model `paper` has no internal friction",
+          "use --model consistent");
   if (model == "paper" && solver != "rk4") {
     throw usage_error("the model `paper` has no energy for the static solver to minimise",
                       "use --solver rk4, or --model consistent");
@@ -134,7 +136,9 @@ Field polish(const StaticCase& the_case, const SimulateOptions& options, const S
              const MotionRun& run, Cloth& cloth, SimulateResult& result) {
   SimulateReport& report = result.report;
   const Field& end = run.position();
+  const ClothMemory memory = cloth.memory();
   const auto keep = [&](const std::string& why) {
+    cloth.remember(memory);
     report.warnings.push_back(
         fmt::format("at rest to {:.2g} of a particle's weight only: {}", report.residual, why));
     return end;
@@ -205,6 +209,10 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
       polishes ? polish(the_case, options, start, run, cloth, result) : run.position();
   judge_overlaps(grid, surroundings, end, options, report);
   report.drape_coefficient = drape_coefficient(grid, end, scene);
+  if (the_case.laws.friction) {
+    report.lost_internal_friction_j = cloth.dissipated_j();
+    result.memory = cloth.memory();
+  }
   result.sheet = sheet_of(grid, end);
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;
@@ -218,6 +226,7 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   SimulateReport& report = result.report;
   const GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
   ClothLaws laws = make_laws(fabric, options.segments, report);
+  if (options.internal_friction) add_internal_friction(fabric, options.segments, laws, report);
   if (options.model == "paper") {
     laws.twist_n_m = report.twist_n_m = 0;
     report.warnings.clear();  // they are about the twist stiffness, which this model has not

@@ -22,6 +22,7 @@ struct SimulateOptions {
   bool round = false;  ///< cut the specimen to the ellipse in the patch (Cusick's disc)
   int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
   std::string model = "consistent";  ///< or "paper", which ignores `mass`
+  bool internal_friction = false;    ///< both branches of bending and shear; "consistent" only
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   MassRule mass = MassRule::area;
   double damping_per_s = 4;           ///< beta / m of the paper's F = -beta v
@@ -109,6 +110,7 @@ struct SimulateReport {
   double energy_start_j = 0, energy_end_j = 0;  ///< gravity, elastic and kinetic
   double lost_viscous_j = 0;                    ///< to damping and air
   double lost_kinetic_stops_j = 0;
+  std::optional<double> lost_internal_friction_j;  ///< absent: the option was off
   double pierced_m = 0;         ///< of an object's edge or rim through the sheet, see piercing.hpp
   double deepest_edge_m = 0;    ///< of an object's edge or corner that presses into the sheet
   double found_contacts_j = 0;  ///< brought in where a contact was found already pressed
@@ -130,6 +132,7 @@ struct SimulateResult {
   Sheet sheet;
   std::vector<HistoryRow> history;
   SimulateReport report;
+  std::optional<ClothMemory> memory;  ///< with internal friction: of the sheet as it ends
 };
 
 /// Drapes the fabric over the scene's objects (paper section 4). `measured` places the start and
@@ -140,6 +143,13 @@ struct SimulateResult {
 
 /// Laws for the particle grid from the measured curves.
 [[nodiscard]] ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
+
+/// Splits the loops of bending and shear into an elastic curve and friction elements
+/// (laws.friction) and reports their fits. Tension stays on its loading branch: under a drape's own
+/// weight its loop holds no energy worth counting. Twist, of which KES measures no loop, stays
+/// elastic.
+void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
+                           SimulateReport& report);
 
 /// Column names of history.csv; inline, so that a reader of the file links no solver.
 [[nodiscard]] inline std::vector<std::string> history_columns() {

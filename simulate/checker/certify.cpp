@@ -33,6 +33,7 @@ constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may 
 constexpr Real kPressedEdge = 0.1e-3L;  // m
 constexpr int kRounds = 400;
 constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
+constexpr double kSlipAllowed = 1e-5;  // of an element's limit: rounding of the file
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kGapAllowed_m = 1e-6;
 constexpr double kPinAllowed_m = 1e-6;
@@ -56,6 +57,10 @@ SheetSpec spec_of(const Sheet& sheet, const Fabric& fabric, const CertificateCla
   spec.paper_model = claim.model == "paper";
   spec.paper_mass = claim.paper_mass;
   spec.laws = make_laws(fabric, claim.segments, ignored);
+  if (claim.memory) {
+    add_internal_friction(fabric, claim.segments, spec.laws, ignored);
+    spec.memory = *claim.memory;
+  }
   if (spec.paper_model) spec.laws.twist_n_m = 0;
   return spec;
 }
@@ -210,6 +215,14 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   if (!report.refusals.empty()) return report;
   const std::vector<Point> points = points_of(sheet);
   Mechanics mechanics = mechanics_of(spec_of(sheet, fabric, claim), points);
+  if (claim.memory) {
+    if (!mechanics.memory_fits) {
+      report.refusals.emplace_back("the sheet's memory is not that of this grid and fabric");
+      return report;
+    }
+    limit(report, "force of a friction element over its limit", 1, mechanics.friction_over_limit,
+          1 + Real(kSlipAllowed));
+  }
   const Real gravity_j = add_weight(mechanics, points, scene);
   compare_energies(report, claim, mechanics, gravity_j);
   compare_strains(report, claim, mechanics);
@@ -251,6 +264,7 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.deepest_between_m = report.deepest_between_m;
   claim.penetration_tolerance_m = report.penetration_tolerance_m;
   claim.cloth_thickness_m = report.cloth_thickness_m;
+  claim.memory = result.memory;
   if (!result.history.empty()) {
     const HistoryRow& last = result.history.back();
     claim.gravity_j = last.gravity_j;
@@ -291,6 +305,8 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
   claim.penetration_tolerance_m =
       options.optional_number("penetration_tolerance_mm").value_or(0.5) * mm;
   claim.cloth_thickness_m = options.optional_number("cloth_thickness_mm").value_or(0) * mm;
+  if (options.has("internal_friction") && options.boolean("internal_friction"))
+    claim.memory = read_memory(folder / "memory.csv");
   const Csv history = read_csv(folder / "history.csv", history_columns());
   if (!history.lines.empty()) {
     constexpr double kMicro = 1e-6;

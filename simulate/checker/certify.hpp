@@ -26,6 +26,7 @@ struct CertificateClaim {
   double deepest_between_m = 0;
   double penetration_tolerance_m = 0;  ///< of the sheet between its particles
   double cloth_thickness_m = 0;        ///< layers press this far apart; 0: they do not press
+  std::optional<ClothMemory> memory;   ///< of a cloth with internal friction, from memory.csv
   /// Of the last row of history.csv; absent: not compared.
   std::optional<double> gravity_j, stretch_j, shear_j, bending_j, twist_j;
 };

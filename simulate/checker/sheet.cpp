@@ -100,6 +100,15 @@ class Builder {
   }
 
   Mechanics build() {
+    if (spec_.laws.friction) {
+      const ClothFriction& friction = *spec_.laws.friction;
+      for (int d = 0; d < 2; ++d)
+        result_.memory_fits &=
+            spec_.memory.bending[d].size() == points_.size() * friction.bending[d].elements.size();
+      result_.memory_fits &=
+          spec_.memory.shear.size() == points_.size() * friction.shear.elements.size();
+      if (!result_.memory_fits) return std::move(result_);
+    }
     for (int r = 0; r < spec_.rows; ++r) {
       for (int c = 0; c < spec_.cols; ++c) at_particle(r, c);
     }
@@ -180,6 +189,54 @@ class Builder {
     const Dual<9> curvature = (1 / (rest * rest)) * root(dot(bend, bend));
     book(result_.bending_j, cloth_width * rest * work_under(spec_.laws.bending[d], curvature),
          three);
+    if (spec_.laws.friction) bent_friction(d, three, rest, cloth_width);
+  }
+
+  /// Springs of friction elements, each from its own slip: what they store and pull with.
+  template <int N>
+  Dual<N> slipped(const FrictionStack& stack, const std::vector<double>& memory, int place,
+                  const Dual<N>& x) {
+    Dual<N> sum;
+    const auto count = static_cast<int>(stack.elements.size());
+    for (int k = 0; k < count; ++k) {
+      const SlipElement& element = stack.elements[k];
+      const Real over = x.v - Real(memory[place * count + k]);
+      const Real stiffness = element.stiffness;
+      const Real most = Real(element.threshold) + Real(element.growth) * std::abs(x.v);
+      const Real pull = std::abs(stiffness * over);
+      if (pull > 0)
+        result_.friction_over_limit =
+            std::max(result_.friction_over_limit, most > 0 ? pull / most : Real(1e9L));
+      sum = sum + chain(x, stiffness * over * over / 2, stiffness * over);
+    }
+    return sum;
+  }
+
+  /// Friction follows the curvature along the sheet's normal, which the lines through the middle
+  /// particle give; at a border the line across ends there.
+  void bent_friction(int d, const std::vector<int>& three, Real rest, Real cloth_width) {
+    const int middle = three[1];
+    const int line = d == 0 ? middle % spec_.cols : middle / spec_.cols;
+    const int last = d == 0 ? spec_.cols - 1 : spec_.rows - 1;
+    const int step = d == 0 ? 1 : spec_.cols;
+    const std::vector<int> five = {three[0], middle, three[2], line > 0 ? middle - step : middle,
+                                   line < last ? middle + step : middle};
+    const auto corners = duals<15>(five);
+    const Vector<15> bend = combine(corners, {1, -2, 1, 0, 0});
+    const Vector<15> along = combine(corners, {-1, 0, 1, 0, 0});
+    const Vector<15> across = combine(corners, {0, 0, 0, -1, 1});
+    Vector<15> normal;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int y = (axis + 1) % 3, z = (axis + 2) % 3;
+      normal[axis] = along[y] * across[z] - along[z] * across[y];
+    }
+    const Dual<15> size = root(dot(normal, normal));
+    const Dual<15> inverse = chain(size, 1 / size.v, -1 / (size.v * size.v));
+    const Dual<15> curvature = (1 / (rest * rest)) * (dot(bend, normal) * inverse);
+    book(result_.bending_j,
+         cloth_width * rest *
+             slipped(spec_.laws.friction->bending[d], spec_.memory.bending[d], middle, curvature),
+         five);
   }
 
   [[nodiscard]] Dual<12> sine_of(const std::vector<Vector<12>>& corners) const {
@@ -203,6 +260,12 @@ class Builder {
     const Real sign = s < 0 ? -1 : 1;
     const Dual<12> angle = chain(sine, sign * std::asin(s), sign / cosine);
     book(result_.shear_j, warp_ * weft_ * work_under(spec_.laws.shear, angle), four);
+    const Dual<12> signed_angle = chain(sine, std::asin(s), 1 / cosine);
+    if (spec_.laws.friction)
+      book(result_.shear_j,
+           warp_ * weft_ *
+               slipped(spec_.laws.friction->shear, spec_.memory.shear, four[0], signed_angle),
+           four);
     const Vector<12> twist = combine(corners, {1, -1, -1, 1});
     book(result_.twist_j, (Real(spec_.laws.twist_n_m) / (2 * warp_ * weft_)) * dot(twist, twist),
          four);

@@ -18,6 +18,7 @@ struct SheetSpec {
   bool paper_model = false;
   bool paper_mass = false;
   ClothLaws laws;
+  ClothMemory memory;  ///< where laws.friction is
 };
 
 struct Mechanics {
@@ -25,6 +26,8 @@ struct Mechanics {
   std::array<Real, 2> strain_least{}, strain_most{};  ///< warp, weft
   std::vector<Point> force;                           ///< internal, N
   std::vector<Real> mass;                             ///< kg
+  bool memory_fits = true;                            ///< as many slips as friction elements
+  Real friction_over_limit = 0;  ///< largest |force| of a friction element over its limit
 };
 
 /// Points by row, then column.

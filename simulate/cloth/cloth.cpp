@@ -65,6 +65,10 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
     }
   }
   prepare_work();
+  if (!laws_.friction) return;
+  for (int d = 0; d < 2; ++d)
+    memory_.bending[d].assign(laws_.friction->bending[d].elements.size() * n, 0.0);
+  memory_.shear.assign(laws_.friction->shear.elements.size() * n, 0.0);
 }
 
 /// Takes away what is no cloth: each cell holds a quarter of itself to each corner and half of
@@ -119,6 +123,7 @@ InternalEnergies Cloth::energies(const Field& x) const {
         at(x, i) - at(x, i + 1) - at(x, i + grid_.cols) + at(x, i + grid_.cols + 1);
     sum.twist_j += 0.5 * laws_.twist_n_m * twist.squaredNorm() / area;
   }
+  if (laws_.friction) add_friction_energies(x, sum);
   return sum;
 }
 
@@ -167,12 +172,17 @@ double Cloth::stiffness_bound_per_s2(const Strains& s) const {
   // Diagonals: Kdiag = f / sin a, and its change with the angle pulls along them as well.
   const double steeper =
       model_ == ClothModel::paper ? 2 / std::max(0.1, std::cos(s.shear_most_rad)) : 1.0;
-  const double shear =
+  double shear =
       steeper * 4 * laws_.shear.steepest_up_to(s.shear_most_rad) * (1 / (hu * hu) + 1 / (hv * hv));
-  const double bending =
+  double bending =
       16 * (laws_.bending[0].steepest_up_to(s.curvature_most_per_m) / std::pow(hu, 4) +
             laws_.bending[1].steepest_up_to(s.curvature_most_per_m) / std::pow(hv, 4)) +
       16 * laws_.twist_n_m / (hu * hu * hv * hv);
+  if (laws_.friction) {
+    shear += 4 * laws_.friction->shear.stiffness() * (1 / (hu * hu) + 1 / (hv * hv));
+    bending += 16 * (laws_.friction->bending[0].stiffness() / std::pow(hu, 4) +
+                     laws_.friction->bending[1].stiffness() / std::pow(hv, 4));
+  }
   return heaviest_ratio_ * (stretch + shear + bending) / laws_.density_kg_per_m2;
 }
 

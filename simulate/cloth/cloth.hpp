@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "simulate/cloth/field.hpp"
 #include "simulate/fabric/curve.hpp"
+#include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {
 
@@ -42,6 +44,7 @@ struct ClothLaws {
   ForceCurve bending[2];         ///< N over 1/m, odd
   double twist_n_m = 0;          ///< J of the energy 1/2 J kappa12^2 per area
   double stretch_damping_s = 0;  ///< damping force of a spring = this * slope * strain rate
+  std::optional<ClothFriction> friction = std::nullopt;  ///< absent: the cloth has no memory
 };
 
 /// How mass is spread over the particles. `area`: by the cloth each stands for. `paper`: density
@@ -105,6 +108,15 @@ class Cloth {
   [[nodiscard]] bool has_cell(int corner) const { return cell_[corner] != 0; }
   /// Sine of the angle by which a cell's mid-lines depart from a right angle, -1 .. 1.
   [[nodiscard]] double shear_sine(const Field& position, int cell) const;
+
+  /// Internal friction (laws().friction; without it the memory is empty). Forces and energies are
+  /// those of a step that began at the last settle(): of elements that have followed a way without
+  /// reversal since. A step's energies hold what it has dissipated; settle() takes that out.
+  [[nodiscard]] const ClothMemory& memory() const { return memory_; }
+  void remember(ClothMemory memory) { memory_ = std::move(memory); }
+  /// Ends a step at `position`: elements remember; returns what they dissipated (J).
+  double settle(const Field& position);
+  [[nodiscard]] double dissipated_j() const { return dissipated_j_; }  ///< by all settle()
 
   /// Adds internal forces (N); with `velocity` also the damping of the springs.
   void add_forces(const Field& position, const Field* velocity, Field& force);
@@ -177,6 +189,9 @@ class Cloth {
     std::ptrdiff_t begin = 0, end = 0;
   };
 
+  void add_friction(const Field& position, Field& force) const;
+  void add_friction_energies(const Field& position, InternalEnergies& sum) const;
+
   void cut_round();
   void prepare_work();
   void keep_last_row(Band band);
@@ -212,6 +227,8 @@ class Cloth {
   std::vector<double> mass_, area_;
   double heaviest_ratio_ = 1;  ///< largest area mass over given mass
   Work work_;
+  ClothMemory memory_;
+  double dissipated_j_ = 0;
 };
 
 }  // namespace drape::simulate

@@ -83,6 +83,7 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
     }
     keep_last_row(band);
   }
+  if (laws_.friction) add_friction(position, force);
 }
 
 /// What the next band needs of the row before it.

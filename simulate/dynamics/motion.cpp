@@ -347,6 +347,7 @@ double Motion::step(double step_s) {
   project_holds(velocity, true);
   if (options_.contact_between_particles) line_contacts_.advance(position, velocity, step_s);
   pair_contacts_.advance(position, velocity, step_s);
+  cloth_.settle(position);
   book_losses(step_s);
   last_step_s_ = step_s;
   return step_s;

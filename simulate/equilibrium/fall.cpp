@@ -61,6 +61,7 @@ void StaticSolver::fall(StaticReport& report) {
       continue;
     }
     const double taken_s = 1 / std::sqrt(mu_);
+    cloth_.settle(position);
     double kinetic_j = 0;
     for (int i = 0; i < n; ++i) {
       const Vector3d v = (at(position, i) - at(before, i)) / taken_s;

@@ -160,6 +160,7 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
 
 void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
                  const SpringStrains* strains, int threads) {
+  if (cloth.laws().friction) add_friction_hessian(cloth, position, convex, hessian);
   const auto add = [&](Range range) {
     for (int d = 0; d < 2; ++d) {
       add_springs(cloth, d, position, convex, strains, range, hessian);

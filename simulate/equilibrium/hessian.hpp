@@ -25,4 +25,8 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
 void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMatrix& hessian,
                  const SpringStrains* strains = nullptr, int threads = 1);
 
+/// The part of internal friction (laws().friction); add_hessian() calls it.
+void add_friction_hessian(const Cloth& cloth, const Field& position, bool convex,
+                          GridMatrix& hessian);
+
 }  // namespace drape::simulate

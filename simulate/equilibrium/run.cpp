@@ -95,7 +95,9 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change) {
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
-  if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured) levels = {grid};
+  if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured ||
+      the_case.laws.friction)
+    levels = {grid};
   StaticDrape drape;
   GridSpec coarse, coarser;  // the two grids before, nothing at first
   Field before;
@@ -134,6 +136,8 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
     before.swap(drape.position);
     drape.position = solver.position;
     drape.iterations += drape.report.iterations;
+    drape.memory = cloth.memory();
+    drape.dissipated_j = cloth.dissipated_j();
     coarser = coarse;
     coarse = here;
     if (drape.report.status == StaticStatus::diverged) break;
@@ -188,6 +192,10 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
   if (!found.history.empty()) {
     report.energy_start_j = found.history.front().sum_j();
     report.energy_end_j = found.history.back().sum_j();
+  }
+  if (the_case.laws.friction) {
+    report.lost_internal_friction_j = drape.dissipated_j;
+    result.memory = drape.memory;
   }
   if (found.status == StaticStatus::at_rest && !found.stable) {
     report.warnings.emplace_back(

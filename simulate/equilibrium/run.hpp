@@ -34,14 +34,16 @@ using StartChange = std::function<void(const GridSpec& grid, Field& position)>;
 struct StaticDrape {
   StartState start;  ///< of the coarsest grid
   Field position;
-  StaticReport report;  ///< of the finest grid
-  int iterations = 0;   ///< of all grids together
+  StaticReport report;      ///< of the finest grid
+  int iterations = 0;       ///< of all grids together
+  ClothMemory memory = {};  ///< of internal friction, as the sheet ends
+  double dissipated_j = 0;
 };
 
 /// Drapes from the scene's start. Up to 41 particles per side on the grid itself, because a coarse
 /// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation over
 /// finer ones, each only as near to rest as the next needs. A start from the measured sheet stays
-/// on the finest grid.
+/// on the finest grid, and so does a cloth with internal friction, whose state is the grid's own.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {});

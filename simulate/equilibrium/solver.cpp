@@ -341,6 +341,10 @@ StaticReport StaticSolver::solve() {
   if (report.status == StaticStatus::at_rest && options_.judge_stability) {
     report.stable = factorise_here();
   }
+  if (report.status == StaticStatus::at_rest && cloth_.laws().friction) {
+    cloth_.settle(position);
+    report.history.back().inner = cloth_.energies(position);
+  }
   return report;
 }
 

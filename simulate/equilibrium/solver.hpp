@@ -82,7 +82,8 @@ class StaticSolver {
   void lean(double reach_m);
   /// Lets the sheet fall from `position` with its inertia until it is nearly still.
   void fall(StaticReport& report);
-  /// Goes to rest from `position`.
+  /// Goes to rest from `position`. Of internal friction this is one step, in which no element turns
+  /// back: fall() settles it at each of its own.
   StaticReport solve();
 
   [[nodiscard]] double gravity_energy_j() const;

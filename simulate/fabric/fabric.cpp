@@ -217,6 +217,20 @@ SampledCurve merged_loop(const KawabataCurve& curve) {
   return odd;
 }
 
+HalfWidth half_width(const KawabataCurve& curve) {
+  SampledCurve width{curve.x, {}};
+  for (std::size_t i = 0; i < curve.x.size(); ++i)
+    width.f.push_back(curve.loading[i] - curve.unloading[i]);
+  const double reach = std::min(curve.x.back(), -curve.x.front());
+  HalfWidth half{{0.0}, {0.5 * width.at(0)}};
+  for (const double x : curve.x) {
+    if (x <= 0 || x > reach) continue;
+    half.x.push_back(x);
+    half.h.push_back(0.25 * (width.at(x) + width.at(-x)));
+  }
+  return half;
+}
+
 double half_hysteresis(const KawabataCurve& curve) {
   const double middle = 0.5 * (curve.x.front() + curve.x.back());
   const double quarter = 0.25 * (curve.x.back() - curve.x.front());

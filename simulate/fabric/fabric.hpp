@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "simulate/fabric/curve.hpp"
+#include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {
 
@@ -17,6 +18,9 @@ struct KawabataCurve {
   std::vector<double> x;          ///< strictly increasing
   std::vector<double> loading;    ///< at x
   std::vector<double> unloading;  ///< at x
+  /// Of a loop made from KES numbers, which is not closed at its ends: the x over which friction
+  /// builds up. Absent: the loop's own ends tell.
+  std::optional<double> slip = std::nullopt;
 };
 
 /// A fabric (fabric.toml and one CSV per Kawabata curve; paper section 2.1). Index 0 warp, 1 weft.
@@ -48,6 +52,9 @@ struct Fabric {
 /// The loop of a shear or bending test as one odd curve on x >= 0: the mean of both branches
 /// and of both signs (paper section 5).
 [[nodiscard]] SampledCurve merged_loop(const KawabataCurve& curve);
+
+/// Half the distance of the branches of a shear or bending test, mean of both signs.
+[[nodiscard]] HalfWidth half_width(const KawabataCurve& curve);
 
 /// Half the mean distance of the branches over the middle half of the test: what merging hides.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);

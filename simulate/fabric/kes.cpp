@@ -13,6 +13,8 @@ namespace {
 constexpr double kLargestTension = 500;  // gf/cm, KES-FB1
 constexpr double kShearRange = 8;        // degrees, KES-FB1
 constexpr double kBendingRange = 2.5;    // 1/cm, KES-FB2
+constexpr double kSlipAngle = 0.5;       // degrees, and
+constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip_of()
 constexpr double kAgreement = 0.03;      // of WT against LT and EMT
 constexpr int kPoints = 50;              // per curve and sign
 
@@ -73,6 +75,18 @@ double width_of(const TomlTable& table, const std::string& key, double otherwise
   return width;
 }
 
+/// How far a loop is driven until friction is built up, which KES numbers do not tell. It must be
+/// done where KES begins to read widths and slopes (0.5 1/cm and, after a reversal at 8 degrees,
+/// 5).
+double slip_of(const TomlTable& table, const std::string& key, double otherwise, double most) {
+  if (!table.has(key)) return otherwise;
+  const double slip = table.positive(key);
+  if (slip > most)
+    table.reject(key, fmt::format("{:g}; KES reads the loop's width from {:g} on", slip, most),
+                 "give the strain over which the loop closes after a reversal, halved");
+  return slip;
+}
+
 }  // namespace
 
 void check_usual(const TomlTable& table, const std::string& key, double value, double least,
@@ -125,8 +139,11 @@ KawabataCurve shear_from_kes(const TomlTable& table) {
               {{56.188, "N/(m rad)"}, {980.665, "dyn/(cm deg)"}, {1 / 57.296, "gf/(cm rad)"}});
   const double hg = width_of(table, "hg2_gf_per_cm", 0);
   const double hg5 = width_of(table, "hg5_gf_per_cm", hg);
-  return loop(table.file(), kShearRange, g, units::deg, units::gf_per_cm,
-              [&](double x) { return std::max(0.0, hg + (hg5 - hg) * (x - 0.5) / 4.5); });
+  KawabataCurve curve =
+      loop(table.file(), kShearRange, g, units::deg, units::gf_per_cm,
+           [&](double x) { return std::max(0.0, hg + (hg5 - hg) * (x - 0.5) / 4.5); });
+  curve.slip = slip_of(table, "slip_angle_deg", kSlipAngle, 1.5) * units::deg;
+  return curve;
 }
 
 KawabataCurve bending_from_kes(const TomlTable& table) {
@@ -135,8 +152,10 @@ KawabataCurve bending_from_kes(const TomlTable& table) {
   check_usual(table, key, b, 5e-4, 20,
               {{980.665, "dyn cm2/cm"}, {98.0665, "uN m"}, {9.80665e-5, "N m"}});
   const double hb = width_of(table, "hb2_gf_cm_per_cm", 0);
-  return loop(table.file(), kBendingRange, b, units::per_cm, units::gf_cm_per_cm,
-              [&](double) { return hb; });
+  KawabataCurve curve = loop(table.file(), kBendingRange, b, units::per_cm, units::gf_cm_per_cm,
+                             [&](double) { return hb; });
+  curve.slip = slip_of(table, "slip_curvature_per_cm", kSlipCurvature, 0.5) * units::per_cm;
+  return curve;
 }
 
 KawabataCurve usual_tensile(const std::filesystem::path& file) {

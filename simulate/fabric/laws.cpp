@@ -51,6 +51,22 @@ ForceCurve law_of(const KawabataCurve& curve, const SampledCurve& merged, const 
   return fit.curve;
 }
 
+/// "bending warp" becomes "bending friction warp".
+std::string friction_name(const std::string& curve) {
+  const std::size_t space = curve.find(' ');
+  return curve.substr(0, space) + " friction" + curve.substr(space);
+}
+
+/// The curve up to `range`.
+SampledCurve cut_at(const SampledCurve& curve, double range) {
+  SampledCurve cut;
+  for (std::size_t i = 0; i < curve.x.size() && curve.x[i] <= range * (1 + 1e-9); ++i) {
+    cut.x.push_back(curve.x[i]);
+    cut.f.push_back(curve.f[i]);
+  }
+  return cut;
+}
+
 /// Mean of the warp and weft shear curves on the points of both.
 SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
   SampledCurve mean;
@@ -96,6 +112,38 @@ ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) 
   }
   report.twist_n_m = laws.twist_n_m;
   return laws;
+}
+
+void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
+                           SimulateReport& report) {
+  const auto split = [&](const KawabataCurve& curve, const SampledCurve& mean,
+                         const HalfWidth& width, const std::string& name, const std::string& unit,
+                         double line_range, ForceCurve& elastic) {
+    const FittedFriction fit =
+        curve.slip ? friction_of_numbers(width, *curve.slip) : friction_of_loop(width);
+    SimulateReport refit;
+    elastic =
+        law_of(curve, cut_at(mean, fit.elastic_range), name, unit, segments, line_range, refit);
+    for (CurveReport& known : report.curves)
+      if (known.name == name) known = refit.curves.front();
+    report.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
+                             fit.stack.stiffness(), width.x.back(), fit.rms_error,
+                             fit.largest_error, half_hysteresis(curve)});
+    return fit.stack;
+  };
+  ClothFriction friction;
+  for (int d = 0; d < 2; ++d) {
+    const KawabataCurve& curve = fabric.bending[d];
+    friction.bending[d] =
+        split(curve, merged_loop(curve), half_width(curve),
+              d == 0 ? "bending warp" : "bending weft", "gf cm/cm", kBendingRange, laws.bending[d]);
+  }
+  const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
+  const HalfWidth warp = half_width(fabric.shear[0]), weft = half_width(fabric.shear[1]);
+  const SampledCurve widths = mean_of({warp.x, warp.h}, {weft.x, weft.h});
+  friction.shear = split(fabric.shear[0], shear, {widths.x, widths.f},
+                         "shear (mean of warp and weft)", "gf/cm", kShearRange, laws.shear);
+  laws.friction = friction;
 }
 
 }  // namespace drape::simulate

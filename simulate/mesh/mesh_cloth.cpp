@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/cloth/normal_curvature.hpp"
+
 namespace drape::simulate {
 namespace {
 
@@ -76,6 +78,42 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws)
     }
     triangles_.push_back(triangle);
   }
+  if (!laws_.friction) return;
+  for (int d = 0; d < 2; ++d)
+    memory_.bending[d].assign(laws_.friction->bending[d].elements.size() * triangles_.size(), 0.0);
+  memory_.shear.assign(laws_.friction->shear.elements.size() * triangles_.size(), 0.0);
+}
+
+/// Calls visit(triangle, index, u, v, curvature along warp, along weft, shear) for each triangle.
+template <class Visit>
+void MeshCloth::visit_friction(const State& state, Visit visit) const {
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
+    const std::array<NormalCurvature, 2> curvature = {
+        normal_curvature(combined(t.d_uu, t.unknown, state), u, v),
+        normal_curvature(combined(t.d_vv, t.unknown, state), u, v)};
+    visit(t, i, curvature, shear_angle(u, v));
+  }
+}
+
+double MeshCloth::settle(const State& state) {
+  if (!laws_.friction) return 0;
+  const ClothFriction& friction = *laws_.friction;
+  double taken = 0;
+  visit_friction(state, [&](const Triangle& t, std::size_t i,
+                            const std::array<NormalCurvature, 2>& curvature,
+                            const ShearAngle& angle) {
+    for (int d = 0; d < 2; ++d) {
+      const FrictionStack& stack = friction.bending[d];
+      taken += t.area * stack.settle(curvature[d].value,
+                                     memory_.bending[d].data() + stack.elements.size() * i);
+    }
+    taken += t.area * friction.shear.settle(
+                          angle.value, memory_.shear.data() + friction.shear.elements.size() * i);
+  });
+  dissipated_j_ += taken;
+  return taken;
 }
 
 Vector2d MeshCloth::middle_of(int edge) const {
@@ -100,6 +138,20 @@ InternalEnergies MeshCloth::energies(const State& state) const {
                                laws_.bending[1].energy(combined(t.d_vv, t.unknown, state).norm()));
     sum.twist_j += t.area * laws_.twist_n_m / 2 * combined(t.d_uv, t.unknown, state).squaredNorm();
   }
+  if (!laws_.friction) return sum;
+  const ClothFriction& friction = *laws_.friction;
+  visit_friction(state, [&](const Triangle& t, std::size_t i,
+                            const std::array<NormalCurvature, 2>& curvature,
+                            const ShearAngle& angle) {
+    for (int d = 0; d < 2; ++d) {
+      const FrictionStack& stack = friction.bending[d];
+      sum.bending_j += t.area * stack.potential(curvature[d].value, memory_.bending[d].data() +
+                                                                        stack.elements.size() * i);
+    }
+    sum.shear_j +=
+        t.area * friction.shear.potential(
+                     angle.value, memory_.shear.data() + friction.shear.elements.size() * i);
+  });
   return sum;
 }
 
@@ -121,6 +173,26 @@ void MeshCloth::add_forces(const State& state, State& force) const {
     for (int k = 0; k < 6; ++k)
       force[t.unknown[k]] -= t.d_uu[k] * warp + t.d_vv[k] * weft + t.d_uv[k] * twist;
   }
+  if (!laws_.friction) return;
+  const ClothFriction& friction = *laws_.friction;
+  visit_friction(state, [&](const Triangle& t, std::size_t i,
+                            const std::array<NormalCurvature, 2>& curvature,
+                            const ShearAngle& angle) {
+    for (int d = 0; d < 2; ++d) {
+      const FrictionStack& stack = friction.bending[d];
+      const double pull = t.area * stack.force(curvature[d].value, memory_.bending[d].data() +
+                                                                       stack.elements.size() * i);
+      const std::array<double, 6>& weight = d == 0 ? t.d_uu : t.d_vv;
+      for (int k = 0; k < 6; ++k) force[t.unknown[k]] -= pull * weight[k] * curvature[d].of_c;
+      for (int k = 0; k < 3; ++k)
+        force[t.unknown[k]] -= pull * (t.d_u[k] * curvature[d].of_a + t.d_v[k] * curvature[d].of_b);
+    }
+    const double pull =
+        t.area * friction.shear.force(angle.value,
+                                      memory_.shear.data() + friction.shear.elements.size() * i);
+    for (int k = 0; k < 3; ++k)
+      force[t.unknown[k]] -= pull * (t.d_u[k] * angle.of_a + t.d_v[k] * angle.of_b);
+  });
 }
 
 std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
@@ -133,10 +205,13 @@ std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
                                  std::abs(laws_.tensile[0].value(a - 1)) / std::max(a, kNoLength));
     const double weft = std::max(laws_.tensile[1].steepest_up_to(b - 1),
                                  std::abs(laws_.tensile[1].value(b - 1)) / std::max(b, kNoLength));
-    const double shear = laws_.shear.steepest_up_to(1);
-    const double bend[2] = {
-        laws_.bending[0].steepest_up_to(combined(t.d_uu, t.unknown, state).norm()),
-        laws_.bending[1].steepest_up_to(combined(t.d_vv, t.unknown, state).norm())};
+    double shear = laws_.shear.steepest_up_to(1);
+    double bend[2] = {laws_.bending[0].steepest_up_to(combined(t.d_uu, t.unknown, state).norm()),
+                      laws_.bending[1].steepest_up_to(combined(t.d_vv, t.unknown, state).norm())};
+    if (laws_.friction) {
+      shear += laws_.friction->shear.stiffness();
+      for (int d = 0; d < 2; ++d) bend[d] += laws_.friction->bending[d].stiffness();
+    }
     const auto total = [](const auto& weight) {
       double sum = 0;
       for (const double w : weight) sum += std::abs(w);

@@ -49,6 +49,11 @@ class MeshCloth {
     return state;
   }
 
+  /// Internal friction, as Cloth has it; slips by triangle.
+  [[nodiscard]] const ClothMemory& memory() const { return memory_; }
+  double settle(const State& state);
+  [[nodiscard]] double dissipated_j() const { return dissipated_j_; }
+
   [[nodiscard]] InternalEnergies energies(const State& state) const;
   /// Adds minus the energy's gradient (N; N m for the sides).
   void add_forces(const State& state, State& force) const;
@@ -67,10 +72,15 @@ class MeshCloth {
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
 
+  template <class Visit>
+  void visit_friction(const State& state, Visit visit) const;
+
   MaterialMesh mesh_;
   ClothLaws laws_;
   std::vector<Triangle> triangles_;
   std::vector<double> mass_;
+  ClothMemory memory_;
+  double dissipated_j_ = 0;
 };
 
 }  // namespace drape::simulate

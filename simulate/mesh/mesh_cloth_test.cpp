@@ -202,6 +202,42 @@ TEST(MeshCloth, AStateTurnedInSpaceHasTheSameEnergy) {
   EXPECT_NEAR(cloth.energies(state).sum_j() / before, 1, 1e-12);
 }
 
+/// Also after its friction elements have slipped there and back, its forces are its energy's slope.
+TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
+  ClothLaws laws = laws_of(true);
+  const double b = laws.bending[0].slope, g = laws.shear.slope;
+  const FrictionStack bending{{{5 * b, 10 * b, 0}, {b, 5 * b, 0}}};
+  laws.friction = ClothFriction{{bending, bending}, {{{3 * g, 0.002 * g, 0.1 * g}}}};
+  MeshCloth cloth(irregular_mesh(), laws);
+  const auto shaped = [&](double bend, double shear) {
+    return cloth.state_of([=](const Vector2d& p) {
+      return MeshCloth::Jet{
+          {p.x() + shear * p.y(), p.y(), bend * p.x() * p.x() - 0.7 * bend * p.x() * p.y()},
+          {1, 0, 2 * bend * p.x() - 0.7 * bend * p.y()},
+          {shear, 1, -0.7 * bend * p.x()}};
+    });
+  };
+  cloth.settle(shaped(40, 0.1));
+  const MeshCloth::State state = shaped(-15, 0.03);
+  EXPECT_GT(cloth.dissipated_j(), 0);
+  MeshCloth::State force(state.size(), Vector3d::Zero()), way = state;
+  cloth.add_forces(state, force);
+  const double step = 1e-7;
+  double slope = 0, size = 0;
+  MeshCloth::State less = state, more = state;
+  for (std::size_t i = 0; i < state.size(); ++i) {
+    const double k = static_cast<double>(i);
+    way[i] = Vector3d(std::sin(k), std::sin(2.3 * k), std::cos(1.7 * k));
+    if (static_cast<int>(i) < cloth.points()) way[i] *= 0.01;  // m, the others are slopes
+    slope -= force[i].dot(way[i]);
+    size += std::abs(force[i].dot(way[i]));
+    less[i] -= step * way[i];
+    more[i] += step * way[i];
+  }
+  EXPECT_NEAR((cloth.energies(more).sum_j() - cloth.energies(less).sum_j()) / (2 * step), slope,
+              1e-5 * size);
+}
+
 /// Deflection of the end of a short strip clamped on one side, of a small weight, over that of a
 /// beam, w L^4 / (8 B): a strip of constant width bends like a plate without Poisson's effect.
 double cantilever_ratio(double spacing, bool along_weft) {
@@ -213,7 +249,7 @@ double cantilever_ratio(double spacing, bool along_weft) {
   options.jitter = 0.3;
   options.smoothing = 0;
   options.seed = 5;
-  const MeshCloth cloth(
+  MeshCloth cloth(
       triangulated({{{0, 0}, {lengths[0], 0}, {lengths[0], lengths[1]}, {0, lengths[1]}}, {}, {}},
                    options),
       laws);

@@ -23,6 +23,7 @@ constexpr int kReportEvery = 100;    // steps between two looks at the residual
 constexpr double kSafety = 0.6;      // masses in parts of the bounds; stable above 1/4
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
+constexpr double kShakenResidual = 1e-2;  // mean weights of a point; at a turn of the load
 
 double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, const Vector3d& g) {
   double sum = 0;
@@ -38,9 +39,8 @@ double lot(unsigned seed, int k) {
 
 }  // namespace
 
-RelaxationReport relax(const MeshCloth& cloth, MeshCloth::State& state,
-                       const std::vector<bool>& held, const Contact& contact,
-                       const RelaxationOptions& options) {
+RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state, const std::vector<bool>& held,
+                       const Contact& contact, const RelaxationOptions& options) {
   const auto n = static_cast<std::size_t>(cloth.unknowns());
   const int points = cloth.points();
   MeshCloth::State force(n), velocity(n, Vector3d::Zero()), normal(n, Vector3d::Zero());
@@ -91,7 +91,9 @@ RelaxationReport relax(const MeshCloth& cloth, MeshCloth::State& state,
         normal[i].setZero();
       }
     }
+    cloth.settle(state);
   }
+  report.dissipated_j = cloth.dissipated_j();
   report.energy_j =
       cloth.energies(state).sum_j() + height_energy(cloth, state, options.gravity_m_per_s2);
   return report;
@@ -147,7 +149,7 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
   mesh_options.spacing_m = options.spacing_m;
   mesh_options.lattice_turn_rad = -options.warp_rad;
   mesh_options.seed = options.start;
-  const MeshCloth cloth(triangulated(outline, mesh_options), laws);
+  MeshCloth cloth(triangulated(outline, mesh_options), laws);
   const double slack = 1e-6 * disc;
   const auto clamped = [&](int point) {
     return cloth.mesh().points_m[point].norm() <= disc + slack;
@@ -178,7 +180,15 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
     return true;
   }};
   CusickDrape drape;
+  int steps = 0;
+  for (int k = 0; k < 2 * options.shakes; ++k) {
+    RelaxationOptions shaken = options.relaxation;
+    shaken.gravity_m_per_s2 *= k % 2 == 0 ? 1 + options.shake : 1 - options.shake;
+    shaken.residual = std::max(shaken.residual, kShakenResidual);
+    steps += relax(cloth, state, held, contact, shaken).steps;
+  }
   drape.report = relax(cloth, state, held, contact, options.relaxation);
+  drape.report.steps += steps;
   drape.mesh = cloth.mesh();
   drape.state = std::move(state);
   return drape;

@@ -18,20 +18,22 @@ struct RelaxationOptions {
 struct RelaxationReport {
   bool at_rest = false;
   int steps = 0;
-  double residual = 0;  ///< as in the options
-  double energy_j = 0;  ///< internal and of height
+  double residual = 0;      ///< as in the options
+  double energy_j = 0;      ///< internal and of height
+  double dissipated_j = 0;  ///< by internal friction
 };
 
 /// Dynamic relaxation (Day 1965; kinetic damping, Cundall 1976): fictitious masses of the unknowns'
 /// stiffness bounds, velocities set to nothing whenever the kinetic energy falls. `held` unknowns
 /// do not move; `project`, where given, puts a point back to the surface of what it may not enter
 /// and returns whether it did. A point on a surface is pushed by it and not counted in the residual
-/// along the push: its force must then point into the surface.
+/// along the push: its force must then point into the surface. Internal friction settles after each
+/// step.
 struct Contact {
   /// Outward normal where the point lies in or on the body (it is then moved to the surface).
   std::function<bool(Eigen::Vector3d& point, Eigen::Vector3d& normal)> project;
 };
-[[nodiscard]] RelaxationReport relax(const MeshCloth& cloth, MeshCloth::State& state,
+[[nodiscard]] RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state,
                                      const std::vector<bool>& held, const Contact& contact,
                                      const RelaxationOptions& options);
 
@@ -41,6 +43,10 @@ struct CusickOptions {
   double spacing_m = 0.0075;
   double warp_rad = 0;  ///< from the mesh lattice's first axis to the warp
   unsigned start = 1;   ///< chooses the lattice's jitter and the first waves
+  /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
+  /// gravity. Without internal friction it changes no rest but the choice of one.
+  int shakes = 0;
+  double shake = 0.5;
   RelaxationOptions relaxation;
 };
 

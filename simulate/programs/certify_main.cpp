@@ -40,6 +40,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   check_same_files(report, sheet, scene, fabric);
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"})
     record.input(folder / name);
+  if (claim.memory) record.input(folder / "memory.csv");
   Ending ending;
   ending.go = report.accepted();
   ending.verdict = ending.go ? (claim.at_rest ? "the certificate holds: the sheet can rest as it is"

@@ -222,6 +222,9 @@ void write_outputs(const fs::path& out, const SimulateResult& result,
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
     record.output(out / name);
   }
+  if (!result.memory) return;
+  write_durable(out / "memory.csv", memory_csv(*result.memory));
+  record.output(out / "memory.csv");
 }
 
 }  // namespace drape::simulate

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Friction elements from the two branches of a loop.
+#include <Eigen/Dense>
+
+#include "simulate/fabric/memory.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kSlips = 6;                 // range / 2, / 4, .. / 64
+constexpr double kActiveLimit = 1e-9;     // of the largest half width; a smaller limit is none
+constexpr double kGradientNoise = 1e-12;  // of the largest correlation at the start
+
+/// Half the width, over |x|, of the loop that an element makes between -range and range.
+VectorXd half_width_of(const SlipElement& element, const HalfWidth& at, double range) {
+  double slip = 0;
+  for (const double x : {range, -range}) slip = element.settled(x, slip);
+  const double low = slip;  // at -range after a whole cycle
+  const double high = element.settled(range, low);
+  VectorXd h(at.x.size());
+  for (std::size_t i = 0; i < at.x.size(); ++i)
+    h[static_cast<Eigen::Index>(i)] =
+        0.5 * (element.force(at.x[i], low) - element.force(at.x[i], high));
+  return h;
+}
+
+/// The x >= 0 with the least |A x - b| (Lawson and Hanson 1974, chapter 23).
+VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
+  const Eigen::Index n = a.cols();
+  VectorXd x = VectorXd::Zero(n);
+  std::vector<bool> free(static_cast<std::size_t>(n), false);
+  const double noise = kGradientNoise * (a.transpose() * b).cwiseAbs().maxCoeff();
+  for (int round = 0; round < 3 * n; ++round) {
+    const VectorXd gradient = a.transpose() * (b - a * x);
+    Eigen::Index best = -1;
+    for (Eigen::Index k = 0; k < n; ++k)
+      if (!free[k] && gradient[k] > noise && (best < 0 || gradient[k] > gradient[best])) best = k;
+    if (best < 0) break;
+    free[best] = true;
+    for (;;) {
+      std::vector<Eigen::Index> kept;
+      for (Eigen::Index k = 0; k < n; ++k)
+        if (free[k]) kept.push_back(k);
+      const VectorXd solved = a(Eigen::all, kept).colPivHouseholderQr().solve(b);
+      double share = 1;
+      Eigen::Index first = -1;  // to become zero on the way there
+      for (Eigen::Index i = 0; i < solved.size(); ++i) {
+        if (solved[i] > 0) continue;
+        const double reach = x[kept[i]] / (x[kept[i]] - solved[i]);
+        if (first >= 0 && reach >= share) continue;
+        share = reach;
+        first = kept[i];
+      }
+      for (Eigen::Index i = 0; i < solved.size(); ++i)
+        x[kept[i]] += share * (solved[i] - x[kept[i]]);
+      if (first < 0) break;
+      x[first] = 0;
+      free[first] = false;
+    }
+  }
+  return x;
+}
+
+void judge_widths(const HalfWidth& loop, const VectorXd& fitted, FittedFriction& fit) {
+  double squares = 0;
+  for (std::size_t i = 0; i < loop.h.size(); ++i) {
+    const double error = std::abs(fitted[static_cast<Eigen::Index>(i)] - loop.h[i]);
+    squares += error * error;
+    fit.largest_error = std::max(fit.largest_error, error);
+  }
+  fit.rms_error = std::sqrt(squares / static_cast<double>(loop.h.size()));
+}
+
+}  // namespace
+
+FittedFriction friction_of_numbers(const HalfWidth& loop, double slip) {
+  const auto n = static_cast<Eigen::Index>(loop.x.size());
+  const Eigen::Map<const VectorXd> x(loop.x.data(), n), h(loop.h.data(), n);
+  MatrixXd line(n, 2);
+  line << VectorXd::Ones(n), x;
+  const Eigen::Vector2d found = line.colPivHouseholderQr().solve(h);
+  FittedFriction fit;
+  fit.elastic_range = loop.x.back();
+  SlipElement element{0, found[0], found[1]};
+  const double largest = std::max(element.limit(0), element.limit(loop.x.back()));
+  element.stiffness = largest / slip;
+  if (largest > 0) fit.stack.elements.push_back(element);
+  judge_widths(loop, (line * found).cwiseMax(0.0), fit);
+  return fit;
+}
+
+FittedFriction friction_of_loop(const HalfWidth& loop) {
+  const double range = loop.x.back();
+  const auto n = static_cast<Eigen::Index>(loop.x.size());
+  const Eigen::Map<const VectorXd> h(loop.h.data(), n);
+  std::vector<SlipElement> candidates;
+  std::vector<double> slips;
+  for (int k = 1; k <= kSlips; ++k) {
+    const double slip = range / (1 << k);
+    candidates.push_back({1 / slip, 1, 0});
+    candidates.push_back({1 / slip, 0, 1 / range});
+    slips.insert(slips.end(), {slip, slip});
+  }
+  MatrixXd widths(n, static_cast<Eigen::Index>(candidates.size()));
+  for (Eigen::Index k = 0; k < widths.cols(); ++k)
+    widths.col(k) = half_width_of(candidates[k], loop, range);
+  const VectorXd limits = non_negative_least_squares(widths, h);
+  FittedFriction fit;
+  double longest = 0;
+  for (Eigen::Index k = 0; k < limits.size(); ++k) {
+    if (!(limits[k] > kActiveLimit * h.maxCoeff())) continue;
+    SlipElement element = candidates[k];
+    element.stiffness *= limits[k];
+    element.threshold *= limits[k];
+    element.growth *= limits[k];
+    fit.stack.elements.push_back(element);
+    longest = std::max(longest, slips[k]);
+  }
+  fit.elastic_range = std::max(range / 2, range - 2 * longest);
+  judge_widths(loop, widths * limits, fit);
+  return fit;
+}
+
+}  // namespace drape::simulate
