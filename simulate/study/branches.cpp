@@ -14,6 +14,7 @@
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/mixture.hpp"
+#include "simulate/overlaps.hpp"
 #include "simulate/study/linkage.hpp"
 #include "simulate/world.hpp"
 
@@ -209,29 +210,44 @@ void group(std::vector<Branch> rests, const GridSpec& grid, double least_m, Bran
   const Linkage linkage = link(static_cast<int>(rests.size()), apart_m, least_m);
   branches.linked_m = linkage.limit;
   std::vector<double> spread_m(rests.size(), 0.0);
-  std::vector<int> first(rests.size(), -1);  // of each group
+  std::vector<std::optional<std::size_t>> first(rests.size());  // of each group
   for (std::size_t k = 0; k < rests.size(); ++k) {
-    int& lowest = first[linkage.group[k]];
-    if (lowest < 0) {
-      lowest = static_cast<int>(k);
+    std::optional<std::size_t>& named = first[linkage.group[k]];
+    if (!named) {
+      named = k;
       continue;
     }
-    spread_m[lowest] = std::max(spread_m[lowest], apart_m(lowest, static_cast<int>(k)));
+    const std::size_t lowest = *named;
+    spread_m[lowest] =
+        std::max(spread_m[lowest], apart_m(static_cast<int>(lowest), static_cast<int>(k)));
     rests[lowest].starts.push_back(rests[k].starts.front());
     rests[lowest].others.push_back(std::move(rests[k]));
   }
-  for (const int lowest : first) {
-    if (lowest < 0) continue;
-    rests[lowest].spread_m = spread_m[lowest];
-    std::sort(rests[lowest].starts.begin(), rests[lowest].starts.end());
-    branches.found.push_back(std::move(rests[lowest]));
+  for (const std::optional<std::size_t>& named : first) {
+    if (!named) continue;
+    Branch& lowest = rests[*named];
+    lowest.spread_m = spread_m[*named];
+    std::sort(lowest.starts.begin(), lowest.starts.end());
+    branches.found.push_back(std::move(lowest));
   }
+}
+
+/// Why a still sheet is no rest of cloth; empty where nothing speaks against it.
+std::string overlap_of(const StaticCase& the_case, const GridSpec& grid,
+                       const SimulateOptions& options, const StaticDrape& drape) {
+  SimulateReport report;
+  report.status = RestStatus::at_rest;
+  report.steps = drape.iterations;
+  measure_gaps(grid, the_case.surroundings, drape.position, report);
+  judge_overlaps(grid, the_case.surroundings, drape.position, options, report);
+  return report.status == RestStatus::at_rest ? "" : report.sentence;
 }
 
 }  // namespace
 
 Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
-                       const StaticOptions& options, const BranchOptions& how) {
+                       const SimulateOptions& simulated, const BranchOptions& how) {
+  const StaticOptions options = static_options(the_case.scene, simulated);
   Branches branches;
   branches.round = is_round(the_case.scene);
   const std::vector<std::string>& guessed = the_case.scene.stand_ins;
@@ -239,6 +255,7 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
       std::find(guessed.begin(), guessed.end(), "friction") == guessed.end();
   std::vector<StaticDrape> drapes(how.starts);
   std::vector<double> friction(how.starts);
+  std::vector<std::string> overlap(how.starts);
   parallel_for(drapes.size(), options.threads, [&](std::size_t k) {
     const StartVariation variation = variation_of(static_cast<int>(k), friction_known);
     StaticOptions alone = options;
@@ -249,6 +266,8 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
     drapes[k] = drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
       if (k > 0) apply(variation, here, position);
     });
+    if (drapes[k].report.status == StaticStatus::at_rest)
+      overlap[k] = overlap_of(the_case, grid, simulated, drapes[k]);
   });
   branches.members.resize(how.starts);
   std::vector<Branch> rests;
@@ -257,6 +276,12 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
     const int start = static_cast<int>(k);
     if (drape.report.status != StaticStatus::at_rest || drape.report.history.empty()) {
       branches.not_at_rest.push_back(start);
+      continue;
+    }
+    if (!overlap[k].empty()) {
+      branches.refused.emplace_back();
+      branches.refused.back().starts.push_back(start);
+      branches.refused.back().why = overlap[k];
       continue;
     }
     const double energy_j = drape.report.history.back().sum_j();
@@ -344,7 +369,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};
   BranchResult result;
   Branches& branches = result.branches;
-  branches = find_branches(the_case, grid, static_options(local.scene, options), how);
+  branches = find_branches(the_case, grid, options, how);
   SimulateOptions by_static = options;
   if (by_static.solver == "rk4") by_static.solver = "static";
   const auto judge = [&](const Branch& rest) {

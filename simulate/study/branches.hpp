@@ -65,9 +65,11 @@ struct RefusedStarts {
 };
 
 struct Branches {
-  std::vector<Branch> found;           ///< by energy, lowest first
-  std::vector<int> not_at_rest;        ///< starts that did not come to rest
-  std::vector<RefusedStarts> refused;  ///< still, but in an object or refused by the checker
+  std::vector<Branch> found;     ///< by energy, lowest first
+  std::vector<int> not_at_rest;  ///< starts that did not come to rest
+  /// Still, but in an object or through itself, which is asked of every start, or refused by the
+  /// checker, which is asked of those that would name a branch.
+  std::vector<RefusedStarts> refused;
   bool round = false;   ///< the scene looks the same when turned about a vertical axis
   double linked_m = 0;  ///< rests nearer than this to any member of a branch are on it
   /// By start; empty where it did not rest or was refused.
@@ -84,7 +86,7 @@ struct Branches {
 [[nodiscard]] double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b,
                                      bool round);
 [[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
-                                     const StaticOptions& options, const BranchOptions& how);
+                                     const SimulateOptions& options, const BranchOptions& how);
 /// Schema drapebench/branches/1, without what EnsembleReport adds.
 [[nodiscard]] Json branches_json(const Branches& branches);
 

@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
 #include "simulate/study/linkage.hpp"
 #include "tests/support/paths.hpp"
 
@@ -79,6 +81,37 @@ TEST(Branches, WhatLiesInAnObjectIsNamedAndIsNoBranch) {
   ASSERT_FALSE(result.branches.refused.empty());
   EXPECT_NE(result.branches.refused.front().why.find("inside an object"), std::string::npos)
       << result.branches.refused.front().why;
+}
+
+// Hung by two corners that nearly meet, the halves of a sheet that knows no contact with itself
+// pass through each other from some starts.
+TEST(Branches, HaveNoMemberThatPassesThroughItself) {
+  Case d = case_of("A");
+  d.scene.obstacles.clear();
+  d.scene.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0.3), 0};
+  const double half = d.print.patch_m.x() / 2;
+  for (const double side : {-1.0, 1.0}) {
+    Pin pin;
+    pin.at_material_m = Eigen::Vector2d(0, half + side * half);
+    pin.point_in_world = Eigen::Vector3d(side * 0.01, half, 0.3);
+    d.scene.pins.push_back(pin);
+  }
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.segments = 1;
+  options.solver = "static";
+  const BranchResult result =
+      simulate_branches(d.scene, d.fabric, d.print, std::nullopt, options, {.starts = 12});
+  const auto passes = [](const RefusedStarts& one) {
+    return one.why.find("passing through itself") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(result.branches.refused.begin(), result.branches.refused.end(), passes));
+  EXPECT_FALSE(result.sheets.empty());
+  const GridSpec grid{11, 11, d.print.patch_m};
+  for (std::size_t k = 0; k < result.branches.members.size(); ++k) {
+    if (result.branches.members[k].empty()) continue;
+    EXPECT_EQ(self_distance(grid, result.branches.members[k]).crossings, 0) << "start " << k;
+  }
 }
 
 TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
