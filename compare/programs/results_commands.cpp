@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 
+#include "compare/history/apart.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/crate.hpp"
 #include "compare/history/merge.hpp"
@@ -80,7 +81,22 @@ void add_out(Command* command, ResultsArguments& arguments) {
   command->add_option("--out", arguments.file, "file (default: standard output)");
 }
 
+int import_apart(const ResultsArguments& arguments, const CommonOptions& common) {
+  const ApartCounts counts = import_simulations(arguments.store, sheets_in(arguments.sheets));
+  Ending ending;
+  ending.verdict =
+      fmt::format("{} simulations added, {} were there already", counts.added, counts.present);
+  ending.numbers = {{"store", arguments.store}};
+  if (counts.unfinished > 0)
+    ending.warnings.push_back(
+        fmt::format("{} sheets without a run record were left out: their runs have not ended",
+                    counts.unfinished));
+  ending.next_command = "drape results merge STORE... --store all.sqlite";
+  return finish(ending, common);
+}
+
 int import_files(const ResultsArguments& arguments, const CommonOptions& common) {
+  if (arguments.apart) return import_apart(arguments, common);
   const fs::path calibration =
       arguments.calibration.empty() ? calibration_in(arguments.sheets) : arguments.calibration;
   const Session session = read_session(sheets_in(arguments.sheets), calibration);
@@ -312,6 +328,8 @@ void add_judging(Command& app, ResultsArguments& arguments) {
                                        "and drape study leave them; again adds "
                                        "nothing");
   import->add_option("SHEET", arguments.sheets, "as for drape-compare, or a folder")->required();
+  import->add_flag("--apart", arguments.apart,
+                   "simulations alone, each by itself: a study; nothing is compared");
   import->add_option("--label", arguments.label.label, "name of the run in the store");
   import->add_option("--operator", arguments.label.operator_name, "who ran it");
   Command* merge = app.add_subcommand(

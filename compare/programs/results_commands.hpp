@@ -23,6 +23,7 @@ struct ResultsArguments {
   std::vector<int> mark;  ///< row and column, or empty
   WhyOptions why;
   bool csv = false;
+  bool apart = false;  ///< import without comparing
   bool no_recompute = false;
   ResultFilter filter;
   TrendOptions trend;

@@ -87,7 +87,8 @@ std::optional<std::string> certificate_json(const Simulation& simulation) {
   return json.dump();
 }
 
-void insert_simulated(Writer& writer, const Simulation& simulation) {
+/// False when the sheet is there already.
+bool insert_simulated(Writer& writer, const Simulation& simulation) {
   const Sheet& sheet = simulation.sheet.sheet;
   const SimulatedSource& source = simulation.source();
   const std::optional<std::string> absent;
@@ -96,11 +97,12 @@ void insert_simulated(Writer& writer, const Simulation& simulation) {
     writer.enter("fabric", source.fabric_sha256);
   const std::string& key = simulation.sheet.sha256;
   const std::optional<double> no_sigma;
-  if (writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
+  const bool fresh =
+      writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
                     sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
                     static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()),
-                    absent, absent, absent, absent, absent, no_sigma, no_sigma))
-    writer.enter("sheet", key);
+                    absent, absent, absent, absent, absent, no_sigma, no_sigma);
+  if (fresh) writer.enter("sheet", key);
   if (writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"),
                     source.scene, own ? std::optional(source.scene_sha256) : absent,
                     own ? std::optional(source.fabric_sha256) : absent,
@@ -115,6 +117,7 @@ void insert_simulated(Writer& writer, const Simulation& simulation) {
                       b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))
       writer.enter("branch", key);
   }
+  return fresh;
 }
 
 void insert_mark(Writer& writer, int id, const MarkError& mark) {
@@ -324,29 +327,23 @@ Store::~Store() {
 }
 
 void Store::add(const Calibration& calibration, const std::string& sha256) {
-  try {
-    Writer writer(connection_->database);
+  write([&](Writer& writer) {
     insert_calibration(writer, sha256, calibration.rig);
-    if (writer.insert("calibration_file", sha256, calibration.method)) {
-      for (const CalibratedCamera& camera : calibration.cameras) {
-        const CalibrationResiduals& residuals = camera.residuals;
-        writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
-                      residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
-      }
-      writer.enter("calibration_file", sha256);
+    if (!writer.insert("calibration_file", sha256, calibration.method)) return;
+    for (const CalibratedCamera& camera : calibration.cameras) {
+      const CalibrationResiduals& residuals = camera.residuals;
+      writer.insert("calibration_camera", sha256, camera.camera.name, residuals.points,
+                    residuals.rms_px, residuals.max_px, residuals.object_rms_mm);
     }
-    writer.commit();
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(connection_->file, exception);
-  }
+    writer.enter("calibration_file", sha256);
+  });
 }
 
 ImportCounts Store::add(const DrapeInput& input, const Report& report,
                         const std::optional<RecordingId>& recording) {
   ImportCounts counts;
   const auto count = [&](bool added) { ++(added ? counts.added : counts.present); };
-  try {
-    Writer writer(connection_->database);
+  write([&](Writer& writer) {
     insert_measured(writer, input.measured, report.measurement, recording);
     insert_drapemeter(writer, input.measured.sha256, report.measured_drapemeter);
     for (std::size_t i = 0; i < input.simulations.size(); ++i) {
@@ -362,26 +359,28 @@ ImportCounts Store::add(const DrapeInput& input, const Report& report,
     for (const VirtualVirtual& row : report.virtual_virtual)
       count(insert_pair(writer, input.measured.sha256, input.simulations,
                         report.lattice_has_gaps_filled, row));
-    writer.commit();
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(connection_->file, exception);
-  }
+  });
   return counts;
 }
 
 ImportCounts Store::add(const VirtualGroup& group) {
   ImportCounts counts;
-  try {
-    Writer writer(connection_->database);
+  write([&](Writer& writer) {
     for (const Simulation& simulation : group.simulations) insert_simulated(writer, simulation);
     for (const VirtualVirtual& row : group.pairs) {
       const bool added = insert_pair(writer, std::nullopt, group.simulations, true, row);
       ++(added ? counts.added : counts.present);
     }
-    writer.commit();
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(connection_->file, exception);
-  }
+  });
+  return counts;
+}
+
+ImportCounts Store::add(const std::vector<Simulation>& simulations) {
+  ImportCounts counts;
+  write([&](Writer& writer) {
+    for (const Simulation& simulation : simulations)
+      ++(insert_simulated(writer, simulation) ? counts.added : counts.present);
+  });
   return counts;
 }
 

@@ -72,6 +72,8 @@ class Store {
                    const std::optional<RecordingId>& recording = {});
   /// Pairs of simulations without a real cloth.
   ImportCounts add(const VirtualGroup& group);
+  /// Simulations that are compared with nothing, all in one transaction; counts sheets.
+  ImportCounts add(const std::vector<Simulation>& simulations);
   /// Rows of one transaction; see writer.hpp.
   void write(const std::function<void(class Writer&)>& rows);
   /// Moves everything from the write-ahead log into the one file.

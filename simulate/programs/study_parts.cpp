@@ -86,6 +86,7 @@ void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments&
                  "its parts");
   app.add_option("--part", arguments.part, "of a plan: I/N, every N-th case from the I-th on")
       ->capture_default_str();
+  app.fallthrough();  // common options may stand behind the subcommand as well
   Command* status = app.add_subcommand(
       "status", "counts what of a plan is done, failed or missing, and writes study.csv");
   status->add_option("PLAN", rig, "plan.toml")->required();

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/apart.hpp"
+
+#include <algorithm>
+
+#include "compare/history/copies.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "core/error.hpp"
+#include "core/program/run_record.hpp"
+
+namespace drape::compare {
+
+namespace fs = std::filesystem;
+
+ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> sheets) {
+  constexpr std::ptrdiff_t kAtATime = 500;  // bounds the memory
+  ApartCounts sum;
+  sum.unfinished = std::erase_if(
+      sheets, [](const fs::path& sheet) { return !fs::is_regular_file(run_record_path(sheet)); });
+  const StoreLock lock(store, StoreLock::Kind::alone);
+  Store results(store);
+  std::vector<fs::path> files;
+  for (auto first = sheets.begin(); first != sheets.end();) {
+    const auto last = first + std::min(kAtATime, sheets.end() - first);
+    const Session session = read_session({first, last}, {});
+    if (!session.drapes.empty())
+      throw usage_error("a measured sheet cannot be imported apart",
+                        "leave out --apart to compare it with its simulations");
+    for (const auto& simulations : session.virtual_only) {
+      const ImportCounts counts = results.add(simulations);
+      sum.added += counts.added;
+      sum.present += counts.present;
+    }
+    for (fs::path& file : files_of(session)) files.push_back(std::move(file));
+    for (fs::path& copy : keep_copies(store, session)) files.push_back(std::move(copy));
+    first = last;
+  }
+  results.close();
+  seal_store(lock, store, files);
+  return sum;
+}
+
+}  // namespace drape::compare
