@@ -88,15 +88,17 @@ SELECT r.number AS run, r.date AS date, r.label AS label, r.operator AS operator
     calibration, (SELECT count(*) FROM run_value AS v WHERE v.run = r.number AND v.stand_in = 1)
     AS stand_ins, r.program_version AS version, r.cause AS cause
 FROM run AS r)sql",
+    // From the tables: a view on the right of a LEFT JOIN would be made whole for every row.
     R"sql(CREATE VIEW v_run_drape AS
-SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene, s.fabric AS fabric,
-  s.grid_size AS grid_size, s.segments AS segments, s.simulator AS simulator,
-  s.mean_dist_mm AS mean_dist_mm, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
-  d.measurement AS measurement, d.match AS match, s.comparison AS comparison,
-  d.pictures_sha256 AS pictures_sha256
+SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
+  coalesce(f.name, s.fabric_stated) AS fabric, s.grid_rows || 'x' || s.grid_cols AS grid_size,
+  s.segments AS segments, s.simulator AS simulator, c.mean_mm AS mean_dist_mm,
+  d.expanded_uncertainty_mm AS expanded_uncertainty_mm, d.measurement AS measurement,
+  d.match AS match, substr(c.sha256, 1, 12) AS comparison, d.pictures_sha256 AS pictures_sha256
 FROM run_drape AS d JOIN run AS r ON r.number = d.run
   LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
-  LEFT JOIN v_comparison AS s ON s.id = c.id)sql",
+  LEFT JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
+  LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256)sql",
 };
 
 }  // namespace

@@ -2,12 +2,19 @@
 #include "simulate/study/plan.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
+#include <time.h>
 
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <numeric>
 #include <set>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -23,12 +30,13 @@ class Plan : public ::testing::Test {
                                      "scenes = [\"{0}/scenes/A.toml\"]\n"
                                      "fabrics = [\"{0}/fabrics/A.toml\", \"{0}/fabrics/B.toml\"]\n"
                                      "grids = [5]\nsegments = [1]\nmodels = [\"consistent\"]\n"
-                                     "solvers = [\"static\"]\nseeds = [0, 1]\n{1}",
-                                     rig, more));
+                                     "solvers = [\"static\"]\nseeds = [{1}]\n{2}",
+                                     rig, seeds_, more));
     return read_plan(file_, out, program_);
   }
   std::string csv(const fs::path& out) { return plan_csv(plan_status(plan(out))); }
 
+  std::string seeds_ = "0, 1";
   test::TemporaryFolder folder_;
   fs::path file_ = folder_.path() / "plan.toml";
   fs::path program_ = fs::read_symlink("/proc/self/exe");
@@ -91,6 +99,67 @@ TEST_F(Plan, AFailedCaseIsNamedAndDoesNotStopTheOthers) {
   EXPECT_EQ(outcomes[3].state, CaseState::done);
   EXPECT_EQ(plan_status(faulty)[1].state, CaseState::failed);
   EXPECT_THAT(plan_status(faulty)[1].outcome.sentence, testing::HasSubstr("absent.toml"));
+}
+
+double cpu_s() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// One drape with the files and the record that drape-simulate leaves, by no part of a study.
+void drape_alone(const StudyCase& one, const StudyOptions& study, const fs::path& folder) {
+  RunRecord record("drape-simulate", {}, run_record_path(folder / "sheet.ply"));
+  SimulateOptions options = study.simulate;
+  Scene scene = seeded(read_scene(one.scene_file), one.seed, options.imperfection_m);
+  scene.fabric_file = one.fabric_file;
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
+  options.rows = options.cols = one.grid;
+  options.segments = one.segments;
+  options.model = one.model;
+  options.solver = study.solvers[0];
+  write_outputs(
+      folder, simulate_checked(scene, fabric, read_print(scene.print_file), std::nullopt, options),
+      options, record);
+  record.write(0, "");
+}
+
+TEST_F(Plan, TakesAtMostFivePercentOfTheCpuForItself) {
+  if (std::getenv("DRAPE_LONG_TESTS") == nullptr) GTEST_SKIP() << "DRAPE_LONG_TESTS is not set";
+  // Parts of 80 small drapes, seconds each, in turn with the same drapes without the study.
+  constexpr int kRounds = 9;
+  std::vector<double> ratios;
+  double sums_s[2] = {0, 0};
+  const auto timed = [&](double& sum_s, const std::function<void()>& work) {
+    const double start_s = cpu_s();
+    work();
+    const double took_s = cpu_s() - start_s;
+    sum_s += took_s;
+    return took_s;
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    const fs::path alone = folder_.path() / fmt::format("alone-{}", round),
+                   study = folder_.path() / fmt::format("study-{}", round);
+    std::vector<int> seeds(40);
+    std::iota(seeds.begin(), seeds.end(), 40 * round);
+    seeds_ = fmt::format("{}", fmt::join(seeds, ", "));
+    const StudyPlan cases = plan(alone);
+    const double alone_s = timed(sums_s[0], [&] {
+      for (std::size_t i = 0; i < cases.cases.size(); ++i)
+        drape_alone(cases.cases[i], cases.options, alone / std::to_string(i));
+    });
+    const double study_s = timed(sums_s[1], [&] {
+      (void)run_part(plan(study), {}, study, program_, {});
+      (void)plan_csv(plan_status(plan(study)));
+    });
+    ratios.push_back(study_s / alone_s);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  const double median = ratios[ratios.size() / 2], whole = sums_s[1] / sums_s[0];
+  fmt::print("study / drapes alone: {:.3f} of all CPU time ({:.2f} / {:.2f} s), median {:.3f}\n",
+             whole, sums_s[1], sums_s[0], median);
+  EXPECT_LE(median, 1.05);
 }
 
 TEST(Part, IsReadStrictly) {

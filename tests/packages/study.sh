@@ -31,8 +31,25 @@ same_study() {
   [ "$(cat "$stores/rows")" = "$(($(wc -l <"$cut/study.csv") - 1))" ]
 }
 
-# A random pause below $1 milliseconds.
-pause() { sleep "$(awk -v ms=$((RANDOM * 32768 + RANDOM)) -v most="$1" 'BEGIN {print ms % most / 1000}')"; }
+# begin PLAN CUT KILLS: counts the drapes; kills are spread over them.
+begin() {
+  mkdir -p "$2"
+  drape-study status "$1" --out "$2" --quiet >/dev/null || [ $? = 1 ]
+  step=$((2 * ($(wc -l <"$2/study.csv") - 1) / $3 + 1))
+}
+ended_drapes() { find "$1" -name sheet.run.json | wc -l; }
+# A random moment, on a machine of any speed: when up to $step more drapes of CUT are done and up to a tenth
+# of a second is over; sooner when the command BUSY, which follows it, fails.
+random_moment() {
+  local cut=$1 next pause_ms=40
+  next=$(($(ended_drapes "$cut") + RANDOM % step))
+  shift
+  while [ "$(ended_drapes "$cut")" -lt "$next" ] && "$@"; do
+    sleep "$(printf '%d.%03d' $((pause_ms / 1000)) $((pause_ms % 1000)))"
+    pause_ms=$((pause_ms < 1000 ? 2 * pause_ms : pause_ms)) # counting takes time from the drapes
+  done
+  sleep "0.0$((RANDOM % 100))"
+}
 
 # So that kills strike again when all is done, half of what is there is taken away.
 take_half_away() { find "$1" -name sheet.run.json | sort | awk 'NR % 2' | xargs -r rm -f; }

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/apart.hpp"
+
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <gmock/gmock.h>
+
+#include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/sheet_folders.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Apart : public testing::Test {
+ protected:
+  /// A case of a study, with its record or cut off before it.
+  void write_case(const std::string& name, double height_m, bool ended) {
+    const fs::path sheet = study_ / name / "sheet.ply";
+    write_sheet(sheet, test::simulated_sheet(5, 1, [height_m](const Eigen::Vector2d& m) {
+                  return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, height_m));
+                }));
+    if (ended) RunRecord("drape-study", {"--key", name}, run_record_path(sheet)).write(0, "");
+  }
+  ApartCounts import() { return import_simulations(store_, sheets_in({study_})); }
+  [[nodiscard]] std::string count(const std::string& table) const {
+    return StoreReader(store_).query("SELECT count(*) FROM " + table).rows[0][0];
+  }
+
+  drape::test::TemporaryFolder folder_;
+  fs::path study_ = folder_.path() / "study", store_ = folder_.path() / "store.sqlite";
+};
+
+TEST_F(Apart, TakesSheetsThatNoTableCouldTellApartAndLeavesOutWhatHasNotEnded) {
+  write_case("a", 0, true);
+  write_case("b", 1e-3, true);
+  write_case("c", 2e-3, false);
+  const ApartCounts first = import();
+  EXPECT_EQ(first.added, 2);
+  EXPECT_EQ(first.unfinished, 1U);
+  EXPECT_EQ(count("simulation"), "2");
+  EXPECT_EQ(count("simulation_pair"), "0");
+  write_case("c", 2e-3, true);
+  const ApartCounts again = import();
+  EXPECT_EQ(again.added, 1);
+  EXPECT_EQ(again.present, 2);
+  EXPECT_THAT(verify_store(store_).findings, testing::IsEmpty());
+}
+
+TEST_F(Apart, RefusesAMeasuredSheet) {
+  write_sheet(study_ / "sheet.ply", test::measured_sheet());
+  RunRecord("drape-triangulate", {}, run_record_path(study_ / "sheet.ply")).write(0, "");
+  EXPECT_THROW((void)import(), Error);
+}
+
+// The sheets and the calibration of tests/data/files-0.1 are those behind store_v4.sql: what 0.1.0
+// wrote and stored is, for today's reader, the same as what its migrated store holds.
+TEST(FilesOf01, AreWhatTheMigratedStoreOf01Holds) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  SQLite::Database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+      .exec(read_text(drape::test::source_root() / "compare/test_data/store_v4.sql"));
+  const fs::path files = drape::test::source_root() / "tests/data/files-0.1";
+  const Session session = read_session({files / "11-1/sheet.ply", files / "11-5/sheet.ply"}, {});
+  ASSERT_EQ(session.virtual_only.size(), 1U);
+  Store store(file);
+  const ImportCounts counts = store.add(session.virtual_only[0]);
+  EXPECT_EQ(counts.added, 0);
+  EXPECT_EQ(counts.present, 2);
+  store.close();
+  for (const Simulation& simulation : session.virtual_only[0]) {
+    EXPECT_EQ(simulation.source().status, "at rest");
+    ASSERT_TRUE(simulation.certificate);
+    EXPECT_EQ(StoreReader(file)
+                  .query("SELECT certificate_sha256 FROM simulation WHERE sheet_sha256 = ?",
+                         {simulation.sheet.sha256})
+                  .rows,
+              (std::vector<std::vector<std::string>>{{simulation.certificate->sha256}}));
+  }
+  const Calibration calibration = read_calibration(files / "calibration.json");
+  const auto cameras =
+      StoreReader(file)
+          .query(
+              "SELECT camera, rms_px FROM calibration_camera WHERE calibration_sha256 = ? ORDER BY "
+              "camera",
+              {sha256_of_file(files / "calibration.json")})
+          .rows;
+  ASSERT_EQ(cameras.size(), calibration.cameras.size());
+  ASSERT_GE(cameras.size(), 3U);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    EXPECT_EQ(cameras[i][0], calibration.cameras[i].camera.name);
+    EXPECT_EQ(std::stod(cameras[i][1]), calibration.cameras[i].residuals.rms_px);
+  }
+}
+
+}  // namespace
+}  // namespace drape::compare
