@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "capture/device/aravis_features.hpp"
 #include "capture/device/aravis_settings.hpp"
@@ -21,6 +22,7 @@ namespace {
 
 constexpr int kBuffers = 16;         // with 8, fast cameras find none free
 constexpr int kHeartbeat_ms = 2000;  // above Aravis' own beat; a lost host frees the camera soon
+constexpr std::chrono::milliseconds kOtherHeartbeat{3500};  // above the standard's default, 3 s
 constexpr std::size_t kFramesInSocket = 2;
 constexpr int kSmallestPacket = 576;  // IPv4 guarantees it; where the camera does not say
 
@@ -75,7 +77,7 @@ class AravisCamera final : public CameraDevice {
     failure.require_none("opening the camera");
     is_gige_ = ARV_IS_GV_DEVICE(device_.get());
     if (!is_gige_) return;
-    if (!arv_gv_device_is_controller(gige())) {
+    if (!takes_control()) {
       throw device_error("another program controls the camera", name_,
                          "end the other program, or wait until the camera's heartbeat ends it");
     }
@@ -201,6 +203,16 @@ class AravisCamera final : public CameraDevice {
 
  private:
   [[nodiscard]] ArvGvDevice* gige() const { return ARV_GV_DEVICE(device_.get()); }
+
+  /// A program that was killed controls the camera until its heartbeat is missed.
+  [[nodiscard]] bool takes_control() const {
+    const auto until = std::chrono::steady_clock::now() + kOtherHeartbeat;
+    while (!arv_gv_device_is_controller(gige()) && std::chrono::steady_clock::now() < until) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      arv_gv_device_take_control(gige(), nullptr);
+    }
+    return arv_gv_device_is_controller(gige());
+  }
 
   [[nodiscard]] std::int64_t ns_of_ticks(std::int64_t ticks) const {
     if (*tick_hz_ == 1e9) return ticks;

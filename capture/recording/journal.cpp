@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kUnfinished = ".unfinished-";
+constexpr int kEnding_ms = 2000;  ///< of a capture that was killed, until the kernel has ended it
 
 fs::path journal_of(const fs::path& folder) {
   return folder / "recording.journal";
@@ -81,8 +82,11 @@ void sync_folder(const fs::path& folder) {
 Journal::Journal(fs::path folder, std::string recorded_on)
     : is_new_(fs::create_directories(folder)) {
   lock_ = Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (lock_.get() < 0 || ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0) {
+  if (lock_.get() < 0) throw cannot_write(folder);
+  for (int waited = 0; ::flock(lock_.get(), LOCK_EX | LOCK_NB) != 0; waited += 50) {
     if (errno != EWOULDBLOCK) throw cannot_write(folder);
+    ::usleep(50'000);
+    if (waited < kEnding_ms) continue;
     throw bad_input("another capture records into this folder", {.file = folder.string()},
                     "wait until it has ended, or give another --out");
   }
