@@ -272,6 +272,8 @@ TEST_F(Programs, ASilentCameraLetsNoMemoryGrow) {
   EXPECT_EQ(capture.exit_code, 1) << capture.output;
   EXPECT_THAT(capture.output, HasSubstr("it was opened 10 times and gave no frame"));
   EXPECT_THAT(capture.output, HasSubstr("no frame of every other camera within the window"));
+  const Outcome doctor = run("drape-doctor", path("live") + " --out " + temporary_.path().string());
+  EXPECT_EQ(doctor.exit_code, 1) << doctor.output;
   rusage children{};
   ASSERT_EQ(::getrusage(RUSAGE_CHILDREN, &children), 0);
   std::printf("%lu frames sent: largest process %ld MB\n", devices[0]->counts().frames_sent,

@@ -2,6 +2,9 @@
 // Whole captures against Debian's own GigE Vision camera.
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <functional>
+
 #include "capture/live/live_bench.hpp"
 #include "capture/recording/record.hpp"
 #include "core/error.hpp"
@@ -33,8 +36,12 @@ class Debian : public testing::Test {
     }
   }
 
-  [[nodiscard]] LiveResult capture(int frames) const {
+  [[nodiscard]] LiveResult capture(int frames, const std::function<void(int)>& at_set = {}) const {
     LiveOptions options;
+    if (at_set)
+      options.progress = [&](double share, const std::string&) {
+        at_set(static_cast<int>(std::lround(share * frames)));
+      };
     options.frames = frames;
     options.patience_s = options.opening_s = 300;  // of a busy machine
     options.host_program = test::program("drape-camera-host");
@@ -67,6 +74,19 @@ TEST_F(Debian, SoftwareTriggerPairsWithoutAnyClock) {
   EXPECT_FALSE(live.pairing.sets.at(0).spread_s);
   std::printf("software trigger without a clock: %zu of %d paired\n", live.pairing.sets.size(),
               sets);
+}
+
+/// It takes two triggers that it has no time to look at for one.
+TEST_F(Debian, ACameraWithoutTimeAnswersLate) {
+  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  set_up(2, SyncMethod::software_trigger);
+  const int sets = 6;
+  expect_pictures(capture(sets,
+                          [&](int done) {
+                            if (done % 2 == 1 && done < sets) devices_[1]->starve(0.8);
+                          }),
+                  sets);
 }
 
 TEST_F(Debian, FreeRunPairsByArrivalOnlyWhenAskedTo) {

@@ -91,8 +91,9 @@ std::optional<LiveFault> Session::begin_streams() {
   for (int k = 0; k < kTriggersBefore; ++k) {
     fire();
     ++report_.triggers_before;
-    await_answers(std::any_of(running_.begin(), running_.end(),
-                              [](const Running& r) { return !has_clock(r); }));
+    const bool counted = std::any_of(running_.begin(), running_.end(),
+                                     [](const Running& r) { return !has_clock(r); });
+    await_answers(k + 1 < kTriggersBefore ? kAnswer_s : kLateAnswer_s, counted ? kAnswer_s : 0);
     const auto answers = [](const Running& r) { return r.newest >= 0 || r.host->fault(); };
     if (std::all_of(running_.begin(), running_.end(), answers)) break;
   }
@@ -231,10 +232,19 @@ void Session::take_frame(std::size_t c, HostFrame frame) {
 }
 
 void Session::give_up_old_frames(std::size_t c) {
-  if (!options_.on_set) return;  // then all frames are wanted
-  for (Arrival& a : arrivals_) {
+  std::optional<PairingResult> paired;
+  if (!options_.on_set) {  // then the frames of all sets are wanted, and no others
+    const auto kept = std::count_if(arrivals_.begin(), arrivals_.end(), [c](const Arrival& a) {
+      return a.camera == c && !a.frame.pixels.empty();
+    });
+    if (kept <= options_.frames + kPartnersWithin) return;
+    paired = pair(marks());
+  }
+  for (std::size_t i = 0; i < arrivals_.size(); ++i) {
+    Arrival& a = arrivals_[i];
     const bool old = a.camera == c && a.index + kPartnersWithin < running_[c].newest;
     if (!old || a.settled || a.given_up) continue;
+    if (paired && paired->places[i].bin == FrameBin::in_set) continue;
     a.given_up = true;
     std::vector<std::uint8_t>().swap(a.frame.pixels);
   }

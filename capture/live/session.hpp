@@ -18,7 +18,8 @@ namespace drape::capture {
 
 using Clock = std::chrono::steady_clock;
 
-inline constexpr double kAnswer_s = 0.5;  ///< of a trigger, above the exposure
+inline constexpr double kAnswer_s = 0.5;      ///< of a trigger, above the exposure
+inline constexpr double kLateAnswer_s = 3.0;  ///< the same on a machine that is starved
 
 inline std::int64_t now_ns() {
   return Clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
@@ -94,8 +95,8 @@ class Session {
   /// Develops the frames of a set and takes their pixels.
   LiveSet set_of(const PairedFrames& set);
 
-  /// Frames so old that no partner will come are only counted: the memory of a capture that gives
-  /// its sets out stays bounded, whatever a camera does.
+  /// Frames so old that no partner will come are only counted: memory stays bounded, whatever a
+  /// camera does.
   void give_up_old_frames(std::size_t c);
 
   [[nodiscard]] bool interrupted() const { return options_.ended && options_.ended(); }
@@ -127,11 +128,12 @@ class Session {
   void act(const Running& r, std::optional<std::int64_t> host_ns);
 
   /// After a trigger that a camera without a clock did not answer in time, a late frame could pass
-  /// for the next trigger's: it is counted again from the next trigger that has one answer.
+  /// for the next trigger's: it is counted again once it was silent for long.
   void settle_counts();
 
-  /// Until every camera has sent a frame, or the time for it is over; `all_of_it`: until it is.
-  void await_answers(bool all_of_it);
+  /// Until every camera that is not lost has sent a frame, or the time for it is over, and then
+  /// until none came for `quiet_s`.
+  void await_answers(double within_s, double quiet_s = 0);
 
   // ---- what comes out -----------------------------------------------------------------------
   [[nodiscard]] std::optional<double> time_of(

@@ -159,7 +159,7 @@ void Session::trigger_for_screen() {
   fire();
   --report_.triggers;
   ++report_.triggers_before;
-  await_answers(false);
+  await_answers(kAnswer_s);
   settle_counts();
 }
 
@@ -179,7 +179,7 @@ void Session::run_triggered() {
     if (patience_ended()) return;
     next_ns = now_ns() + pace_ns;
     fire();
-    await_answers(false);
+    await_answers(kLateAnswer_s);
     settle_counts();
     const PairingResult pairing = pair(marks());
     give_out(pairing, true);
@@ -221,14 +221,14 @@ void Session::act(const Running& r, std::optional<std::int64_t> host_ns) {
 void Session::settle_counts() {
   for (Running& r : running_) {
     const std::int64_t last = last_trigger();
-    if (!never_had_clock(r) || !by_trigger()) continue;
+    if (!never_had_clock(r) || !by_trigger() || r.host->fault()) continue;
     if (r.counted && r.counted->trigger == last) {
       r.silent_triggers = 0;
       continue;
     }
     if (++r.silent_triggers < 2) continue;
-    // Half a second without a late frame: the next one answers the next trigger.
-    const std::int64_t before = r.newest, until = now_ns() + std::llround(1e9 * kAnswer_s);
+    // So long without a late frame: the next one answers the next trigger.
+    const std::int64_t before = r.newest, until = now_ns() + std::llround(1e9 * kLateAnswer_s);
     while (now_ns() < until && r.newest == before) {
       wait(0.02);
       take_in();
@@ -239,7 +239,7 @@ void Session::settle_counts() {
   }
 }
 
-void Session::await_answers(bool all_of_it) {
+void Session::await_answers(double within_s, double quiet_s) {
   std::vector<std::int64_t> before;
   for (const Running& r : running_) before.push_back(r.newest);
   double exposure_s = 0;
@@ -247,14 +247,20 @@ void Session::await_answers(bool all_of_it) {
     exposure_s = std::max(exposure_s, 1e-6 * c.settings.exposure_us.value_or(0));
   // A line is pulsed from outside whenever it likes.
   const double allowed =
-      report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + kAnswer_s;
+      report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + within_s;
   const std::int64_t until = now_ns() + std::llround(1e9 * allowed);
   const auto answered = [&] {
     for (std::size_t c = 0; c < running_.size(); ++c)
-      if (running_[c].newest == before[c]) return false;
+      if (running_[c].newest == before[c] && !running_[c].host->fault()) return false;
     return true;
   };
-  while ((all_of_it || !answered()) && now_ns() < until && !interrupted()) {
+  std::int64_t quiet_from = now_ns();
+  const auto is_quiet = [&] {
+    for (const Running& r : running_) quiet_from = std::max(quiet_from, r.last_frame_ns);
+    return now_ns() - quiet_from >= std::llround(1e9 * quiet_s);
+  };
+  while (!interrupted() && now_ns() < until + std::llround(1e9 * quiet_s) &&
+         ((now_ns() < until && !answered()) || !is_quiet())) {
     wait(0.02);
     take_in();
   }
@@ -284,7 +290,7 @@ std::vector<FrameMark> Session::marks() const {
                    std::nullopt, a.frame.complete, a.settled,
                    a.given_up};
     if (by_trigger() && mark.time_s)
-      mark.trigger = trigger_of(*mark.time_s, triggers, kTriggerEarly_s, kAnswer_s);
+      mark.trigger = trigger_of(*mark.time_s, triggers, kTriggerEarly_s, kLateAnswer_s);
     if (by_trigger() && never_had_clock(running_[a.camera])) mark.trigger = a.counted_trigger;
     result.push_back(mark);
   }

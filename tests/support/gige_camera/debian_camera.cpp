@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -96,8 +97,18 @@ DebianCamera::DebianCamera(const std::string& address, const std::string& serial
 }
 
 DebianCamera::~DebianCamera() {
+  if (starved_.joinable()) starved_.join();
   ::kill(process_, SIGKILL);
   ::waitpid(process_, nullptr, 0);
+}
+
+void DebianCamera::starve(double seconds) {
+  if (starved_.joinable()) starved_.join();
+  ::kill(process_, SIGSTOP);
+  starved_ = std::thread([this, seconds] {
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    ::kill(process_, SIGCONT);
+  });
 }
 
 bool DebianCamera::drew(const std::vector<std::uint8_t>& pixels, int width_px) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace drape::test {
@@ -27,7 +28,11 @@ class DebianCamera {
   /// ramp of 255 levels that moves by a level with each frame (its source, arvfakecamera.c).
   [[nodiscard]] static bool drew(const std::vector<std::uint8_t>& pixels, int width_px);
 
+  /// As on a machine that gives it no time: stopped for so long. Returns at once.
+  void starve(double seconds);
+
  private:
+  std::thread starved_;
   pid_t process_ = -1;
 };
 
