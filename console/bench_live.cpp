@@ -69,11 +69,13 @@ void Bench::open_cameras() {
     tell_("frame", {{"camera", camera}, {"number", number}});
   };
   reports.ended = [this](const std::string& sentence) {
+    std::string refused;
     {
       const std::lock_guard words(mutex_);
       cameras_ready_ = false;
-      taking_.clear();
+      refused = std::exchange(taking_, "");
     }
+    if (!refused.empty()) tell_("refused", {{"set", refused}, {"why", sentence}});
     heard("the cameras are closed: " + sentence);
   };
   capture_ = std::make_unique<CaptureSession>(rig_.file, recording_folder_, reports);
@@ -106,22 +108,28 @@ void Bench::take_live(const std::string& set) {
 }
 
 void Bench::heard(const std::string& line) {
-  std::string set = stored_in(line);
+  std::string set = stored_in(line), refused, why;
   {
     const std::lock_guard lock(mutex_);
+    if (line.starts_with("next: ") && !taking_.empty()) {
+      refused = std::exchange(taking_, "");
+      if (!camera_words_.empty()) why = camera_words_.back();
+    }
     camera_words_.push_back(line);
     if (camera_words_.size() > kKeptWords) camera_words_.erase(camera_words_.begin());
     if (line.starts_with("next: ")) {
       cameras_ready_ = true;
-      taking_.clear();
     }
     // Only what was asked for, by a name that the rig has.
     if (set != taking_) set.clear();
   }
+  if (!refused.empty()) tell_("refused", {{"set", refused}, {"why", why}});
   try {
     if (!set.empty()) {
       log_.add("bench", "stored " + set, {{"taken", set}});
       taken(set);
+      const std::lock_guard lock(mutex_);
+      taking_.clear();
     } else if (!line.starts_with("next: ")) {
       log_.add("capture", line);
     }

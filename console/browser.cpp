@@ -1,28 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console/browser.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <poll.h>
-#include <signal.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <chrono>
+#include <cstdio>
 #include <cstdlib>
-#include <map>
 #include <stdexcept>
 #include <thread>
 
 #include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::test {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr int kPatience_ms = 120000;  ///< for one answer of the browser
 constexpr int kMostTabs = 300;
 constexpr int kMostLooks = 1500;  ///< of 200 ms
 
@@ -46,133 +39,6 @@ std::string from_base64(const std::string& text) {
 
 }  // namespace
 
-bool Browser::installed() {
-  return std::system("command -v chromium > /dev/null 2>&1") == 0;
-}
-
-Browser::Browser() {
-  std::array<int, 2> in{}, out{};
-  if (::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0)
-    throw std::runtime_error("no pipe");
-  const std::string profile = "--user-data-dir=" + (profile_.path() / "profile").string();
-  pid_ = ::fork();
-  if (pid_ == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const int nothing = ::open("/dev/null", O_RDWR);
-    // Above 3 and 4 first, so that neither of them is overwritten before it is used.
-    const int read = ::fcntl(in[0], F_DUPFD, 10), write = ::fcntl(out[1], F_DUPFD, 10);
-    ::dup2(read, 3);
-    ::dup2(write, 4);
-    ::dup2(nothing, STDOUT_FILENO);
-    ::dup2(nothing, STDERR_FILENO);
-    ::execlp("chromium", "chromium", "--headless", "--no-sandbox", "--disable-gpu",
-             "--disable-quic", "--no-first-run", "--disable-background-networking",
-             "--disable-component-update", "--disable-sync", "--use-angle=swiftshader",
-             "--enable-unsafe-swiftshader", "--remote-debugging-pipe", profile.c_str(),
-             "about:blank", nullptr);
-    ::_exit(127);
-  }
-  ::close(in[0]);
-  ::close(out[1]);
-  to_ = in[1];
-  from_ = out[0];
-  const Json target = call("Target.createTarget", {{"url", "about:blank"}});
-  const Json attached =
-      call("Target.attachToTarget", {{"targetId", target["targetId"]}, {"flatten", true}});
-  session_ = attached["sessionId"].get<std::string>();
-  for (const char* domain : {"Page", "Runtime", "Log"}) call(std::string(domain) + ".enable");
-  size(1280, 1000);
-}
-
-Browser::~Browser() {
-  ::close(to_);
-  ::close(from_);
-  ::kill(pid_, SIGKILL);
-  ::waitpid(pid_, nullptr, 0);
-}
-
-Json Browser::next_message() {
-  for (;;) {
-    if (const std::size_t end = text_.find('\0'); end != std::string::npos) {
-      Json message = Json::parse(text_.substr(0, end));
-      text_.erase(0, end + 1);
-      return message;
-    }
-    pollfd wait{from_, POLLIN, 0};
-    std::array<char, 65536> buffer;
-    if (::poll(&wait, 1, kPatience_ms) <= 0) throw std::runtime_error("the browser is silent");
-    const ssize_t got = ::read(from_, buffer.data(), buffer.size());
-    if (got <= 0) throw std::runtime_error("the browser has ended");
-    text_.append(buffer.data(), static_cast<std::size_t>(got));
-  }
-}
-
-void Browser::take_event(const Json& message) {
-  const std::string method = message.value("method", "");
-  if (!message.contains("params")) return;
-  const Json& what = message["params"];
-  if (method == "Runtime.exceptionThrown") errors_.push_back(what["exceptionDetails"].dump());
-  if (method == "Runtime.consoleAPICalled" && what["type"] == "error")
-    errors_.push_back(what["args"].dump());
-  if (method == "Log.entryAdded" && what["entry"]["level"] == "error")
-    errors_.push_back(what["entry"].dump());
-}
-
-Json Browser::call(const std::string& method, Json parameters) {
-  Json message = {{"id", ++id_}, {"method", method}, {"params", std::move(parameters)}};
-  if (!session_.empty()) message["sessionId"] = session_;
-  const std::string text = message.dump() + '\0';
-  if (::write(to_, text.data(), text.size()) != static_cast<ssize_t>(text.size()))
-    throw std::runtime_error("the browser does not listen");
-  for (;;) {
-    Json answer = next_message();
-    if (answer.value("id", 0) != id_) {
-      take_event(answer);
-      continue;
-    }
-    if (answer.contains("error")) throw std::runtime_error(method + ": " + answer["error"].dump());
-    return answer["result"];
-  }
-}
-
-void Browser::open(const std::string& address) {
-  call("Page.navigate", {{"url", address}});
-}
-
-void Browser::size(int width_px, int height_px) {
-  call("Emulation.setDeviceMetricsOverride",
-       {{"width", width_px}, {"height", height_px}, {"deviceScaleFactor", 1}, {"mobile", false}});
-}
-
-void Browser::press(const std::string& key) {
-  static const std::map<std::string, int> codes = {{"Tab", 9},         {"Enter", 13},
-                                                   {"ArrowLeft", 37},  {"ArrowUp", 38},
-                                                   {"ArrowRight", 39}, {"ArrowDown", 40}};
-  Json event = {{"type", "keyDown"}, {"key", key}};
-  if (const auto found = codes.find(key); found != codes.end()) {
-    event["code"] = key;
-    event["windowsVirtualKeyCode"] = found->second;
-    if (key == "Enter") event["text"] = "\r";
-  } else {
-    event["text"] = key;
-  }
-  call("Input.dispatchKeyEvent", event);
-  event["type"] = "keyUp";
-  event.erase("text");
-  call("Input.dispatchKeyEvent", event);
-}
-
-void Browser::type(const std::string& text) {
-  call("Input.insertText", {{"text", text}});
-}
-
-Json Browser::value_of(const std::string& expression) {
-  const Json result =
-      call("Runtime.evaluate",
-           {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}})["result"];
-  return result.contains("value") ? result["value"] : Json();
-}
-
 void Browser::tab_to(const std::string& id) {
   for (int k = 0; k < kMostTabs; ++k) {
     if (value_of("document.activeElement ? document.activeElement.id : ''") == id) return;
@@ -180,6 +46,13 @@ void Browser::tab_to(const std::string& id) {
   }
   throw std::runtime_error(fmt::format("Tab does not lead to #{}; the page says: {}", id,
                                        value_of("document.body.innerText").dump()));
+}
+
+void Browser::press_button(const std::string& id) {
+  wait_for(fmt::format("document.getElementById('{0}') && !document.getElementById('{0}').disabled",
+                       id));
+  tab_to(id);
+  press("Enter");
 }
 
 void Browser::wait_for(const std::string& expression) {
@@ -191,8 +64,35 @@ void Browser::wait_for(const std::string& expression) {
                                        value_of("document.body.innerText").dump()));
 }
 
-void Browser::screenshot(const fs::path& file) {
-  write_durable(file, from_base64(call("Page.captureScreenshot")["data"].get<std::string>()));
+Json serious_findings(Browser& browser) {
+  Json found = Json::array();
+  browser.size(390, 800);
+  if (browser.value_of("document.scrollingElement.scrollWidth <= window.innerWidth") != true)
+    found.push_back("the page is wider than a phone");
+  browser.size(1280, 1000);
+  const fs::path axe = fs::path(program("drape")).parent_path().parent_path() /
+                       "npm/node_modules/axe-core/axe.min.js";
+  if (!fs::is_regular_file(axe)) {
+    std::printf("axe-core is absent: npm install --prefix BUILD/npm axe-core\n");
+    return found;
+  }
+  browser.run(read_text(axe));
+  const Json said = browser.value_of(
+      "axe.run(document, {rules: {}}).then(r => r.violations.filter(v => ['serious', "
+      "'critical'].includes(v.impact)).map(v => v.id + ': ' + v.nodes.map(n => "
+      "n.html).join(' ')))");
+  if (!said.is_array()) return {"axe-core does not answer"};
+  found.insert(found.end(), said.begin(), said.end());
+  return found;
+}
+
+void shoot(Browser& browser, const std::string& name) {
+  const char* shots = std::getenv("DRAPE_SCREENSHOTS");
+  if (shots != nullptr) browser.screenshot(fs::path(shots) / name);
+}
+
+void write_picture(const std::filesystem::path& file, const std::string& base64) {
+  write_durable(file, from_base64(base64));
 }
 
 }  // namespace drape::test

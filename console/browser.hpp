@@ -1,52 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/types.h>
-
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/files/json_file.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::test {
 
-/// One page in headless Chromium, driven over the DevTools protocol's pipe: keys only, no mouse.
+/// One page in a headless browser, driven by keys only, no mouse.
 class Browser {
  public:
-  [[nodiscard]] static bool installed();
-
-  Browser();
-  ~Browser();
+  Browser() = default;
+  virtual ~Browser() = default;
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  void open(const std::string& address);
-  void size(int width_px, int height_px);
+  virtual void open(const std::string& address) = 0;
+  virtual void size(int width_px, int height_px) = 0;  ///< of the page
   /// A key by its name: "Tab", "Enter", "ArrowLeft", or one character.
-  void press(const std::string& key);
-  void type(const std::string& text);
+  virtual void press(const std::string& key) = 0;
+  virtual void type(const std::string& text) = 0;
+  [[nodiscard]] virtual Json value_of(const std::string& expression) = 0;
+  /// Statements of a script that the page does not have.
+  virtual void run(const std::string& script) = 0;
+  virtual void screenshot(const std::filesystem::path& file) = 0;
+  /// Errors of scripts, of the console and of loading, in order.
+  [[nodiscard]] virtual std::vector<std::string> errors() = 0;
+
   /// Tab until the element of this id has the focus. Throws when it is not reached.
   void tab_to(const std::string& id);
-  [[nodiscard]] Json value_of(const std::string& expression);
+  /// Waits for the button, goes to it by Tab and presses Enter.
+  void press_button(const std::string& id);
   /// Until the expression is true. Throws with the page's text when that does not come.
   void wait_for(const std::string& expression);
-  void screenshot(const std::filesystem::path& file);
-  /// Errors of scripts, of the console and of loading, in order.
-  [[nodiscard]] const std::vector<std::string>& errors() const { return errors_; }
-
- private:
-  Json call(const std::string& method, Json parameters = Json::object());
-  Json next_message();
-  void take_event(const Json& message);
-
-  TemporaryFolder profile_;
-  pid_t pid_ = -1;
-  int to_ = -1, from_ = -1;
-  int id_ = 0;
-  std::string session_, text_;
-  std::vector<std::string> errors_;
 };
+
+/// Over the DevTools protocol's pipe, and over Marionette's socket. Null where it is not installed.
+[[nodiscard]] std::unique_ptr<Browser> open_chromium();
+[[nodiscard]] std::unique_ptr<Browser> open_firefox();
+
+/// What axe-core calls serious or critical, and a page wider than a phone: words, none when good.
+/// Without axe-core (npm) the width alone, and says so.
+[[nodiscard]] Json serious_findings(Browser& browser);
+
+/// A screenshot of this name in the folder DRAPE_SCREENSHOTS, where that is set.
+void shoot(Browser& browser, const std::string& name);
+
+/// A picture as browsers send it.
+void write_picture(const std::filesystem::path& file, const std::string& base64);
 
 }  // namespace drape::test

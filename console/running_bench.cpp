@@ -67,10 +67,18 @@ bool RunningBench::runs() const {
 }
 
 double RunningBench::memory_mb() const {
-  std::istringstream lines(read_text(fmt::format("/proc/{}/statm", pid_)));
-  double all = 0, resident = 0;
-  lines >> all >> resident;
-  return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) / 1e6;
+  const std::string status = read_text(fmt::format("/proc/{}/status", pid_));
+  return 1.024e-3 * std::stod(status.substr(status.find("VmHWM:") + 6));
+}
+
+double RunningBench::cpu_s() const {
+  const std::string stat = read_text(fmt::format("/proc/{}/stat", pid_));
+  std::istringstream fields(stat.substr(stat.rfind(')') + 2));
+  std::string skipped;
+  for (int k = 0; k < 11; ++k) fields >> skipped;
+  double user = 0, system = 0;
+  fields >> user >> system;
+  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
 std::string RunningBench::origin() const {

@@ -26,7 +26,8 @@ class RunningBench {
   [[nodiscard]] int port() const;
   [[nodiscard]] std::string token() const;
   [[nodiscard]] bool runs() const;
-  [[nodiscard]] double memory_mb() const;  ///< resident
+  [[nodiscard]] double memory_mb() const;  ///< resident, the most so far
+  [[nodiscard]] double cpu_s() const;      ///< of the server alone, so far
   void kill();                             ///< as a power cut would
 
   /// Answers of curl, which is foreign to this project.

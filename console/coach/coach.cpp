@@ -11,6 +11,7 @@
 #include <numeric>
 
 #include "core/camera_derivatives.hpp"
+#include "core/dot_image.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -63,17 +64,30 @@ Vector3d corner_of(const Target& target, int k) {
   return target.point_in_target({row, col});
 }
 
-}  // namespace
+/// Image of a dot's centre. The centroid of its disc lies beside it (eccentricity; Heikkila, 2000),
+/// by how much is known once the pose is.
+Vector2d centre_px(const Camera& camera, const Target& target,
+                   const std::optional<WorldFromTarget>& pose, const Detection& dot) {
+  if (!pose || target.dot_diameter_m == 0) return dot.centre_px;
+  const Vector3d centre = camera.cam_from_world * (*pose * target.point_in_target(dot.mark));
+  const Matrix3d turn = camera.cam_from_world.rotation * pose->rotation;
+  const auto disc = dot_centroid_px(
+      camera.model, {centre, turn.col(0), turn.col(1), 0.5 * target.dot_diameter_m});
+  const auto image = project(camera.model, centre);
+  return disc && image ? Vector2d(dot.centre_px - (*disc - image->px)) : dot.centre_px;
+}
 
-std::optional<MeasuredTarget> measure_target(const Calibration& calibration, const Target& target,
-                                             const std::vector<FrameDetections>& frames) {
+std::optional<MeasuredTarget> measure_with(const Calibration& calibration, const Target& target,
+                                           const std::vector<FrameDetections>& frames,
+                                           const std::optional<WorldFromTarget>& pose) {
   std::map<MarkId, Rays> rays;
   for (const FrameDetections& frame : frames) {
     const auto found =
         std::find_if(calibration.cameras.begin(), calibration.cameras.end(),
                      [&](const CalibratedCamera& c) { return c.camera.name == frame.camera; });
     if (found == calibration.cameras.end()) continue;
-    for (const Detection& dot : frame.detections) rays[dot.mark].add(found->camera, dot.centre_px);
+    for (const Detection& dot : frame.detections)
+      rays[dot.mark].add(found->camera, centre_px(found->camera, target, pose, dot));
   }
   MeasuredTarget result;
   Eigen::Matrix3Xd drawn(3, rays.size()), measured(3, rays.size());
@@ -95,6 +109,14 @@ std::optional<MeasuredTarget> measure_target(const Calibration& calibration, con
   }
   result.rms_m = std::sqrt(sum / result.points);
   return result;
+}
+
+}  // namespace
+
+std::optional<MeasuredTarget> measure_target(const Calibration& calibration, const Target& target,
+                                             const std::vector<FrameDetections>& frames) {
+  const auto first = measure_with(calibration, target, frames, {});
+  return first ? measure_with(calibration, target, frames, first->world_from_target) : first;
 }
 
 Coach::Coach(const Calibration& calibration, const Target& target, const Volume& volume,

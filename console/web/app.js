@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pages, state and events. The state is asked for from the server whenever it says that
 // something changed; nothing that matters lives in the page.
-import {act, ask, h} from './dom.js';
+import {act, ask, h, takeSoon, tone} from './dom.js';
 import * as cameras from './cameras.js';
 import * as calibration from './calibration.js';
 import * as drape from './drape.js';
@@ -23,8 +23,8 @@ function current() {
 function drawPages() {
   document.getElementById('pages').replaceChildren(...names.map((name, k) => h('a', {
     href: `#${name}`, id: `page-${name}`, 'aria-current': name === current() ? 'page' : null,
-    title: `key ${k + 1}`,
-  }, name[0].toUpperCase() + name.slice(1))));
+    'aria-keyshortcuts': k + 1,
+  }, h('kbd', {'aria-hidden': 'true'}, k + 1), name[0].toUpperCase() + name.slice(1))));
 }
 
 /// Draws again where something changed, and leaves the keyboard where it was.
@@ -91,15 +91,12 @@ async function refresh() {
   asking = false;
 }
 
-/// A short tone for hands that are not at the screen; browsers allow it after the first key or click.
-function tone() {
-  if (!navigator.userActivation?.hasBeenActive) return;
-  const audio = new AudioContext(), note = audio.createOscillator();
-  note.frequency.value = 880;
-  note.connect(audio.destination);
-  note.start();
-  note.stop(audio.currentTime + 0.12);
-  note.addEventListener('ended', () => audio.close());
+/// Large enough to be read from the bench: what became of the last set.
+function say(words, how, pitches) {
+  const banner = document.getElementById('banner');
+  banner.textContent = words;
+  banner.className = how;
+  tone(...pitches);
 }
 
 function listen() {
@@ -107,7 +104,12 @@ function listen() {
   events.addEventListener('open', () => { document.getElementById('trouble').textContent = ''; refresh(); });
   events.addEventListener('state', refresh);
   events.addEventListener('job', event => takeJob(JSON.parse(event.data)));
-  events.addEventListener('shot', tone);
+  events.addEventListener('shot', event => say(`${JSON.parse(event.data).set} is taken`, 'good', [880]));
+  events.addEventListener('refused', event => {
+    const {set, why} = JSON.parse(event.data);
+    say(`${set} is not taken`, 'bad', [330, 220]);
+    document.getElementById('trouble').textContent = `${set} is not taken: ${why}`;
+  });
   events.addEventListener('frame', event => { if (current() === 'cameras') cameras.frame(JSON.parse(event.data).camera); });
   events.addEventListener('error', () => {
     document.getElementById('trouble').textContent = 'The server does not answer; the page tries again. What was stored is whole.';
@@ -119,6 +121,8 @@ document.addEventListener('keydown', event => {
   if (event.target.closest('input, textarea, select')) return;
   const name = names[Number(event.key) - 1];
   if (name) location.hash = name;
+  if (event.key === 't') document.querySelector('#main .take')?.click();
+  if (event.key === 's') takeSoon();
 });
 window.addEventListener('hashchange', () => {
   drawPages();

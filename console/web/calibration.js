@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coverage of images and space, residuals, and the pose that would help most.
-import {act, ask, cameraView, command, figure, h, number, table, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, number, table, takeButtons, verdict} from './dom.js';
 
 let ghost = true;
 
@@ -59,8 +59,7 @@ export async function draw(state, redraw) {
   return [
     h('h1', {}, 'Calibration'),
     h('div', {class: 'acts'},
-      h('button', {type: 'button', class: 'main', id: 'take-target', disabled: !next, click: () => act({do: 'take', set: next})},
-        next ? `Take ${next}` : 'Every set is taken'),
+      ...takeButtons('take-target', next ? `Take ${next}` : 'Every set is taken', !next, () => act({do: 'take', set: next})),
       h('button', {type: 'button', id: 'take-all', disabled: !next || !state.replay, click: async () => {
         for (const set of sets.filter(one => !one.taken && one.takeable)) if (!await act({do: 'take', set: set.name})) break;
       }}, 'Take all'),

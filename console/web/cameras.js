@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of all cameras, saturation in red, what detect found.
-import {act, ask, cameraView, command, figure, h, markDrawings, table, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, markDrawings, table, takeButtons, verdict} from './dom.js';
 
 let chosen = '';
 let red = true, marks = true;
@@ -89,16 +89,16 @@ async function drawLive(state, known, redraw) {
   return [
     h('h1', {}, 'Cameras'),
     h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
-    ...captureWords(state.capture),
     h('div', {class: 'views'}, state.cameras.map(liveView)),
+    ...captureWords(state.capture),
     command(state.capture.command),
   ];
 }
 
 function tools(state, known, shown, next, redraw) {
   return [
-    h('button', {type: 'button', class: 'main', id: 'take', disabled: !next || (state.capture && !state.capture.ready),
-      click: () => { if (!state.capture) chosen = next; act({do: 'take', set: next}); }}, next ? `Take ${next}` : 'Every set is taken'),
+    ...takeButtons('take', next ? `Take ${next}` : 'Every set is taken', !next || (state.capture && !state.capture.ready),
+      () => { if (!state.capture) chosen = next; act({do: 'take', set: next}); }),
     h('label', {for: 'shown'}, 'Show '),
     h('select', {id: 'shown', change: event => { chosen = event.target.value; redraw(); }},
       known.map(name => h('option', {value: name, selected: name === shown}, name))),

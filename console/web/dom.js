@@ -40,6 +40,58 @@ export async function act(what) {
   }
 }
 
+/// Tones for hands and eyes that are at the cloth; browsers allow them after the first key or click.
+export function tone(...pitches) {
+  if (!navigator.userActivation?.hasBeenActive) return;
+  const audio = new AudioContext();
+  pitches.forEach((pitch, k) => {
+    const note = audio.createOscillator();
+    note.frequency.value = pitch;
+    note.connect(audio.destination);
+    note.start(audio.currentTime + 0.2 * k);
+    note.stop(audio.currentTime + 0.2 * k + 0.12);
+    if (k + 1 === pitches.length) note.addEventListener('ended', () => audio.close());
+  });
+}
+
+const SOON_S = 5;
+let countdown = null;
+
+/// Takes what the page offers when the hands have had time to reach the cloth; again: not at all.
+export function takeSoon() {
+  const banner = document.getElementById('banner');
+  banner.className = '';
+  banner.textContent = '';
+  if (countdown) {
+    clearInterval(countdown);
+    countdown = null;
+    return;
+  }
+  let left = SOON_S;
+  const tick = () => {
+    if (left > 0) {
+      banner.textContent = `in ${left}`;
+      tone(440);
+      left -= 1;
+      return;
+    }
+    clearInterval(countdown);
+    countdown = null;
+    banner.textContent = '';
+    document.querySelector('#main .take')?.click();
+  };
+  countdown = setInterval(tick, 1000);
+  tick();
+}
+
+/// The button that takes a set, and the one that does it soon.
+export function takeButtons(id, words, off, click) {
+  return [h('button', {type: 'button', class: 'main take', id, disabled: off, 'aria-keyshortcuts': 't', click},
+    h('kbd', {'aria-hidden': 'true'}, 't'), words),
+  h('button', {type: 'button', id: `${id}-soon`, disabled: off, 'aria-keyshortcuts': 's', click: takeSoon},
+    h('kbd', {'aria-hidden': 'true'}, 's'), `In ${SOON_S} s`)];
+}
+
 /// A number with so many digits behind the point, or a dash.
 export function number(value, digits = 2) {
   return typeof value === 'number' ? value.toFixed(digits) : '–';

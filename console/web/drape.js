@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One drape: its marks, its sheet in space, its simulations, the distance.
-import {act, ask, cameraView, command, figure, h, markDrawings, number, table, verdict} from './dom.js';
+import {act, ask, cameraView, command, figure, h, markDrawings, number, table, takeButtons, verdict} from './dom.js';
 import {sheetView} from './sheet_view.js';
 
 let chosen = '';
@@ -8,7 +8,7 @@ let chosen = '';
 function resultWords(drape) {
   const result = drape.result;
   if (!result) return h('p', {}, 'No simulation was compared yet.');
-  return h('p', {id: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.grid_size}, ${result.segments} segments. Measurement `,
+  return h('p', {id: 'result', class: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.grid_size}, ${result.segments} segments. Measurement `,
     verdict(result.measurement), ', match ', verdict(result.match), '.');
 }
 
@@ -28,8 +28,7 @@ export async function draw(state, redraw) {
       h('label', {for: 'drape'}, 'Drape '),
       h('select', {id: 'drape', change: event => { chosen = event.target.value; redraw(); }},
         names.map(one => h('option', {value: one, selected: one === name}, one))),
-      h('button', {type: 'button', class: 'main', id: 'take-drape', disabled: !set.takeable,
-        click: () => act({do: 'take', set: drape.set})}, set.taken ? `Retake ${drape.set}` : `Take ${drape.set}`),
+      ...takeButtons('take-drape', set.taken ? `Retake ${drape.set}` : `Take ${drape.set}`, !set.takeable, () => act({do: 'take', set: drape.set})),
       h('button', {type: 'button', class: 'main', id: 'measure', disabled: !set.taken || !calibrated || busy('measure'),
         click: () => act({do: 'measure', drape: name})}, 'Measure'),
       h('button', {type: 'button', class: 'main', id: 'run', disabled: !set.taken || !calibrated || busy('run'),
@@ -42,6 +41,7 @@ export async function draw(state, redraw) {
         count ? `${camera.name}: ${count.measured} marks measured, ${count.missing} of ${set.detected.printed} missing, ${count.tags} tags` : camera.name);
     })),
     set.sentence ? h('p', {}, verdict(set.verdict), `: ${set.sentence}`) : null,
+    resultWords(drape),
     h('h2', {}, 'Measured sheet'),
     drape.sheet ? h('p', {id: 'sheet'}, verdict(drape.sheet.verdict), `: ${drape.sheet.sentence}`,
       drape.sheet.sd_mm ? `; a mark's place to ${number(drape.sheet.sd_mm, 4)} mm (standard deviation)` : '') : h('p', {}, 'Not measured yet.'),
@@ -50,7 +50,6 @@ export async function draw(state, redraw) {
     h('p', {}, `${done} of ${drape.simulations.length} are there.`),
     table('simulations', ['particles', 'segments', ''], drape.simulations.map(one =>
       [`${one.grid} x ${one.grid}`, figure(one.segments, 0), one.there ? one.sentence || 'done' : '–'])),
-    resultWords(drape),
     drape.stand_ins.length ? h('p', {}, `Values that nobody measured: ${drape.stand_ins.join(', ')}.`) : null,
     command(...['measure', 'run'].map(kind => state.jobs.filter(job => job.kind === kind).pop()?.commands.slice(-1)[0])),
   ];

@@ -92,8 +92,11 @@ async function made(sheet) {
   scene.add(camera, new THREE.HemisphereLight(0xffffff, 0xb0b4ba, 0.6));
   scene.add(surface(sheet.real, 0x7fb2e5, THREE.DoubleSide));
   if (sheet.virtual.length) scene.add(surface(sheet.virtual, 0xe4e2de, THREE.DoubleSide));
-  for (const object of sheet.objects.map(solid).filter(Boolean)) scene.add(object);
   const box = new THREE.Box3();
+  for (const object of sheet.objects.map(solid).filter(Boolean)) {
+    scene.add(object);
+    box.expandByObject(object);
+  }
   for (const mark of sheet.marks) box.expandByPoint(new THREE.Vector3(...mark.at_mm));
   const size = Math.max(box.getSize(new THREE.Vector3()).length(), 1), middle = box.getCenter(new THREE.Vector3());
   const largest = Math.max(...sheet.marks.map(mark => mark.distance_mm ?? 0));

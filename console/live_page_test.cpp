@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page with live cameras in real browsers, by keyboard alone.
+#include <algorithm>
+#include <cstdio>
+
+#include "console/browser.hpp"
+#include "console/live_console.hpp"
+
+namespace drape::test {
+namespace {
+
+using testing::IsEmpty;
+using OpenBrowser = std::unique_ptr<Browser> (*)();
+
+class LivePage : public LiveConsole, public testing::WithParamInterface<OpenBrowser> {
+ protected:
+  /// Pictures of this camera that were on the screen.
+  static std::string pictures_of(int camera) {
+    return fmt::format("Number(document.getElementById('live-cam{}')?.dataset.count ?? 0)", camera);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Browsers, LivePage, testing::Values(open_chromium, open_firefox),
+                         [](const auto& p) { return p.index == 0 ? "Chromium" : "Firefox"; });
+
+TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin("software_trigger");
+  const RunningBench server(bench.rig(), out(), 0, false);
+  const std::unique_ptr<Browser> opened = GetParam()();
+  if (!opened) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
+  Browser& browser = *opened;
+  browser.open(server.address());
+  for (int c = 0; c < kCameras; ++c) browser.wait_for(pictures_of(c) + " >= 3");
+  browser.wait_for("document.getElementById('take') && !document.getElementById('take').disabled");
+  std::vector<double> delays_ms;
+  for (int c = 0; c < kCameras; ++c)
+    delays_ms.push_back(
+        browser
+            .value_of(fmt::format("Number(document.getElementById('live-cam{}').dataset.delay)", c))
+            .get<double>());
+  std::printf("from the frame in the capture to the screen: %.0f, %.0f, %.0f ms\n", delays_ms[0],
+              delays_ms[1], delays_ms[2]);
+
+  browser.press("t");
+  await(server, [&](const Json& state) {
+    const bool recorded = is_recorded(state, "stage_z000");
+    if (!recorded && is_ready(state)) browser.press("t");  // refused on a starved machine
+    return recorded;
+  });
+  browser.wait_for("document.getElementById('banner').textContent === 'stage_z000 is taken'");
+  browser.wait_for("document.getElementById('take').textContent.includes('stage_z030')");
+  EXPECT_EQ(serious_findings(browser), Json::array());
+  browser.wait_for(pictures_of(0) + " >= 3");
+  if (GetParam() == open_chromium) shoot(browser, "cameras.png");
+
+  devices[1]->unplug();
+  browser.press("t");
+  browser.wait_for("document.getElementById('banner').textContent === 'stage_z030 is not taken'");
+  browser.wait_for("document.getElementById('trouble').textContent.includes('no whole set came')");
+  EXPECT_EQ(browser.value_of("document.getElementById('banner').className"), "bad");
+  devices[1]->plug_in();
+  browser.wait_for("document.body.innerText.includes('it sends frames again')");
+  EXPECT_THAT(browser.errors(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who watches the live cameras takes nothing from the sets.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+#include "console/browser.hpp"
+#include "console/live_console.hpp"
+#include "core/recording.hpp"
+#include "tests/support/trials.hpp"
+
+// After Eigen: the system's resolver, which this includes, defines `_res` as a macro.
+#include <httplib.h>
+
+namespace drape::test {
+namespace {
+
+/// A client that asks for each picture it is told of, as the page does.
+class Watcher {
+ public:
+  explicit Watcher(const RunningBench& server)
+      : events_("127.0.0.1", server.port()),
+        pictures_("127.0.0.1", server.port()),
+        root_("/" + server.token() + "/api/") {
+    for (httplib::Client* client : {&events_, &pictures_}) {
+      client->set_keep_alive(true);
+      client->set_read_timeout(60);
+    }
+    thread_ = std::thread([this] {
+      std::string text;
+      events_.Get(root_ + "events", [&](const char* data, std::size_t size) {
+        text.append(data, size);
+        for (auto end = text.find("\n\n"); end != std::string::npos; end = text.find("\n\n")) {
+          look_at(text.substr(0, end));
+          text.erase(0, end + 2);
+        }
+        return !ended_;
+      });
+    });
+  }
+  ~Watcher() {
+    ended_ = true;
+    events_.stop();
+    thread_.join();
+  }
+  Watcher(const Watcher&) = delete;
+  Watcher& operator=(const Watcher&) = delete;
+
+  /// Of every picture, from the arrival of its frame in the capture.
+  [[nodiscard]] std::vector<double> delays_ms() const {
+    const std::lock_guard lock(mutex_);
+    return delays_ms_;
+  }
+
+  /// When it was told of each set that is stored.
+  [[nodiscard]] std::vector<std::chrono::steady_clock::time_point> shots() const {
+    const std::lock_guard lock(mutex_);
+    return shots_;
+  }
+
+ private:
+  void look_at(const std::string& event) {
+    if (event.find("event: shot") != std::string::npos) {
+      const std::lock_guard lock(mutex_);
+      shots_.push_back(std::chrono::steady_clock::now());
+    }
+    const std::size_t data = event.find("data: ");
+    if (event.find("event: frame") == std::string::npos || data == std::string::npos) return;
+    const std::string camera = Json::parse(event.substr(data + 6))["camera"];
+    const auto answer = pictures_.Get(root_ + "live?width=640&red=1&camera=" + camera);
+    if (!answer || answer->status != 200) return;
+    const Json facts = Json::parse(answer->get_header_value("X-Facts"));
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    const std::lock_guard lock(mutex_);
+    delays_ms_.push_back(1e-6 * static_cast<double>(now / std::chrono::nanoseconds(1) -
+                                                    facts["arrived_ns"].get<std::int64_t>()));
+  }
+
+  httplib::Client events_, pictures_;
+  std::string root_;
+  std::atomic<bool> ended_ = false;
+  mutable std::mutex mutex_;
+  std::vector<double> delays_ms_;
+  std::vector<std::chrono::steady_clock::time_point> shots_;
+  std::thread thread_;
+};
+
+double quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+}
+
+using Watched = LiveConsole;
+
+TEST_F(Watched, FiveWatchersLoseNoSet) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const char* wanted = std::getenv("DRAPE_WATCHED_SETS");
+  const int sets = wanted != nullptr ? std::atoi(wanted) : trial_count(5, 600);
+  begin_four(sets);
+  const RunningBench server(bench.rig(), out(), 0, false);
+  await(server, is_ready);
+  std::vector<std::unique_ptr<Watcher>> watchers;
+  for (int k = 0; k < 5; ++k) watchers.push_back(std::make_unique<Watcher>(server));
+  const auto since = std::chrono::steady_clock::now();
+  std::vector<std::chrono::steady_clock::time_point> pressed;
+  const double cpu_before_s = server.cpu_s();
+  for (int k = 0; k < sets; ++k) {
+    const std::string set = fmt::format("watched_{:03}", k);
+    await(server, [](const Json& state) {  // the marks of few sets wait to be measured
+      return std::count_if(state["jobs"].begin(), state["jobs"].end(),
+                           [](const Json& job) { return job["state"] == "waiting"; }) < 10;
+    });
+    pressed.push_back(std::chrono::steady_clock::now());
+    ASSERT_EQ(server.act({{"do", "take"}, {"set", set}}), 200);
+    const Json state = await(server, [&](const Json& now) { return is_recorded(now, set); });
+    ASSERT_TRUE(is_recorded(state, set)) << "lost: " << words(state);
+    await(server, is_ready);
+  }
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - since;
+  std::vector<double> delays_ms;
+  for (const auto& watcher : watchers) {
+    const std::vector<double> some = watcher->delays_ms();
+    EXPECT_GT(some.size(), static_cast<std::size_t>(sets)) << "a watcher saw too few pictures";
+    delays_ms.insert(delays_ms.end(), some.begin(), some.end());
+  }
+  std::vector<double> stored_ms;
+  const auto shots = watchers.front()->shots();
+  ASSERT_EQ(shots.size(), pressed.size());
+  for (std::size_t k = 0; k < shots.size(); ++k)
+    stored_ms.push_back(std::chrono::duration<double, std::milli>(shots[k] - pressed[k]).count());
+  std::printf("from the key to stored and told: p50 %.0f ms, p95 %.0f ms\n",
+              quantile(stored_ms, 0.5), quantile(stored_ms, 0.95));
+  std::printf(
+      "%d sets of 4 x 1.3 MP in %.0f s, five watchers: %zu pictures, from frame to client p50 "
+      "%.0f ms, p95 %.0f ms; server %.2f cores, at most %.0f MB\n",
+      sets, took.count(), delays_ms.size(), quantile(delays_ms, 0.5), quantile(delays_ms, 0.95),
+      (server.cpu_s() - cpu_before_s) / took.count(), server.memory_mb());
+  EXPECT_LE(server.memory_mb(), 250);
+  EXPECT_EQ(read_recording(out() / "recording").sets.size(), static_cast<std::size_t>(sets));
+}
+
+double children_cpu_s() {
+  rusage used{};
+  ::getrusage(RUSAGE_CHILDREN, &used);
+  return static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+}
+
+/// The same frames by GStreamer's source of Aravis and its PNG encoder, which nobody here wrote.
+TEST_F(Watched, ALongCaptureCostsWhatOthersCost) {
+  const char* wanted = std::getenv("DRAPE_WATCHED_SETS");
+  const int sets = wanted != nullptr ? std::atoi(wanted) : trial_count(0, 1000);
+  if (sets == 0) GTEST_SKIP() << "DRAPE_LONG_TESTS=1 is missing";
+  if (run_line("gst-inspect-1.0 aravissrc").exit_code != 0)
+    GTEST_SKIP() << "GStreamer's aravissrc is absent";
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin_four(1);
+  const double before_s = children_cpu_s();
+  const Outcome capture = run_line(
+      fmt::format("'{}' capture '{}' --set drape --frames {} --out '{}'", program("drape").string(),
+                  bench.rig().string(), sets, (out() / "recording").string()));
+  const double ours_s = children_cpu_s() - before_s;
+  EXPECT_EQ(capture.exit_code, 0) << capture.text;
+  EXPECT_THAT(capture.text, testing::HasSubstr(fmt::format("{0} of {0} sets stored", sets)));
+  rusage used{};
+  ::getrusage(RUSAGE_CHILDREN, &used);
+  const int others = std::min(sets, 100);
+  std::string line = "gst-launch-1.0 -q";
+  for (int c = 0; c < 4; ++c)
+    line += fmt::format(
+        " aravissrc camera-name=127.0.0.{} num-buffers={} packet-size=8192 "
+        "features='TriggerMode=Off'"
+        " ! pngenc ! multifilesink location='{}/cam{}-%04d.png'",
+        2 + c, others, bench.folder().string(), c);
+  const double between_s = children_cpu_s();
+  const Outcome gst = run_line(line);
+  const double theirs_s = (children_cpu_s() - between_s) * sets / others;
+  EXPECT_EQ(gst.exit_code, 0) << gst.text;
+  std::printf(
+      "%d sets of 4 x 1.3 MP: largest process %ld MB, %.1f CPU s; GStreamer %.1f CPU s (from %d)\n",
+      sets, used.ru_maxrss / 1024, ours_s, theirs_s, others);
+  EXPECT_LE(used.ru_maxrss, 200 * 1024);
+  EXPECT_LE(ours_s, 1.5 * theirs_s);
+}
+
+}  // namespace
+}  // namespace drape::test
