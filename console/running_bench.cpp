@@ -11,6 +11,7 @@
 
 #include <array>
 #include <chrono>
+#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
@@ -67,18 +68,25 @@ bool RunningBench::runs() const {
 }
 
 double RunningBench::memory_mb() const {
-  const std::string status = read_text(fmt::format("/proc/{}/status", pid_));
+  const std::string status = about("status");
   return 1.024e-3 * std::stod(status.substr(status.find("VmHWM:") + 6));
 }
 
 double RunningBench::cpu_s() const {
-  const std::string stat = read_text(fmt::format("/proc/{}/stat", pid_));
+  const std::string stat = about("stat");
   std::istringstream fields(stat.substr(stat.rfind(')') + 2));
   std::string skipped;
   for (int k = 0; k < 11; ++k) fields >> skipped;
   double user = 0, system = 0;
   fields >> user >> system;
   return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+/// What the kernel says of the process; its files have no size.
+std::string RunningBench::about(const std::string& what) const {
+  std::ostringstream text;
+  text << std::ifstream(fmt::format("/proc/{}/{}", pid_, what)).rdbuf();
+  return text.str();
 }
 
 std::string RunningBench::origin() const {

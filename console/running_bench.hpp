@@ -37,6 +37,8 @@ class RunningBench {
   [[nodiscard]] Json idle_state() const;
 
  private:
+  [[nodiscard]] std::string about(const std::string& what) const;
+
   pid_t pid_ = -1;
   std::string address_;
 };
