@@ -36,6 +36,8 @@ class Page : public testing::TestWithParam<OpenBrowser> {
     bench_.replace("rig.toml", "[[calibration.stage]]\nset = \"stage_z060\"\nz_mm = 60.0\n\n", "");
   }
   void SetUp() override {
+    if (GetParam() == open_firefox && trial_count(0, 1) == 0)
+      GTEST_SKIP() << "the second browser needs DRAPE_LONG_TESTS=1";
     browser_ = GetParam()();
     if (!browser_) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
   }
@@ -57,9 +59,6 @@ INSTANTIATE_TEST_SUITE_P(Browsers, Page, testing::Values(open_chromium, open_fir
                          [](const auto& p) { return p.index == 0 ? "Chromium" : "Firefox"; });
 
 TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
-  // The simulations take the longest: a second browser is for whoever has the time.
-  if (GetParam() == open_firefox && trial_count(0, 1) == 0)
-    GTEST_SKIP() << "DRAPE_LONG_TESTS=1 is missing";
   const RunningBench server(bench_.rig(), bench_.folder() / "out");
   Browser& browser = *browser_;
   browser.open(server.address());

@@ -5,6 +5,7 @@
 
 #include "console/browser.hpp"
 #include "console/live_console.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape::test {
 namespace {
@@ -24,6 +25,8 @@ INSTANTIATE_TEST_SUITE_P(Browsers, LivePage, testing::Values(open_chromium, open
                          [](const auto& p) { return p.index == 0 ? "Chromium" : "Firefox"; });
 
 TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
+  if (GetParam() == open_firefox && trial_count(0, 1) == 0)
+    GTEST_SKIP() << "the second browser needs DRAPE_LONG_TESTS=1";
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   begin("software_trigger");
   const RunningBench server(bench.rig(), out(), 0, false);
@@ -51,7 +54,7 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   browser.wait_for("document.getElementById('banner').textContent === 'stage_z000 is taken'");
   browser.wait_for("document.getElementById('take').textContent.includes('stage_z030')");
   EXPECT_EQ(serious_findings(browser), Json::array());
-  browser.wait_for(pictures_of(0) + " >= 3");
+  browser.wait_for("!document.querySelector('img.late')");
   if (GetParam() == open_chromium) shoot(browser, "cameras.png");
 
   devices[1]->unplug();
