@@ -49,12 +49,15 @@ function liveWords(facts) {
   return `${facts.saturated_percent.toFixed(3)} % saturated, ${focus}${setting(facts, 'exposure_us', 'us')}${setting(facts, 'gain_db', 'dB')}`;
 }
 
+const NO_PICTURE = 'No picture now. ';
+
 /// A camera without pictures for two seconds is said to have none.
 setInterval(() => {
   for (const shot of shots.values()) {
     const late = shot.at && Date.now() - shot.at > 2000;
     shot.img.classList.toggle('late', Boolean(late));
-    if (late && !shot.words.textContent.startsWith('No picture')) shot.words.textContent = `No picture now. ${shot.words.textContent}`;
+    const words = shot.words.textContent.replace(NO_PICTURE, '');
+    shot.words.textContent = late ? NO_PICTURE + words : words;
   }
 }, 500);
 
