@@ -138,7 +138,8 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
   EXPECT_THAT(browser.errors(), IsEmpty());
 
   browser.open(report);
-  browser.wait_for("document.querySelector('figure.turn:not([hidden]) canvas')");
+  browser.wait_for(in_space ? "document.querySelector('figure.turn:not([hidden]) canvas')"
+                            : "document.body.innerText.includes('Certificate')");
   EXPECT_THAT(browser.errors(), IsEmpty()) << "the report under its policy";
 }
 
