@@ -212,7 +212,7 @@ Coverage coverage_of(int benches, int draws, bool stand_in,
 TEST(TotalUncertainty, HoldsTheTrueMeanDistance) {
   // The figure of 500 benches has a standard deviation of 1 %, that of 3,000 one of 0.4 %.
   const int benches = drape::test::trial_count(60, 3000);
-  const int draws = drape::test::trial_count(1000, 2000);
+  const int draws = drape::test::trial_count(300, 2000);
   const double slack = benches < 3000 ? 3 * std::sqrt(0.05 * 0.95 / benches) : 0;
   for (const bool stand_in : {false, true}) {
     const Coverage all = coverage_of(benches, draws, stand_in, {});
@@ -223,10 +223,11 @@ TEST(TotalUncertainty, HoldsTheTrueMeanDistance) {
 
 TEST(TotalUncertainty, HoldsItLessOftenWithoutASource) {
   const int benches = drape::test::trial_count(60, 500);
-  const Coverage measured = coverage_of(benches, 1000, false, {"friction", "object 1 z mm"});
+  const int draws = drape::test::trial_count(300, 1000);
+  const Coverage measured = coverage_of(benches, draws, false, {"friction", "object 1 z mm"});
   EXPECT_LT(measured.without.at("friction"), 0.93);
   EXPECT_LT(measured.without.at("object 1 z mm"), 0.93);
-  const Coverage stand_in = coverage_of(benches, 1000, true, {"bending warp"});
+  const Coverage stand_in = coverage_of(benches, draws, true, {"bending warp"});
   EXPECT_LT(stand_in.without.at("bending warp"), 0.93);
 }
 

@@ -31,42 +31,61 @@ class StandardDraws {
 /// The parabola's slope and curvature.
 struct Parabola {
   explicit Parabola(const InputEffect& effect)
-      : slope(0.5 * (effect.up_m - effect.down_m)), curve(0.5 * (effect.up_m + effect.down_m)) {}
+      : slope(0.5 * (effect.up_m - effect.down_m)),
+        curve(0.5 * (effect.up_m + effect.down_m)),
+        node(std::sqrt(effect.rectangular ? 0.6 : 3.0)),
+        weight(effect.rectangular ? 5.0 / 18 : 1.0 / 6) {}
   MatrixX3d slope, curve;
+  double node, weight;  ///< outer nodes of Gauss quadrature of order five, and their weight
 };
+
+/// Variance of the mean norm where one input alone errs about `z`, at which the rows are `at_m`.
+double variance_alone(const MatrixX3d& at_m, double mean, const Parabola& path, double z) {
+  double squares = 0;
+  for (const double step : {-path.node, path.node}) {
+    const double bend = (2 * z + step) * step;
+    double sum = 0;
+    for (Eigen::Index k = 0; k < at_m.rows(); ++k)
+      sum += (at_m.row(k) + step * path.slope.row(k) + bend * path.curve.row(k)).norm();
+    squares += path.weight * std::pow(sum / static_cast<double>(at_m.rows()) - mean, 2);
+  }
+  return squares;
+}
 
 }  // namespace
 
 double alone_m(const MatrixX3d& differences_m, const InputEffect& effect) {
-  const Parabola path(effect);
-  const double node = std::sqrt(effect.rectangular ? 0.6 : 3.0);
-  const double weight = effect.rectangular ? 5.0 / 18 : 1.0 / 6;
-  const double mean = mean_norm(differences_m);
-  double squares = 0;
-  for (const double z : {-node, node})
-    squares +=
-        weight * std::pow(mean_norm(differences_m + z * path.slope + z * z * path.curve) - mean, 2);
-  return std::sqrt(squares);
+  return std::sqrt(variance_alone(differences_m, mean_norm(differences_m), Parabola(effect), 0));
 }
 
 double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffect>& effects,
                     double added_m, int draws) {
-  std::vector<Parabola> paths(effects.begin(), effects.end());
+  const std::vector<Parabola> paths(effects.begin(), effects.end());
   StandardDraws random;
   const double mean = mean_norm(differences_m);
+  std::vector<double> z(effects.size(), 0.0);
+  const auto deviation = [&](const MatrixX3d& at_m, double at_mean) {
+    double variance = added_m * added_m;
+    for (std::size_t i = 0; i < paths.size(); ++i)
+      variance += variance_alone(at_m, at_mean, paths[i], z[i]);
+    return std::sqrt(variance);
+  };
+  const double here = deviation(differences_m, mean);
+  if (!(here > 0)) return 0;
   std::vector<double> off(static_cast<std::size_t>(draws));
   MatrixX3d drawn;
   for (double& one : off) {
     drawn = differences_m;
     for (std::size_t i = 0; i < effects.size(); ++i) {
-      const double z = random.of(effects[i].rectangular);
-      drawn += z * paths[i].slope + z * z * paths[i].curve;
+      z[i] = random.of(effects[i].rectangular);
+      drawn += z[i] * paths[i].slope + z[i] * z[i] * paths[i].curve;
     }
-    one = std::abs(mean_norm(drawn) + added_m * random.normal() - mean);
+    const double there = mean_norm(drawn);
+    one = std::abs(there + added_m * random.normal() - mean) / deviation(drawn, there);
   }
   const auto at = off.begin() + static_cast<std::ptrdiff_t>(0.95 * draws);
   std::nth_element(off.begin(), at, off.end());
-  return *at;
+  return here * *at;
 }
 
 }  // namespace drape::compare

@@ -20,10 +20,12 @@ struct InputEffect {
 /// stands (Gauss quadrature of order five).
 [[nodiscard]] double alone_m(const Eigen::MatrixX3d& differences_m, const InputEffect& effect);
 
-/// Half width about the mean distance that holds it in 95 of 100 draws of all inputs together
-/// (JCGM 101, 7.7). A mean of norms bends where the sheets lie near each other, so that slopes at
-/// the stated values say too little there. `added_m`: standard uncertainty of the mean that is no
-/// input's. The draws are the same in every call.
+/// Half width about the mean distance: the standard deviation at the stated values times what 95 of
+/// 100 draws of all inputs together (JCGM 101) deviate at most by, each over the standard deviation
+/// where it lies (bootstrap-t; Efron 1981, Hall 1988). A mean of norms bends where the sheets lie
+/// near each other: values that bring them nearer by chance also make its slopes too small.
+/// `added_m`: standard uncertainty of the mean that is no input's. The draws are the same in every
+/// call.
 [[nodiscard]] double half_width_m(const Eigen::MatrixX3d& differences_m,
                                   const std::vector<InputEffect>& effects, double added_m,
                                   int draws = 10000);
