@@ -17,6 +17,7 @@
 #include "detect/image/image.hpp"
 #include "detect/image/overlay.hpp"
 #include "detect/labels/print_plane.hpp"
+#include "detect/picture_quality.hpp"
 #include "detect/targets/board.hpp"
 #include "detect/targets/chessboard.hpp"
 
@@ -26,6 +27,7 @@ namespace {
 constexpr double preview_scale = 0.5;
 
 struct Surroundings {
+  std::filesystem::path file;  ///< target.toml or print.toml
   PrintPlane plane;
   MarkLattice lattice;
   std::optional<Target> board;  ///< when the surface is a target of corners, not of dots
@@ -35,18 +37,18 @@ Surroundings read_surface(const Rig& rig, Surface surface) {
   Surroundings result;
   MarkLattice& lattice = result.lattice;
   lattice.surface = surface;
+  result.file = surface == Surface::target ? rig.target_file : rig.print_file;
   if (surface == Surface::target) {
     const Target target = read_target(rig.target_file);
     result.plane = plane_of(target);
     if (target.kind != TargetKind::dot_grid) result.board = target;
-    lattice.sha256 = sha256_of_file(rig.target_file);
   } else {
     const Print print = read_print(rig.print_file);
     result.plane = plane_of(print);
     lattice.patch_m = print.patch_m;
     lattice.margin_m = print.margin_m;
-    lattice.sha256 = sha256_of_file(rig.print_file);
   }
+  lattice.sha256 = sha256_of_file(result.file);
   lattice.rows = result.plane.rows;
   lattice.cols = result.plane.cols;
   lattice.pitch_m = result.plane.pitch_m;
@@ -112,6 +114,7 @@ class FinderPool {
 
 struct Output {
   FrameDetections frame;
+  PictureQuality quality;
   std::optional<Picture> preview, overlay;
 };
 
@@ -124,14 +127,18 @@ FrameDetections detect_marks(const GreyImage& image, const Surroundings& surface
   return frame;
 }
 
+GreyImage image_of(const Recording& recording, const Job& job) {
+  const std::vector<unsigned char> bytes = read_frame(recording, *job.set, *job.frame);
+  return decode_image(bytes, job.camera->width_px, job.camera->height_px,
+                      {.file = (recording.folder / job.frame->file).string(),
+                       .camera = job.camera->name,
+                       .set = job.set->name});
+}
+
 Output run_job(const Recording& recording, const Job& job, const Surroundings& surface,
                const DetectOptions& options, FinderPool& pool) {
-  const std::vector<unsigned char> bytes = read_frame(recording, *job.set, *job.frame);
-  const GreyImage image = decode_image(bytes, job.camera->width_px, job.camera->height_px,
-                                       {.file = (recording.folder / job.frame->file).string(),
-                                        .camera = job.camera->name,
-                                        .set = job.set->name});
-  Output output{detect_marks(image, surface, options, pool), {}, {}};
+  const GreyImage image = image_of(recording, job);
+  Output output{detect_marks(image, surface, options, pool), quality_of(image), {}, {}};
   output.frame.set = job.set->name;
   output.frame.camera = job.camera->name;
   output.frame.image_sha256 = job.frame->sha256;
@@ -178,6 +185,23 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
 std::string twin_of(const Surroundings& surface) {
   if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
+}
+
+/// What the first picture tells whose dots have no labels, but for a few that chance gave.
+std::string other_print(const Recording& recording, const std::vector<Job>& jobs,
+                        const Surroundings& surface, const DetectOptions& options,
+                        const std::vector<FrameDetections>& frames) {
+  if (surface.board) return {};
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (!frames[i].detections.empty() && frames[i].detections.size() >= frames[i].islands.size())
+      continue;
+    const std::string why =
+        why_no_mark(image_of(recording, jobs[i]), surface.plane, limits_of(options),
+                    !frames[i].detections.empty(), surface.file.string());
+    return why.empty() ? why
+                       : fmt::format("set {}, camera {}: {}", frames[i].set, frames[i].camera, why);
+  }
+  return {};
 }
 
 }  // namespace
@@ -229,12 +253,17 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   DetectResult result;
   result.detections.rig = rig.name;
   result.detections.lattice = surface.lattice;
+  std::vector<PictureQuality> qualities;
   for (Output& output : outputs) {
+    qualities.push_back(output.quality);
     add_to_report(output.frame, !surface.plane.tags.empty(), result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
     if (output.overlay) result.overlays.push_back(std::move(*output.overlay));
     result.detections.frames.push_back(std::move(output.frame));
   }
+  result.report.poor_views = poor_views(result.detections.frames, qualities);
+  result.report.other_print =
+      other_print(recording, jobs, surface, options, result.detections.frames);
   if (const std::string twin = twin_of(surface); !twin.empty()) {
     result.report.warnings.push_back(
         fmt::format("the {} looks the same upside down: its columns were taken to run to the right "

@@ -49,6 +49,8 @@ struct DetectReport {
   std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
   std::vector<std::string> frames_without_marks;    ///< "set drape_A, camera cam1"
+  std::string other_print;              ///< why the pictures show another print, if they do
+  std::vector<std::string> poor_views;  ///< dim or blurred, and what that costs
   std::vector<std::string> warnings;
 };
 

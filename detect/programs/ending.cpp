@@ -7,12 +7,12 @@ namespace drape::detect {
 
 Ending ending_of(const DetectReport& report, Surface surface, const std::string& out) {
   Ending ending;
-  ending.go = report.frames_without_marks.empty();
-  ending.verdict = ending.go
-                       ? fmt::format("{} marks measured in {} frames", report.marks, report.frames)
-                       : fmt::format("no mark in {} of {} frames, the first is {}",
-                                     report.frames_without_marks.size(), report.frames,
-                                     report.frames_without_marks.front());
+  ending.go = report.frames_without_marks.empty() && report.other_print.empty();
+  ending.verdict = fmt::format("{} marks measured in {} frames", report.marks, report.frames);
+  if (!report.frames_without_marks.empty())
+    ending.verdict = fmt::format("no mark in {} of {} frames, the first is {}",
+                                 report.frames_without_marks.size(), report.frames,
+                                 report.frames_without_marks.front());
   ending.numbers.emplace_back("marks per frame",
                               fmt::format("{:.1f}", report.marks / double(report.frames)));
   if (report.median_sigma_px) {
@@ -27,7 +27,10 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
   for (const auto& [reason, count] : report.rejections_by_reason) {
     ending.rejected.push_back(fmt::format("{} x {}", count, reason));
   }
-  ending.warnings = report.warnings;
+  ending.warnings = report.poor_views;
+  ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
+  if (!report.other_print.empty()) ending.verdict = report.other_print;
+  if (!ending.go && !report.poor_views.empty()) ending.verdict += "; " + report.poor_views.front();
   if (!ending.go) {
     ending.next_command = "look at the frames: run the same command with --overlay DIR";
   } else if (surface == Surface::target) {

@@ -113,6 +113,12 @@ std::vector<TagFinder::Reading> TagFinder::read(const GreyImage& image, double n
   return result;
 }
 
+std::vector<std::string> tag_families() {
+  std::vector<std::string> names;
+  for (const LibraryFamily& family : families) names.emplace_back(family.name);
+  return names;
+}
+
 std::vector<TagDetection> TagFinder::find_all(const GreyImage& image, double noise_sigma) {
   std::vector<TagDetection> result;
   for (const Reading& reading : read(image, noise_sigma)) result.push_back(reading.tag);

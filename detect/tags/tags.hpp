@@ -21,6 +21,9 @@ struct TagCode {
   std::vector<std::uint64_t> words;      ///< by id; white is 1
 };
 
+/// Names of the families that can be read.
+[[nodiscard]] std::vector<std::string> tag_families();
+
 /// Finds the AprilTags of a print (Olson 2011; Wang & Olson 2016, the AprilTag 3 library). One
 /// finder serves one thread at a time; building it once saves the decoder's table per frame.
 class TagFinder {

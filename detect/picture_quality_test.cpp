@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Views that cost marks are named with the reason: light, sharpness, another print.
+#include "detect/picture_quality.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/units.hpp"
+#include "detect/cloth_picture.hpp"
+#include "detect/detect.hpp"
+
+namespace drape::test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using units::mm;
+
+constexpr int kMarks = 6;
+
+Print six_by_six() {
+  Print print;
+  print.rows = print.cols = kMarks;
+  print.pitch_m = 20 * mm;
+  print.dot_diameter_m = 4 * mm;
+  print.patch_m = {120 * mm, 120 * mm};
+  print.margin_m = {10 * mm, 10 * mm};
+  print.tag_family = "tag36h11";
+  print.tag_edge_m = 12 * mm;
+  int id = 0;
+  for (int row = 0; row + 1 < kMarks; ++row)
+    for (int col = row % 2; col + 1 < kMarks; col += 2)
+      print.tags.push_back({id++, print.material_m({row, col}) + Eigen::Vector2d(10, 10) * mm});
+  return print;
+}
+
+GreyImage picture_of(const ClothView& view) {
+  return ClothPicture(six_by_six(), view).draw();
+}
+
+FrameDetections frame_of(const GreyImage& image, const Print& print, const std::string& camera) {
+  TagFinder finder(print.tag_family);
+  FrameDetections frame = detect_frame(image, plane_of(print), finder, limits_of(DetectOptions{}));
+  frame.set = "drape_C";
+  frame.camera = camera;
+  return frame;
+}
+
+/// What is said of a set of three views of which the last one is `view`.
+std::vector<std::string> said_of(const ClothView& view) {
+  std::vector<FrameDetections> frames;
+  std::vector<PictureQuality> qualities;
+  for (const auto& [camera, one] :
+       {std::pair{"cam0", ClothView{}}, std::pair{"cam1", ClothView{}}, std::pair{"cam2", view}}) {
+    const GreyImage image = picture_of(one);
+    frames.push_back(frame_of(image, six_by_six(), camera));
+    qualities.push_back(quality_of(image));
+  }
+  return poor_views(frames, qualities);
+}
+
+TEST(PictureQuality, ADimViewIsNamedWithTheMarksItCosts) {
+  ClothView dim;
+  dim.bright = 8;
+  dim.dark = 5;
+  const auto said = said_of(dim);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_THAT(said[0], AllOf(HasSubstr("set drape_C: camera cam2 is dim: its grey levels are"),
+                             HasSubstr("the best view of the set 36")));
+}
+
+TEST(PictureQuality, ABlurredViewIsNamedWithTheMarksItCosts) {
+  ClothView blurred;
+  blurred.blur_px = 9;
+  const auto said = said_of(blurred);
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_THAT(said[0], AllOf(HasSubstr("camera cam2 is blurred: its sharpest edges are"),
+                             HasSubstr("shows 0 marks")));
+}
+
+TEST(PictureQuality, AViewOfFewMarksInGoodLightIsNotAccused) {
+  EXPECT_THAT(said_of({}), IsEmpty());
+  ClothView steep;
+  steep.squeeze = 0.12;
+  EXPECT_THAT(said_of(steep), IsEmpty());
+}
+
+TEST(PictureQuality, TheEdgeWidthIsThatOfTheBlur) {
+  for (const double blur_px : {1.5, 3.0}) {
+    ClothView view;
+    view.blur_px = blur_px;
+    EXPECT_NEAR(quality_of(picture_of(view)).edge_px, blur_px, 0.2 * blur_px);
+  }
+}
+
+std::string why(const GreyImage& image, const Print& print) {
+  return why_no_mark(image, plane_of(print), limits_of(DetectOptions{}), false, "print.toml");
+}
+
+TEST(PictureQuality, APictureWithoutMarksTellsWhichPrintItShows) {
+  const GreyImage image = picture_of({});
+  Print other = six_by_six();
+  other.tag_family = "tag25h9";
+  EXPECT_THAT(why(image, other), AllOf(HasSubstr("of tag36h11"), HasSubstr("tags.family"),
+                                       HasSubstr("print.toml is tag25h9")));
+  other = six_by_six();
+  for (PrintedTag& tag : other.tags) tag.id += 100;
+  EXPECT_THAT(why(image, other),
+              AllOf(HasSubstr("shows tags 0 to 12"), HasSubstr("tags.first_id")));
+  other = six_by_six();
+  other.dot_diameter_m = 2 * mm;
+  EXPECT_THAT(why(image, other),
+              HasSubstr("dot_diameter_mm in print.toml is 2: is it the radius?"));
+  GreyImage turned = image;
+  for (int y = 0; y < image.height_px; ++y)
+    for (int x = 0; x < image.width_px; ++x)
+      turned.bytes[static_cast<std::size_t>(y) * image.width_px + x] =
+          image.bytes[static_cast<std::size_t>(y) * image.width_px + (image.width_px - 1 - x)];
+  EXPECT_THAT(why(turned, six_by_six()), HasSubstr("mirrored"));
+}
+
+}  // namespace
+}  // namespace drape::test
