@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -57,6 +58,7 @@ int main(int argc, char** argv) {
   CommonOptions common;
   TriangulateOptions options;
   fs::path detections_file, calibration_file, scene_file, out;
+  std::vector<fs::path> object_files;
   std::string set;
   add_common_options(app, common);
   app.add_option("DETECTIONS", detections_file, "detections.json of the cloth")->required();
@@ -64,6 +66,8 @@ int main(int argc, char** argv) {
   app.add_option("--set", set, "frame set to measure")->required();
   app.add_option("--scene", scene_file,
                  "scene.toml: NO-GO where the marks contradict its objects, table or fabric");
+  app.add_option("--object", object_files,
+                 "object.json of a plate of tags (drape object): NO-GO where it contradicts");
   app.add_option("--out", out, "sheet.ply to write, with sheet.json beside it")->required();
   add_options(app, options);
   return run_program(app, argc, argv, common, [&] {
@@ -75,6 +79,11 @@ int main(int argc, char** argv) {
     if (!scene_file.empty()) {
       options.scene = read_scene(scene_file);
       record.input(scene_file);
+    }
+    for (const fs::path& file : object_files) {
+      record.input(file);
+      for (const std::string& text : JsonNode::open(file, "object", 1).texts("contradictions"))
+        options.contradictions.push_back(text);
     }
     TriangulateResult result = drape::triangulate::triangulate(
         read_detections(detections_file), read_calibration(calibration_file), set, options);

@@ -252,11 +252,14 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   const std::vector<std::string> costs = costs_of_views(marks, result.sheet);
   report.warnings.insert(report.warnings.end(), costs.begin(), costs.end());
   note_calibration(calibration, report);
-  report.no_go = reasons_against(calibration, result.sheet, options,
-                                 contradictions_of(detections, calibration, set, options,
-                                                   misses_of(marks, placed), all, result.sheet),
-                                 costs);
+  std::vector<std::string> contradictions = options.contradictions;
+  const std::vector<std::string> of_marks = contradictions_of(
+      detections, calibration, set, options, misses_of(marks, placed), all, result.sheet);
+  contradictions.insert(contradictions.end(), of_marks.begin(), of_marks.end());
+  report.no_go = reasons_against(calibration, result.sheet, options, contradictions, costs);
   note_moved_camera(report);
+  if (report.no_go.empty())
+    report.unseen = unseen_errors_of(detections, calibration, set, options, result.sheet);
   if (!report.no_go.empty()) result.sheet.no_go = report.no_go.front();
   return result;
 }

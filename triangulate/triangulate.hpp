@@ -25,6 +25,7 @@ struct TriangulateOptions {
   int threads = 1;                ///< never changes a result
   /// What the cloth lies on. Moves no mark: the marks are only asked whether they contradict it.
   std::optional<Scene> scene = std::nullopt;
+  std::vector<std::string> contradictions;  ///< of the scene, found elsewhere: NO-GO
 
   /// Throws Error(usage) naming an option that makes no sense.
   void check() const;
@@ -70,6 +71,7 @@ struct TriangulateReport {
   std::vector<PairAgreement> pairs;       ///< of cameras, by name
   std::vector<Doubt> doubts;              ///< by mark
   std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
+  std::vector<std::string> unseen;        ///< errors of each object that no mark would contradict
   std::vector<std::string> warnings;
 };
 

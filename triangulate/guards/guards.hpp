@@ -13,6 +13,7 @@
 #include "core/detections.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
+#include "triangulate/guards/object_fit.hpp"
 #include "triangulate/triangulate.hpp"
 
 namespace drape::triangulate {
@@ -33,12 +34,11 @@ namespace drape::triangulate {
 
 /// Why the objects and the table cannot be where and as large as the scene says: marks inside them,
 /// cloth too short to pass outside them (a string pulled taut over the object between neighbouring
-/// marks is not longer than the cloth), or no mark near the top of any. Contradicted is an object
-/// when none within its stated uncertainties would do. What the marks speak for is fitted and
-/// named.
-[[nodiscard]] std::vector<std::string> contradictions_of_objects(const Sheet& sheet,
-                                                                 const Scene& scene,
-                                                                 double most_strain);
+/// marks is not longer than the cloth), marks seen by one camera that they hide, or no mark near
+/// the top of any. Contradicted is an object when none within its stated uncertainties would do.
+/// What the marks speak for is fitted and named.
+[[nodiscard]] std::vector<std::string> contradictions_of_objects(const SeenCloth& seen,
+                                                                 const Scene& scene);
 
 /// Pins that take their place from a mark that was not measured.
 [[nodiscard]] std::vector<std::string> contradictions_of_pins(const Sheet& sheet,
@@ -65,5 +65,12 @@ struct Misses {
     const Detections& detections, const Calibration& calibration, const std::string& set,
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
+
+/// Which errors of the scene's objects this sheet would not contradict (detection_limits()).
+[[nodiscard]] std::vector<std::string> unseen_errors_of(const Detections& detections,
+                                                        const Calibration& calibration,
+                                                        const std::string& set,
+                                                        const TriangulateOptions& options,
+                                                        const Sheet& sheet);
 
 }  // namespace drape::triangulate

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
+#include "triangulate/guards/detection_limit.hpp"
 #include "triangulate/guards/object_distance.hpp"
 #include "triangulate/guards/taut.hpp"
 
@@ -48,7 +49,7 @@ std::vector<std::string> pitch_of(const Sheet& sheet) {
 }
 
 std::vector<std::string> objects_of(const Sheet& sheet, const Scene& scene) {
-  return contradictions_of_objects(sheet, scene, 1e-3);
+  return contradictions_of_objects({sheet, spans_of(sheet, 1e-3), {}}, scene);
 }
 
 TEST(Guards, BentClothOfTheRightPitchGivesNoAlarm) {
@@ -109,6 +110,54 @@ TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
   EXPECT_THAT(found[0], HasSubstr("too short to pass outside it"));
   // Nothing holds the cloth on the other side, so nothing can be said there.
   EXPECT_THAT(objects_of(sheet, box_scene({-6 * mm, 0, 0})), IsEmpty());
+}
+
+TEST(Guards, AMarkThatOneCameraSeesIsNotBehindTheObject) {
+  // The sheet hangs beyond x = 50 mm; its last column is seen by one camera, high on the other
+  // side.
+  Sheet sheet = hanging_sheet(60);
+  SeenCloth seen{sheet, {}, {}};
+  const Vector3d camera(-300 * mm, 0, 400 * mm);
+  for (int row = 3; row < 8; ++row) {
+    const Vector3d at = sheet.find({row, 8})->point_in_world;
+    seen.lines.push_back(
+        {{row, 8}, camera, (at - camera).normalized(), sheet.find({row, 7}), kPitch_m * 1.001});
+  }
+  const auto hidden_mm = [&](const Vector3d& shift_m) {
+    return shortfall_m(box_scene(shift_m).obstacles[0], seen.lines[2]) / mm;
+  };
+  EXPECT_EQ(hidden_mm({0, 0, -1 * mm}), 0);
+  EXPECT_GT(hidden_mm({15 * mm, 0, 0}), 1) << "the box would hide it";
+  const ObjectUncertainty stated;
+  EXPECT_FALSE(is_contradicted(seen, box_scene({0, 0, -1 * mm}).obstacles[0], stated));
+  EXPECT_TRUE(is_contradicted(seen, box_scene({15 * mm, 0, 0}).obstacles[0], stated));
+  // One mark alone may carry a wrong label.
+  seen.lines.resize(1);
+  EXPECT_FALSE(
+      is_contradicted({sheet, {}, {seen.lines}}, box_scene({15 * mm, 0, 0}).obstacles[0], stated));
+}
+
+TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
+  const Sheet sheet = hanging_sheet(60);
+  const Scene scene = box_scene({0, 0, 0});
+  const auto limits = detection_limits({sheet, spans_of(sheet, 1e-3), {}}, scene);
+  ASSERT_EQ(limits.size(), 1U);
+  EXPECT_THAT(limits[0], HasSubstr("no error of its place towards -x up to 50 mm would be seen"));
+  // Held on both sides, across a narrower box: the stated limit is where the guard begins to name.
+  Sheet held = sheet;
+  for (SheetMark& mark : held.marks) {
+    const double along_m = kPitch_m * (mark.mark.col - 5);
+    const double beyond_m = std::max(0.0, std::abs(along_m) - 45 * mm);
+    mark.point_in_world.x() =
+        std::copysign(std::min(std::abs(along_m), 45 * mm) + 0.5 * beyond_m, along_m);
+    mark.point_in_world.z() = -std::sqrt(0.75) * beyond_m;
+  }
+  Scene narrow = box_scene({0, 0, 0});
+  std::get<Box>(narrow.obstacles[0]).size_m.x() = 90 * mm;
+  EXPECT_THAT(objects_of(held, narrow), IsEmpty());
+  const std::string text = detection_limits({held, spans_of(held, 1e-3), {}}, narrow)[0];
+  EXPECT_THAT(text, HasSubstr("towards +y up to")) << "nothing holds it along y";
+  EXPECT_THAT(text, HasSubstr("drape object"));
 }
 
 TEST(Guards, ATautStringOverABoxHasTheLengthOfItsTwoStraightParts) {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
 #include "triangulate/guards/object_distance.hpp"
+#include "triangulate/guards/object_fit.hpp"
 #include "triangulate/guards/taut.hpp"
 
 namespace drape::triangulate {
@@ -19,43 +19,9 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-constexpr double kObjectSigmas = 3;
 /// Cloth rests on an object within its own thickness; woven cloth is thinner than this (KES-FB-3
 /// at 0.5 gf/cm2, 0.3 to 0.6 mm in the four fabrics of Codim-IPC).
 constexpr double kThickest_m = 1 * mm;
-/// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
-constexpr double kCrease_m = 0.1 * mm;
-
-/// What may be fitted of an object: shift along x, y, z, turn, and growth of its size.
-using Change = Eigen::Matrix<double, 5, 1>;  // mm, mm, mm, deg, mm
-
-struct Changed {
-  Change change;
-
-  Obstacle operator()(Sphere body) const {
-    body.radius_m += 0.5 * change[4] * mm;
-    body.centre_in_world += change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
-    return body;
-  }
-  Obstacle operator()(Box body) const {
-    body.size_m += Vector3d::Constant(change[4] * mm);
-    body.world_from_box.translation_m +=
-        change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
-    body.world_from_box.rotation =
-        Eigen::AngleAxisd(change[3] * deg, Vector3d::UnitZ()) * body.world_from_box.rotation;
-    return body;
-  }
-  Obstacle operator()(Cylinder body) const {
-    body.radius_m += 0.5 * change[4] * mm;
-    body.world_from_cylinder.translation_m += change.head<3>() * mm;
-    return body;
-  }
-  Obstacle operator()(Plane body) const {
-    body.point_in_world += change.head<3>() * mm;
-    return body;
-  }
-  Obstacle operator()(const MeshObject& body) const { return body; }
-};
 
 /// Wider by this part on each side, a box or cylinder is held by the cloth on all sides alike,
 /// which places it in the middle of what the cloth leaves open.
@@ -91,41 +57,6 @@ double cost(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obsta
   return sum;
 }
 
-/// Pattern search (Hooke and Jeeves 1961): five parameters, a rough surface, no derivative. Ends
-/// early at a value below `enough`.
-Change least(const std::function<double(const Change&)>& value, const std::vector<int>& free,
-             double enough) {
-  constexpr double kFirst = 2, kLast = 0.01;  // mm, deg
-  Change best = Change::Zero();
-  double lowest = value(best);
-  const auto explored = [&](Change at, double step) {
-    double low = value(at);
-    for (const int k : free) {
-      for (const double sign : {1.0, -1.0}) {
-        Change next = at;
-        next[k] += sign * step;
-        const double found = value(next);
-        if (found >= low) continue;
-        low = found;
-        at = next;
-        break;
-      }
-    }
-    return std::pair(at, low);
-  };
-  for (double step = kFirst; step > kLast && lowest >= enough;) {
-    const auto [next, low] = explored(best, step);
-    if (low >= lowest) {
-      step /= 2;
-      continue;
-    }
-    const auto [beyond, further] = explored(2 * next - best, step);
-    best = further < low ? beyond : next;
-    lowest = std::min(further, low);
-  }
-  return best;
-}
-
 /// Mean place of the marks that lie on top: within twice the thickest cloth below the highest.
 Eigen::Vector2d middle_of_top(const Sheet& sheet) {
   double highest_m = sheet.marks.front().point_in_world.z();
@@ -146,7 +77,7 @@ Eigen::Vector2d middle_of_top(const Sheet& sheet) {
 Change fitted(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object,
               const Vector3d& foot_m, const std::vector<int>& free) {
   const auto value = [&](const Change& change, double reach_m) {
-    return cost(sheet, spans, std::visit(Changed{change}, object), reach_m);
+    return cost(sheet, spans, changed(object, change), reach_m);
   };
   const auto ended = [&](Change best) {
     for (const double reach_m : {8 * mm, 4 * mm, 2 * mm, 1 * mm})
@@ -157,74 +88,6 @@ Change fitted(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obs
   below.head<2>() = (middle_of_top(sheet) - foot_m.head<2>()) / mm;
   const Change first = ended(Change::Zero()), second = ended(below);
   return value(second, 1 * mm) < value(first, 1 * mm) ? second : first;
-}
-
-/// What speaks against an object where it is: marks inside it, and cloth too short to pass outside.
-struct Against {
-  int inside = 0;
-  const SheetMark* deepest = nullptr;
-  double depth_m = 0;
-  const ClothSpan* shortest = nullptr;
-  double shortfall_m = 0;
-  double chi2 = 0;  ///< of both, over the marks' standard deviations
-};
-
-Against against(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object) {
-  Against found;
-  for (const SheetMark& mark : sheet.marks) {
-    const double depth_m = -distance_to(object, mark.point_in_world).value_or(0);
-    if (depth_m <= 0) continue;
-    const double sd_m = std::hypot(sigma_m(mark), kCrease_m);
-    found.chi2 += std::pow(depth_m / sd_m, 2);
-    found.inside += depth_m > kObjectSigmas * sd_m;
-    if (depth_m <= found.depth_m) continue;
-    found.depth_m = depth_m;
-    found.deepest = &mark;
-  }
-  for (const ClothSpan& span : spans) {
-    const double short_m = shortfall_m(object, span);
-    found.chi2 += std::pow(short_m / std::hypot(span.sigma_m, kCrease_m), 2);
-    if (short_m <= found.shortfall_m) continue;
-    found.shortfall_m = short_m;
-    found.shortest = &span;
-  }
-  return found;
-}
-
-/// Upper one per cent of chi square with so many degrees of freedom.
-double one_per_cent(std::size_t degrees) {
-  constexpr std::array<double, 6> kChi2{0, 6.635, 9.210, 11.345, 13.277, 15.086};
-  return kChi2.at(degrees);
-}
-
-/// Standard uncertainties of what may be fitted, in the units of Change. Yaw is read off two ends
-/// of an edge.
-Change uncertainty_of(const Obstacle& object, const ObjectUncertainty& stated) {
-  const double place_mm = stated.place_m() / mm;
-  const auto* box = std::get_if<Box>(&object);
-  const double yaw_deg =
-      box != nullptr ? std::sqrt(2.0) * stated.place_m() / box->size_m.x() / deg : 1;
-  return (Change() << place_mm, place_mm, place_mm, yaw_deg, stated.size_m() / mm).finished();
-}
-
-std::vector<int> free_of(const Obstacle& object) {
-  if (std::holds_alternative<Box>(object)) return {0, 1, 2, 3, 4};
-  if (std::holds_alternative<Plane>(object)) return {0, 1, 2};
-  return {0, 1, 2, 4};
-}
-
-/// The least chi square of any object near the stated one: what it takes to move there, and what
-/// still speaks against it. Where the stated uncertainties are right it is not above that of the
-/// true object, whose first part has as many degrees of freedom as there are values.
-double least_chi2(const Sheet& sheet, const std::vector<ClothSpan>& spans, const Obstacle& object,
-                  const ObjectUncertainty& stated) {
-  const Change sd = uncertainty_of(object, stated);
-  const std::vector<int> free = free_of(object);
-  const auto value = [&](const Change& change) {
-    return change.cwiseQuotient(sd).squaredNorm() +
-           against(sheet, spans, std::visit(Changed{change}, object)).chi2;
-  };
-  return value(least(value, free, one_per_cent(free.size())));
 }
 
 struct Stated {
@@ -258,8 +121,8 @@ std::string suggestion(const Sheet& sheet, const std::vector<ClothSpan>& spans,
                         kObjectSigmas * scene.table_uncertainty_m();
   std::vector<int> free = {0, 1, on_table ? 4 : 2};
   if (stated->yaw_deg) free.push_back(3);
-  const Stated found = *stated_of(
-      std::visit(Changed{fitted(sheet, spans, object, stated->foot_mm * mm, free)}, object));
+  const Stated found =
+      *stated_of(changed(object, fitted(sheet, spans, object, stated->foot_mm * mm, free)));
   std::string text = fmt::format("the marks speak for x_mm = {:.1f}, y_mm = {:.1f}",
                                  found.foot_mm.x(), found.foot_mm.y());
   if (found.yaw_deg) text += fmt::format(", yaw_deg = {:.1f}", *found.yaw_deg);
@@ -275,13 +138,19 @@ std::string text_of(const Against& found) {
     text = fmt::format("{} mark{} inside it, ({}, {}) by {:.2f} mm", found.inside,
                        found.inside == 1 ? " lies" : "s lie", found.deepest->mark.row,
                        found.deepest->mark.col, found.depth_m / mm);
-  if (found.shortest == nullptr) return text;
-  const auto& [from, to, cloth_m, sd_m] = *found.shortest;
-  return text + fmt::format(
-                    "{}the cloth between ({}, {}) and ({}, {}), {:.1f} mm, is {:.2f} mm too "
-                    "short to pass outside it",
-                    text.empty() ? "" : "; ", from->mark.row, from->mark.col, to->mark.row,
-                    to->mark.col, cloth_m / mm, found.shortfall_m / mm);
+  const auto add = [&](const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
+  if (found.shortest != nullptr) {
+    const auto& [from, to, cloth_m, sd_m] = *found.shortest;
+    add(
+        fmt::format("the cloth between ({}, {}) and ({}, {}), {:.1f} mm, is {:.2f} mm too short to "
+                    "pass outside it",
+                    from->mark.row, from->mark.col, to->mark.row, to->mark.col, cloth_m / mm,
+                    found.shortfall_m / mm));
+  }
+  if (found.hidden != nullptr)
+    add(fmt::format("it stands {:.2f} mm deep where one camera sees mark ({}, {})",
+                    found.hidden_m / mm, found.hidden->mark.row, found.hidden->mark.col));
+  return text;
 }
 
 }  // namespace
@@ -301,11 +170,11 @@ std::vector<std::string> contradictions_of_pins(const Sheet& sheet, const Scene&
   return found;
 }
 
-std::vector<std::string> contradictions_of_objects(const Sheet& sheet, const Scene& scene,
-                                                   double most_strain) {
+std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const Scene& scene) {
   std::vector<std::string> found;
   const std::string file = scene.file.string();
-  const std::vector<ClothSpan> spans = spans_of(sheet, most_strain);
+  const Sheet& sheet = seen.sheet;
+  const std::vector<ClothSpan>& spans = seen.spans;
   double nearest_m = 1, allowed_m = 0;
   std::size_t nearest = 0;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
@@ -319,15 +188,13 @@ std::vector<std::string> contradictions_of_objects(const Sheet& sheet, const Sce
       nearest = i;
       allowed_m = kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark));
     }
-    const double limit = one_per_cent(free_of(object).size());
-    if (against(sheet, spans, object).chi2 < limit ||
-        least_chi2(sheet, spans, object, stated) < limit)
-      continue;
+    if (!is_contradicted(seen, object, stated)) continue;
     found.push_back(fmt::format(
         "{}, object {}: {}; no object within its uncertainties (place {:.2f} mm, size {:.2f} mm, "
         "chi square below {:.1f}) would do; {}",
-        file, i + 1, text_of(against(sheet, spans, object)), stated.place_m() / mm,
-        stated.size_m() / mm, limit, suggestion(sheet, spans, object, scene)));
+        file, i + 1, text_of(against(seen, object, std::numeric_limits<double>::infinity())),
+        stated.place_m() / mm, stated.size_m() / mm, chi2_limit(object),
+        suggestion(sheet, spans, object, scene)));
   }
   if (!scene.obstacles.empty() && scene.pins.empty() && !sheet.marks.empty() &&
       nearest_m > allowed_m) {

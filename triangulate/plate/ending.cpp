@@ -10,7 +10,8 @@
 
 namespace drape::triangulate {
 
-Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate) {
+Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
+             const std::string& name) {
   Json json;
   json["schema"] = "drapebench/object/1";
   json["values"] = Json::array();
@@ -21,25 +22,33 @@ Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate) {
                               {"stated", value.stated},
                               {"stated_standard_uncertainty", value.stated_uncertainty},
                               {"contradicts", value.contradicts()}});
+  json["contradictions"] = contradictions_of(values, name);
   json["dots"] = plate.dots;
   json["rms_px"] = plate.rms_px;
   json["chi2_per_dof"] = plate.chi2_per_dof;
   return json;
 }
 
+std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
+                                           const std::string& name) {
+  std::vector<std::string> found;
+  for (const ObjectValue& value : values)
+    if (value.contradicts())
+      found.push_back(fmt::format("{}: {} = {:g} is not where the plate lies; write {} = {:.2f}",
+                                  name, value.key, value.stated, value.key, value.measured));
+  return found;
+}
+
 Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
                  const std::string& name) {
   Ending ending;
   ending.verdict = name + ": its stated place is the one measured";
-  for (const ObjectValue& value : values) {
+  for (const ObjectValue& value : values)
     ending.numbers.emplace_back(
         value.key,
         fmt::format("{:.3f} +- {:.3f}, stated {:g} +- {:.3g} (one standard uncertainty)",
                     value.measured, value.uncertainty, value.stated, value.stated_uncertainty));
-    if (!value.contradicts()) continue;
-    const std::string text =
-        fmt::format("{}: {} = {:g} is not where the plate lies; write {} = {:.2f}", name, value.key,
-                    value.stated, value.key, value.measured);
+  for (const std::string& text : contradictions_of(values, name)) {
     if (ending.go)
       ending.verdict = text;
     else

@@ -11,8 +11,13 @@
 
 namespace drape::triangulate {
 
-/// object.json.
-[[nodiscard]] Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate);
+/// object.json; `name` is the object's in sentences.
+[[nodiscard]] Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
+                           const std::string& name);
+
+/// One sentence for each value that the scene states otherwise.
+[[nodiscard]] std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
+                                                         const std::string& name);
 
 /// NO-GO where the scene states another place than the plate shows; `name` is the object's.
 [[nodiscard]] Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,

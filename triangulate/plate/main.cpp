@@ -9,6 +9,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "triangulate/plate/ending.hpp"
+#include "triangulate/plate/measured_scene.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -17,10 +18,10 @@ using namespace drape::triangulate;
 namespace {
 
 struct Arguments {
-  fs::path detections, calibration, scene, out;
+  fs::path detections, calibration, scene, scene_out, out;
   std::string set;
   int object = 1;
-  double floor_px = 0.02;
+  double floor_px = 0;
   PlateOnObject lies;
 };
 
@@ -46,6 +47,8 @@ int main(int argc, char** argv) {
                  "standard uncertainty of laying the plate on");
   app.add_option("--floor-px", given.floor_px,
                  "error of a dot's centre beyond its detection's own, px");
+  app.add_option("--scene-out", given.scene_out,
+                 "scene.toml to write: the scene with the object where the plate shows it");
   app.add_option("--out", given.out, "object.json to write")->required();
   return run_program(app, argc, argv, common, [&] {
     RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out));
@@ -62,11 +65,17 @@ int main(int argc, char** argv) {
                    given.set, given.floor_px);
     const auto values =
         object_values(plate, given.lies, scene.obstacles[index], scene.uncertainty_of(index));
-    write_json(given.out, json_of(values, plate));
+    const std::string name = fmt::format("{}, object {}", given.scene.string(), given.object);
+    write_json(given.out, json_of(values, plate, name));
     record.output(given.out);
+    if (!given.scene_out.empty()) {
+      write_durable(given.scene_out, measured_scene(given.scene, index + 1, values,
+                                                    fs::absolute(given.scene_out).parent_path()));
+      // What was written by lines is read again: a scene of another layout ends here.
+      static_cast<void>(read_scene(given.scene_out));
+      record.output(given.scene_out);
+    }
     record.option("set", given.set);
-    return finish(
-        ending_of(values, plate, fmt::format("{}, object {}", given.scene.string(), given.object)),
-        common, record);
+    return finish(ending_of(values, plate, name), common, record);
   });
 }

@@ -170,11 +170,13 @@ PlatePose plate_pose(const std::vector<MarkViews>& marks, const MarkLattice& lat
                     "look at the detections: is the plate the one that is described?");
   const Matrix6 inverse = normal.matrix.inverse();
   const Eigen::Matrix<double, 6, Eigen::Dynamic> by_cameras = inverse * normal.by_cameras;
-  result.covariance = inverse + by_cameras * cameras.covariance * by_cameras.transpose();
   for (const MarkViews& mark : marks) result.dots += mark.views.empty() ? 0 : 1;
   result.views = normal.views;
   result.rms_px = std::sqrt(normal.squares_px2 / normal.views);
   result.chi2_per_dof = normal.chi2 / (2 * normal.views - 6);
+  // A plate is flat and its dots are many: how well they lie is seen, not assumed (Birge 1932).
+  result.covariance =
+      result.chi2_per_dof * inverse + by_cameras * cameras.covariance * by_cameras.transpose();
   return result;
 }
 

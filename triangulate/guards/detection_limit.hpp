@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "triangulate/guards/object_fit.hpp"
+
+namespace drape::triangulate {
+
+/// For each box and sphere: how far it may be wrong beside its place, or turned, before the marks
+/// of this drape contradict it (contradictions_of_objects()), in the direction that is seen worst.
+/// The object is moved away from where it is stated until it is named: to half of its width, 45
+/// degrees.
+[[nodiscard]] std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& scene);
+
+}  // namespace drape::triangulate

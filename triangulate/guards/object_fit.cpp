@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "triangulate/guards/object_fit.hpp"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "triangulate/guards/object_distance.hpp"
+
+namespace drape::triangulate {
+namespace {
+
+using Eigen::Vector3d;
+using units::deg;
+using units::mm;
+
+/// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
+constexpr double kCrease_m = 0.1 * mm;
+
+struct Changed {
+  Change change;
+
+  Obstacle operator()(Sphere body) const {
+    body.radius_m += 0.5 * change[4] * mm;
+    body.centre_in_world += change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
+    return body;
+  }
+  Obstacle operator()(Box body) const {
+    body.size_m += Vector3d::Constant(change[4] * mm);
+    body.world_from_box.translation_m +=
+        change.head<3>() * mm + Vector3d(0, 0, 0.5 * change[4] * mm);
+    body.world_from_box.rotation =
+        Eigen::AngleAxisd(change[3] * deg, Vector3d::UnitZ()) * body.world_from_box.rotation;
+    return body;
+  }
+  Obstacle operator()(Cylinder body) const {
+    body.radius_m += 0.5 * change[4] * mm;
+    body.world_from_cylinder.translation_m += change.head<3>() * mm;
+    return body;
+  }
+  Obstacle operator()(Plane body) const {
+    body.point_in_world += change.head<3>() * mm;
+    return body;
+  }
+  Obstacle operator()(const MeshObject& body) const { return body; }
+};
+
+/// Standard uncertainties of what may be fitted, in the units of Change. Yaw is read off two ends
+/// of an edge.
+Change uncertainty_of(const Obstacle& object, const ObjectUncertainty& stated) {
+  const double place_mm = stated.place_m() / mm;
+  const auto* box = std::get_if<Box>(&object);
+  const double yaw_deg =
+      box != nullptr ? std::sqrt(2.0) * stated.place_m() / box->size_m.x() / deg : 1;
+  return (Change() << place_mm, place_mm, place_mm, yaw_deg, stated.size_m() / mm).finished();
+}
+
+std::vector<int> free_of(const Obstacle& object) {
+  if (std::holds_alternative<Box>(object)) return {0, 1, 2, 3, 4};
+  if (std::holds_alternative<Plane>(object)) return {0, 1, 2};
+  return {0, 1, 2, 4};
+}
+
+}  // namespace
+
+Obstacle changed(const Obstacle& object, const Change& change) {
+  return std::visit(Changed{change}, object);
+}
+
+Change least(const std::function<double(const Change&)>& value, const std::vector<int>& free,
+             double enough) {
+  constexpr double kFirst = 2, kLast = 0.01;  // mm, deg
+  Change best = Change::Zero();
+  double lowest = value(best);
+  const auto explored = [&](Change at, double step) {
+    double low = value(at);
+    for (const int k : free) {
+      for (const double sign : {1.0, -1.0}) {
+        Change next = at;
+        next[k] += sign * step;
+        const double found = value(next);
+        if (found >= low) continue;
+        low = found;
+        at = next;
+        break;
+      }
+    }
+    return std::pair(at, low);
+  };
+  for (double step = kFirst; step > kLast && lowest >= enough;) {
+    const auto [next, low] = explored(best, step);
+    if (low >= lowest) {
+      step /= 2;
+      continue;
+    }
+    const auto [beyond, further] = explored(2 * next - best, step);
+    best = further < low ? beyond : next;
+    lowest = std::min(further, low);
+  }
+  return best;
+}
+
+Against against(const SeenCloth& seen, const Obstacle& object, double enough) {
+  Against found;
+  for (const SheetMark& mark : seen.sheet.marks) {
+    const double depth_m = -distance_to(object, mark.point_in_world).value_or(0);
+    if (depth_m <= 0) continue;
+    const double sd_m = std::hypot(sigma_m(mark), kCrease_m);
+    found.chi2 += std::pow(depth_m / sd_m, 2);
+    found.inside += depth_m > kObjectSigmas * sd_m;
+    if (depth_m <= found.depth_m) continue;
+    found.depth_m = depth_m;
+    found.deepest = &mark;
+  }
+  for (const ClothSpan& span : seen.spans) {
+    const double short_m = shortfall_m(object, span);
+    found.chi2 += std::pow(short_m / std::hypot(span.sigma_m, kCrease_m), 2);
+    if (short_m <= found.shortfall_m) continue;
+    found.shortfall_m = short_m;
+    found.shortest = &span;
+  }
+  if (found.chi2 > enough) return found;
+  double worst = 0, of_mark = 0, all = 0;
+  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
+    const SightLine& line = seen.lines[i];
+    if (i > 0 && line.mark != seen.lines[i - 1].mark) of_mark = 0;
+    const double hidden_m = shortfall_m(object, line);
+    const double part = std::pow(hidden_m / std::hypot(sigma_m(*line.neighbour), kCrease_m), 2);
+    all += part;
+    of_mark += part;
+    worst = std::max(worst, of_mark);
+    if (hidden_m > found.hidden_m) {
+      found.hidden_m = hidden_m;
+      found.hidden = &line;
+    }
+    if (found.chi2 + all - worst > enough) break;
+  }
+  found.chi2 += all - worst;
+  return found;
+}
+
+double chi2_limit(const Obstacle& object) {
+  constexpr std::array<double, 6> kChi2{0, 6.635, 9.210, 11.345, 13.277, 15.086};
+  return kChi2.at(free_of(object).size());
+}
+
+bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
+                     const ObjectUncertainty& stated) {
+  const double limit = chi2_limit(object);
+  if (against(seen, object, limit).chi2 < limit) return false;
+  const Change sd = uncertainty_of(object, stated);
+  double lowest = std::numeric_limits<double>::infinity();
+  const auto value = [&](const Change& change) {
+    const double moved = change.cwiseQuotient(sd).squaredNorm();
+    if (moved >= lowest) return moved;
+    const double found = moved + against(seen, changed(object, change), lowest - moved).chi2;
+    lowest = std::min(lowest, found);
+    return found;
+  };
+  static_cast<void>(least(value, free_of(object), limit));
+  return lowest >= limit;
+}
+
+}  // namespace drape::triangulate

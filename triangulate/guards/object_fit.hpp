@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "core/units.hpp"
+#include "triangulate/guards/sight.hpp"
+#include "triangulate/guards/taut.hpp"
+
+namespace drape::triangulate {
+
+/// What may be wrong with an object: shift along x, y, z (mm), turn about z (deg), and growth of
+/// its size (mm), with its foot where it is.
+using Change = Eigen::Matrix<double, 5, 1>;
+
+[[nodiscard]] Obstacle changed(const Obstacle& object, const Change& change);
+
+/// Marks lie outside an object within this many of their standard deviations.
+constexpr double kObjectSigmas = 3;
+
+/// What a measured sheet says of where its objects are not.
+struct SeenCloth {
+  const Sheet& sheet;
+  std::vector<ClothSpan> spans;
+  std::vector<SightLine> lines;
+};
+
+/// What speaks against an object where it is: marks inside it, cloth too short to pass outside, and
+/// marks that one camera sees although the object would hide them.
+struct Against {
+  int inside = 0;
+  const SheetMark* deepest = nullptr;
+  double depth_m = 0;
+  const ClothSpan* shortest = nullptr;
+  double shortfall_m = 0;
+  const SightLine* hidden = nullptr;
+  double hidden_m = 0;
+  double chi2 = 0;  ///< of all, over the marks' standard deviations
+};
+/// Ends early when the chi square is above `enough`. The mark seen by one camera that speaks most
+/// against the object is left out: no second view confirms its label.
+[[nodiscard]] Against against(const SeenCloth& seen, const Obstacle& object, double enough);
+
+/// The change with the least value by pattern search (Hooke and Jeeves 1961): few parameters, a
+/// rough surface, no derivative. Only the `free` ones change; ends early below `enough`.
+[[nodiscard]] Change least(const std::function<double(const Change&)>& value,
+                           const std::vector<int>& free, double enough);
+
+/// Whether no object within the stated uncertainties would do: the least chi square of any object
+/// near the stated one, what it takes to move there and what still speaks against it, is above
+/// `limit`. Where the stated uncertainties are right it is not above that of the true object, whose
+/// first part has as many degrees of freedom as there are values.
+[[nodiscard]] bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
+                                   const ObjectUncertainty& stated);
+
+/// Upper one per cent of chi square with as many degrees of freedom as the object has values.
+[[nodiscard]] double chi2_limit(const Obstacle& object);
+
+}  // namespace drape::triangulate
