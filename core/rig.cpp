@@ -167,7 +167,7 @@ void read_dots(const TomlTable& root, Target& target) {
   target.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
   if (target.dot_diameter_m >= target.pitch_m) {
     root.reject("dot_diameter_mm", "the dots touch each other",
-                "the diameter must be smaller than the pitch");
+                "the diameter must be smaller than pitch_mm; both are in mm");
   }
   const auto tags = root.optional_table("tags");
   if (!tags) return;
@@ -268,7 +268,7 @@ Print read_print(const std::filesystem::path& file) {
   print.margin_m = vector2_m(root, "margin_mm");
   if (print.dot_diameter_m >= print.pitch_m) {
     root.reject("dot_diameter_mm", "the dots touch each other",
-                "the diameter must be smaller than the pitch");
+                "the diameter must be smaller than pitch_mm; both are in mm");
   }
   const Eigen::Vector2d last = print.material_m({print.rows - 1, print.cols - 1});
   if ((print.margin_m.array() < 0).any() || (last.array() > print.patch_m.array() + 1e-9).any()) {

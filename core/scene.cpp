@@ -38,7 +38,7 @@ Box read_box(const TomlTable& table) {
   box.edge_radius_m = table.has("edge_radius_mm") ? table.not_negative("edge_radius_mm") * mm : 0.0;
   if (2 * box.edge_radius_m > box.size_m.minCoeff()) {
     table.reject("edge_radius_mm", "the rounded edges are larger than the box",
-                 "give at most half of the smallest edge");
+                 "give at most half of the smallest edge in size_mm");
   }
   const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
   box.world_from_box.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
@@ -110,10 +110,8 @@ Pin read_pin(const TomlTable& table) {
 Start read_start(const TomlTable& table) {
   Start start;
   const std::string mode = table.text("mode");
-  if (mode == "measured") {
-    start.mode = StartMode::measured;
-    return start;
-  }
+  if (mode == "measured") start.mode = StartMode::measured;
+  if (mode == "measured") return start;
   if (mode == "flat") {
     start.mode = StartMode::flat;
     start.centre_in_world = vector3(table, "centre_mm") * mm;
@@ -151,6 +149,10 @@ Scene read_scene(const std::filesystem::path& file) {
   if (root.has("friction_uncertainty"))
     scene.friction_uncertainty = root.positive("friction_uncertainty");
   for (const TomlTable& table : root.tables("object")) {
+    // For `drape run`, which measures the object by its plate before the scene is used.
+    for (const char* key : {"tags_set", "tags_target"}) static_cast<void>(table.text_or(key, ""));
+    for (const char* key : {"tags_thickness_mm", "tags_hole_mm", "tags_placing_mm"})
+      static_cast<void>(table.number_or(key, 0));
     scene.obstacles.push_back(read_obstacle(table));
     scene.uncertainties.push_back({optional_length(table, "place_uncertainty_mm"),
                                    optional_length(table, "size_uncertainty_mm"),

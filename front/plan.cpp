@@ -11,6 +11,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
+#include "front/object_tags.hpp"
 
 namespace drape {
 namespace {
@@ -22,6 +23,19 @@ constexpr int kEnsembleGrid = 15;  // particles per side, at most
 struct Drape {
   Scene scene;
   fs::path folder;
+  std::vector<ObjectTags> tags;
+
+  /// object.json of a plate of tags.
+  [[nodiscard]] fs::path object_file(const ObjectTags& plate) const {
+    return folder / fmt::format("object_{}.json", plate.object);
+  }
+  /// The scene with its objects where the first `plates` plates show them.
+  [[nodiscard]] fs::path scene_file(std::size_t plates) const {
+    return plates == 0 ? scene.file
+                       : folder / fmt::format("scene_{}.toml", tags[plates - 1].object);
+  }
+  /// What is simulated.
+  [[nodiscard]] fs::path scene_file() const { return scene_file(tags.size()); }
 };
 
 /// Everything the steps are made of.
@@ -49,12 +63,30 @@ std::string threads_text(const Bench& bench) {
 }
 
 Step detect_step(const Bench& bench, const std::string& what, const std::string& surface,
-                 const std::vector<std::string>& sets, const fs::path& output) {
-  return step("detect", what,
-              {bench.recording.string(), "--rig", bench.reduced_rig.string(), "--surface", surface,
-               "--sets", fmt::format("{}", fmt::join(sets, ",")), "--out", output.string(),
-               "--threads", threads_text(bench), "--json"},
-              output, static_cast<double>(sets.size()));
+                 const std::vector<std::string>& sets, const fs::path& output,
+                 const std::vector<std::string>& more = {}) {
+  std::vector<std::string> arguments = {bench.recording.string(),
+                                        "--rig",
+                                        bench.reduced_rig.string(),
+                                        "--surface",
+                                        surface,
+                                        "--sets",
+                                        fmt::format("{}", fmt::join(sets, ",")),
+                                        "--out",
+                                        output.string(),
+                                        "--threads",
+                                        threads_text(bench),
+                                        "--json"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return step("detect", what, std::move(arguments), output, static_cast<double>(sets.size()));
+}
+
+std::string what_of(const Drape& drape, const ObjectTags& plate) {
+  return fmt::format("{}, object {}", drape.scene.name, plate.object);
+}
+
+fs::path plate_detections(const Drape& drape, const ObjectTags& plate) {
+  return drape.folder / fmt::format("object_{}-detections.json", plate.object);
 }
 
 /// Stages first, then free poses: the sets that calibrate.
@@ -73,6 +105,39 @@ Group detect_group(const Bench& bench) {
     group.steps.push_back(detect_step(bench, "drape " + drape.scene.name, "cloth",
                                       {drape.scene.set}, drape.folder / "detections.json"));
     group.steps.back().drape = drape.scene.name;
+    for (const ObjectTags& plate : drape.tags) {
+      group.steps.push_back(detect_step(bench, what_of(drape, plate), "target", {plate.set},
+                                        plate_detections(drape, plate),
+                                        {"--target", plate.target.string()}));
+      group.steps.back().drape = drape.scene.name;
+    }
+  }
+  return group;
+}
+
+/// Where the objects are, from their plates of tags. One after the other: each writes the scene
+/// that the next one reads.
+Group object_group(const Bench& bench) {
+  Group group{"object", {}, 1};
+  for (const Drape& drape : bench.drapes) {
+    for (std::size_t k = 0; k < drape.tags.size(); ++k) {
+      const ObjectTags& plate = drape.tags[k];
+      const fs::path output = drape.object_file(plate);
+      Step measure = step(
+          "object", what_of(drape, plate),
+          {plate_detections(drape, plate).string(), "--calibration", bench.calibration().string(),
+           "--set", plate.set, "--scene", drape.scene_file(k).string(), "--object",
+           std::to_string(plate.object), "--scene-out", drape.scene_file(k + 1).string(), "--out",
+           output.string(), "--json"},
+          output);
+      for (const auto& [option, value] : plate.lies) {
+        measure.arguments.push_back(option);
+        measure.arguments.push_back(fmt::format("{}", value));
+      }
+      measure.outputs.push_back(drape.scene_file(k + 1));
+      measure.drape = drape.scene.name;
+      group.steps.push_back(std::move(measure));
+    }
   }
   return group;
 }
@@ -95,8 +160,12 @@ Group triangulate_group(const Bench& bench) {
     group.steps.push_back(step("triangulate", "drape " + drape.scene.name,
                                {(drape.folder / "detections.json").string(), "--calibration",
                                 bench.calibration().string(), "--set", drape.scene.set, "--scene",
-                                drape.scene.file.string(), "--out", output.string(), "--json"},
+                                drape.scene_file().string(), "--out", output.string(), "--json"},
                                output));
+    for (const ObjectTags& plate : drape.tags) {
+      group.steps.back().arguments.emplace_back("--object");
+      group.steps.back().arguments.push_back(drape.object_file(plate).string());
+    }
     group.steps.back().drape = drape.scene.name;
   }
   return group;
@@ -116,10 +185,10 @@ Group simulate_group(const Bench& bench) {
             step("simulate",
                  fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid, grid, segments,
                              segments == 1 ? "" : "s"),
-                 {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
-                  std::to_string(grid), "--segments", std::to_string(segments), "--start-from",
-                  (drape.folder / "sheet.ply").string(), "--solver", "fall", "--out",
-                  folder.string(), "--threads", "1", "--json"},
+                 {drape.scene_file().string(), "--fabric", drape.scene.fabric_file.string(),
+                  "--grid", std::to_string(grid), "--segments", std::to_string(segments),
+                  "--start-from", (drape.folder / "sheet.ply").string(), "--solver", "fall",
+                  "--out", folder.string(), "--threads", "1", "--json"},
                  folder / "sheet.ply", static_cast<double>(grid) * grid * grid));
         group.steps.back().drape = drape.scene.name;
       }
@@ -150,7 +219,7 @@ Group ensemble_group(const Bench& bench) {
   for (const Drape& drape : bench.drapes) {
     group.steps.push_back(
         step("branches", fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
-             {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
+             {drape.scene_file().string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
               std::to_string(grid), "--segments", std::to_string(headline_segments(bench.rig)),
               "--start-from", (drape.folder / "sheet.ply").string(), "--out",
               ensemble_file(drape).parent_path().string(), "--threads", "1", "--json"},
@@ -185,7 +254,7 @@ Group sensitivity_group(const Bench& bench) {
     const fs::path folder = drape.folder / "sensitivity";
     group.steps.push_back(
         step("sensitivity", "drape " + drape.scene.name,
-             {drape.scene.file.string(), "--fabric", drape.scene.fabric_file.string(),
+             {drape.scene_file().string(), "--fabric", drape.scene.fabric_file.string(),
               "--reference", (drape.folder / "sheet.ply").string(), "--grid", std::to_string(grid),
               "--segments", std::to_string(chosen), "--only-first-order", "--out", folder.string(),
               "--threads", "1", "--json"},
@@ -232,7 +301,7 @@ std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   for (const fs::path& file : rig.scenes) {
     Scene scene = read_scene(file);
     const fs::path folder = out / scene.name;
-    drapes.push_back({std::move(scene), folder});
+    drapes.push_back({std::move(scene), folder, object_tags_of(file)});
   }
   return drapes;
 }
@@ -286,8 +355,11 @@ Plan make_plan(const RunOptions& options) {
   bench.drapes = read_drapes(bench.rig, bench.out);
   bench.reduced_rig = bench.out / "rig.toml";
   const fs::path report = bench.out / "report.html";
-  std::vector<Group> groups = {detect_group(bench), calib_group(bench), triangulate_group(bench),
-                               simulate_group(bench)};
+  std::vector<Group> groups = {detect_group(bench), calib_group(bench)};
+  if (Group objects = object_group(bench); !objects.steps.empty())
+    groups.push_back(std::move(objects));
+  groups.push_back(triangulate_group(bench));
+  groups.push_back(simulate_group(bench));
   if (!options.single) groups.push_back(ensemble_group(bench));
   if (options.uncertainty) groups.push_back(sensitivity_group(bench));
   return {bench.out,

@@ -32,7 +32,21 @@ auto collecting(BenchCheck& check, const Read& read) -> std::optional<decltype(r
   }
 }
 
+/// The smallest and the largest pixels of area sensors, um: phones 0.5, astronomy 24, and twice
+/// that for binned pixels.
+constexpr double kLeastPixel_um = 0.5, kMostPixel_um = 48;
+
 void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
+  for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
+    const RigCamera& camera = rig.cameras[i];
+    const auto [least, most] = std::minmax(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
+    if (least >= kLeastPixel_um * units::um && most <= kMostPixel_um * units::um) continue;
+    add(check, rig.file, "camera.pixel_pitch_um",
+        fmt::format("pixels of {:g} x {:g} um; sensors have {:g} to {:g}",
+                    camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um,
+                    kLeastPixel_um, kMostPixel_um),
+        "give the pixel pitch of the data sheet in um, e.g. [3.45, 3.45]", i);
+  }
   if (rig.cameras.size() < 2)
     add(check, rig.file, "camera", fmt::format("{} camera in the rig", rig.cameras.size()),
         "a point in space needs two views: add [[camera]] tables");
@@ -87,6 +101,14 @@ void check_print_size(const Print& print, BenchCheck& check) {
   const Eigen::Vector2d other = print.patch_m - marks - print.margin_m;
   for (const int side : {0, 1}) {
     if (!(std::abs(other[side] - print.margin_m[side]) > 0.5 * mm)) continue;
+    if (2 * marks[side] < print.patch_m[side]) {
+      add(check, print.file, "patch_mm",
+          fmt::format("along the {} the marks cover {:g} of the patch's {:g} mm",
+                      side == 0 ? "warp" : "weft", marks[side] / mm, print.patch_m[side] / mm),
+          fmt::format("is it {:g}? Marks on less than half of a patch do not measure its drape",
+                      (marks[side] + 2 * print.margin_m[side]) / mm));
+      continue;
+    }
     check.warnings.push_back(fmt::format(
         "{}: along the {} the marks leave {:g} mm on one side of the patch and {:g} mm on the "
         "other; with equal margins pitch_mm would be {:g}",
@@ -185,9 +207,15 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
     const auto scene = collecting(check, [&] { return read_scene(file); });
     if (!scene) continue;
     scenes.push_back(*scene);
-    check_scene(*scene, *rig, check);
-    if (fabrics.insert(scene->fabric_file).second) check_fabric(scene->fabric_file, check);
-    if (prints.insert(scene->print_file).second)
+    check_scene(*scene, *rig, print ? &*print : nullptr, check);
+    for (const auto& [key, named] :
+         {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
+      if (fs::is_directory(named))
+        add(check, scene->file, key, fmt::format("`{}` is empty, or a folder", key),
+            "give the name of a file");
+    if (!fs::is_directory(scene->fabric_file) && fabrics.insert(scene->fabric_file).second)
+      check_fabric(scene->fabric_file, check);
+    if (!fs::is_directory(scene->print_file) && prints.insert(scene->print_file).second)
       static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
   }
   check_scenes_together(*rig, scenes, check);

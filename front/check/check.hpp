@@ -39,7 +39,8 @@ void add(BenchCheck& check, const std::filesystem::path& file, const std::string
          const std::string& what, const std::string& what_to_do, std::size_t nth = 0);
 
 /// Numbers of a scene that no bench has, and objects that are not where a table can carry them.
-void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check);
+/// `print` may lack.
+void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check);
 
 /// Density and bending of a fabric against what 618 measured fabrics show; its curves through
 /// `drape fabric`, the reader that the simulation uses.

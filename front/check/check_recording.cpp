@@ -7,6 +7,7 @@
 
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
+#include "front/object_tags.hpp"
 
 namespace drape {
 namespace {
@@ -26,8 +27,11 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
     needs.push_back({stage.set, rig.file, "calibration.stage.set"});
   for (const std::string& pose : rig.free_poses)
     needs.push_back({pose, rig.file, "calibration.free_poses"});
-  for (const Scene& scene : scenes)
+  for (const Scene& scene : scenes) {
     if (!scene.set.empty()) needs.push_back({scene.set, scene.file, "set"});
+    for (const ObjectTags& plate : object_tags_of(scene.file))
+      needs.push_back({plate.set, scene.file, "tags_set"});
+  }
   return needs;
 }
 

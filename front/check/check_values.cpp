@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -100,6 +101,48 @@ void judge_fabric(const fs::path& file, double density, double stiffness, const 
   }
 }
 
+/// What an uncertainty wider than the object's own half says: nobody knows where it is, and no
+/// guard can contradict it.
+void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check) {
+  double size_m = 0;
+  if (const auto* ball = std::get_if<Sphere>(&scene.obstacles[index])) size_m = 2 * ball->radius_m;
+  if (const auto* box = std::get_if<Box>(&scene.obstacles[index]))
+    size_m = box->size_m.head<2>().minCoeff();
+  const ObjectUncertainty stated = scene.uncertainty_of(index);
+  for (const auto& [key, u_m] : {std::pair{"place_uncertainty_mm", stated.place_m()},
+                                 std::pair{"size_uncertainty_mm", stated.size_m()}}) {
+    if (!(size_m > 0) || 2 * u_m < 0.5 * size_m) continue;
+    add(check, scene.file, std::string("object.") + key,
+        fmt::format("{} = {:g}: twice that is half of object {}, {:g} mm wide", key, u_m / mm,
+                    index + 1, size_m / mm),
+        "give one standard deviation in mm, e.g. half of the rule's smallest division");
+  }
+}
+
+/// A drape that nothing holds, an object that stands there twice, a start from above the room.
+void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
+  if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty())
+    add(check, scene.file, "object", "the scene has neither an [[object]] nor a [[pin]]",
+        "describe what the cloth lies on or hangs from");
+  std::map<std::string, std::size_t> seen;
+  std::size_t index = 0;
+  for (const TomlTable& table : TomlTable::open(scene.file, "scene").tables("object")) {
+    std::string text;
+    for (const auto& [key, value] : table.values()) text += key + "=" + value + "\n";
+    const auto [other, fresh] = seen.emplace(text, index);
+    if (!fresh)
+      add(check, scene.file, "object.kind",
+          fmt::format("object {} is object {} once more", index + 1, other->second + 1),
+          "remove one of the two", index);
+    ++index;
+  }
+  if (print != nullptr && scene.start.clearance_m > print->patch_m.maxCoeff())
+    add(check, scene.file, "start.clearance_mm",
+        fmt::format("the cloth starts {:g} mm above its object, more than its own {:g} mm",
+                    scene.start.clearance_m / mm, print->patch_m.maxCoeff() / mm),
+        "give the height in mm from which the cloth was laid, a few mm");
+}
+
 /// A box's turn is a measured value where a real drape is compared; nothing says that it is 0.
 void check_yaw(const Scene& scene, BenchCheck& check) {
   if (scene.set.empty()) return;
@@ -114,7 +157,7 @@ void check_yaw(const Scene& scene, BenchCheck& check) {
 
 }  // namespace
 
-void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check) {
+void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check) {
   if (!rig.print_file.empty() && scene.print_file != rig.print_file)
     add(check, scene.file, "print",
         fmt::format("the scene's print is {}, the marks are found with {}",
@@ -135,11 +178,68 @@ void check_scene(const Scene& scene, const Rig& rig, BenchCheck& check) {
   else if (scene.gravity_m_per_s2.z() > -0.9 * gravity)
     add(check, scene.file, "gravity_m_per_s2", "gravity does not point down (-z)",
         "leave it out, or give [0, 0, -9.80665]");
-  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) check_foot(scene, i, check);
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    check_foot(scene, i, check);
+    check_uncertainty(scene, i, check);
+  }
+  check_support(scene, print, check);
   check_yaw(scene, check);
 }
 
 namespace {
+
+/// Whether the fabric file says that nobody measured curves of this kind.
+bool is_stand_in(const TomlTable& root, const std::string& kind) {
+  if (!root.has("stand_ins")) return false;
+  const std::vector<std::string> names = root.texts("stand_ins");
+  return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+    return name.find(kind + " curves") != std::string::npos;
+  });
+}
+
+/// A measured curve under a name of another direction, one file for both, or one of another fabric.
+void check_curve_names(const TomlTable& root, BenchCheck& check) {
+  std::map<fs::path, int> folders;
+  struct Curve {
+    std::string field;
+    fs::path file;
+  };
+  std::vector<Curve> curves;
+  for (const char* kind : {"tensile", "shear", "bending"}) {
+    const auto table = root.optional_table(kind);
+    if (!table || is_stand_in(root, kind)) continue;
+    std::map<fs::path, std::string> used;
+    for (const char* direction : {"warp", "weft"}) {
+      if (!table->has(direction)) continue;
+      const fs::path file = table->file_path(direction);
+      const std::string field = fmt::format("{}.{}", kind, direction);
+      const std::string other = std::string(direction) == "warp" ? "weft" : "warp";
+      const std::string name = file.filename().string();
+      if (name.find(other) != std::string::npos && name.find(direction) == std::string::npos)
+        add(check, root.file(), field,
+            fmt::format("{} names {}, a curve along the {}", field, name, other),
+            "are warp and weft exchanged?");
+      if (const auto [first, fresh] = used.emplace(file, field); !fresh)
+        add(check, root.file(), field, fmt::format("{} is also {}", name, first->second),
+            fmt::format("name the curve along the {}, or list \"{} curves\" in stand_ins",
+                        direction, kind));
+      ++folders[file.parent_path()];
+      curves.push_back({field, file});
+    }
+  }
+  if (folders.size() < 2 || curves.size() < 3) return;
+  const auto usual =
+      std::max_element(folders.begin(), folders.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (2 * usual->second <= static_cast<int>(curves.size())) return;
+  for (const Curve& curve : curves) {
+    if (curve.file.parent_path() == usual->first) continue;
+    add(check, root.file(), curve.field,
+        fmt::format("{} is not in {}, where most curves of this fabric are", curve.file.string(),
+                    usual->first.string()),
+        "is it the curve of another fabric? Copy it to the others, or list it in stand_ins");
+  }
+}
 
 /// Curve files that are not there, or that hold nothing but their head.
 void check_curves(const TomlTable& root, BenchCheck& check) {
@@ -181,6 +281,7 @@ void check_fabric(const fs::path& file, BenchCheck& check) {
           "weigh a piece of known area; is a decimal point lost, or is it kg/m2 or oz/yd2?");
     const std::size_t so_far = check.problems.size();
     check_curves(root, check);
+    check_curve_names(root, check);
     if (check.problems.size() > so_far) return;
     const TomlTable bending = root.table("bending");
     for (const char* direction : {"warp", "weft"}) {

@@ -5,272 +5,25 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
-#include "tests/support/small_bench.hpp"
+#include "tests/faults/operator_mistakes.hpp"
 
-namespace {
-
-namespace fs = std::filesystem;
-using drape::Json;
-using drape::test::Outcome;
-using drape::test::SmallBench;
-using testing::HasSubstr;
-
-struct Mistake {
-  std::string name;
-  std::string scene;
-  std::function<void(const SmallBench&)> make;
-  int exit_code;
-  std::vector<std::string> named;  ///< what is said of it: file, key, value
-};
+namespace drape::test {
 
 void PrintTo(const Mistake& mistake, std::ostream* out) {
   *out << mistake.name;
 }
 
-std::function<void(const SmallBench&)> typed(const std::string& file, const std::string& right,
-                                             const std::string& wrong) {
-  return [=](const SmallBench& bench) { bench.replace(file, right, wrong); };
-}
+}  // namespace drape::test
 
-Json recording_of(const SmallBench& bench) {
-  return Json::parse(drape::read_text(bench.rig() / "recording/recording.json"));
-}
+namespace {
 
-Json& frame_of(Json& recording, const std::string& set, std::size_t camera) {
-  for (Json& one : recording["sets"])
-    if (one["name"] == set) return one["frames"][camera];
-  throw std::runtime_error("no set " + set);
-}
-
-/// Everything of a frame but the camera's name.
-void copy_picture(Json from, Json& to) {
-  from["camera"] = to["camera"];
-  to = from;
-}
-
-std::function<void(const SmallBench&)> pictures(const std::function<void(Json&)>& change) {
-  return [=](const SmallBench& bench) {
-    Json recording = recording_of(bench);
-    change(recording);
-    drape::write_json(bench.rig() / "recording/recording.json", recording);
-  };
-}
-
-std::vector<Mistake> mistakes() {
-  const std::string c = "scenes/C.toml", a = "scenes/A.toml";
-  return {
-      {"camera_misspelt",
-       "C",
-       typed("rig.toml", "name = \"cam2\"", "name = \"camm2\""),
-       3,
-       {"recording.json", "camm2", "did you mean `cam2`"}},
-      {"width_and_height_exchanged",
-       "C",
-       typed("rig.toml", "width_px = 1600\nheight_px = 1200", "width_px = 1200\nheight_px = 1600"),
-       3,
-       {"rig.toml:", "camera.width_px", "width_px = 1600, height_px = 1200"}},
-      {"two_stages_at_one_height",
-       "C",
-       typed("rig.toml", "z_mm = 30.0", "z_mm = 60.0"),
-       3,
-       {"rig.toml:", "z_mm", "stage_z030", "stage_z060"}},
-      {"no_reference_stage",
-       "C",
-       typed("rig.toml", "z_mm = 0.0", "z_mm = 10.0"),
-       3,
-       {"rig.toml:", "z_mm", "no stage has z_mm = 0"}},
-      {"pose_listed_twice",
-       "C",
-       typed("rig.toml", "\"pose_01\"", "\"pose_00\""),
-       3,
-       {"rig.toml", "pose_00"}},
-      {"stage_set_misspelt",
-       "C",
-       typed("rig.toml", "\"stage_z030\"", "\"stage_z003\""),
-       3,
-       {"rig.toml:", "calibration.stage.set", "did you mean `stage_z0"}},
-      {"drape_set_misspelt",
-       "C",
-       typed(c, "drape_C", "drape_c"),
-       3,
-       {"C.toml:", "set", "did you mean `drape_"}},
-      {"scene_shows_the_target",
-       "C",
-       typed(c, "drape_C", "stage_z000"),
-       3,
-       {"C.toml:", "set", "shows the target"}},
-      {"two_scenes_of_one_set",
-       "A.toml\", \"scenes/C",
-       typed(a, "drape_A", "drape_C"),
-       3,
-       {"C.toml:", "set", "drape_C", "A.toml"}},
-      {"table_height_ten_times",
-       "C",
-       typed(c, "table_z_mm = -6.0", "table_z_mm = -60.0"),
-       3,
-       {"C.toml:", "table_z_mm", "table_z_mm = -6"}},
-      {"table_height_without_sign",
-       "C",
-       typed(c, "table_z_mm = -6.0", "table_z_mm = 6.0"),
-       3,
-       {"C.toml:", "z_bottom_mm", "below the table"}},
-      {"friction_ten_times",
-       "C",
-       typed(c, "friction = 0.4", "friction = 4.0"),
-       3,
-       {"C.toml:", "friction", "0.4"}},
-      {"gravity_in_mm",
-       "C",
-       typed(c, "friction = 0.4", "friction = 0.4\ngravity_m_per_s2 = [0.0, 0.0, -9806.65]"),
-       3,
-       {"C.toml:", "gravity_m_per_s2", "-9.80665"}},
-      {"gravity_upwards",
-       "C",
-       typed(c, "friction = 0.4", "friction = 0.4\ngravity_m_per_s2 = [0.0, 0.0, 9.80665]"),
-       3,
-       {"C.toml:", "gravity_m_per_s2", "-9.80665"}},
-      {"yaw_forgotten", "C", typed(c, "yaw_deg = 14.0", ""), 3, {"C.toml:", "yaw_deg"}},
-      {"density_ten_times",
-       "C",
-       typed("fabrics/A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 1380"),
-       3,
-       {"A.toml:", "areal_density_g_per_m2", "1380"}},
-      {"density_in_kg",
-       "C",
-       typed("fabrics/A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 0.138"),
-       3,
-       {"A.toml:", "areal_density_g_per_m2", "kg/m2"}},
-      {"bending_in_micronewton_metres",
-       "C",
-       typed("fabrics/A.toml", "[bending]\nwarp = \"A/bending_warp.csv\"",
-             "[bending]\nwarp_kes = { b_gf_cm2_per_cm = 7.7 }"),
-       3,
-       {"A.toml", "bending.warp", "uN m"}},
-      {"another_print_in_the_scene",
-       "C",
-       [](const SmallBench& bench) {
-         fs::copy(bench.rig() / "print.toml", bench.rig() / "print2.toml");
-         bench.replace("scenes/C.toml", "../print.toml", "../print2.toml");
-       },
-       3,
-       {"C.toml:", "print", "print2.toml"}},
-      {"one_camera_copied_to_another",
-       "C",
-       pictures([](Json& recording) {
-         copy_picture(frame_of(recording, "drape_C", 0), frame_of(recording, "drape_C", 1));
-       }),
-       3,
-       {"drape_C", "cam1", "cam0", "byte for byte"}},
-      {"one_set_copied_to_another",
-       "C",
-       pictures([](Json& recording) {
-         for (std::size_t k = 0; k < 3; ++k)
-           copy_picture(frame_of(recording, "pose_03", k), frame_of(recording, "pose_04", k));
-       }),
-       3,
-       {"pose_03", "pose_04", "byte for byte"}},
-      {"target_has_tags_of_the_cloth",
-       "C",
-       typed("target.toml", "id = 400", "id = 0"),
-       3,
-       {"target.toml:", "tag 0", "print.toml"}},
-      {"curve_file_misspelt",
-       "C",
-       typed("fabrics/A.toml", "A/shear_warp.csv", "A/shear_wrap.csv"),
-       3,
-       {"shear_wrap.csv"}},
-      {"several_at_once",
-       "C",
-       [](const SmallBench& bench) {
-         bench.replace("scenes/C.toml", "table_z_mm = -6.0", "");
-         bench.replace("scenes/C.toml", "friction = 0.4", "");
-         bench.replace("target.toml", "pitch_mm = 20.0", "");
-         bench.replace("fabrics/A.toml", "areal_density_g_per_m2 = 138", "");
-       },
-       3,
-       {"`table_z_mm` is missing", "`friction` is missing", "`pitch_mm` is missing",
-        "`areal_density_g_per_m2` is missing"}},
-      // Only the pictures contradict these.
-      {"target_pitch_by_one_percent",
-       "C",
-       typed("target.toml", "pitch_mm = 20.0", "pitch_mm = 20.2"),
-       1,
-       {"target.toml", "pitch_mm", "divided by 1.01"}},
-      {"one_stage_misread",
-       "C",
-       typed("rig.toml", "z_mm = 60.0", "z_mm = 61.0"),
-       1,
-       {"rig.toml", "z_mm", "stage_z060"}},
-      {"print_pitch_by_five_percent",
-       "C",
-       typed("print.toml", "pitch_mm = 20.0", "pitch_mm = 19.0"),
-       1,
-       {"print.toml", "pitch_mm = 19", "speak for 20.0"}},
-      {"print_pitch_by_two_percent_more",
-       "C",
-       [](const SmallBench& bench) {
-         bench.replace("print.toml", "pitch_mm = 20.0", "pitch_mm = 20.4");
-         bench.replace("print.toml", "patch_mm = [220.0, 220.0]", "patch_mm = [224.0, 224.0]");
-       },
-       1,
-       {"print.toml", "pitch_mm = 20.4", "speak for 2"}},
-      {"cube_ten_times_beside",
-       "C",
-       typed(c, "x_mm = -3.0", "x_mm = -30.0"),
-       1,
-       {"C.toml", "inside it", "x_mm ="}},
-      {"cube_six_mm_beside",
-       "C",
-       typed(c, "x_mm = -3.0", "x_mm = 3.0"),
-       1,
-       {"C.toml", "too short to pass outside it", "x_mm ="}},
-      {"cube_turned_the_other_way",
-       "C",
-       typed(c, "yaw_deg = 14.0", "yaw_deg = -14.0"),
-       1,
-       {"C.toml", "inside it", "yaw_deg ="}},
-      {"cube_too_large",
-       "C",
-       typed(c, "[128.0, 128.0, 128.0]", "[138.0, 138.0, 138.0]"),
-       1,
-       {"C.toml", "inside it", "size_mm about 12"}},
-      {"ball_too_small",
-       "A",
-       typed(a, "diameter_mm = 90.0", "diameter_mm = 80.0"),
-       1,
-       {"A.toml", "no mark touches it", "diameter_mm"}},
-      {"everything_ten_mm_too_high",
-       "C",
-       [](const SmallBench& bench) {
-         bench.replace("scenes/C.toml", "table_z_mm = -6.0", "table_z_mm = 4.0");
-         bench.replace("scenes/C.toml", "z_bottom_mm = -6.0", "z_bottom_mm = 4.0");
-       },
-       1,
-       {"C.toml", "inside it", "the marks speak for"}},
-      {"cameras_exchanged_in_the_drape",
-       "C",
-       pictures([](Json& recording) {
-         Json &one = frame_of(recording, "drape_C", 0), &two = frame_of(recording, "drape_C", 1);
-         const Json kept = one;
-         copy_picture(two, one);
-         copy_picture(kept, two);
-       }),
-       1,
-       {"drape_C", "exchanged", "cam0 shows what cam1 saw"}},
-      {"one_picture_of_another_drape",
-       "C",
-       pictures([](Json& recording) {
-         copy_picture(frame_of(recording, "drape_A", 2), frame_of(recording, "drape_C", 2));
-       }),
-       1,
-       {"drape_C", "cam2"}},
-  };
-}
+namespace fs = std::filesystem;
+using drape::test::Mistake;
+using drape::test::Outcome;
+using drape::test::SmallBench;
+using testing::HasSubstr;
 
 class OperatorMistake : public testing::TestWithParam<Mistake> {
  protected:
@@ -308,7 +61,8 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
   EXPECT_THAT(drape::test::run_line(results + "runs").text, HasSubstr("NO-GO"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake, testing::ValuesIn(mistakes()),
+INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake,
+                         testing::ValuesIn(drape::test::operator_mistakes()),
                          [](const auto& mistake) { return mistake.param.name; });
 
 TEST(NoMistake, GivesNoAlarm) {

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+
+struct Mistake {
+  std::string name;
+  std::string scene;
+  std::function<void(const SmallBench&)> make;
+  int exit_code;
+  std::vector<std::string> named;  ///< what is said of it: file, key, value
+};
+
+/// What an operator gets wrong at a bench, as changes to bench1.
+[[nodiscard]] std::vector<Mistake> operator_mistakes();
+
+}  // namespace drape::test
