@@ -13,7 +13,6 @@
 
 namespace drape {
 namespace {
-
 using Eigen::Vector3d;
 using units::deg;
 using units::mm;
@@ -149,7 +148,6 @@ Scene read_scene(const std::filesystem::path& file) {
   if (root.has("friction_uncertainty"))
     scene.friction_uncertainty = root.positive("friction_uncertainty");
   for (const TomlTable& table : root.tables("object")) {
-    // For `drape run`, which measures the object by its plate before the scene is used.
     for (const char* key : {"tags_set", "tags_target"}) static_cast<void>(table.text_or(key, ""));
     for (const char* key : {"tags_thickness_mm", "tags_hole_mm", "tags_placing_mm"})
       static_cast<void>(table.number_or(key, 0));

@@ -8,8 +8,8 @@
 
 namespace drape {
 
-/// The plate of tags of one object of a scene (`tags_set`, `tags_target` in its [[object]]): it was photographed on
-/// the object before the cloth was laid.
+/// The plate of tags of one object of a scene (`tags_set`, `tags_target` in its [[object]]): it was
+/// photographed on the object before the cloth was laid.
 struct ObjectTags {
   int object = 1;                ///< number in the scene, from 1
   std::string set;               ///< frame set that shows it

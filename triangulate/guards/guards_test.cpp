@@ -112,31 +112,6 @@ TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
   EXPECT_THAT(objects_of(sheet, box_scene({-6 * mm, 0, 0})), IsEmpty());
 }
 
-TEST(Guards, AMarkThatOneCameraSeesIsNotBehindTheObject) {
-  // The sheet hangs beyond x = 50 mm; its last column is seen by one camera, high on the other
-  // side.
-  Sheet sheet = hanging_sheet(60);
-  SeenCloth seen{sheet, {}, {}};
-  const Vector3d camera(-300 * mm, 0, 400 * mm);
-  for (int row = 3; row < 8; ++row) {
-    const Vector3d at = sheet.find({row, 8})->point_in_world;
-    seen.lines.push_back(
-        {{row, 8}, camera, (at - camera).normalized(), sheet.find({row, 7}), kPitch_m * 1.001});
-  }
-  const auto hidden_mm = [&](const Vector3d& shift_m) {
-    return shortfall_m(box_scene(shift_m).obstacles[0], seen.lines[2]) / mm;
-  };
-  EXPECT_EQ(hidden_mm({0, 0, -1 * mm}), 0);
-  EXPECT_GT(hidden_mm({15 * mm, 0, 0}), 1) << "the box would hide it";
-  const ObjectUncertainty stated;
-  EXPECT_FALSE(is_contradicted(seen, box_scene({0, 0, -1 * mm}).obstacles[0], stated));
-  EXPECT_TRUE(is_contradicted(seen, box_scene({15 * mm, 0, 0}).obstacles[0], stated));
-  // One mark alone may carry a wrong label.
-  seen.lines.resize(1);
-  EXPECT_FALSE(
-      is_contradicted({sheet, {}, {seen.lines}}, box_scene({15 * mm, 0, 0}).obstacles[0], stated));
-}
-
 TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   const Sheet sheet = hanging_sheet(60);
   const Scene scene = box_scene({0, 0, 0});
