@@ -65,7 +65,8 @@ Json strain_json(const Cloth::Strains& strains) {
   return json;
 }
 
-Json distance_json(const SimulateReport& report) {
+Json distance_json(const SimulateResult& result) {
+  const SimulateReport& report = result.report;
   Json json;
   json["least_particle_to_object_mm"] =
       report.least_gap_object_m ? Json(*report.least_gap_object_m / mm) : Json();
@@ -77,6 +78,7 @@ Json distance_json(const SimulateReport& report) {
   json["deepest_edge_of_an_object_pressing_mm"] = report.deepest_edge_m / mm;
   json["edge_of_an_object_through_the_sheet_mm"] = report.pierced_m / mm;
   json["particles_touching"] = report.contacts;
+  if (!result.contact_forces.empty()) json["contact_forces_stated"] = result.contact_forces.size();
   json["contacts_between_particles"] = report.contacts_between;
   json["pressing_pairs_of_features"] = report.contacts_pairs;
   json["largest_pin_error_mm"] = report.hold_error_m / mm;
@@ -165,7 +167,7 @@ void write_certificate(const std::filesystem::path& file, const SimulateResult& 
   json["kinetic_stops"] = report.kinetic_stops;
   json["step_us"] = {report.step_least_s * 1e6, report.step_most_s * 1e6};
   json["strain"] = strain_json(report.strains);
-  json["distance"] = distance_json(report);
+  json["distance"] = distance_json(result);
   json["energy"] = energy_json(report);
   json["start"] = start_json(report);
   json["twist_stiffness_uNm"] = report.twist_n_m / kMicro;

@@ -169,6 +169,7 @@ Field polish(const StaticCase& the_case, const SimulateOptions& options, const S
   report.energy_end_j = found.history.back().sum_j();
   result.history.push_back(history_row(found.history.back()));
   result.history.back().time_s = report.time_s;
+  result.contact_forces = found.contact_forces;
   measure_gaps(cloth.grid(), the_case.surroundings, solver.position, report);
   return solver.position;
 }
@@ -251,6 +252,9 @@ void take_to_world(const LocalScene& local, double sheet_kg, SimulateResult& res
   SimulateReport& report = result.report;
   for (SheetMark& mark : result.sheet.marks)
     mark.point_in_world = local.to_world(mark.point_in_world);
+  const Eigen::AngleAxisd turn(local.yaw_rad, Vector3d::UnitZ());
+  for (ContactForce& contact : result.contact_forces)
+    contact.force_in_world = turn * contact.force_in_world;
   const double more_j = local.gravity_offset_j(sheet_kg);
   for (HistoryRow& row : result.history) row.gravity_j += more_j;
   report.energy_start_j += more_j;

@@ -12,6 +12,7 @@
 #include "core/sheet.hpp"
 #include "simulate/cloth/cloth.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/objects/contact_forces.hpp"
 
 namespace drape::simulate {
 
@@ -133,6 +134,8 @@ struct SimulateResult {
   std::vector<HistoryRow> history;
   SimulateReport report;
   std::optional<ClothMemory> memory;  ///< with internal friction: of the sheet as it ends
+  /// Of the sheet as it ends, from the static solver; empty where nothing presses or motion ended.
+  std::vector<ContactForce> contact_forces;
 };
 
 /// Drapes the fabric over the scene's objects (paper section 4). `measured` places the start and

@@ -24,9 +24,10 @@ struct CertificateClaim {
   double warp_least = 0, warp_most = 0, weft_least = 0, weft_most = 0;  ///< strains
   std::optional<double> least_gap_object_m;
   double deepest_between_m = 0;
-  double penetration_tolerance_m = 0;  ///< of the sheet between its particles
-  double cloth_thickness_m = 0;        ///< layers press this far apart; 0: they do not press
-  std::optional<ClothMemory> memory;   ///< of a cloth with internal friction, from memory.csv
+  double penetration_tolerance_m = 0;        ///< of the sheet between its particles
+  double cloth_thickness_m = 0;              ///< layers press this far apart; 0: they do not press
+  std::optional<ClothMemory> memory;         ///< of a cloth with internal friction, from memory.csv
+  std::vector<ContactForce> contact_forces;  ///< from contact_forces.csv; empty: sought
   /// Of the last row of history.csv; absent: not compared.
   std::optional<double> gravity_j, stretch_j, shear_j, bending_j, twist_j;
 };

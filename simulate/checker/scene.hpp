@@ -7,6 +7,7 @@
 
 #include "core/scene.hpp"
 #include "simulate/checker/sheet.hpp"
+#include "simulate/objects/contact_forces.hpp"
 #include "simulate/objects/surroundings.hpp"
 
 /// The checker's own distances to the objects of a scene, in long double.
@@ -37,5 +38,11 @@ struct Distances {
 [[nodiscard]] std::vector<Support> supports_of(const Objects& objects,
                                                const std::vector<Point>& points, int rows, int cols,
                                                Real touch_m);
+
+/// Adds a stated contact force (N) to `sum`, as far as contact can do it: no pull, within the cone
+/// of friction about the normal, which the rounding of an object's place may turn. False where the
+/// place is no mixture of particles, or farther than `touch_m` outside the object.
+bool add_stated(const Objects& objects, const std::vector<Point>& points, Real friction,
+                Real touch_m, const ContactForce& stated, std::vector<Point>& sum);
 
 }  // namespace drape::simulate::checker

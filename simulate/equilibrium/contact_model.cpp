@@ -12,19 +12,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kNormalStep = 1e-7;  // m; for the curvature of a surface
-
-/// Second derivative of the distance from a shape.
-Matrix3d distance_curvature(const Surroundings& surroundings, int shape, const Vector3d& p) {
-  Matrix3d sum;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector3d step = kNormalStep * Vector3d::Unit(axis);
-    sum.col(axis) = (surroundings.normal(shape, p + step) - surroundings.normal(shape, p - step)) /
-                    (2 * kNormalStep);
-  }
-  return 0.5 * (sum + sum.transpose());
-}
-
 }  // namespace
 
 Matrix3d StaticContacts::model_block(const Contact& contact, const Field& position,
@@ -32,11 +19,12 @@ Matrix3d StaticContacts::model_block(const Contact& contact, const Field& positi
   const double pressing = pressing_n(contact, contact.gap);
   Matrix3d block = Matrix3d::Zero();
   const Matrix3d across = Matrix3d::Identity() - contact.normal * contact.normal.transpose();
-  if (pressing > 0 || contact.change == Change::lands) {
+  const bool presses = pressing > 0 && !contact.slides;  // else see add_piece_hessian()
+  if (presses || contact.change == Change::lands) {
     block += contact.stiffness * contact.normal * contact.normal.transpose();
   }
-  if (pressing > 0 && !convex) {
-    block -= pressing * distance_curvature(*surroundings_, contact.shape, mix(position, contact));
+  if (presses && !convex) {
+    block -= pressing * gap_curvature(*surroundings_, contact.shape, mix(position, contact));
   }
   if (contact.limit == 0) return block;
   if (contact.change == Change::yields) {
@@ -51,10 +39,38 @@ Matrix3d StaticContacts::model_block(const Contact& contact, const Field& positi
   return block;
 }
 
+void StaticContacts::add_piece_hessian(const Contact& contact, const Field& position, bool convex,
+                                       GridMatrix& hessian) const {
+  const double pressing = pressing_n(contact, contact.gap);
+  if (!(pressing > 0)) return;
+  const DeepestPlace& deepest = contact.deepest;
+  const DepthCurvature curvature =
+      depth_curvature(*surroundings_, contact.shape, piece_of(contact, position), deepest);
+  const Matrix3d across = contact.stiffness * deepest.normal * deepest.normal.transpose();
+  Eigen::Matrix<double, 9, 9> of_corners = pressing * curvature.slides;
+  if (!convex) of_corners += pressing * curvature.bends;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = 0; b < 3; ++b)
+      of_corners.block<3, 3>(3 * a, 3 * b) += deepest.share[a] * deepest.share[b] * across;
+  }
+  const QuarterWeights weights = quarter_weights(contact.quarter);
+  for (int k = 0; k < 4; ++k) {
+    for (int l = 0; l <= k; ++l) {
+      Matrix3d block = Matrix3d::Zero();
+      for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b)
+          block += weights(k, a) * weights(l, b) * of_corners.block<3, 3>(3 * a, 3 * b);
+      }
+      hessian.add(contact.particle[k], contact.particle[l], block);
+    }
+  }
+}
+
 void StaticContacts::add_hessian(const Field& position, bool convex, GridMatrix& hessian) {
   for (Contact& contact : contacts_) {
     contact.reviewed = false;
     contact.block.setZero();
+    if (contact.slides) add_piece_hessian(contact, position, convex, hessian);
     if (contact.limit == 0 && contact.change != Change::lands &&
         pressing_n(contact, contact.gap) == 0) {
       continue;
@@ -159,9 +175,15 @@ void StaticContacts::relinearise(const Field& position) {
   before_ = contacts_;
   for (Contact& contact : contacts_) {
     const Vector3d p = mix(position, contact);
-    contact.gap = surroundings_->gap_m(contact.shape, p);
-    contact.normal = surroundings_->normal(contact.shape, p);
     contact.change = Change::none;
+    if (contact.slides) {
+      contact.deepest = deepest_of(contact, position);
+      contact.gap = contact.deepest.depth_m;
+      contact.normal = contact.deepest.normal;
+    } else {
+      contact.gap = surroundings_->gap_m(contact.shape, p);
+      contact.normal = surroundings_->normal(contact.shape, p);
+    }
     if (contact.limit == 0) continue;
     const double size = spring(contact, p).norm();
     const double most = contact.limit / shear_stiffness_;

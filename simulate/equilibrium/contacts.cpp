@@ -10,6 +10,7 @@ namespace drape::simulate {
 namespace {
 
 using Eigen::Matrix3d;
+
 using Eigen::Vector3d;
 
 constexpr double kParticleSink = 0.2e-6;  // m; under a mean particle's weight, before multipliers
@@ -36,9 +37,11 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      seeks_points_(between_particles),
+      seeks_pieces_(between_particles && friction == 0),
+      seeks_points_(between_particles && friction > 0),
       lines_(cloth, surroundings, friction, gravity_m_per_s2),
-      index_(static_cast<std::size_t>(cloth.count()) * surroundings.count() + lines_.elements(),
+      index_(static_cast<std::size_t>(1 + kQuarters) * cloth.count() * surroundings.count() +
+                 lines_.elements(),
              -1),
       is_pinned_(cloth.count(), 0) {
   const double weight = cloth.total_mass_kg() * gravity_m_per_s2 / cloth.count();
@@ -136,6 +139,10 @@ void StaticContacts::watch(const Field& position, double watch_m) {
       keep(contacts_.back());
     }
   }
+  const std::size_t particles = contacts_.size();
+  for (int i = 0; seeks_pieces_ && i < cloth_->count(); ++i) {
+    if (cloth_->has_cell(i)) watch_cell(position, i);
+  }
   const int first = cloth_->count() * surroundings_->count();
   for (const LineContacts::Point& point : lines_.points()) {
     Contact contact;
@@ -143,10 +150,11 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.shape = point.shape;
     contact.particle = point.particle;
     contact.weight = point.weight;
+    contact.corners = 4;
     contact.stiffness = lines_.stiffness_n_per_m();
     contacts_.push_back(contact);
-    keep(contacts_.back());
   }
+  for (std::size_t k = particles; k < contacts_.size(); ++k) keep(contacts_[k]);
   for (const Contact& contact : before_) index_[contact.site] = -1;
   for (std::size_t k = 0; k < contacts_.size(); ++k) {
     index_[contacts_[k].site] = static_cast<int>(k);
@@ -156,8 +164,9 @@ void StaticContacts::watch(const Field& position, double watch_m) {
 /// Friction's limit and anchor for the coming step.
 void StaticContacts::settle(Contact& contact, const Field& position, Limits limits) const {
   const Vector3d p = mix(position, contact);
-  contact.gap = surroundings_->gap_m(contact.shape, p);
-  contact.normal = surroundings_->normal(contact.shape, p);
+  contact.gap = contact.slides ? contact.deepest.depth_m : surroundings_->gap_m(contact.shape, p);
+  contact.normal =
+      contact.slides ? contact.deepest.normal : surroundings_->normal(contact.shape, p);
   contact.change = Change::none;
   const double allowed = friction_ * pressing_n(contact, contact.gap);
   if (!(allowed > kNoSpring * shear_stiffness_)) {
@@ -214,13 +223,11 @@ double StaticContacts::friction_j(const Contact& contact, double size) const {
 double StaticContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
-    const Vector3d p = mix(position, contact);
-    const double gap = surroundings_->gap_m(contact.shape, p);
-    const double pressing = pressing_n(contact, gap);
+    const double pressing = pressing_n(contact, gap_of(contact, position));
     sum +=
         (pressing * pressing - contact.multiplier * contact.multiplier) / (2 * contact.stiffness);
     if (contact.limit == 0) continue;
-    sum += friction_j(contact, spring(contact, p).norm());
+    sum += friction_j(contact, spring(contact, mix(position, contact)).norm());
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     const Vector3d way = hold_in_world_[h] - mix(position, holds_[h]);
@@ -229,26 +236,41 @@ double StaticContacts::energy_j(const Field& position) const {
   return sum;
 }
 
+/// What presses and rubs there (N).
+Vector3d StaticContacts::force_of(const Contact& contact, const Pressing& here,
+                                  const Field& position) const {
+  const double pressing = pressing_n(contact, here.gap);
+  Vector3d total = Vector3d::Zero();
+  if (pressing > 0) total = pressing * here.normal;
+  if (contact.limit > 0) {
+    const Vector3d way = spring(contact, mix(position, contact));
+    const double size = way.norm();
+    const double most = contact.limit / shear_stiffness_;
+    total -= (size > most ? contact.limit / size : shear_stiffness_) * way;
+  }
+  return total;
+}
+
 void StaticContacts::add_forces(const Field& position, Field& force) const {
   for (const Contact& contact : contacts_) {
-    const Vector3d p = mix(position, contact);
-    const double gap = surroundings_->gap_m(contact.shape, p);
-    const double pressing = pressing_n(contact, gap);
-    Vector3d total = Vector3d::Zero();
-    if (pressing > 0) total = pressing * surroundings_->normal(contact.shape, p);
-    if (contact.limit > 0) {
-      const Vector3d way = spring(contact, p);
-      const double size = way.norm();
-      const double most = contact.limit / shear_stiffness_;
-      total -= (size > most ? contact.limit / size : shear_stiffness_) * way;
-    }
-    spread(contact, total, force);
+    const Pressing here = pressing_at(contact, position);
+    spread(here, force_of(contact, here, position), force);
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     spread(holds_[h],
            hold_force_[h] + hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h])),
            force);
   }
+}
+
+std::vector<ContactForce> StaticContacts::forces(const Field& position) const {
+  std::vector<ContactForce> list;
+  for (const Contact& contact : contacts_) {
+    const Pressing here = pressing_at(contact, position);
+    const Vector3d force = force_of(contact, here, position);
+    if (!force.isZero(0)) list.push_back({contact.shape, here.particle, here.weight, force});
+  }
+  return list;
 }
 
 /// Where a free particle is caught on a straight path that ends in a body, or beyond it: in the
@@ -288,7 +310,7 @@ void StaticContacts::retract(const Field& from, Field& to) const {
 
 void StaticContacts::take_springs(const LineContacts& moved, const Field& position) {
   lines_ = moved;
-  seeks_points_ = false;
+  seeks_pieces_ = seeks_points_ = false;
   watch(position, 0);
   for (Contact& contact : contacts_) {
     if (contact.rigid) continue;
@@ -300,9 +322,8 @@ void StaticContacts::take_springs(const LineContacts& moved, const Field& positi
 
 void StaticContacts::update_multipliers(const Field& position) {
   for (Contact& contact : contacts_) {
-    if (!contact.rigid) continue;
-    contact.multiplier =
-        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+    if (contact.rigid || contact.slides)
+      contact.multiplier = pressing_n(contact, gap_of(contact, position));
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
     hold_force_[h] += hold_stiffness_ * (hold_in_world_[h] - mix(position, holds_[h]));
@@ -328,8 +349,8 @@ double StaticContacts::pin_error_m(const Field& position) const {
 double StaticContacts::gap_error_m(const Field& position) const {
   double largest = 0;
   for (const Contact& contact : contacts_) {
-    if (!contact.rigid) continue;
-    const double gap = surroundings_->gap_m(contact.shape, mix(position, contact));
+    if (!contact.rigid && !contact.slides) continue;
+    const double gap = gap_of(contact, position);
     if (pressing_n(contact, gap) > 0) largest = std::max(largest, std::abs(gap));
   }
   return largest;
@@ -338,9 +359,8 @@ double StaticContacts::gap_error_m(const Field& position) const {
 double StaticContacts::stored_j(const Field& position) const {
   double sum = 0;
   for (const Contact& contact : contacts_) {
-    if (contact.rigid) continue;
-    const double pressing =
-        pressing_n(contact, surroundings_->gap_m(contact.shape, mix(position, contact)));
+    if (contact.rigid || contact.slides) continue;
+    const double pressing = pressing_n(contact, gap_of(contact, position));
     sum += pressing * pressing / (2 * contact.stiffness);
   }
   return sum;
@@ -350,6 +370,11 @@ int StaticContacts::touching(const Field& position) const {
   return static_cast<int>(std::count_if(contacts_.begin(), contacts_.end(), [&](const Contact& c) {
     return c.rigid && pressing_n(c, surroundings_->gap_m(c.shape, mix(position, c))) > 0;
   }));
+}
+
+int StaticContacts::between() const {
+  return static_cast<int>(
+      std::count_if(contacts_.begin(), contacts_.end(), [](const Contact& c) { return !c.rigid; }));
 }
 
 int StaticContacts::sliding() const {

@@ -6,17 +6,35 @@
 #include <optional>
 #include <vector>
 
+#include "simulate/contact/deepest.hpp"
 #include "simulate/contact/line_contacts.hpp"
 #include "simulate/dynamics/motion.hpp"
+#include "simulate/objects/contact_forces.hpp"
 #include "simulate/sparse/factor.hpp"
 
 namespace drape::simulate {
+
+/// Weights of a cell's four particles (rows) in the corners of one of its four triangles: the two
+/// particles of an edge and the cell's middle.
+inline constexpr int kQuarters = 4;  ///< triangles of a cell
+using QuarterWeights = Eigen::Matrix<double, 4, 3>;
+[[nodiscard]] inline QuarterWeights quarter_weights(int quarter) {
+  static constexpr std::array<int, 4> round{0, 1, 3, 2};
+  QuarterWeights weights = QuarterWeights::Zero();
+  weights(round[quarter], 0) = 1;
+  weights(round[(quarter + 1) % 4], 1) = 1;
+  weights.col(2).setConstant(0.25);
+  return weights;
+}
 
 /// Contact, friction and pins of a sheet without time, as a potential: within one step of the
 /// solver everything here is the gradient of energy_j(), so a step can be judged by its energy.
 /// - Particles press by an augmented Lagrangian (Hestenes 1969): a stiff one-sided spring whose
 ///   resting force is moved until the particle lies on the surface.
-/// - Points between particles press elastically, the law of LineContacts.
+/// - Without friction so do the four triangles of each cell where they are deepest, see
+///   DeepestPlace: places that slide with the sheet, so that their energy is a function of it.
+/// - With friction points between particles press elastically, the law of LineContacts: they stay
+///   where they are found, for a load that passed from one place to the next would lose its hold.
 /// - Friction is a tangential spring to an anchor; beyond its limit the force stays and the anchor
 ///   follows (elastic-plastic form of Coulomb's law). The limit is that of the pressing force at
 ///   the start of the step (Li et al. 2020) and moves only when that force has left a band, so
@@ -61,6 +79,8 @@ class StaticContacts {
   [[nodiscard]] double energy_j(const Field& position) const;
   /// Minus the gradient of energy_j() (N).
   void add_forces(const Field& position, Field& force) const;
+  /// What presses and rubs, place by place; without pins.
+  [[nodiscard]] std::vector<ContactForce> forces(const Field& position) const;
   /// Second derivatives of the step's quadratic model at its start, with what review() changed.
   void add_hessian(const Field& position, bool convex, GridMatrix& hessian);
   /// Changes what add_hessian() added to what review() made of it since.
@@ -93,7 +113,8 @@ class StaticContacts {
 
   /// Moves the resting forces of particles and pins to where they hold exactly.
   void update_multipliers(const Field& position);
-  /// Makes pressing particles ten times stiffer, once: so their gaps close in fewer updates.
+  /// Makes pressing particles and triangles ten times stiffer, once: so their gaps close in fewer
+  /// updates.
   void stiffen();
 
   [[nodiscard]] double pin_error_m(const Field& position) const;
@@ -101,7 +122,9 @@ class StaticContacts {
   [[nodiscard]] double stored_j(const Field& position) const;     ///< pressing between particles
   [[nodiscard]] int touching(const Field& position) const;
   [[nodiscard]] int sliding() const;
-  [[nodiscard]] int between() const { return lines_.count(); }
+  [[nodiscard]] int between() const;
+  /// Whether triangles of cells press where they are deepest.
+  [[nodiscard]] bool has_pieces() const { return seeks_pieces_; }
 
  private:
   enum class Change : char { none, lands, holds, yields };
@@ -118,10 +141,13 @@ class StaticContacts {
     int site = 0;
     int shape = 0;
     int corners = 1;
+    int quarter = 0;  ///< of a cell: the triangle between one of its edges and its middle
     std::array<int, 4> particle{};
     std::array<double, 4> weight{};
     double stiffness = 0;  ///< N/m
     bool rigid = false;    ///< a particle, not a point between particles
+    bool slides = false;   ///< a piece of the sheet that presses where it is deepest
+    DeepestPlace deepest;  ///< of such a piece, where the quadratic model is taken
     double multiplier = 0;
     bool anchored = false, slips = false;
     double limit = 0;   ///< of friction in this step (N)
@@ -130,14 +156,34 @@ class StaticContacts {
     Eigen::Vector3d slide = Eigen::Vector3d::Zero();  ///< unit vector of the spring
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< at the start of the step
-    double gap = 0;                                     ///< at the start of the step
+    double gap = 0;                                     ///< there; of a piece its depth
     Change change = Change::none;
     bool reviewed = false;  ///< review() changed it after `block` was added
     Yield yield;
     Eigen::Matrix3d block = Eigen::Matrix3d::Zero();  ///< its part of the Hessian
   };
 
+  /// Where a contact is, and how far from its shape.
+  struct Pressing {
+    std::array<int, 4> particle{};
+    std::array<double, 4> weight{};
+    Eigen::Vector3d normal;
+    double gap = 0;
+  };
+
   [[nodiscard]] Contact fresh_particle(int particle, int shape) const;
+  void watch_cell(const Field& position, int corner);
+  [[nodiscard]] bool is_held_at(int shape, const Contact& piece, const Field& position) const;
+  [[nodiscard]] SheetTriangle piece_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] static std::array<double, 4> weights_of(const Contact& contact,
+                                                        const DeepestPlace& deepest);
+  [[nodiscard]] DeepestPlace deepest_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] double gap_of(const Contact& contact, const Field& position) const;
+  [[nodiscard]] Pressing pressing_at(const Contact& contact, const Field& position) const;
+  [[nodiscard]] Eigen::Vector3d force_of(const Contact& contact, const Pressing& here,
+                                         const Field& position) const;
+  void add_piece_hessian(const Contact& contact, const Field& position, bool convex,
+                         GridMatrix& hessian) const;
   void watch(const Field& position, double watch_m);
   void settle(Contact& contact, const Field& position, Limits limits) const;
   [[nodiscard]] std::optional<Eigen::Vector3d> caught(int shape, const Eigen::Vector3d& start,
@@ -156,10 +202,10 @@ class StaticContacts {
   const Cloth* cloth_;
   const Surroundings* surroundings_;
   double friction_;
-  bool seeks_points_;  ///< between particles
+  bool seeks_pieces_, seeks_points_;  ///< between particles
   LineContacts lines_;
   bool yields_ = false, stiffened_ = false;
-  double particle_stiffness_ = 0, shear_stiffness_ = 0;
+  double particle_stiffness_ = 0, shear_stiffness_ = 0;  ///< N/m; the latter of pieces, too
   std::vector<Contact> contacts_, before_;
   std::vector<int> index_;  ///< into contacts_, by site; -1 where there is none
   std::vector<Pinned> pinned_;

@@ -202,6 +202,7 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
         "the equilibrium is a saddle: the stiffness of the sheet on its contacts is not positive "
         "definite");
   }
+  result.contact_forces = found.contact_forces;
   report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
 }
 

@@ -24,6 +24,7 @@ constexpr double kSettled = 1e-2;    // residual below which points between part
 constexpr double kSettledOnFiner = 1;    // the same on a finer grid, which starts near its rest
 constexpr double kNearRest = 0.1;        // residual below which contacts are made rigid
 constexpr double kNearRestOnFiner = 10;  // the same on a finer grid
+constexpr double kStiff = 1e-2;          // residual below which pieces are made stiffer
 constexpr double kStiffOnFiner = 1;      // residual below which its contacts are made stiffer too
 constexpr double kFarForPoints = 50e-6;  // m; path after which points are found again, as in Motion
 constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
@@ -254,6 +255,7 @@ void StaticSolver::finish(StaticReport& report) {
   report.touching = contacts_.touching(position);
   report.between = contacts_.between();
   report.contact_energy_j = contacts_.stored_j(position);
+  report.contact_forces = contacts_.forces(position);
 }
 
 /// Whether the last kStagnation iterations brought neither the least residual nor the energy down.
@@ -265,11 +267,19 @@ bool StaticSolver::stagnates(const StaticReport& report) {
     best_j_ = std::min(best_j_, now.sum_j());
     progress_at_ = report.iterations;
   }
+  // Balanced forces alone are no rest: what presses may still be closing its gaps.
+  if (now.residual < options_.residual_tolerance) {
+    const double gap_m = contacts_.gap_error_m(position);
+    if (gap_m < kLess * best_gap_m_) {
+      best_gap_m_ = gap_m;
+      progress_at_ = report.iterations;
+    }
+  }
   return report.iterations - progress_at_ >= kStagnation;
 }
 
 StaticReport StaticSolver::solve() {
-  best_residual_ = best_j_ = std::numeric_limits<double>::infinity();
+  best_residual_ = best_j_ = best_gap_m_ = std::numeric_limits<double>::infinity();
   progress_at_ = 0;
   StaticReport report;
   trial_ = position;
@@ -316,7 +326,8 @@ StaticReport StaticSolver::solve() {
     }
     if (residual_ < near_rest) {
       contacts_.update_multipliers(position);
-      if (!options_.paced && residual_ < kStiffOnFiner) contacts_.stiffen();
+      const double stiff = !options_.paced ? kStiffOnFiner : contacts_.has_pieces() ? kStiff : 0;
+      if (residual_ < stiff) contacts_.stiffen();
       begin_again(StaticContacts::Limits::keep);
     } else if (moved_m_ > far_for_points_m) {
       contacts_.refresh(position);

@@ -57,6 +57,7 @@ struct StaticReport {
   double pin_error_m = 0, gap_error_m = 0;
   int touching = 0, between = 0;
   double contact_energy_j = 0;
+  std::vector<ContactForce> contact_forces;  ///< in the frame of the solver
   std::vector<StaticIteration> history;
 };
 
@@ -145,7 +146,8 @@ class StaticSolver {
   Eigen::VectorXd step_, gradient_, model_gradient_, product_;
   std::vector<double> shift_;
   double weight_n_ = 0, mu_ = 0, residual_ = 0, pseudo_time_s_ = 0, cap_m_ = 0, moved_m_ = 0;
-  double best_residual_ = 0, best_j_ = 0;  ///< so far, and the iteration that found them
+  double best_residual_ = 0, best_j_ = 0,
+         best_gap_m_ = 0;  ///< so far, and the iteration that found them
   int progress_at_ = 0;
   double drag_per_s2_ = 0, last_ratio_ = 0;
   double potential_j_ = 0, model_curve_ = 0, factor_mu_ = 0, last_residual_ = 0;

@@ -12,6 +12,7 @@
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -78,6 +79,56 @@ TEST(StaticSolver, PinnedSheetHangsAsByRungeKutta) {
   const SimulateResult result = run(scene, 12, "static");
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_LT(result.report.hold_error_m, 1e-8);
+}
+
+/// The cube C, slippery, and a sheet that pins keep on its top.
+Scene slippery_cube(const Print& print) {
+  Scene scene = bench_scene("C");
+  scene.friction = 0;
+  const auto& box = std::get<Box>(scene.obstacles.front());
+  const double top = Surroundings(scene).top_z_m();
+  scene.start.centre_in_world = {box.world_from_box.translation_m.x(),
+                                 box.world_from_box.translation_m.y(), top};
+  scene.start.yaw_rad = 0;
+  for (const int k : {-1, 0, 1}) {
+    Pin pin;
+    pin.mark = {print.rows / 2 + 2 * k, print.cols / 2 + (k == 0 ? 2 : 0)};
+    const Eigen::Vector2d at = pin.material_m(print);
+    pin.point_in_world = *scene.start.centre_in_world + Vector3d(at.y() - print.patch_m.y() / 2,
+                                                                 print.patch_m.x() / 2 - at.x(), 0);
+    scene.pins.push_back(pin);
+  }
+  return scene;
+}
+
+/// How far the triangles of a cell, which press, are from the bilinear cell that the depth is
+/// measured in: at most a sixteenth of its twist x00 - x01 - x10 + x11.
+double triangles_off_cells(const Sheet& sheet) {
+  double most = 0;
+  for (int r = 0; r + 1 < sheet.rows; ++r) {
+    for (int c = 0; c + 1 < sheet.cols; ++c) {
+      const auto at = [&](int row, int col) { return sheet.find({row, col})->point_in_world; };
+      const Vector3d twist = at(r, c) - at(r, c + 1) - at(r + 1, c) + at(r + 1, c + 1);
+      most = std::max(most, twist.norm() / 16);
+    }
+  }
+  return most;
+}
+
+TEST(StaticSolver, RestsOnASlipperyCubeAsTheCheckerAgrees) {
+  const Print print = read_print(bench_scene("C").print_file);
+  const Scene scene = slippery_cube(print);
+  for (const int grid : {15, 21}) {
+    SimulateOptions options;
+    options.rows = options.cols = grid;
+    options.segments = 1;
+    options.solver = "static";
+    const SimulateResult result =
+        simulate_checked(scene, read_fabric(scene.fabric_file), print, std::nullopt, options);
+    EXPECT_EQ(result.report.status, RestStatus::at_rest) << grid << ": " << result.report.sentence;
+    EXPECT_FALSE(result.contact_forces.empty()) << grid;
+    EXPECT_LT(result.report.deepest_between_m, triangles_off_cells(result.sheet) + 1e-6) << grid;
+  }
 }
 
 TEST(StaticSolver, TooFewIterationsAreNotCalledRest) {

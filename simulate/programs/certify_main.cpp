@@ -41,6 +41,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"})
     record.input(folder / name);
   if (claim.memory) record.input(folder / "memory.csv");
+  if (!claim.contact_forces.empty()) record.input(folder / "contact_forces.csv");
   Ending ending;
   ending.go = report.accepted();
   ending.verdict = ending.go ? (claim.at_rest ? "the certificate holds: the sheet can rest as it is"

@@ -222,9 +222,13 @@ void write_outputs(const fs::path& out, const SimulateResult& result,
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
     record.output(out / name);
   }
-  if (!result.memory) return;
-  write_durable(out / "memory.csv", memory_csv(*result.memory));
-  record.output(out / "memory.csv");
+  const auto write = [&](const char* name, const std::string& text) {
+    write_durable(out / name, text);
+    record.output(out / name);
+  };
+  if (result.memory) write("memory.csv", memory_csv(*result.memory));
+  if (!result.contact_forces.empty())
+    write("contact_forces.csv", contact_forces_csv(result.contact_forces));
 }
 
 }  // namespace drape::simulate

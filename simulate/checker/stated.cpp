@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact forces that a certificate states, cut down to what contact can do.
+#include <algorithm>
+#include <cmath>
+
+#include "simulate/checker/scene.hpp"
+
+namespace drape::simulate::checker {
+namespace {
+
+// m; solvers round places of objects to 0.12 nm, so the surface may stand this much elsewhere.
+constexpr Real kPlaceRounding = 0.2e-9L;
+constexpr Real kWay = 50;  // how much farther the change of the normal is looked at
+
+Real length_of_vector(const Point& v) {
+  return std::sqrt(checker::dot(v, v));
+}
+
+/// How much the normal turns when the object moves by its rounding (rad).
+Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const Point& normal) {
+  Real most = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    Point beside = p;
+    beside[axis] += kWay * kPlaceRounding;
+    most = std::max(most, length_of_vector(checker::minus(normal_of(objects, k, beside), normal)));
+  }
+  return most / kWay;
+}
+
+bool is_of(const ContactForce& stated, std::size_t objects, std::size_t particles) {
+  return static_cast<std::size_t>(stated.shape) <= objects &&
+         std::all_of(stated.particle.begin(), stated.particle.end(),
+                     [&](int i) { return static_cast<std::size_t>(i) < particles; });
+}
+
+}  // namespace
+
+bool add_stated(const Objects& objects, const std::vector<Point>& points, Real friction,
+                Real touch_m, const ContactForce& stated, std::vector<Point>& sum) {
+  if (!is_of(stated, objects.scene->obstacles.size(), points.size())) return false;
+  const auto k = static_cast<std::size_t>(stated.shape);
+  Point p{}, force{};
+  Real weights = 0;
+  for (int c = 0; c < 4; ++c) {
+    const Real weight = stated.weight[c];
+    if (weight < 0) return false;
+    weights += weight;
+    for (int axis = 0; axis < 3; ++axis) p[axis] += weight * points[stated.particle[c]][axis];
+  }
+  if (std::abs(weights - 1) > 1e-12L || gap_of(objects, k, p) > touch_m) return false;
+  for (int axis = 0; axis < 3; ++axis) force[axis] = stated.force_in_world[axis];
+  const Point normal = normal_of(objects, k, p);
+  const Real pressing = std::max<Real>(0, checker::dot(force, normal));
+  Point along{};
+  for (int axis = 0; axis < 3; ++axis) along[axis] = force[axis] - pressing * normal[axis];
+  const Real most = pressing * (friction + turn_of_normal(objects, k, p, normal));
+  const Real share = std::min<Real>(1, most / std::max<Real>(length_of_vector(along), 1e-300L));
+  for (int c = 0; c < 4; ++c) {
+    for (int axis = 0; axis < 3; ++axis)
+      sum[stated.particle[c]][axis] +=
+          Real(stated.weight[c]) * (pressing * normal[axis] + share * along[axis]);
+  }
+  return true;
+}
+
+}  // namespace drape::simulate::checker

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace drape::simulate {
+
+/// What an object or the table does to one place of the sheet, a mixture of up to four particles,
+/// as the solver found it. With these in hand a checker only has to look, not to search.
+struct ContactForce {
+  int shape = 0;  ///< obstacle of the scene; their number stands for the table
+  std::array<int, 4> particle{};
+  std::array<double, 4> weight{};
+  Eigen::Vector3d force_in_world = Eigen::Vector3d::Zero();  ///< N
+};
+
+/// contact_forces.csv of a simulation. Reading throws Error(bad_input) for an index that is no
+/// whole number from 0.
+[[nodiscard]] std::string contact_forces_csv(const std::vector<ContactForce>& forces);
+[[nodiscard]] std::vector<ContactForce> read_contact_forces(const std::filesystem::path& file);
+
+}  // namespace drape::simulate
