@@ -56,6 +56,20 @@ TEST_F(Toml, GivesTypedValues) {
   EXPECT_NO_THROW(table.finish());
 }
 
+/// From each range that the library's table of spaces leaves open.
+TEST_F(Toml, RefusesLettersOutsideTextsAndKeepsThemInside) {
+  for (const std::string letter : {"\u00e9", "\u0449", "\u2c60", "\u3042", "\ufb50"}) {
+    for (const std::string& text :
+         {letter + " = 1\n", "x" + letter + " = 1\n", "x =" + letter + "1\n",
+          "x = 1" + letter + "\n", "x = \"\" " + letter + "\n", "[" + letter + "]\n"}) {
+      const Error error = error_of([&] { static_cast<void>(open(text)); });
+      EXPECT_EQ(error.where().line, 2) << text;
+    }
+    const TomlTable table = open("x = \"\"\"\\\n  " + letter + "\"\"\" # " + letter + "\n");
+    EXPECT_EQ(table.text("x"), letter);
+  }
+}
+
 TEST_F(Toml, NamesFileLineAndFieldOfABadValue) {
   const TomlTable table = open("first = 1\n[part]\nwidth_mm = -4\n");
   const Error error =
