@@ -16,6 +16,7 @@
 namespace drape {
 namespace {
 
+constexpr std::size_t kMostBytesOfCsv = 16 << 20;  ///< bytes, each of which may cost 50 as cells
 constexpr std::size_t kMostColumns = 1000;  ///< so that a line of commas does not fill the memory
 
 std::string trimmed(std::string text) {
@@ -81,7 +82,10 @@ std::optional<double> CsvText::number(std::size_t row, const std::string& name) 
 
 CsvText read_csv_text(const std::filesystem::path& file) {
   CsvText csv{file, 0, {}, {}, {}};
-  std::istringstream stream(read_text(file));
+  std::string text = read_text(file);
+  if (text.size() > kMostBytesOfCsv)
+    throw bad_input("it is larger than 16 MiB", {.file = file.string()}, "name the right file");
+  std::istringstream stream(std::move(text));
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;

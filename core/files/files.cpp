@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr off_t kMostBytes = off_t{1} << 31;  ///< of a file that is read whole
-constexpr std::size_t kLongestName = 200;     ///< bytes; leaves room for what is added to 255
+constexpr off_t kMostBytes = off_t{768} << 20, kMostText = off_t{256} << 20;  ///< of a whole file
+constexpr std::size_t kLongestName = 200;  ///< bytes; leaves room for what is added to 255
 
 [[noreturn]] void fail_to_write(const fs::path& file, int code) {
   throw bad_input(fmt::format("cannot write: {}", std::strerror(code)), {.file = file.string()},
@@ -78,9 +78,8 @@ fs::path linked_inside(const fs::path& folder, const std::string& name, const Wh
   return file;
 }
 
-}  // namespace
-
-std::vector<unsigned char> read_bytes(const fs::path& file) {
+template <class Bytes>
+Bytes whole_file(const fs::path& file, off_t most) {
   const auto fail = [&](const std::string& why) {
     throw bad_input("cannot read: " + why, {.file = file.string()},
                     "check that the file exists and may be read");
@@ -91,10 +90,9 @@ std::vector<unsigned char> read_bytes(const fs::path& file) {
   if (fd.get() < 0 || ::fstat(fd.get(), &status) != 0) fail(std::strerror(errno));
   if (S_ISDIR(status.st_mode)) fail(std::strerror(EISDIR));
   if (!S_ISREG(status.st_mode)) fail("it is a device or a pipe, not a file");
-  if (status.st_size > kMostBytes) fail("it is larger than 2 GiB");
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(status.st_size));
-  std::size_t done = 0;
-  while (done < bytes.size()) {
+  if (status.st_size > most) fail(fmt::format("it is larger than {} MiB", most >> 20));
+  Bytes bytes(static_cast<std::size_t>(status.st_size), {});
+  for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t got =
         ::pread(fd.get(), bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
     if (got < 0 && errno == EINTR) continue;
@@ -105,9 +103,14 @@ std::vector<unsigned char> read_bytes(const fs::path& file) {
   return bytes;
 }
 
+}  // namespace
+
+std::vector<unsigned char> read_bytes(const fs::path& file) {
+  return whole_file<std::vector<unsigned char>>(file, kMostBytes);
+}
+
 std::string read_text(const fs::path& file) {
-  const std::vector<unsigned char> bytes = read_bytes(file);
-  return {bytes.begin(), bytes.end()};
+  return whole_file<std::string>(file, kMostText);
 }
 
 void write_durable(const fs::path& file, std::string_view content) {

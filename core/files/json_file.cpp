@@ -17,6 +17,7 @@ constexpr const char* kRemake =
 
 /// Levels of objects and arrays in a file; whatever walks through it then fits the stack.
 constexpr int kDeepest = 100;
+constexpr std::size_t kMostEvents = 16'000'000;  ///< keys, values, begins and ends
 
 bool is_finite(const Json& value) {
   return value.is_number() && std::isfinite(value.get<double>());
@@ -72,9 +73,10 @@ JsonNode::JsonNode(std::shared_ptr<const Json> root, const Json* value, std::str
 JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& name, int version) {
   std::shared_ptr<const Json> root;
   try {
-    const auto shallow = [&file](int depth, Json::parse_event_t, const Json&) {
-      if (depth <= kDeepest) return true;
-      throw bad_input(fmt::format("nested deeper than {} levels", kDeepest),
+    const auto shallow = [&, values = std::size_t{0}](int depth, Json::parse_event_t,
+                                                      const Json&) mutable {
+      if (++values <= kMostEvents && depth <= kDeepest) return true;
+      throw bad_input(fmt::format("nested deeper than {} levels or too long", kDeepest),
                       {.file = file.string()}, kRemake);
     };
     root = std::make_shared<const Json>(Json::parse(read_text(file), shallow));

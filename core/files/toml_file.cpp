@@ -119,7 +119,20 @@ Value read_or(Value otherwise, bool guessed, const Read& read) {
   }
 }
 
+constexpr std::size_t kMostBytesOfToml = 8 << 20;  ///< each byte may cost 50 once it is parsed
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+/// An array of `expected` items; `state` is that of the table.
+template <class Value, class State, class Convert>
+std::vector<Value> list_of(const TomlTable& table, const std::string& key,
+                           const std::string& expected, const State& state,
+                           const Convert& convert) {
+  return read_or<std::vector<Value>>({}, true, [&]() -> std::vector<Value> {
+    auto values = items<Value>(state->need(key), convert);
+    if (!values) wrong(table, key, expected);
+    return std::move(*values);
+  });
+}
 
 }  // namespace
 
@@ -142,8 +155,11 @@ TomlTable::TomlTable(std::shared_ptr<State> state) : state_(std::move(state)) {}
 TomlTable TomlTable::open(const std::filesystem::path& file, const std::string& schema) {
   auto state = std::make_shared<State>();
   state->file = file;
+  const std::string text = read_text(file);
+  if (text.size() > kMostBytesOfToml)
+    throw bad_input("it is larger than 8 MiB", {.file = file.string()}, "name the right file");
   try {
-    state->root = std::make_shared<const toml::table>(toml::parse(read_text(file), file.string()));
+    state->root = std::make_shared<const toml::table>(toml::parse(text, file.string()));
   } catch (const toml::parse_error& error) {
     throw bad_input(fmt::format("not a TOML file: {}", error.description()),
                     {.file = file.string(), .line = static_cast<int>(error.source().begin.line)},
@@ -250,40 +266,28 @@ std::vector<double> TomlTable::numbers(const std::string& key, std::size_t count
     const auto values = items<double>(state_->need(key), finite);
     if (!values || (count != 0 && values->size() != count))
       wrong(*this, key,
-            count == 0 ? "an array of finite numbers"
-                       : fmt::format("an array of {} finite numbers", count));
+            fmt::format("an array of {}finite numbers", count ? fmt::format("{} ", count) : ""));
     return *values;
   });
 }
 
 std::vector<int> TomlTable::integers(const std::string& key) const {
-  return read_or<std::vector<int>>({}, true, [&]() -> std::vector<int> {
-    const auto values = items<int>(state_->need(key), whole);
-    if (!values) wrong(*this, key, "an array of whole numbers");
-    return *values;
-  });
+  return list_of<int>(*this, key, "an array of whole numbers", state_, whole);
 }
 
 std::vector<std::vector<int>> TomlTable::integer_rows(const std::string& key,
                                                       std::size_t width) const {
-  using Rows = std::vector<std::vector<int>>;
-  return read_or<Rows>({}, true, [&]() -> Rows {
-    const auto rows = items<std::vector<int>>(state_->need(key), [&](const toml::node& row) {
-      auto cells = items<int>(row, whole);
-      return cells && cells->size() == width ? cells : std::nullopt;
-    });
-    if (!rows) wrong(*this, key, fmt::format("an array of arrays of {} whole numbers", width));
-    return *rows;
-  });
+  const auto row_of = [&](const toml::node& row) {
+    auto cells = items<int>(row, whole);
+    return cells && cells->size() == width ? cells : std::nullopt;
+  };
+  const std::string expected = fmt::format("an array of arrays of {} whole numbers", width);
+  return list_of<std::vector<int>>(*this, key, expected, state_, row_of);
 }
 
 std::vector<std::string> TomlTable::texts(const std::string& key) const {
-  return read_or<std::vector<std::string>>({}, true, [&]() -> std::vector<std::string> {
-    const auto values = items<std::string>(
-        state_->need(key), [](const toml::node& node) { return node.value_exact<std::string>(); });
-    if (!values) wrong(*this, key, "an array of texts");
-    return *values;
-  });
+  const auto text_of = [](const toml::node& node) { return node.value_exact<std::string>(); };
+  return list_of<std::string>(*this, key, "an array of texts", state_, text_of);
 }
 
 std::filesystem::path TomlTable::file_path(const std::string& key) const {
@@ -301,20 +305,17 @@ TomlTable TomlTable::table(const std::string& key) const {
 }
 
 std::optional<TomlTable> TomlTable::optional_table(const std::string& key) const {
-  if (!has(key)) return std::nullopt;
-  return table(key);
+  return has(key) ? std::optional(table(key)) : std::nullopt;
 }
 
 std::vector<TomlTable> TomlTable::tables(const std::string& key) const {
   std::vector<TomlTable> result;
   if (!has(key)) return result;
-  const toml::array* array = state_->need(key).as_array();
-  if (array == nullptr) wrong(*this, key, fmt::format("a list of [[{}]] tables", key));
-  for (const toml::node& node : *array) {
-    const toml::table* found = node.as_table();
-    if (found == nullptr) wrong(*this, key, fmt::format("a list of [[{}]] tables", key));
-    result.push_back(TomlTable(state_->child(key, found)));
-  }
+  const auto found = items<const toml::table*>(state_->need(key), [](const toml::node& node) {
+    return node.is_table() ? std::optional(node.as_table()) : std::nullopt;
+  });
+  if (!found) wrong(*this, key, fmt::format("a list of [[{}]] tables", key));
+  for (const toml::table* one : *found) result.push_back(TomlTable(state_->child(key, one)));
   return result;
 }
 
