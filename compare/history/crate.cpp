@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cctype>
 #include <chrono>
 #include <map>
@@ -62,8 +63,8 @@ class CrateWriter {
 
   Crate write() {
     choose_files();
-    for (const fs::path& file : files_) copy(file);
-    for (const fs::path& file : files_)
+    for (const auto& [file, stated] : files_) copy(file, stated);
+    for (const auto& [file, stated] : files_)
       if (file.string().ends_with(".run.json") && ids_.contains(file)) add_action(file);
     add_tables();
     add_root();
@@ -108,17 +109,19 @@ class CrateWriter {
       if (!found.contains(sha256)) crate_.missing.push_back("sheet " + sha256.substr(0, 12));
     files_ = files_behind(book_, starts);
     if (files_.empty()) return;
-    base_ = files_.front().parent_path();
-    for (const fs::path& file : files_) {
+    base_ = files_.begin()->first.parent_path();
+    for (const auto& [file, stated] : files_) {
       while (file.lexically_relative(base_).generic_string().starts_with(".."))
         base_ = base_.parent_path();
     }
   }
 
-  void copy(const fs::path& file) {
-    const auto sealed = sealed_.find(file);
+  void copy(const fs::path& file, std::set<std::string> stated) {
+    if (const auto sealed = sealed_.find(file); sealed != sealed_.end())
+      stated.insert(sealed->second);
     const auto sha256 = book_.sha256(file);
-    if (!sha256 || (sealed != sealed_.end() && sealed->second != *sha256)) {
+    if (!sha256 || std::any_of(stated.begin(), stated.end(),
+                               [&](const std::string& other) { return other != *sha256; })) {
       crate_.missing.push_back(file.string());
       return;
     }
@@ -330,9 +333,9 @@ class CrateWriter {
   const Lab& lab_;
   fs::path out_, base_;
   RecordBook book_;
-  std::map<fs::path, std::string> sealed_;  ///< SHA-256
-  std::vector<fs::path> files_;
-  std::map<fs::path, std::string> ids_;  ///< of what was copied
+  std::map<fs::path, std::string> sealed_;           ///< SHA-256
+  std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated of each
+  std::map<fs::path, std::string> ids_;              ///< of what was copied
   std::set<std::string> softwares_, columns_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),

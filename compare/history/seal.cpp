@@ -75,20 +75,22 @@ Seal read_seal(const fs::path& store) {
                     "programs wrote has none");
   }
   const std::string text = read_text(file);
-  const Json json = Json::parse(text, nullptr, false);
   const Where where{.file = file.string()};
   const char* what_to_do =
       "restore the store and its seal from a backup; without one, find what changed, remove the "
       "seal and import again";
-  if (json.is_discarded()) throw bad_input(kDamaged, where, what_to_do);
   Seal seal;
   try {
+    const JsonNode root = JsonNode::open(file, "seal", kSealVersion);
+    const Json& json = root.raw();
     seal.store_sha256 = json.at("store_sha256").get<std::string>();
     seal.entries = json.at("entries").get<long long>();
     seal.head = json.at("head").get<std::string>();
     for (const Json& item : json.at("files"))
       seal.files[item.at("file").get<std::string>()] = item.at("sha256").get<std::string>();
   } catch (const Json::exception&) {
+    throw bad_input(kDamaged, where, what_to_do);
+  } catch (const Error&) {  // no JSON, too deep, newer
     throw bad_input(kDamaged, where, what_to_do);
   }
   if (text_of(seal, store) != text) throw bad_input(kDamaged, where, what_to_do);
@@ -102,7 +104,7 @@ void seal_store(const StoreLock& /*held*/, const fs::path& store,
   seal.files = before.files;
   RecordBook book;
   const fs::path folder = folder_of(store);
-  for (const fs::path& file : files_behind(book, starts)) {
+  for (const auto& [file, stated] : files_behind(book, starts)) {
     if (fs::exists(store) && fs::exists(file) && fs::equivalent(file, store)) continue;
     if (const auto sha256 = book.sha256(file))
       seal.files[fs::proximate(file, folder).generic_string()] = *sha256;

@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kDeepestChain = 1000;  ///< steps from a result back to its photographs
+
 fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
@@ -97,6 +99,10 @@ void follow(RecordBook& book, const fs::path& file, const std::string& sha256, i
     return;
   }
   if (record == nullptr) return;
+  if (depth == kDeepestChain) {
+    chain.back().made_by = "more steps than drapebench has";
+    return;
+  }
   for (const auto& [input, hash] : record->inputs)
     follow(book, input, hash, depth + 1, seen, chain);
 }
@@ -109,11 +115,16 @@ const StepRecord* RecordBook::maker_of(const fs::path& file) {
   fs::path twin = wanted;
   if (wanted.filename() == "sheet.json") twin.replace_extension(".ply");
   for (const fs::path& folder : {beside, (beside / "..").lexically_normal()}) {
-    auto found = folders_.find(folder);
-    if (found == folders_.end()) found = folders_.emplace(folder, read_folder(folder)).first;
-    for (const StepRecord& record : found->second)
-      for (const auto& [output, sha256] : record.outputs)
-        if (output == wanted || output == twin) return &record;
+    const auto [found, absent] = folders_.try_emplace(folder);
+    auto& [records, makers] = found->second;
+    if (absent) records = read_folder(folder);
+    for (std::size_t i = 0; absent && i < records.size(); ++i)
+      for (const auto& [output, sha256] : records[i].outputs) makers.emplace(output, i);
+    std::size_t maker = records.size();
+    for (const fs::path& name : {wanted, twin})
+      if (const auto made = makers.find(name); made != makers.end())
+        maker = std::min(maker, made->second);
+    if (maker < records.size()) return &records[maker];
   }
   return nullptr;
 }
@@ -134,7 +145,9 @@ std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const st
   return chain;
 }
 
-std::vector<fs::path> files_behind(RecordBook& book, const std::vector<fs::path>& files) {
+std::map<fs::path, std::set<std::string>> files_behind(RecordBook& book,
+                                                       const std::vector<fs::path>& files) {
+  std::map<fs::path, std::set<std::string>> behind;
   std::set<fs::path> known;
   std::vector<fs::path> open;
   for (const fs::path& file : files) open.push_back(file.lexically_normal());
@@ -142,13 +155,18 @@ std::vector<fs::path> files_behind(RecordBook& book, const std::vector<fs::path>
     const fs::path file = open.back();
     open.pop_back();
     if (!known.insert(file).second) continue;
+    behind[file];
     const StepRecord* record = book.maker_of(file);
     if (record == nullptr) continue;
     known.insert(record->file.lexically_normal());
+    behind[record->file.lexically_normal()];
     for (const auto* list : {&record->inputs, &record->outputs})
-      for (const auto& [other, sha256] : *list) open.push_back(other);
+      for (const auto& [other, sha256] : *list) {
+        behind[other].insert(sha256);
+        if (book.sha256(other) == sha256) open.push_back(other);
+      }
   }
-  return {known.begin(), known.end()};
+  return behind;
 }
 
 }  // namespace drape::compare

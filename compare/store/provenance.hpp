@@ -32,7 +32,11 @@ class RecordBook {
   [[nodiscard]] std::optional<std::string> sha256(const std::filesystem::path& file);
 
  private:
-  std::map<std::filesystem::path, std::vector<StepRecord>> folders_;
+  struct Folder {
+    std::vector<StepRecord> records;
+    std::map<std::filesystem::path, std::size_t> makers;  ///< of each output
+  };
+  std::map<std::filesystem::path, Folder> folders_;
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;
 };
 
@@ -51,8 +55,10 @@ struct ChainLink {
                                               const std::string& sha256,
                                               std::set<std::filesystem::path>& followed);
 
-/// The files themselves, everything the records name and the records: sorted, each once.
-[[nodiscard]] std::vector<std::filesystem::path> files_behind(
+/// The files themselves, everything the records name and the records: each with the hashes that
+/// records state of it. What a file was made from counts only while the file has such a hash: a
+/// record from elsewhere can name any file of this machine, but not say what it holds.
+[[nodiscard]] std::map<std::filesystem::path, std::set<std::string>> files_behind(
     RecordBook& book, const std::vector<std::filesystem::path>& files);
 
 }  // namespace drape::compare
