@@ -14,6 +14,7 @@
 #include "compare/store/ledger.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::compare {
 namespace {
@@ -24,9 +25,9 @@ constexpr int kLongestHole = 10000;     ///< entries that may be missing in a ro
 constexpr int kLeastEntry_bytes = 128;  ///< two hashes, so a file holds no more entries than that
 
 /// Opening a store may move its write-ahead log into it, so a copy is opened.
-class Copy {
+class StoreCopy {
  public:
-  explicit Copy(const fs::path& store) {
+  explicit StoreCopy(const fs::path& store) {
     std::string name = (fs::temp_directory_path() / "drapebench-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr)
       throw bad_input("a copy of the store cannot be made", {.file = name},
@@ -39,12 +40,12 @@ class Copy {
     if (fs::is_regular_file(log))
       most_entries_ += static_cast<long long>(fs::file_size(log)) / kLeastEntry_bytes;
   }
-  ~Copy() {
+  ~StoreCopy() {
     std::error_code ignored;
     fs::remove_all(folder_, ignored);
   }
-  Copy(const Copy&) = delete;
-  Copy& operator=(const Copy&) = delete;
+  StoreCopy(const StoreCopy&) = delete;
+  StoreCopy& operator=(const StoreCopy&) = delete;
 
   [[nodiscard]] fs::path file() const { return folder_ / "store"; }
   [[nodiscard]] long long most_entries() const { return most_entries_; }
@@ -53,6 +54,28 @@ class Copy {
   fs::path folder_;
   long long most_entries_ = 0;
 };
+
+/// Gives the copy the header and the schema of an empty store. Both are made by the same
+/// statements, so each table has its root on the same page, unless the store was once brought from
+/// an older version; the hashes of the ledger say whether what is read so was written.
+void take_schema(const fs::path& empty, const fs::path& copy) {
+  SQLite::Database database(empty.string(), SQLite::OPEN_READWRITE);
+  database.exec("PRAGMA wal_checkpoint(TRUNCATE)");
+  const auto size = static_cast<std::size_t>(database.execAndGet("PRAGMA page_size").getInt());
+  const std::string good = read_text(empty);
+  std::string bytes = read_text(copy);
+  SQLite::Statement pages(database, "SELECT pageno FROM dbstat WHERE name = 'sqlite_schema'");
+  while (pages.executeStep()) {
+    const std::size_t at = size * (static_cast<std::size_t>(pages.getColumn(0).getInt()) - 1);
+    if (at + size <= bytes.size()) bytes.replace(at, size, good, at, size);
+  }
+  constexpr std::size_t kPageCount = 28, kFreePages = 32;  // big-endian; SQLite's file format, 1.3
+  const std::size_t count = bytes.size() / size;
+  for (std::size_t i = 0; i < 4; ++i)
+    bytes[kPageCount + i] = static_cast<char>(count >> (24 - 8 * i));
+  std::fill_n(bytes.begin() + kFreePages, 8, '\0');
+  write_durable(copy, bytes);
+}
 
 /// An entry of the damaged ledger that can still be read.
 struct Entry {
@@ -176,12 +199,14 @@ Rescue rescue_store(const fs::path& damaged, const fs::path& fresh) {
   if (!fs::is_regular_file(damaged))
     throw bad_input("there is no results store", {.file = damaged.string()},
                     "name the damaged one");
-  const Copy copy(damaged);
+  const StoreCopy copy(damaged), other(damaged);
   const StoreLock lock(fresh, StoreLock::Kind::alone);
   Rescue result;
   try {
     Store(fresh).close();
+    take_schema(fresh, other.file());
     SQLite::Database from(copy.file().string(), SQLite::OPEN_READWRITE);
+    SQLite::Database mended(other.file().string(), SQLite::OPEN_READWRITE);
     SQLite::Database to(fresh.string(), SQLite::OPEN_READWRITE);
     to.exec("PRAGMA foreign_keys = ON");
     SQLite::Transaction transaction(to, SQLite::TransactionBehavior::IMMEDIATE);
@@ -189,11 +214,12 @@ Rescue rescue_store(const fs::path& damaged, const fs::path& fresh) {
     long long last = 0;
     const auto end = [&] { return std::min(last + kLongestHole, copy.most_entries()); };
     for (long long sequence = 1; sequence <= end(); ++sequence) {
-      const auto entry = entry_of(from, sequence);
+      auto entry = entry_of(from, sequence);
+      if (!entry) entry = entry_of(mended, sequence);
       if (!entry) continue;
       for (++last; last < sequence; ++last)
         result.lost.push_back(fmt::format("entry {} of the ledger", last));
-      if (carry(from, to, ledger, *entry)) {
+      if (carry(from, to, ledger, *entry) || carry(mended, to, ledger, *entry)) {
         ++result.kept;
       } else {
         result.lost.push_back(fmt::format("{} `{}`", entry->kind, entry->key));
