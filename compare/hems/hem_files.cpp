@@ -250,11 +250,11 @@ Json variance_json(const std::string& fabric, const std::vector<const HemRecord*
   return json;
 }
 
-std::string quoted(const std::string& cell) {
-  if (cell.find_first_of(",\"\n\r#") == std::string::npos) return cell;
-  std::string text = "\"";
-  for (const char c : cell) text += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return text + '"';
+/// A cell that no reader takes for a note.
+std::string quoted(const std::string& text) {
+  const std::string cell = csv_cell(text);
+  const bool plain = cell.find('#') == std::string::npos || cell.front() == '"';
+  return plain ? cell : '"' + cell + '"';
 }
 
 }  // namespace

@@ -82,6 +82,17 @@ TEST_F(Program, ExitCodes) {
   EXPECT_THAT(output_, HasSubstr("/proc/none/"));
 }
 
+TEST_F(Program, AReportNeverReplacesWhatItIsMadeOf) {
+  const fs::path sheet = folder_.path() / "A/sheet.json";
+  const std::string before = read_text(sheet);
+  EXPECT_EQ(run("drape-compare", files_[0].string() + " " + files_[1].string() + " --report " +
+                                     sheet.string() + " --store " + path("other.sqlite")),
+            2);
+  EXPECT_THAT(output_, HasSubstr("the report would replace"));
+  EXPECT_EQ(read_text(sheet), before);
+  EXPECT_FALSE(fs::exists(path("other.sqlite")));
+}
+
 TEST_F(Program, ResultsAnswers) {
   ASSERT_EQ(compare(), 0);
   const std::string store = " --store " + path("results.sqlite");

@@ -6,6 +6,7 @@
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/tables.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -78,6 +79,13 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
 }
 
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
+  for (const auto& [file, sha256] : session.read) {
+    std::error_code absent;
+    if (std::filesystem::equivalent(file, outcome.report, absent))
+      throw usage_error(
+          fmt::format("the report would replace {}, which it is made of", file.string()),
+          "give another --report");
+  }
   for (const DrapeFiles& drape : session.drapes) {
     outcome.reports.push_back(compare_drape(drape.input, options));
     Report& report = outcome.reports.back();

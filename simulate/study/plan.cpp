@@ -9,6 +9,7 @@
 #include <mutex>
 
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/parallel.hpp"
@@ -18,6 +19,8 @@ namespace drape::simulate {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr double kMostCases = 1e6;  ///< of a plan: all of them are held in memory
 
 /// SHA-256 of files, each read once.
 class Hashes {
@@ -120,11 +123,21 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
   if (root.has("thickness_mm"))
     options.simulate.cloth_thickness_m = root.not_negative("thickness_mm") * units::mm;
   root.finish();
-  options.check();
+  try {
+    options.check();
+  } catch (const Error& wrong) {
+    throw bad_input(wrong.what_failed(), {.file = file.string()}, wrong.what_to_do());
+  }
   if (seeds.empty()) root.reject("seeds", "the list is empty", "write e.g. seeds = [0]");
   for (const int seed : seeds) {
     if (seed < 0) root.reject("seeds", "a seed is negative", "use 0 (the scene's start) or more");
   }
+  const double count = static_cast<double>(scenes.size() * fabrics.size() * seeds.size()) *
+                       static_cast<double>(options.models.size() * options.grids.size()) *
+                       static_cast<double>(options.segments.size());
+  if (count > kMostCases)
+    root.reject("scenes", fmt::format("the plan has {:g} cases", count),
+                fmt::format("make plans of at most {:g}", kMostCases));
   Hashes hashes;
   for (const fs::path& scene_file : scenes) {
     const Scene scene = read_scene(scene_file);
@@ -196,9 +209,9 @@ std::string plan_csv(const std::vector<PlannedOutcome>& outcomes) {
     const StudyOutcome& o = planned.outcome;
     const StudyCase& c = o.the_case;
     const bool done = planned.state == CaseState::done;
-    text += fmt::format("{},{},{},{},{},{},{},{},{},", c.key, c.scene,
-                        c.fabric_file.stem().string(), c.model, c.grid, c.segments, c.seed,
-                        kStates[static_cast<int>(planned.state)], o.solver);
+    text += fmt::format("{},{},{},{},{},{},{},{},{},", c.key, csv_cell(c.scene),
+                        csv_cell(c.fabric_file.stem().string()), c.model, c.grid, c.segments,
+                        c.seed, kStates[static_cast<int>(planned.state)], o.solver);
     text += done ? fmt::format("{},{},{},\"{}\"\n", o.at_rest ? 1 : 0, o.residual,
                                o.energy_j / 1e-6, o.sentence)
                  : ",,,\n";

@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "core/error.hpp"
+#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
@@ -207,9 +208,9 @@ std::string study_csv(const std::vector<StudyOutcome>& outcomes) {
       "scene,model,grid,segments,solver,at_rest,largest_residual_per_particle_weight,energy_uJ,"
       "status\n";
   for (const StudyOutcome& o : outcomes) {
-    text += fmt::format("{},{},{},{},{},{},{},{},\"{}\"\n", o.the_case.scene, o.the_case.model,
-                        o.the_case.grid, o.the_case.segments, o.solver, o.at_rest ? 1 : 0,
-                        o.residual, o.energy_j * 1e6, o.sentence);
+    text += fmt::format("{},{},{},{},{},{},{},{},\"{}\"\n", csv_cell(o.the_case.scene),
+                        o.the_case.model, o.the_case.grid, o.the_case.segments, o.solver,
+                        o.at_rest ? 1 : 0, o.residual, o.energy_j * 1e6, o.sentence);
   }
   return text;
 }
