@@ -34,6 +34,8 @@ std::map<std::string, std::string> content_of(const fs::path& folder) {
   return content;
 }
 
+constexpr std::uintmax_t kMostOwn = 100 << 20;  ///< bytes; what is larger was made by the test
+
 bool is_page(const fs::path& file) {
   return file.extension() == ".html" || file.extension() == ".svg";
 }
@@ -108,6 +110,7 @@ std::string HostileBench::harm(const Outcome& outcome) const {
   if (outcome.text.find('\x1b') != std::string::npos) return "an escape sequence was printed";
   for (const auto& entry : fs::recursive_directory_iterator(lab())) {
     if (!entry.is_regular_file() || entry.is_symlink()) continue;
+    if (entry.file_size() > kMostOwn) continue;
     const std::string text = read_text(entry.path());
     for (const std::string& leak : leaks)
       if (text.find(leak) != std::string::npos) return "the secret is in " + entry.path().string();

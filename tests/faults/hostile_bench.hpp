@@ -62,6 +62,7 @@ struct HostileFile {
 [[nodiscard]] std::vector<HostileFile> hostile_names();
 [[nodiscard]] std::vector<HostileFile> hostile_images();
 [[nodiscard]] std::vector<HostileFile> hostile_numbers();
+[[nodiscard]] std::vector<HostileFile> hostile_sizes();
 [[nodiscard]] std::vector<HostileFile> hostile_stores();
 
 }  // namespace drape::test

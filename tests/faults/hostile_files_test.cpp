@@ -25,7 +25,8 @@ constexpr long kMost_kB = 1'000'000;
 
 std::vector<HostileFile> all_files() {
   std::vector<HostileFile> files;
-  for (const auto& some : {hostile_names(), hostile_images(), hostile_numbers(), hostile_stores()})
+  for (const auto& some :
+       {hostile_names(), hostile_images(), hostile_numbers(), hostile_sizes(), hostile_stores()})
     files.insert(files.end(), some.begin(), some.end());
   return files;
 }

@@ -155,6 +155,16 @@ std::vector<HostileFile> hostile_names() {
          set_text(b, "out/results.sqlite.seal.json", "/files/0/file", "../../outside/secret.txt");
        },
        "results verify --store out/results.sqlite"},
+      {"crate_of_a_record_that_names_the_secret",
+       [](const HostileBench& b) {
+         set_text(b, "out/C/simulations/11-1/sheet.run.json", "/inputs/0/file",
+                  "../../../../../outside/secret.txt");
+         static_cast<void>(b.run("results import out --store s/results.sqlite"));
+         b.write("lab.toml",
+                 "schema = \"drapebench/lab/1\"\ntitle = \"x\"\ndescription = \"x\"\nlicense = "
+                 "\"https://x\"\nlicense_name = \"x\"\n[[author]]\nname = \"x\"\n");
+       },
+       "results export ro-crate --store s/results.sqlite --about lab.toml --out crate"},
       {"output_is_a_link",
        [](const HostileBench& b) {
          fs::remove(b.lab() / "out/report.html");

@@ -7,7 +7,7 @@ namespace drape::test {
 
 std::vector<Kind> all_kinds() {
   std::vector<Kind> all = core_kinds();
-  for (const auto& more : {stage_kinds(), image_kinds()})
+  for (const auto& more : {stage_kinds(), image_kinds(), result_kinds()})
     all.insert(all.end(), more.begin(), more.end());
   return all;
 }

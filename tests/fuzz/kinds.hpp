@@ -22,6 +22,8 @@ struct Kind {
 [[nodiscard]] std::vector<Kind> stage_kinds();
 /// Files from cameras and screens, decoded by OpenCV.
 [[nodiscard]] std::vector<Kind> image_kinds();
+/// What comparisons, studies and people's tables leave, and the store.
+[[nodiscard]] std::vector<Kind> result_kinds();
 [[nodiscard]] std::vector<Kind> all_kinds();
 
 /// 2 x 2 marks, two of them measured.

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "compare/hems/hem_files.hpp"
+#include "compare/hems/silhouette.hpp"
+#include "compare/history/crate.hpp"
+#include "compare/history/results.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/store.hpp"
+#include "compare/tables/error_split.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/rig.hpp"
+#include "detect/prints/object_tags.hpp"
+#include "simulate/checker/certify.hpp"
+#include "simulate/study/plan.hpp"
+#include "tests/fuzz/kinds.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCertificate = R"({"schema": "drapebench/certificate/1", "at_rest": true,
+ "status": "at rest", "largest_residual_per_particle_weight": 1.5e-10, "residual_tolerance": 1e-06,
+ "strain": {"warp_percent": [-0.002, 0.005], "weft_percent": [-0.005, 0.010]},
+ "distance": {"least_particle_to_object_mm": null, "deepest_between_particles_mm": 0.58},
+ "curves": [{"curve": "bending warp", "segments_used": 1}],
+ "options": {"rows": 11, "cols": 11, "segments": 1, "model": "consistent", "mass": "area",
+ "penetration_tolerance_mm": 2.2, "cloth_thickness_mm": 0.0}})";
+constexpr const char* kHistory =
+    "time_s,kinetic_energy_uJ,gravity_energy_uJ,stretch_energy_uJ,shear_energy_uJ,"
+    "bending_energy_uJ,twist_energy_uJ,contact_energy_uJ,largest_residual_per_particle_weight,"
+    "particles_touching\n0.1,0,7143,0.12,2.5,222,36,1.5,0.05,13\n0.2,0,7142,0.12,2.5,222,36,1.5,0."
+    "01,"
+    "13\n";
+constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "marks": 119,
+ "mean_distance_mm": 1.5, "marks_at": [[0, 0], [0, 1]],
+ "sensitivities": [{"value": "bending_warp", "mean_distance_mm_per_percent": 0.01,
+ "mean_way_of_marks_mm_per_percent": 0.05, "step": 50, "half_width": 50,
+ "down_mm": [[0, 0, -1.5], [0, 0, -2]], "up_mm": [[0, 0, 1], [0.5, 0, 1]]}],
+ "variants": [{"what": "mass rule paper", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
+ "change_mm": 0.25, "mean_way_of_marks_mm": 0.5, "hem_folds": 4}]})";
+constexpr const char* kLab =
+    "schema = \"drapebench/lab/1\"\ntitle = \"A cloth\"\ndescription = \"one drape\"\nlicense = "
+    "\"https://example.org\"\nlicense_name = \"free\"\n[[author]]\nname = \"Ada\"\norcid = "
+    "\"https://orcid.org/0000\"\n";
+
+/// A row of radii in mm every 10 degrees.
+fs::path make_radii(const fs::path& folder) {
+  std::string names = "fabric,sample,face,repeat,series", values = "1,1,1,1,repeat";
+  for (int degrees = 0; degrees < 360; degrees += 10) {
+    names += fmt::format(",r{:03}", degrees);
+    values += fmt::format(",{}", 110 + degrees % 60);
+  }
+  write_durable(folder / "hems.csv", names + "\n" + values + "\n");
+  return folder / "hems.csv";
+}
+
+/// What is refused is not thrown by this reader but listed.
+void read_radii(const fs::path& file) {
+  const compare::HemSet set = compare::read_hems({file}, {});
+  if (!set.refused.empty()) throw bad_input(set.refused.front(), {.file = file.string()}, "");
+}
+
+/// A dark disc of 16 px.
+fs::path make_silhouette(const fs::path& folder) {
+  cv::Mat picture(32, 32, CV_8U, cv::Scalar(230));
+  for (int y = 0; y < 32; ++y)
+    for (int x = 0; x < 32; ++x)
+      if ((x - 16) * (x - 16) + (y - 16) * (y - 16) < 64) picture.at<unsigned char>(y, x) = 20;
+  std::vector<unsigned char> bytes;
+  cv::imencode(".png", picture, bytes);
+  write_durable(folder / "hem.png", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return folder / "hem.png";
+}
+
+fs::path make_plan(const fs::path& folder) {
+  for (const char* name : {"scenes", "fabrics"})
+    fs::copy(source_root() / "rigs/bench1" / name, folder / name, fs::copy_options::recursive);
+  fs::copy(source_root() / "rigs/bench1/print.toml", folder);
+  write_durable(folder / "program", "x");
+  write_durable(folder / "plan.toml",
+                "schema = \"drapebench/plan/1\"\nscenes = [\"scenes/A.toml\"]\nfabrics = "
+                "[\"fabrics/A.toml\"]\ngrids = [5, 7]\nsegments = [1]\nmodels = [\"consistent\"]\n"
+                "solvers = [\"static\"]\nseeds = [0, 1]\nmax_steps = 50\nthickness_mm = 0.5\n");
+  return folder / "plan.toml";
+}
+
+fs::path make_certificate(const fs::path& folder) {
+  write_durable(folder / "history.csv", kHistory);
+  write_durable(folder / "certificate.json", kCertificate);
+  return folder / "certificate.json";
+}
+
+fs::path make_history(const fs::path& folder) {
+  static_cast<void>(make_certificate(folder));
+  return folder / "history.csv";
+}
+
+void read_claim_of(const fs::path& file) {
+  static_cast<void>(compare::read_certificate(file.parent_path() / "certificate.json"));
+  static_cast<void>(compare::read_history(file.parent_path() / "history.csv"));
+  static_cast<void>(simulate::read_claim(file.parent_path()));
+}
+
+/// A store without a comparison, sealed; its rows are metrics.
+fs::path make_store(const fs::path& folder) {
+  const fs::path store = folder / "results.sqlite";
+  const compare::StoreLock lock(store, compare::StoreLock::Kind::alone);
+  compare::Store(store).close();
+  compare::seal_store(lock, store, {});
+  return store;
+}
+
+void read_store(const fs::path& file) {
+  for (const char* more : {"-wal", "-shm"}) fs::remove(file.string() + more);
+  const compare::StoreReader reader(file);
+  static_cast<void>(compare::list_results(reader, {}));
+  static_cast<void>(compare::check_ledger(reader));
+  static_cast<void>(compare::dump_sql(reader));
+}
+
+std::function<fs::path(const fs::path&)> result_file(const std::string& name,
+                                                     const std::string& text) {
+  return [=](const fs::path& folder) {
+    write_durable(folder / name, text);
+    return folder / name;
+  };
+}
+
+}  // namespace
+
+std::vector<Kind> result_kinds() {
+  return {
+      {"radii", make_radii, read_radii},
+      {"silhouette", make_silhouette,
+       [](const fs::path& f) { static_cast<void>(compare::read_silhouette(f)); }},
+      {"sensitivity", result_file("sensitivity.json", kSensitivity),
+       [](const fs::path& f) { static_cast<void>(compare::read_error_split(f)); }},
+      {"plan", make_plan,
+       [](const fs::path& f) {
+         static_cast<void>(simulate::read_plan(f, "out", f.parent_path() / "program"));
+       }},
+      {"certificate", make_certificate, read_claim_of},
+      {"history", make_history, read_claim_of},
+      {"lab", result_file("lab.toml", kLab),
+       [](const fs::path& f) { static_cast<void>(compare::read_lab(f)); }},
+      {"plate", result_file("target.toml", detect::object_plate_toml(detect::object_plate(0.1, 0))),
+       [](const fs::path& f) { static_cast<void>(read_target(f)); }},
+      {"store", make_store, read_store},
+      {"seal", [](const fs::path& folder) { return compare::seal_path(make_store(folder)); },
+       [](const fs::path& f) {
+         static_cast<void>(compare::read_seal(f.parent_path() / "results.sqlite"));
+       }},
+  };
+}
+
+}  // namespace drape::test
