@@ -89,8 +89,7 @@ std::vector<HostileFile> hostile_sizes() {
                 20'000'000, "", kRun),
       long_file("plan_of_2_million_cases", "plan.toml", kPlan, "1,", 2'000'000, "]\n",
                 "study plan.toml --part 1/2 --out st"),
-      {"records_of_3000_steps", [](const HostileBench& b) { write_chain(b, 3000); },
-       kCompareSizes},
+      {"records_of_3000_steps", [](const HostileBench& b) { write_chain(b, 3000); }, kCompareSizes},
       {"formula_as_name_of_a_hem",
        [](const HostileBench& b) {
          fs::create_directory(b.lab() / "hems");
