@@ -258,8 +258,7 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   contradictions.insert(contradictions.end(), of_marks.begin(), of_marks.end());
   report.no_go = reasons_against(calibration, result.sheet, options, contradictions, costs);
   note_moved_camera(report);
-  if (report.no_go.empty())
-    report.unseen = unseen_errors_of(detections, calibration, set, options, result.sheet);
+  if (report.no_go.empty()) report.unseen = unseen_errors_of(detections, options, result.sheet);
   if (!report.no_go.empty()) result.sheet.no_go = report.no_go.front();
   return result;
 }

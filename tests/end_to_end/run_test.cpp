@@ -40,13 +40,14 @@ std::string said(const fs::path& ending) {
   return text;
 }
 
-/// SHA-256 of every output but the run records, which alone hold clock times, and the store's seal,
-/// which holds their hashes; of what was said, the text itself.
+/// SHA-256 of every output but the locks, which a kill leaves behind empty, the run records, which
+/// alone hold clock times, and the store's seal, which holds their hashes; of what was said, the
+/// text itself.
 std::map<std::string, std::string> contents(const fs::path& out) {
   std::map<std::string, std::string> result;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
     const std::string name = fs::relative(entry.path(), out).string();
-    if (!entry.is_regular_file() || name == ".lock" || name.ends_with(".run.json") ||
+    if (!entry.is_regular_file() || name.ends_with(".lock") || name.ends_with(".run.json") ||
         name.ends_with(".seal.json"))
       continue;
     result[name] =

@@ -6,10 +6,8 @@
 namespace drape::triangulate {
 namespace {
 
-SeenCloth seen_cloth(const Detections& detections, const Calibration& calibration,
-                     const std::string& set, const Sheet& sheet, double strain) {
-  return {sheet, spans_of(sheet, strain),
-          sight_lines_of(detections, calibration, set, sheet, strain)};
+SeenCloth seen_cloth(const Sheet& sheet, double strain) {
+  return {sheet, spans_of(sheet, strain)};
 }
 
 }  // namespace
@@ -37,19 +35,16 @@ std::vector<std::string> contradictions_of(const Detections& detections,
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
   // Lengths of cloth say nothing of objects while they contradict the print themselves.
-  if (found.empty())
-    add(contradictions_of_objects(seen_cloth(detections, calibration, set, sheet, strain),
-                                  *options.scene));
+  if (found.empty()) add(contradictions_of_objects(seen_cloth(sheet, strain), *options.scene));
   add(contradictions_of_pins(sheet, *options.scene));
   return found;
 }
 
 std::vector<std::string> unseen_errors_of(const Detections& detections,
-                                          const Calibration& calibration, const std::string& set,
                                           const TriangulateOptions& options, const Sheet& sheet) {
   if (!options.scene || options.scene->obstacles.empty()) return {};
   const double strain = most_strain_of(*options.scene, detections.lattice.patch_m);
-  return detection_limits(seen_cloth(detections, calibration, set, sheet, strain), *options.scene);
+  return detection_limits(seen_cloth(sheet, strain), *options.scene);
 }
 
 }  // namespace drape::triangulate

@@ -68,8 +68,6 @@ struct Misses {
 
 /// Which errors of the scene's objects this sheet would not contradict (detection_limits()).
 [[nodiscard]] std::vector<std::string> unseen_errors_of(const Detections& detections,
-                                                        const Calibration& calibration,
-                                                        const std::string& set,
                                                         const TriangulateOptions& options,
                                                         const Sheet& sheet);
 

@@ -49,7 +49,7 @@ std::vector<std::string> pitch_of(const Sheet& sheet) {
 }
 
 std::vector<std::string> objects_of(const Sheet& sheet, const Scene& scene) {
-  return contradictions_of_objects({sheet, spans_of(sheet, 1e-3), {}}, scene);
+  return contradictions_of_objects({sheet, spans_of(sheet, 1e-3)}, scene);
 }
 
 TEST(Guards, BentClothOfTheRightPitchGivesNoAlarm) {
@@ -115,7 +115,7 @@ TEST(Guards, ABoxBesideItsPlaceLeavesTheClothTooShort) {
 TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   const Sheet sheet = hanging_sheet(60);
   const Scene scene = box_scene({0, 0, 0});
-  const auto limits = detection_limits({sheet, spans_of(sheet, 1e-3), {}}, scene);
+  const auto limits = detection_limits({sheet, spans_of(sheet, 1e-3)}, scene);
   ASSERT_EQ(limits.size(), 1U);
   EXPECT_THAT(limits[0], HasSubstr("no error of its place towards -x up to 50 mm would be seen"));
   // Held on both sides, across a narrower box: the stated limit is where the guard begins to name.
@@ -130,7 +130,7 @@ TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   Scene narrow = box_scene({0, 0, 0});
   std::get<Box>(narrow.obstacles[0]).size_m.x() = 90 * mm;
   EXPECT_THAT(objects_of(held, narrow), IsEmpty());
-  const std::string text = detection_limits({held, spans_of(held, 1e-3), {}}, narrow)[0];
+  const std::string text = detection_limits({held, spans_of(held, 1e-3)}, narrow)[0];
   EXPECT_THAT(text, HasSubstr("towards +y up to")) << "nothing holds it along y";
   EXPECT_THAT(text, HasSubstr("drape object"));
 }

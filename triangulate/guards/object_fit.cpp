@@ -100,7 +100,7 @@ Change least(const std::function<double(const Change&)>& value, const std::vecto
   return best;
 }
 
-Against against(const SeenCloth& seen, const Obstacle& object, double enough) {
+Against against(const SeenCloth& seen, const Obstacle& object) {
   Against found;
   for (const SheetMark& mark : seen.sheet.marks) {
     const double depth_m = -distance_to(object, mark.point_in_world).value_or(0);
@@ -119,23 +119,6 @@ Against against(const SeenCloth& seen, const Obstacle& object, double enough) {
     found.shortfall_m = short_m;
     found.shortest = &span;
   }
-  if (found.chi2 > enough) return found;
-  double worst = 0, of_mark = 0, all = 0;
-  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
-    const SightLine& line = seen.lines[i];
-    if (i > 0 && line.mark != seen.lines[i - 1].mark) of_mark = 0;
-    const double hidden_m = shortfall_m(object, line);
-    const double part = std::pow(hidden_m / std::hypot(sigma_m(*line.neighbour), kCrease_m), 2);
-    all += part;
-    of_mark += part;
-    worst = std::max(worst, of_mark);
-    if (hidden_m > found.hidden_m) {
-      found.hidden_m = hidden_m;
-      found.hidden = &line;
-    }
-    if (found.chi2 + all - worst > enough) break;
-  }
-  found.chi2 += all - worst;
   return found;
 }
 
@@ -147,13 +130,13 @@ double chi2_limit(const Obstacle& object) {
 bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
                      const ObjectUncertainty& stated) {
   const double limit = chi2_limit(object);
-  if (against(seen, object, limit).chi2 < limit) return false;
+  if (against(seen, object).chi2 < limit) return false;
   const Change sd = uncertainty_of(object, stated);
   double lowest = std::numeric_limits<double>::infinity();
   const auto value = [&](const Change& change) {
     const double moved = change.cwiseQuotient(sd).squaredNorm();
     if (moved >= lowest) return moved;
-    const double found = moved + against(seen, changed(object, change), lowest - moved).chi2;
+    const double found = moved + against(seen, changed(object, change)).chi2;
     lowest = std::min(lowest, found);
     return found;
   };

@@ -8,7 +8,6 @@
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
-#include "triangulate/guards/sight.hpp"
 #include "triangulate/guards/taut.hpp"
 
 namespace drape::triangulate {
@@ -26,24 +25,18 @@ constexpr double kObjectSigmas = 3;
 struct SeenCloth {
   const Sheet& sheet;
   std::vector<ClothSpan> spans;
-  std::vector<SightLine> lines;
 };
 
-/// What speaks against an object where it is: marks inside it, cloth too short to pass outside, and
-/// marks that one camera sees although the object would hide them.
+/// What speaks against an object where it is: marks inside it, and cloth too short to pass outside.
 struct Against {
   int inside = 0;
   const SheetMark* deepest = nullptr;
   double depth_m = 0;
   const ClothSpan* shortest = nullptr;
   double shortfall_m = 0;
-  const SightLine* hidden = nullptr;
-  double hidden_m = 0;
   double chi2 = 0;  ///< of all, over the marks' standard deviations
 };
-/// Ends early when the chi square is above `enough`. The mark seen by one camera that speaks most
-/// against the object is left out: no second view confirms its label.
-[[nodiscard]] Against against(const SeenCloth& seen, const Obstacle& object, double enough);
+[[nodiscard]] Against against(const SeenCloth& seen, const Obstacle& object);
 
 /// The change with the least value by pattern search (Hooke and Jeeves 1961): few parameters, a
 /// rough surface, no derivative. Only the `free` ones change; ends early below `enough`.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
@@ -147,9 +146,6 @@ std::string text_of(const Against& found) {
                     from->mark.row, from->mark.col, to->mark.row, to->mark.col, cloth_m / mm,
                     found.shortfall_m / mm));
   }
-  if (found.hidden != nullptr)
-    add(fmt::format("it stands {:.2f} mm deep where one camera sees mark ({}, {})",
-                    found.hidden_m / mm, found.hidden->mark.row, found.hidden->mark.col));
   return text;
 }
 
@@ -192,9 +188,8 @@ std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const 
     found.push_back(fmt::format(
         "{}, object {}: {}; no object within its uncertainties (place {:.2f} mm, size {:.2f} mm, "
         "chi square below {:.1f}) would do; {}",
-        file, i + 1, text_of(against(seen, object, std::numeric_limits<double>::infinity())),
-        stated.place_m() / mm, stated.size_m() / mm, chi2_limit(object),
-        suggestion(sheet, spans, object, scene)));
+        file, i + 1, text_of(against(seen, object)), stated.place_m() / mm, stated.size_m() / mm,
+        chi2_limit(object), suggestion(sheet, spans, object, scene)));
   }
   if (!scene.obstacles.empty() && scene.pins.empty() && !sheet.marks.empty() &&
       nearest_m > allowed_m) {
