@@ -191,7 +191,7 @@ std::optional<checker::Balance> stated_balance(const CertificateClaim& claim,
   if (claim.contact_forces.empty()) return std::nullopt;
   std::vector<Point> sum = mechanics.force;
   for (const ContactForce& stated : claim.contact_forces) {
-    if (!add_stated(objects, points, objects.scene->friction, kTouch, stated, sum))
+    if (!add_stated(objects, points, claim.cols, objects.scene->friction, kTouch, stated, sum))
       return std::nullopt;
   }
   return checker::balance(sum, pins, objects.scene->friction, most_n, kRounds);

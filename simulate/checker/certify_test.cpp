@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/units.hpp"
+#include "simulate/checker/scene.hpp"
 #include "simulate/checker/sheet.hpp"
 #include "tests/support/paths.hpp"
 
@@ -169,6 +170,51 @@ TEST(Certify, AMovingSheetThatClaimsRestIsRefused) {
   early.claim.at_rest = true;
   early.claim.residual = 1e-4;
   EXPECT_FALSE(early.judge().accepted());
+}
+
+/// Four particles of a 3x3 sheet 1 um above the table, and what the checker makes of a force there.
+struct StatedOnTable {
+  Scene scene;
+  std::vector<checker::Point> points;
+
+  StatedOnTable() {
+    scene.table_z_m = 0;
+    for (int i = 0; i < 9; ++i) points.push_back({0.01L * (i % 3), 0.01L * (i / 3), 1e-6L});
+  }
+  [[nodiscard]] std::optional<checker::Point> first_gets(const ContactForce& stated,
+                                                         double friction) const {
+    std::vector<checker::Point> sum(points.size());
+    if (!add_stated(checker::Objects(scene), points, 3, friction, 5e-6L, stated, sum))
+      return std::nullopt;
+    return sum[0];
+  }
+};
+
+TEST(StatedForces, AreCutToWhatContactCanDo) {
+  const StatedOnTable table;
+  ContactForce push{0, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 2}};
+  EXPECT_EQ(static_cast<double>((*table.first_gets(push, 0))[2]), 2);
+  push.force_in_world = {1, 0, 2};
+  EXPECT_LT(static_cast<double>((*table.first_gets(push, 0))[0]), 1e-6) << "slippery";
+  EXPECT_NEAR(static_cast<double>((*table.first_gets(push, 0.25))[0]), 0.5, 1e-6) << "in the cone";
+  push.force_in_world = {0, 0, -2};
+  EXPECT_EQ(static_cast<double>((*table.first_gets(push, 0.25))[2]), 0) << "objects do not pull";
+}
+
+TEST(StatedForces, ActOnPlacesOfTheSheetThatTouch) {
+  StatedOnTable table;
+  const ContactForce in_cell{0, {0, 1, 3, 4}, {0.25, 0.25, 0.25, 0.25}, {0, 0, 4}};
+  EXPECT_NEAR(static_cast<double>((*table.first_gets(in_cell, 0))[2]), 1, 1e-12);
+  const ContactForce refused[] = {
+      {0, {0, 2, 2, 2}, {0.5, 0.5, 0, 0}, {0, 0, 4}},   // between particles two columns apart
+      {0, {0, 6, 6, 6}, {0.5, 0.5, 0, 0}, {0, 0, 4}},   // two rows apart
+      {0, {0, 1, 1, 1}, {1.5, -0.5, 0, 0}, {0, 0, 4}},  // beyond its particles
+      {0, {0, 1, 1, 1}, {0.5, 0.4, 0, 0}, {0, 0, 4}},   // weights that are no place
+      {0, {0, 9, 9, 9}, {1, 0, 0, 0}, {0, 0, 4}},       // a particle that is not there
+      {1, {0, 0, 0, 0}, {1, 0, 0, 0}, {0, 0, 4}}};      // an object that is not there
+  for (const ContactForce& stated : refused) EXPECT_FALSE(table.first_gets(stated, 0));
+  for (checker::Point& p : table.points) p[2] = 6e-6L;
+  EXPECT_FALSE(table.first_gets(in_cell, 0)) << "too far to touch";
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ struct Distances {
 
 /// Adds a stated contact force (N) to `sum`, as far as contact can do it: no pull, within the cone
 /// of friction about the normal, which the rounding of an object's place may turn. False where the
-/// place is no mixture of particles, or farther than `touch_m` outside the object.
-bool add_stated(const Objects& objects, const std::vector<Point>& points, Real friction,
+/// place is not within one cell of the sheet, or farther than `touch_m` outside the object.
+bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
                 Real touch_m, const ContactForce& stated, std::vector<Point>& sum);
 
 }  // namespace drape::simulate::checker

@@ -27,17 +27,23 @@ Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const
   return most / kWay;
 }
 
-bool is_of(const ContactForce& stated, std::size_t objects, std::size_t particles) {
-  return static_cast<std::size_t>(stated.shape) <= objects &&
-         std::all_of(stated.particle.begin(), stated.particle.end(),
-                     [&](int i) { return static_cast<std::size_t>(i) < particles; });
+/// Whether the object is one of the scene and the place one of the sheet: within a single cell.
+bool is_of(const ContactForce& stated, std::size_t objects, std::size_t particles, int cols) {
+  if (static_cast<std::size_t>(stated.shape) > objects) return false;
+  for (const int i : stated.particle) {
+    if (static_cast<std::size_t>(i) >= particles) return false;
+    for (const int j : stated.particle) {
+      if (std::abs(i / cols - j / cols) > 1 || std::abs(i % cols - j % cols) > 1) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
 
-bool add_stated(const Objects& objects, const std::vector<Point>& points, Real friction,
+bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
                 Real touch_m, const ContactForce& stated, std::vector<Point>& sum) {
-  if (!is_of(stated, objects.scene->obstacles.size(), points.size())) return false;
+  if (!is_of(stated, objects.scene->obstacles.size(), points.size(), cols)) return false;
   const auto k = static_cast<std::size_t>(stated.shape);
   Point p{}, force{};
   Real weights = 0;
