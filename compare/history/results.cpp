@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "compare/store/runs.hpp"
 #include "core/error.hpp"
 #include "core/program/similar.hpp"
 
@@ -36,17 +37,26 @@ Condition condition_of(const ResultFilter& filter) {
   // A day is a prefix of its moments: up to the end of the last one.
   condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.since, ">=");
   condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.until, "<=");
+  if (!filter.since.empty() || !filter.until.empty()) {
+    // Here and below: says nothing new, but these few are found first.
+    condition.sql +=
+        " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run IN (SELECT number FROM "
+        "run WHERE date >= ? AND substr(date, 1, 10) <= ?) UNION ALL SELECT id FROM comparison "
+        "AS c WHERE NOT EXISTS (SELECT 1 FROM run_comparison WHERE comparison_id = c.id))";
+    condition.parameters.push_back(filter.since);
+    condition.parameters.push_back(filter.until.empty() ? "9" : filter.until);
+  }
   if (filter.run)
-    condition.add(
-        "CAST((SELECT count(*) FROM run_comparison AS k WHERE k.comparison_id = v.id AND "
-        "k.run = " +
-            std::to_string(*filter.run) + ") AS TEXT)",
-        "1");
+    condition.sql += fmt::format(
+        " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run = {})", *filter.run);
   if (!filter.calibration.empty()) {
     condition.sql +=
         " AND (substr(v.calibration_sha256, 1, length(?)) = ? OR instr(s.calibration, "
-        "?) > 0)";
-    condition.parameters.insert(condition.parameters.end(), 3, filter.calibration);
+        "?) > 0) AND v.id IN (SELECT id FROM comparison WHERE measured_sha256 IN (SELECT sha256 "
+        "FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?) UNION SELECT "
+        "comparison_id FROM run_comparison WHERE run IN (SELECT number FROM run WHERE "
+        "instr(calibration_name, ?) > 0))";
+    condition.parameters.insert(condition.parameters.end(), 6, filter.calibration);
   }
   if (!filter.outdated && !filter.run)
     condition.sql += " AND coalesce(s.state, 'current') = 'current'";
@@ -54,10 +64,11 @@ Condition condition_of(const ResultFilter& filter) {
 }
 
 /// Each comparison with its last run.
-constexpr const char* kCurrent =
-    "v_real_vs_virtual AS v LEFT JOIN v_state AS s ON s.comparison_id = v.id";
+std::string current() {
+  return fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id", state_query());
+}
 
-/// As in the view, whose order a join does not keep.
+/// As in the view v_real_vs_virtual.
 constexpr const char* kOrder =
     " ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, grid_rows DESC, model, "
     "solver, branch, comparison";
@@ -119,7 +130,7 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
       "simulator, status, branch, recorded_on, measured, s.cause AS cause FROM " +
-          std::string(kCurrent) + condition.sql + kOrder,
+          current() + condition.sql + kOrder,
       condition.parameters);
 }
 
@@ -183,7 +194,7 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   const Table groups = store.query(
       "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
       "s.date, s.match, s.match_reason FROM " +
-          std::string(kCurrent) + condition.sql + " AND branch IS NULL ORDER BY scene, measured",
+          current() + condition.sql + " AND branch IS NULL ORDER BY scene, measured",
       condition.parameters);
   std::vector<Table> tables;
   for (const auto& group : groups.rows) {
@@ -197,7 +208,7 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
     same.add("measured", group[1]);
     tables.push_back(
         store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM " +
-                        std::string(kCurrent) + same.sql + " AND branch IS NULL" + kOrder,
+                        current() + same.sql + " AND branch IS NULL" + kOrder,
                     same.parameters));
     tables.back().title = "Real vs virtual " + title;
     tables.push_back(store.query(
@@ -312,7 +323,7 @@ RunDifference difference_of_runs(const StoreReader& store, int first, int second
 }
 
 Table trend_by(const StoreReader& store, const std::string& key) {
-  std::string value = "d." + key;
+  std::string value = "d." + key, chosen;
   std::vector<std::string> keys;
   if (key != "fabric" && key != "label" && key != "scene") {
     const Table found = store.query(
@@ -326,9 +337,12 @@ Table trend_by(const StoreReader& store, const std::string& key) {
       keys.push_back(row[0]);
       list += fmt::format("{}?{}", list.empty() ? "" : ", ", keys.size());
     }
-    value = fmt::format(
-        "(SELECT group_concat(v.value, ', ') FROM run_value AS v WHERE v.run = d.run AND v.owner "
-        "IN ('scene ' || d.scene, 'fabric ' || d.fabric, 'calibration') AND v.key IN ({}))",
+    value =
+        "(SELECT group_concat(v.value, ', ') FROM chosen AS v WHERE v.run = d.run AND v.owner IN "
+        "('scene ' || d.scene, 'fabric ' || d.fabric, 'calibration'))";
+    chosen = fmt::format(
+        "WITH chosen AS MATERIALIZED (SELECT run, owner, value FROM run_value WHERE key IN ({}) "
+        "ORDER BY run, owner, key) ",
         list);
   }
   if (value.front() == '(' && keys.empty()) {
@@ -340,7 +354,7 @@ Table trend_by(const StoreReader& store, const std::string& key) {
                       "run_value\"");
   }
   Table table = store.query(
-      "SELECT d.scene, " + value +
+      chosen + "SELECT d.scene, " + value +
           " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
           "expanded_uncertainty_mm, d.measurement, d.match FROM v_run_drape AS d ORDER BY d.scene, "

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compare/history/explain.hpp"
+#include "compare/store/runs.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {
@@ -43,12 +44,13 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
           "SELECT 'mean distance ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' || "
           "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' "
           "|| v.model || ' ' || v.solver || coalesce(', friction ' || f.value, '') AS name, "
-          "v.comparison, v.mean_dist_mm FROM "
-          "v_real_vs_virtual AS v LEFT JOIN v_state AS s ON s.comparison_id = v.id LEFT JOIN "
-          "run_value AS f ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = "
-          "'friction' WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO' AND "
-          "(?1 = '' OR v.scene = ?1 OR v.scene || '/' || "
-          "v.fabric = ?1) ORDER BY name, v.id",
+          "v.comparison, v.mean_dist_mm FROM v_comparison AS v JOIN (" +
+              std::string(state_query()) +
+              ") AS s ON s.comparison_id = v.id LEFT JOIN "
+              "run_value AS f ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = "
+              "'friction' WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO' AND "
+              "(?1 = '' OR v.scene = ?1 OR v.scene || '/' || "
+              "v.fabric = ?1) ORDER BY name, v.id",
           {specimen}),
       "mm");
   return list;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/runs.hpp"
 
+#include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
@@ -119,6 +121,52 @@ TEST_F(Runs, WhatALaterRunOfTheSamePhotographsReplacedIsLeftOut) {
   EXPECT_EQ(list_results(reader, {}).rows.size(), before - 1);
   EXPECT_EQ(list_results(reader, {.outdated = true}).rows.size(), before);
   EXPECT_EQ(one("SELECT state FROM v_outdated"), "superseded");
+}
+
+TEST_F(Runs, WhatALaterRunCallsOtherwiseOrLacksIsLeftOutAndNamed) {
+  run(kMarch);
+  {
+    SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
+    const auto later = [&](int number, const char* scene, const char* pictures) {
+      database.exec(fmt::format(
+          "INSERT INTO run SELECT {0}, substr('{0}' || sha256, 1, 64), date, label, operator, "
+          "program_version, rig_name, recording_sha256, recording_name, calibration_sha256, "
+          "calibration_name, measurement, cause FROM run WHERE number = 1",
+          number));
+      database.exec(fmt::format(
+          "INSERT INTO run_drape SELECT {}, measured_sha256, '{}', set_name, {}, measurement, "
+          "cause, match, match_reason, headline_sha256, expanded_uncertainty_mm, budget_complete "
+          "FROM run_drape WHERE run = 1",
+          number, scene, pictures));
+    };
+    later(2, "other", "'0'");
+    EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "removed");
+    later(3, "A2", "pictures_sha256");
+    EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "renamed");
+    later(4, "A", "pictures_sha256");
+  }
+  EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "superseded");
+  const StoreReader reader(store());
+  EXPECT_EQ(list_results(reader, {}).rows.size(), 0U);
+  EXPECT_GT(list_results(reader, {.run = 1}).rows.size(), 0U);
+}
+
+TEST_F(Runs, OnlyWhatIsAskedForIsJudged) {
+  run(kMarch);
+  const StoreReader reader(store());
+  const auto plan = [&](const std::string& query) {
+    std::string text;
+    for (const auto& row : reader.query("EXPLAIN QUERY PLAN " + query).rows) text += row[3] + "\n";
+    return text;
+  };
+  const std::string of_few =
+      plan(std::string("SELECT * FROM v_comparison AS v JOIN (") + state_query() +
+           ") AS s ON s.comparison_id = v.id WHERE v.id IN (1, 2)");
+  EXPECT_THAT(of_few, testing::Not(HasSubstr("SCAN c\n")));
+  EXPECT_THAT(of_few, HasSubstr("s USING COVERING INDEX simulation_in_short"));
+  EXPECT_THAT(plan("SELECT * FROM v_run_drape"),
+              HasSubstr("s USING COVERING INDEX simulation_in_short"));
+  EXPECT_THAT(plan("SELECT * FROM v_branches"), HasSubstr("SCAN b\n"));
 }
 
 TEST_F(Runs, AMeasurementThatIsNoGoIsNoGoInEveryList) {

@@ -51,31 +51,32 @@ constexpr const char* kRunTables[] = {
 ) STRICT, WITHOUT ROWID)sql",
 };
 
+// The newest run of the same recording is looked up in a table of them, all else by an index: of
+// few comparisons only these are judged.
+constexpr const char* kState = R"sql(SELECT c.id AS comparison_id, d.run AS run, r.date AS date,
+  r.label AS label, r.operator AS operator, r.calibration_name AS calibration,
+  d.measurement AS measurement, d.cause AS cause, d.match AS match,
+  d.match_reason AS match_reason, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
+  CASE WHEN d.run < (SELECT max(k.run) FROM run_drape AS k
+      WHERE k.pictures_sha256 = d.pictures_sha256)
+    THEN CASE WHEN EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = (SELECT max(l.run)
+        FROM run_drape AS l WHERE l.pictures_sha256 = d.pictures_sha256)
+      AND k.pictures_sha256 = d.pictures_sha256 AND k.scene = d.scene)
+      THEN 'superseded' ELSE 'renamed' END
+    WHEN n.run > d.run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.run
+      AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
+    WHEN d.run IS NOT NULL THEN 'current' END AS state
+FROM comparison AS c
+  LEFT JOIN run_drape AS d ON d.measured_sha256 = c.measured_sha256 AND d.run =
+    (SELECT max(k.run) FROM run_comparison AS k WHERE k.comparison_id = c.id)
+  LEFT JOIN run AS r ON r.number = d.run
+  LEFT JOIN (SELECT rig_name, recording_name, max(number) AS run FROM run
+    GROUP BY rig_name, recording_name) AS n
+    ON n.rig_name IS r.rig_name AND n.recording_name IS r.recording_name)sql";
+
 constexpr const char* kViews[] = {
     R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
     R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
-    // Of each comparison: its last run, and whether that is the last word on these photographs.
-    R"sql(CREATE VIEW v_state AS
-WITH last AS (SELECT comparison_id, max(run) AS run FROM run_comparison GROUP BY comparison_id),
-  seen AS (SELECT pictures_sha256, max(run) AS run FROM run_drape
-    WHERE pictures_sha256 IS NOT NULL GROUP BY pictures_sha256),
-  newest AS (SELECT rig_name, recording_name, max(number) AS run FROM run
-    GROUP BY rig_name, recording_name)
-SELECT l.comparison_id AS comparison_id, l.run AS run, r.date AS date, r.label AS label,
-  r.operator AS operator, r.calibration_name AS calibration, d.measurement AS measurement,
-  d.cause AS cause, d.match AS match, d.match_reason AS match_reason,
-  d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
-  CASE WHEN s.run > l.run AND EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = s.run
-      AND k.pictures_sha256 = d.pictures_sha256 AND k.scene = d.scene) THEN 'superseded'
-    WHEN s.run > l.run THEN 'renamed'
-    WHEN n.run > l.run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.run
-      AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
-    ELSE 'current' END AS state
-FROM last AS l JOIN comparison AS c ON c.id = l.comparison_id
-  JOIN run AS r ON r.number = l.run
-  JOIN run_drape AS d ON d.run = l.run AND d.measured_sha256 = c.measured_sha256
-  LEFT JOIN seen AS s ON s.pictures_sha256 = d.pictures_sha256
-  LEFT JOIN newest AS n ON n.rig_name IS r.rig_name AND n.recording_name IS r.recording_name)sql",
     R"sql(CREATE VIEW v_outdated AS
 SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
     R"sql(CREATE VIEW v_run AS
@@ -97,7 +98,8 @@ SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
   d.match AS match, substr(c.sha256, 1, 12) AS comparison, d.pictures_sha256 AS pictures_sha256
 FROM run_drape AS d JOIN run AS r ON r.number = d.run
   LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
-  LEFT JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256
+  LEFT JOIN simulation AS s INDEXED BY simulation_in_short
+    ON s.sheet_sha256 = c.simulated_sha256
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256)sql",
 };
 
@@ -108,7 +110,14 @@ std::vector<std::string> run_table_statements() {
 }
 
 std::vector<std::string> run_view_statements() {
-  return {std::begin(kViews), std::end(kViews)};
+  std::vector<std::string> statements = {std::begin(kViews), std::end(kViews)};
+  statements.push_back(std::string("CREATE VIEW v_state AS\n") + kState +
+                       "\nWHERE d.run IS NOT NULL");
+  return statements;
+}
+
+const char* state_query() {
+  return kState;
 }
 
 }  // namespace drape::compare
