@@ -127,6 +127,41 @@ TEST(Piercing, APointThroughTheSheetIsMeasuredAndOneThatPressesItIsNot) {
   }
 }
 
+/// Bent over y by `sag_m` at the hem.
+Field bent(const GridSpec& grid, double sag_m) {
+  Field x(3 * static_cast<std::size_t>(grid.count()));
+  for (int i = 0; i < grid.count(); ++i) {
+    const double u = static_cast<double>(i / grid.cols) / (grid.rows - 1) - 0.5;
+    const double v = static_cast<double>(i % grid.cols) / (grid.cols - 1) - 0.5;
+    put_at(x, i, {u * grid.patch_m.x(), v * grid.patch_m.y(), -4 * sag_m * v * v});
+  }
+  return x;
+}
+
+TEST(Piercing, ALongEdgeThatGoesInAndOutStandsThroughByItsDepth) {
+  const GridSpec grid{13, 13, {0.06, 0.06}};
+  // The edge lies along y at z = 0: through the crown of the bend by `depth`, and above the sheet
+  // by 9 mm at the hem, where the two bodies' gap is and no depth.
+  for (const double depth : {0.1e-3, 0.3e-3}) {
+    Field x = bent(grid, -9e-3);
+    for (int i = 0; i < grid.count(); ++i) put_at(x, i, at(x, i) - Vector3d(0, 0, depth));
+    const double found = pierced_m(grid, x, blade(0.058));
+    EXPECT_GT(found, 0.5 * depth);
+    EXPECT_LT(found, 1.5 * depth);
+  }
+}
+
+TEST(Piercing, AnEdgeThatComesOutBeyondTheHemDoesNotStandThrough) {
+  const GridSpec grid{13, 13, {0.06, 0.06}};
+  // Inclined against the edge by 1 in 10; at the hem 0.2 mm below it, which goes on for 20 mm.
+  Field x = bent(grid, 0);
+  for (int i = 0; i < grid.count(); ++i) {
+    const Vector3d p = at(x, i);
+    put_at(x, i, p + Vector3d(0, 0, 0.1 * (0.03 - p.y()) - 0.2e-3));
+  }
+  EXPECT_LT(pierced_m(grid, x, blade(0.1)), 0.3e-3);
+}
+
 TEST(Piercing, ASheetOnAKnifesEdgeIsNotPierced) {
   const Surroundings solid = blade(0.06);
   const GridSpec grid{4, 4, {0.03, 0.03}};

@@ -5,10 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "simulate/contact/box_tree.hpp"
+#include "simulate/contact/proximity.hpp"
 #include "simulate/contact/solid_features.hpp"
 
 namespace drape::simulate {
@@ -22,20 +26,92 @@ constexpr int kDirections = 16;        // along a face, out of a body
 constexpr double kShortestWay = 1e-5;  // m
 constexpr int kHalvings = 30;
 
-/// Height of the lower end of the edge above the triangle that it passes through, else 0.
-double height_through(const SolidEdge& edge, const std::array<Vector3d, 3>& t, double most_m) {
+constexpr int kAround = 2;           // cells about one, in which the nearest place is sought
+constexpr double kSamePlace = 1e-6;  // of an edge
+constexpr int kPlaces = 4;           // on each side of an edge, whose heights are looked at
+
+/// Particles of a cell's two triangles.
+std::array<std::array<int, 3>, 2> corners_of(const GridSpec& grid, int cell) {
+  const int below = cell + grid.cols;
+  return {{{cell, cell + 1, below}, {cell + 1, below + 1, below}}};
+}
+
+/// Where an edge passes through a triangle, as a share of the edge.
+std::optional<double> passes(const SolidEdge& edge, const std::array<Vector3d, 3>& t) {
   const Vector3d u = t[1] - t[0], v = t[2] - t[0], way = edge.b - edge.a;
   const Vector3d cross = u.cross(v);
   const double det = -way.dot(cross);
-  if (det == 0) return 0;
+  if (det == 0) return std::nullopt;
   const Vector3d from = edge.a - t[0];
   const double share = from.dot(cross) / det;
   const double s = -way.cross(from).dot(v) / det;
   const double r = way.cross(from).dot(u) / det;
-  if (!(share > 0 && share < 1 && s >= 0 && r >= 0 && s + r <= 1)) return 0;
-  const double length = way.norm();
-  const double shorter = std::min({share * length, (1 - share) * length, most_m});
-  return shorter * std::abs(way.dot(cross)) / (length * cross.norm());
+  const bool inside = share > 0 && share < 1 && s >= 0 && r >= 0 && s + r <= 1;
+  return inside ? std::optional(share) : std::nullopt;
+}
+
+/// Whether the piece of a grid line between two particles, or the particle where they are one, is
+/// of the sheet's hem.
+bool is_hem(const GridSpec& grid, int i, int j) {
+  const int row = std::min(i, j) / grid.cols, col = std::min(i, j) % grid.cols;
+  if (i == j) return grid.cells_at(row, col) < 4;
+  if (std::abs(i - j) == 1) return !(grid.has_cell(row - 1, col) && grid.has_cell(row, col));
+  if (std::abs(i - j) == grid.cols)
+    return !(grid.has_cell(row, col - 1) && grid.has_cell(row, col));
+  return false;  // a cell's diagonal
+}
+
+/// Distance of a point from the cells about one; 0 for a point beyond the hem, whose nearest place
+/// is on it.
+double over_sheet_m(const GridSpec& grid, const Field& position, int cell, const Vector3d& p) {
+  const int row = cell / grid.cols, col = cell % grid.cols;
+  double least = std::numeric_limits<double>::infinity();
+  bool beyond = false;
+  for (int r = std::max(0, row - kAround); r <= std::min(grid.rows - 2, row + kAround); ++r) {
+    for (int c = std::max(0, col - kAround); c <= std::min(grid.cols - 2, col + kAround); ++c) {
+      if (!grid.has_cell(r, c)) continue;
+      for (const auto& corner : corners_of(grid, grid.index(r, c))) {
+        const Nearest nearest = point_to_triangle(p, at(position, corner[0]),
+                                                  at(position, corner[1]), at(position, corner[2]));
+        if (!(nearest.way.norm() < least)) continue;
+        least = nearest.way.norm();
+        std::vector<int> ends;
+        for (int k = 0; k < 3; ++k) {
+          if (nearest.weight[k + 1] != 0) ends.push_back(corner[k]);
+        }
+        beyond = ends.size() < 3 && is_hem(grid, ends.front(), ends.back());
+      }
+    }
+  }
+  return beyond ? 0 : least;
+}
+
+/// Where an edge passes through the sheet.
+struct Passage {
+  double share = 0;  ///< of the edge
+  int cell = 0;
+};
+
+/// How far the side of an edge that reaches less far, of at most `most_m` each, reaches from the
+/// sheet before it passes through it again. Its height above the plane of the triangle that it
+/// passes through would say nothing: at a small angle a long edge ends over other cells.
+double height_through(const GridSpec& grid, const Field& position, const SolidEdge& edge,
+                      const Passage& here, const Passage* before, const Passage* after,
+                      double most_m) {
+  const Vector3d way = edge.b - edge.a;
+  const double reach = most_m / way.norm();
+  const double back = before != nullptr ? before->share : 0.0;
+  const double on = after != nullptr ? after->share : 1.0;
+  double least = most_m;
+  for (const double end : {std::max(back, here.share - reach), std::min(on, here.share + reach)}) {
+    double side = 0;
+    for (int k = 1; k <= kPlaces; ++k) {
+      const double share = here.share + (end - here.share) * k / kPlaces;
+      side = std::max(side, over_sheet_m(grid, position, here.cell, edge.a + share * way));
+    }
+    least = std::min(least, side);
+  }
+  return least;
 }
 
 /// From a place in a body at right angles to `normal`, the shortest of some distances out of it.
@@ -108,18 +184,35 @@ double pierced_m(const GridSpec& grid, const Field& position, const Surroundings
   BoxTree tree(centres);
   tree.refit(boxes);
   const double most_m = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
-  double largest = 0;
+  std::map<int, std::vector<Passage>> passages;  // by edge
   for (int cell = 0; cell < grid.count(); ++cell) {
     if (!grid.has_cell(cell / grid.cols, cell % grid.cols)) continue;
-    const Vector3d a = at(position, cell), b = at(position, cell + 1);
-    const Vector3d c = at(position, cell + grid.cols), d = at(position, cell + grid.cols + 1);
-    const std::array<std::array<Vector3d, 3>, 2> triangles{{{a, b, c}, {b, d, c}}};
-    AlignedBox3d box(a, a);
-    box.extend(b).extend(c).extend(d);
+    AlignedBox3d box(at(position, cell), at(position, cell));
+    for (const int i : {cell + 1, cell + grid.cols, cell + grid.cols + 1})
+      box.extend(at(position, i));
     tree.query(box, [&](int edge) {
-      for (const auto& triangle : triangles)
-        largest = std::max(largest, height_through(edges[edge], triangle, most_m));
+      for (const auto& [a, b, c] : corners_of(grid, cell)) {
+        if (const auto share =
+                passes(edges[edge], {at(position, a), at(position, b), at(position, c)}))
+          passages[edge].push_back({*share, cell});
+      }
     });
+  }
+  double largest = 0;
+  for (auto& [edge, list] : passages) {
+    std::sort(list.begin(), list.end(),
+              [](const Passage& p, const Passage& q) { return p.share < q.share; });
+    // Where two triangles meet both are passed through.
+    list.erase(std::unique(list.begin(), list.end(),
+                           [](const Passage& p, const Passage& q) {
+                             return q.share - p.share < kSamePlace;
+                           }),
+               list.end());
+    for (std::size_t k = 0; k < list.size(); ++k)
+      largest =
+          std::max(largest, height_through(grid, position, edges[edge], list[k],
+                                           k > 0 ? &list[k - 1] : nullptr,
+                                           k + 1 < list.size() ? &list[k + 1] : nullptr, most_m));
   }
   return largest;
 }

@@ -7,11 +7,12 @@
 namespace drape::simulate {
 
 /// How far (m) a convex edge of a sharp solid stands through the sheet, 0 for none: where an edge
-/// passes through one of a cell's two triangles, the height above that triangle of its lower end,
-/// each end taken at most one grid spacing away. A needle's point that has pierced the sheet is
-/// seen so, where distances at places of the sheet miss it; a sheet pressed a few micrometres into
-/// an edge counts with these. Spikes whose every edge is shorter than the depth they reach through
-/// are underrated.
+/// passes through one of a cell's two triangles, the distance from the sheet that the side of it
+/// reaches which reaches less far, each at most one grid spacing long and not beyond another
+/// passage. A needle's point that has pierced the sheet is seen so, where distances at places of
+/// the sheet miss it; a sheet pressed a few micrometres into an edge counts with these. What stands
+/// beyond the hem does not count. Spikes whose every edge is shorter than the depth they reach
+/// through are underrated.
 [[nodiscard]] double pierced_m(const GridSpec& grid, const Field& position,
                                const Surroundings& surroundings);
 

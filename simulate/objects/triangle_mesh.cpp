@@ -16,6 +16,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kLeaf = 4;
+constexpr double kOnFeature = 1e-12;  // m; nearer to an edge or corner no direction is left
 
 /// Nearest point of a triangle and which feature it lies on: 0 face, 1-3 edge, 4-6 corner.
 struct OnTriangle {
@@ -156,15 +157,16 @@ TriangleMesh::Distance TriangleMesh::distance(const Vector3d& point) const {
   Nearest nearest;
   search(0, point, nearest);
   const Triangle& triangle = triangles_[nearest.triangle];
-  Vector3d pseudo = face_normal_[nearest.triangle];
-  if (nearest.feature >= 4) pseudo = corner_normal_[triangle[nearest.feature - 4]];
-  if (nearest.feature == 1 || nearest.feature == 2)
-    pseudo = edge_normal_[nearest.triangle][nearest.feature - 1];
-  if (nearest.feature == 3) pseudo = edge_normal_[nearest.triangle][2];
+  const Vector3d& face = face_normal_[nearest.triangle];
+  // Linear in the point: near the surface the difference of two places has no direction.
+  if (nearest.feature == 0) return {face.dot(point - corners_[triangle[0]]), face};
+  const Vector3d& pseudo = nearest.feature >= 4
+                               ? corner_normal_[triangle[nearest.feature - 4]]
+                               : edge_normal_[nearest.triangle][nearest.feature - 1];
   const Vector3d away = point - nearest.point;
   const double size = std::sqrt(nearest.squared);
+  if (size < kOnFeature) return {away.dot(pseudo.normalized()), pseudo.normalized()};
   const double sign = away.dot(pseudo) < 0 ? -1.0 : 1.0;
-  if (size < 1e-12) return {0.0, pseudo.normalized()};
   return {sign * size, sign / size * away};
 }
 

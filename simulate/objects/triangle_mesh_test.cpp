@@ -38,6 +38,22 @@ TEST(TriangleMesh, CubeHasTheDistancesOfABox) {
   EXPECT_NEAR(shapes.top_z_m(), 0.01, 1e-15);
 }
 
+/// A residual of 1e-6 weights is a particle's way of 2e-13 m there.
+TEST(TriangleMesh, DistanceIsLinearThroughAFace) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "cube.obj", kCube);
+  Surroundings shapes;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.6, Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  shapes.add(MeshObject{folder.path() / "cube.obj", {turn, Vector3d::Zero()}});
+  const Vector3d normal = turn * Vector3d::UnitX();
+  for (const double height_m : {-1e-9, -1e-13, -1e-15, 0.0, 1e-15, 1e-13, 1e-12, 1e-9}) {
+    const Vector3d p = turn * Vector3d(0.01, 0.003, -0.004) + height_m * normal;
+    EXPECT_NEAR(shapes.gap_m(0, p), height_m, 1e-17);
+    EXPECT_LT((shapes.normal(0, p) - normal).norm(), 1e-15);
+  }
+}
+
 TEST(TriangleMesh, OpenAndInvertedMeshesAreRefused) {
   const test::TemporaryFolder folder;
   const std::string cube = kCube;
