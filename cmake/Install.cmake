@@ -30,8 +30,9 @@ foreach(use IN LISTS uses)
   endforeach()
 endforeach()
 # The example bench and the paper's scenes; the programs only read them.
-install(DIRECTORY rigs DESTINATION share/drapebench COMPONENT tools)
+install(DIRECTORY rigs DESTINATION share/drapebench COMPONENT tools REGEX "fabrics/published.csv$" EXCLUDE)
 if(TARGET drape_simulate_cloth)
+  install(FILES rigs/fabrics/published.csv DESTINATION share/drapebench/rigs/fabrics COMPONENT simulate)
   install(DIRECTORY tools/jobs DESTINATION share/drapebench COMPONENT simulate USE_SOURCE_PERMISSIONS)
 endif()
 

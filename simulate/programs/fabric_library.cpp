@@ -9,12 +9,26 @@
 namespace drape::simulate {
 namespace {
 
+namespace fs = std::filesystem;
+
+/// The CSV that was named, else that beside the program: installed, or in the tree it was built in.
+fs::path library_of(const LibraryArguments& arguments) {
+  if (!arguments.library.empty()) return arguments.library;
+  const fs::path programs = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const char* root : {"../share/drapebench", "../../.."}) {
+    fs::path file = (programs / root / "rigs/fabrics/published.csv").lexically_normal();
+    if (fs::exists(file)) return file;
+  }
+  throw bad_input("there is no library of published fabrics beside the program",
+                  {.file = programs.string()}, "name its CSV with --library");
+}
+
 std::string text_of(const std::optional<double>& value, const char* unit) {
   return value ? fmt::format("{:g} {}", *value, unit) : "not published";
 }
 
 Ending listed(const LibraryArguments& arguments) {
-  const auto library = read_published(arguments.library);
+  const auto library = read_published(library_of(arguments));
   Ending ending;
   ending.verdict = fmt::format("{} published fabrics", library.size());
   for (const PublishedFabric& fabric : library) {
@@ -38,7 +52,7 @@ void write(const ImportedFabric& fabric, const LibraryArguments& arguments, Endi
 }
 
 Ending shown(const LibraryArguments& arguments) {
-  const auto library = read_published(arguments.library);
+  const auto library = read_published(library_of(arguments));
   const PublishedFabric& fabric = published_fabric(library, arguments.id);
   Ending ending;
   ending.verdict = fmt::format("{}: {}", fabric.id, fabric.name);
@@ -83,8 +97,8 @@ void add_library_commands(Command& app, LibraryArguments& arguments) {
   Command* import =
       app.add_subcommand("import", "a fabric from a result sheet of KES or FAST, or from U3M");
   for (Command* command : {list, show})
-    command->add_option("--library", arguments.library, "CSV of published fabrics")
-        ->capture_default_str();
+    command->add_option("--library", arguments.library,
+                        "CSV of published fabrics (default: the installed one)");
   show->add_option("ID", arguments.id, "as `drape fabric list` shows it")->required();
   import->add_option("FILE", arguments.file, "the sheet: property,unit,warp,weft; or physics JSON")
       ->required();

@@ -12,7 +12,7 @@ namespace drape::simulate {
 
 /// The words of `drape fabric list`, `show` and `import`.
 struct LibraryArguments {
-  std::filesystem::path library = "rigs/fabrics/published.csv", file;
+  std::filesystem::path library, file;  ///< no library: that of the installation
   std::optional<std::filesystem::path> out;
   std::string id, name, format = "kes", bend_unit;
 };
