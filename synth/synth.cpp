@@ -13,6 +13,7 @@
 #include "core/files/files.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
+#include "synth/plates.hpp"
 #include "synth/random.hpp"
 #include "synth/recording_files.hpp"
 
@@ -50,6 +51,18 @@ Job target_job(const std::string& set, const Target& target, const WorldFromTarg
   return {set,
           "target",
           {surface_of(target, pose), pattern_of(target), table_triangles(-80 * mm)},
+          marks_of(target)};
+}
+
+/// The object with its plate and without cloth; a sphere is put into its stand afterwards.
+Job plate_job(const Plate& plate, Scene scene) {
+  std::erase_if(scene.obstacles,
+                [](const Obstacle& o) { return std::holds_alternative<Sphere>(o); });
+  const Target target = read_target(plate.target);
+  return {plate.set,
+          "target",
+          {surface_of(target, plate.pose), pattern_of(target),
+           triangles_of(drawn_in(scene, under_sheet_m))},
           marks_of(target)};
 }
 
@@ -111,6 +124,8 @@ std::vector<Named> jobs_of(const Rig& rig, const SynthOptions& options) {
     if (scene.set.empty()) continue;
     add_job(scene.set,
             [=, &options] { return cloth_job(scene, read_print(scene.print_file), options, own); });
+    for (const Plate& plate : plates_of(scene))
+      add_job(plate.set, [=] { return plate_job(plate, scene); });
   }
   return jobs;
 }
