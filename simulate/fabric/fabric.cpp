@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -114,10 +116,29 @@ void check_range(const Csv& csv, const TestKind& kind) {
   }
 }
 
+/// Cloth gives back no more work than was done on it, but for the noise of a test.
+void check_branches(const Csv& csv, const TestKind& kind) {
+  constexpr double kNoise = 0.01;  // of the work: a hundredth of full scale, as charts are read
+  double work = 0, lost = 0;
+  for (std::size_t i = 1; i < csv.lines.size(); ++i) {
+    const double step = 0.5 * (csv.columns[0][i] - csv.columns[0][i - 1]);
+    for (const std::size_t k : {i - 1, i}) {
+      work += step * std::abs(csv.columns[1][k]);
+      lost += step * (csv.columns[1][k] - csv.columns[2][k]);
+    }
+  }
+  if (lost >= -kNoise * work) return;
+  throw bad_input(
+      fmt::format("unloading gives back {:.0f} % more work than loading takes", -100 * lost / work),
+      {.file = csv.file.string(), .field = kind.columns[1]},
+      "are loading and unloading exchanged? Rising values are loading");
+}
+
 KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind) {
   const Csv csv = read_csv(file, kind.columns);
   check_abscissae(csv, kind);
   check_range(csv, kind);
+  check_branches(csv, kind);
   KawabataCurve curve{file, csv.columns[0], csv.columns[1], csv.columns[2]};
   for (double& x : curve.x) x *= kind.x_unit;
   for (double& f : curve.loading) f *= kind.f_unit;
