@@ -25,13 +25,11 @@ using ModeVector = Eigen::Matrix<double, kModes, 1>;
 using ModeMatrix = Eigen::Matrix<double, kModes, kModes>;
 
 constexpr double kSigmas = 4;
-/// At the edge of the highest stage; what the cameras' own places are to be known to.
-constexpr double kMatters_m = 0.03 * mm;
 
 void add_findings(StageCheck& check, double half_m) {
   const double stroke_m = check.stroke_mm * mm;
   const auto large = [&](double value, double sd, double effect_m) {
-    return std::abs(value) > kSigmas * sd && std::abs(effect_m) > kMatters_m;
+    return std::abs(value) > kSigmas * sd && std::abs(effect_m) > harmless_stage_m;
   };
   const char* remedy =
       "square or measure the stage, or calibrate with --method joint --free-stages, which takes "
@@ -150,13 +148,33 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
     const Vector3d way = left.segment<3>(static_cast<Index>(kModes * i) + 3);
     const Vector3d sd =
         covariance.diagonal().segment<3>(static_cast<Index>(kModes * i) + 3).cwiseSqrt();
-    if (way.norm() < kMatters_m / mm || way.cwiseQuotient(sd).norm() < kSigmas) continue;
+    if (way.norm() < harmless_stage_m / mm || way.cwiseQuotient(sd).norm() < kSigmas) continue;
     check.findings.push_back(fmt::format(
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
         model.placements[freed[i].placement].set, way.x(), way.y(), way.z()));
     if (way.norm() > farthest) check.contradiction = check.findings.back();
     farthest = std::max(farthest, way.norm());
+  }
+}
+
+/// Two stages that lie at each other's heights say more than what else is wrong with them.
+void name_exchanged(StageCheck& check, const JointModel& model,
+                    const std::vector<FreedStage>& freed) {
+  for (const FreedStage& one : freed) {
+    for (const FreedStage& other : freed) {
+      const Placement &first = model.placements[one.placement],
+                      &second = model.placements[other.placement];
+      const double one_m = one.said_m.z(), other_m = other.said_m.z();
+      const double off_m = std::hypot(first.world_from_target.translation_m.z() - other_m,
+                                      second.world_from_target.translation_m.z() - one_m);
+      if (!(one_m < other_m) || off_m > 0.1 * (other_m - one_m)) continue;
+      check.contradiction = fmt::format(
+          "z stage: sets {} and {} lie at each other's heights; exchange their z_mm in rig.toml",
+          first.set, second.set);
+      check.findings.push_back(check.contradiction);
+      return;
+    }
   }
 }
 
@@ -199,6 +217,7 @@ std::optional<StageCheck> check_stages(JointModel model, const JointFit& fit,
   const ModeVector found = *spread * modes.transpose() * weights.solve(deviation);
   StageCheck check = check_of(found, *spread, high_m - low_m, solution.model.bow.half_m.maxCoeff());
   add_strays(check, solution.model, freed, deviation - modes * found, covariance);
+  if (!check.contradiction.empty()) name_exchanged(check, solution.model, freed);
   return check;
 }
 

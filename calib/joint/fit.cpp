@@ -157,6 +157,20 @@ namespace {
 // A hundredth of a pixel is never an outlier, however good the other points are.
 constexpr double kNeverOutlier_px = 0.01;
 
+/// Beyond `limit` sigmas, and farther off than a hundredth of a pixel or a stage's harmless error:
+/// all points of a stage miss alike, and check_stages() judges them together.
+bool is_off(const JointModel& model, const JointFrame& frame, const TargetPoint& point,
+            double limit) {
+  if (distance_sigmas(model, frame, point) <= limit) return false;
+  const double px = distance_px(model, frame, point);
+  const Placement& placement = model.placements[frame.placement];
+  if (px <= kNeverOutlier_px || !placement.known) return px > kNeverOutlier_px;
+  const Camera& camera = model.cameras[frame.camera].camera;
+  const double away_m =
+      (camera.cam_from_world * (placement.world_from_target * point.point_in_target)).z();
+  return px * away_m > harmless_stage_m * std::get<BrownLens>(camera.model.lens).fx_px;
+}
+
 }  // namespace
 
 std::vector<std::size_t> frames_off(const JointModel& model, const JointCleaning& cleaning) {
@@ -165,10 +179,8 @@ std::vector<std::size_t> frames_off(const JointModel& model, const JointCleaning
   for (std::size_t f = 0; f < model.frames.size(); ++f) {
     const JointFrame& frame = model.frames[f];
     const auto far =
-        std::count_if(frame.points.begin(), frame.points.end(), [&](const TargetPoint& point) {
-          return distance_sigmas(model, frame, point) > limit &&
-                 distance_px(model, frame, point) > kNeverOutlier_px;
-        });
+        std::count_if(frame.points.begin(), frame.points.end(),
+                      [&](const TargetPoint& point) { return is_off(model, frame, point, limit); });
     if (2 * static_cast<std::size_t>(far) > frame.points.size()) off.push_back(f);
   }
   return off;
@@ -180,16 +192,15 @@ std::vector<std::string> reject_outliers(JointModel& model, const JointCleaning&
   for (JointFrame& frame : model.frames) {
     std::vector<TargetPoint> kept;
     for (const TargetPoint& point : frame.points) {
-      const double sigmas = distance_sigmas(model, frame, point);
-      const double px = distance_px(model, frame, point);
-      if (sigmas <= limit || px <= kNeverOutlier_px) {
+      if (!is_off(model, frame, point, limit)) {
         kept.push_back(point);
         continue;
       }
       rejected.push_back(fmt::format(
           "set {}, {}, dot ({}, {}): {:.3f} px off, {:.1f} times the limit of {:g} robust sigmas",
           model.placements[frame.placement].set, model.cameras[frame.camera].camera.name,
-          point.dot.row, point.dot.col, px, sigmas / limit, cleaning.outlier_sigmas));
+          point.dot.row, point.dot.col, distance_px(model, frame, point),
+          distance_sigmas(model, frame, point) / limit, cleaning.outlier_sigmas));
     }
     frame.points = std::move(kept);
   }

@@ -8,11 +8,16 @@
 
 namespace drape::calib {
 
+/// An error of a z stage, at the edge of the highest one, that does no harm: what the cameras' own
+/// places are to be known to.
+inline constexpr double harmless_stage_m = 0.03e-3;
+
 /// How measured points are cleaned while they are fitted.
 struct JointCleaning {
   double dot_diameter_m = 0;  ///< 0: corners, which have no eccentricity
   double robust_sigmas = 3;   ///< beyond, a point's weight falls as 1/distance (Huber 1964)
-  double outlier_sigmas = 6;  ///< beyond, it is rejected by name
+  double outlier_sigmas =
+      6;  ///< beyond, it is rejected by name; on a stage not for a harmless error
 };
 
 /// Fits, predicts each disc's eccentricity and each point's robust weight from the result, and fits
