@@ -100,6 +100,15 @@ void check_print_size(const Print& print, BenchCheck& check) {
   const Eigen::Vector2d marks = print.pitch_m * Eigen::Vector2d(print.rows - 1, print.cols - 1);
   const Eigen::Vector2d other = print.patch_m - marks - print.margin_m;
   for (const int side : {0, 1}) {
+    const double equal_mm = 0.5 * (print.patch_m[side] - marks[side]) / mm;
+    if (std::min(other[side], print.margin_m[side]) < 0.5 * print.dot_diameter_m && equal_mm > 0) {
+      add(check, print.file, "margin_mm",
+          fmt::format("the outermost dots lie across the edge of the patch, with {:g} mm on one "
+                      "side along the {} and {:g} mm on the other",
+                      print.margin_m[side] / mm, side == 0 ? "warp" : "weft", other[side] / mm),
+          fmt::format("with equal margins margin_mm is {:g}", equal_mm));
+      continue;
+    }
     if (!(std::abs(other[side] - print.margin_m[side]) > 0.5 * mm)) continue;
     if (2 * marks[side] < print.patch_m[side]) {
       add(check, print.file, "patch_mm",
@@ -126,6 +135,7 @@ void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, Ben
       add(check, scene.file, "name", fmt::format("two scenes are called `{}`", scene.name),
           "give each scene its own name");
     if (scene.set.empty()) {
+      if (rig.file.empty()) continue;
       add(check, scene.file, "set", "the scene names no frame set",
           "add `set = \"...\"`: the set of the recording that shows this drape");
       continue;
@@ -164,6 +174,40 @@ void give_advice(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& c
   }
 }
 
+/// Scenes with their fabrics and prints; `rig` has no file where a folder of scenes is all there
+/// is.
+std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& rig,
+                                const std::optional<Print>& print, BenchCheck& check) {
+  std::vector<Scene> scenes;
+  std::set<fs::path> fabrics, prints = {rig.print_file};
+  for (const fs::path& file : files) {
+    const auto scene = collecting(check, [&] { return read_scene(file); });
+    if (!scene) continue;
+    scenes.push_back(*scene);
+    check_scene(*scene, rig, print ? &*print : nullptr, check);
+    for (const auto& [key, named] :
+         {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
+      if (fs::is_directory(named))
+        add(check, scene->file, key, fmt::format("`{}` is empty, or a folder", key),
+            "give the name of a file");
+    if (!fs::is_directory(scene->fabric_file) && fabrics.insert(scene->fabric_file).second)
+      check_fabric(scene->fabric_file, rig.segments, check);
+    if (!fs::is_directory(scene->print_file) && prints.insert(scene->print_file).second)
+      static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
+  }
+  return scenes;
+}
+
+/// A virtual bench, without rig.toml and cameras: what `drape study` reads.
+std::optional<std::vector<fs::path>> virtual_scenes(const fs::path& rig) {
+  if (fs::exists(rig / "rig.toml") || !fs::is_directory(rig / "scenes")) return std::nullopt;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(rig / "scenes"))
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
 }  // namespace
 
 void add(BenchCheck& check, const fs::path& file, const std::string& field, const std::string& what,
@@ -191,6 +235,13 @@ Where place_of(const fs::path& file, const std::string& field, std::size_t nth) 
 
 BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path) {
   BenchCheck check;
+  if (const auto files = virtual_scenes(rig_path)) {
+    check.purpose = "`drape study`";
+    Rig none;
+    none.segments = {1, 5};  // those of `drape study`
+    check_scenes_together(none, check_scenes(*files, none, std::nullopt, check), check);
+    return check;
+  }
   const auto rig = collecting(check, [&] { return read_rig(rig_path); });
   if (!rig) return check;
   check_cameras_and_stages(*rig, check);
@@ -201,23 +252,7 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
   if (rig->scenes.empty())
     add(check, rig->file, "scenes", "the rig names no scene",
         "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
-  std::vector<Scene> scenes;
-  std::set<fs::path> fabrics, prints = {rig->print_file};
-  for (const fs::path& file : rig->scenes) {
-    const auto scene = collecting(check, [&] { return read_scene(file); });
-    if (!scene) continue;
-    scenes.push_back(*scene);
-    check_scene(*scene, *rig, print ? &*print : nullptr, check);
-    for (const auto& [key, named] :
-         {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
-      if (fs::is_directory(named))
-        add(check, scene->file, key, fmt::format("`{}` is empty, or a folder", key),
-            "give the name of a file");
-    if (!fs::is_directory(scene->fabric_file) && fabrics.insert(scene->fabric_file).second)
-      check_fabric(scene->fabric_file, check);
-    if (!fs::is_directory(scene->print_file) && prints.insert(scene->print_file).second)
-      static_cast<void>(collecting(check, [&] { return read_print(scene->print_file); }));
-  }
+  const std::vector<Scene> scenes = check_scenes(rig->scenes, *rig, print, check);
   check_scenes_together(*rig, scenes, check);
   const auto recording = collecting(check, [&] {
     return read_recording(recording_path.empty() ? rig->recording : recording_path);
@@ -230,7 +265,8 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
 int report_check(const BenchCheck& check, const std::string& program, const CommonOptions& common) {
   if (check.problems.empty()) {
     Ending ending;
-    ending.verdict = fmt::format("{} files of the bench hold what a run needs", check.files);
+    ending.verdict =
+        fmt::format("{} files of the bench hold what {} needs", check.files, check.purpose);
     ending.warnings = check.warnings;
     ending.advice = check.advice;
     return finish(ending, common);

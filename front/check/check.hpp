@@ -19,10 +19,12 @@ struct BenchCheck {
   std::vector<std::string> warnings;  ///< odd, but possible
   std::vector<std::string> advice;    ///< what makes the result worth more
   int files = 0;                      ///< that were read
+  std::string purpose = "a run";      ///< what the files are to serve
 };
 
 /// Reads rig, target, prints, scenes, fabrics and the recording's list. `recording` may be empty:
-/// the rig's. Never throws for what a file holds.
+/// the rig's. Of a folder with scenes and no rig.toml, a virtual bench, scenes, prints and fabrics
+/// alone. Never throws for what a file holds.
 [[nodiscard]] BenchCheck check_bench(const std::filesystem::path& rig,
                                      const std::filesystem::path& recording);
 
@@ -43,8 +45,9 @@ void add(BenchCheck& check, const std::filesystem::path& file, const std::string
 void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check);
 
 /// Density and bending of a fabric against what 618 measured fabrics show; its curves through
-/// `drape fabric`, the reader that the simulation uses.
-void check_fabric(const std::filesystem::path& file, BenchCheck& check);
+/// `drape fabric`, the reader that the simulation uses, with each of these numbers of segments.
+void check_fabric(const std::filesystem::path& file, const std::vector<int>& segments,
+                  BenchCheck& check);
 
 /// Sets and cameras that the rig and its scenes need, image sizes, pictures that stand there twice.
 void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,

@@ -267,7 +267,7 @@ void check_curves(const TomlTable& root, BenchCheck& check) {
 
 }  // namespace
 
-void check_fabric(const fs::path& file, BenchCheck& check) {
+void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchCheck& check) {
   const std::size_t before = check.problems.size();
   ++check.files;
   try {
@@ -292,8 +292,13 @@ void check_fabric(const fs::path& file, BenchCheck& check) {
     check.problems.push_back(error);
   }
   if (check.problems.size() > before) return;
-  if (const auto error = error_of_stage("fabric", {file.string(), "--json"}))
+  for (const int count : segments) {
+    const auto error =
+        error_of_stage("fabric", {file.string(), "--segments", std::to_string(count), "--json"});
+    if (!error) continue;
     check.problems.push_back(*error);
+    return;
+  }
 }
 
 }  // namespace drape
