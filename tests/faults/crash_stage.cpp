@@ -210,6 +210,7 @@ CrashStage::CrashStage(Situation situation) : situation_(std::move(situation)) {
   duration_s_ = lasted.count();
   std::ifstream(counter(), std::ios::binary).read(reinterpret_cast<char*>(&calls_), sizeof calls_);
   expected_ = traces();
+  expected_runs_ = runs();
 }
 
 std::string CrashStage::after_fault(long at, const std::string& with) const {
@@ -252,8 +253,40 @@ std::string CrashStage::after_power_cut(long at, bool synced, const std::string&
   return after_second_run(cut);
 }
 
+Traces CrashStage::runs() const {
+  const fs::path store = work() / situation_.store;
+  if (situation_.store.empty() || !fs::is_regular_file(store)) return {};
+  // A copy: the next run is to find the store as the kill left it.
+  const TemporaryFolder copy;
+  for (const char* end : {"", "-wal", "-journal"})
+    if (fs::exists(store.string() + end))
+      fs::copy(store.string() + end, copy.path() / ("store" + std::string(end)));
+  SQLite::Database database((copy.path() / "store").string(), SQLite::OPEN_READWRITE);
+  if (!database.tableExists("run")) return {};
+  Traces runs;
+  const auto add = [&](const std::string& table, const std::string& key) {
+    SQLite::Statement rows(
+        database, fmt::format("SELECT coalesce(r.sha256, 'no run'), t.* FROM {} t LEFT JOIN run r "
+                              "ON t.{} = r.number ORDER BY 1, 2, 3",
+                              table, key));
+    while (rows.executeStep()) {
+      std::string& text = runs[rows.getColumn(0).getString()] += table;
+      for (int i = 1; i < rows.getColumnCount(); ++i) text += "|" + rows.getColumn(i).getString();
+      text += "\n";
+    }
+  };
+  add("run", "number");
+  for (const char* table : {"run_drape", "run_comparison", "run_value"}) add(table, "run");
+  return runs;
+}
+
 /// What a run after the first, whole or not, leaves is what an undisturbed one leaves.
 std::string CrashStage::after_second_run(const Outcome& first) const {
+  for (const auto& [key, text] : runs()) {
+    const auto whole = expected_runs_.find(key);
+    if (whole == expected_runs_.end() || whole->second != text)
+      return "half a run is in the store:\n" + text;
+  }
   const Outcome again = run(drape_line(situation_.line));
   const bool refused =
       !situation_.refused.empty() && again.text.find(situation_.refused) != std::string::npos;

@@ -59,6 +59,8 @@ class CrashStage {
                                    const std::string& more = {}) const;
   [[nodiscard]] Traces traces() const;
   [[nodiscard]] std::string after_second_run(const Outcome& first) const;
+  /// Every run in the store with all that hangs on it, by its key.
+  [[nodiscard]] Traces runs() const;
   [[nodiscard]] std::string verified() const;
   void fresh() const;
   [[nodiscard]] std::filesystem::path begin() const { return folder_.path() / "begin"; }
@@ -69,7 +71,7 @@ class CrashStage {
   TemporaryFolder folder_;
   long calls_ = 0;
   double duration_s_ = 0;
-  Traces expected_;
+  Traces expected_, expected_runs_;
 };
 
 }  // namespace drape::test

@@ -2,6 +2,7 @@
 #include "tests/faults/operator_mistakes.hpp"
 
 #include <filesystem>
+#include <regex>
 #include <stdexcept>
 
 #include "core/files/files.hpp"
@@ -257,7 +258,29 @@ std::vector<Mistake> operator_mistakes() {
        typed("fabrics/A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 4.07"),
        3,
        {"A.toml:", "areal_density_g_per_m2", "oz/yd2"}},
+      {"loading_and_unloading_exchanged",
+       "C",
+       [](const SmallBench& bench) {
+         const fs::path file = bench.rig() / "fabrics/A/tensile_warp.csv";
+         const std::regex numbers("\n([0-9][^,\n]*),([^,\n]*),([^,\n]*)");
+         write_durable(file, std::regex_replace(read_text(file), numbers, "\n$1,$3,$2"));
+       },
+       3,
+       {"tensile_warp.csv", "gives back", "exchanged"}},
+      {"margin_forgotten",
+       "C",
+       typed("print.toml", "margin_mm = [10.0, 10.0]", "margin_mm = [0.0, 0.0]"),
+       3,
+       {"print.toml:", "margin_mm is 10"}},
       // Only the pictures contradict these.
+      {"stages_exchanged",
+       "C",
+       [](const SmallBench& bench) {
+         bench.replace("rig.toml", "z_mm = 30.0", "z_mm = 6e1");
+         bench.replace("rig.toml", "z_mm = 60.0", "z_mm = 30.0");
+       },
+       1,
+       {"rig.toml", "z_mm", "stage_z030", "stage_z060", "each other's heights"}},
       {"object_moved_after_its_tags_were_seen",
        "C",
        typed(c, "yaw_deg = 14.0",

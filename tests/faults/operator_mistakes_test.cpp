@@ -78,4 +78,11 @@ TEST(NoMistake, GivesNoAlarm) {
   }
 }
 
+TEST(NoMistake, GivesNoAlarmOnABenchWithoutCameras) {
+  const Outcome check = drape::test::run_line(drape::test::program("drape").string() + " check " +
+                                              (drape::test::source_root() / "rigs/paper").string());
+  EXPECT_EQ(check.exit_code, 0) << check.text;
+  EXPECT_THAT(check.text, Not(HasSubstr("warning")));
+}
+
 }  // namespace
