@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
+#include <regex>
 #include <sstream>
 
 #include "compare/report/history.hpp"
@@ -153,12 +155,28 @@ TEST_F(Browser, ShowsTheHistory) {
   EXPECT_GT(fs::file_size(picture), 10000U);
 }
 
-TEST_F(Browser, PrintsOnPaper) {
-  const fs::path paper = folder_.path() / "report.pdf";
-  open(report(), fmt::format("--print-to-pdf='{}'", paper.string()));
-  ASSERT_TRUE(fs::is_regular_file(paper));
-  EXPECT_THAT(read_text(paper), testing::StartsWith("%PDF"));
-  EXPECT_GT(fs::file_size(paper), 50000U);
+long count_of(const std::string& text, const std::string& pattern) {
+  const std::regex wanted(pattern);
+  return std::distance(std::sregex_iterator(text.begin(), text.end(), wanted), {});
+}
+
+TEST_F(Browser, PrintsOnTwoPagesAndThreeADrape) {
+  const fs::path page = report(), paper = folder_.path() / "report.pdf";
+  const long drapes = count_of(read_text(page), "<section id=\"drape-");
+  ASSERT_GT(drapes, 0);
+  for (const std::string size : {"A4", "letter"}) {
+    const fs::path sized = with_script(
+        page,
+        "document.head.insertAdjacentHTML('beforeend','<style>@page{size:" + size + "}</style>');");
+    open(sized, fmt::format("--print-to-pdf='{}'", paper.string()));
+    ASSERT_TRUE(fs::is_regular_file(paper));
+    const std::string pdf = read_text(paper);
+    EXPECT_THAT(pdf, testing::StartsWith("%PDF"));
+    EXPECT_GT(pdf.size(), 50000U);
+    const long pages = count_of(pdf, "/Type */Page[^s]");
+    EXPECT_GT(pages, 1) << size;
+    EXPECT_LE(pages, 2 + 3 * drapes) << size;
+  }
 }
 
 TEST_F(Browser, MakesTheReadmesPictures) {
