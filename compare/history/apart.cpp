@@ -20,8 +20,8 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
   sum.unfinished = std::erase_if(
       sheets, [](const fs::path& sheet) { return !fs::is_regular_file(run_record_path(sheet)); });
   const StoreLock lock(store, StoreLock::Kind::alone);
+  Sealing sealing(lock, store);
   Store results(store);
-  std::vector<fs::path> files;
   for (auto first = sheets.begin(); first != sheets.end();) {
     const auto last = first + std::min(kAtATime, sheets.end() - first);
     const Session session = read_session({first, last}, {});
@@ -33,12 +33,13 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
       sum.added += counts.added;
       sum.present += counts.present;
     }
-    for (fs::path& file : files_of(session)) files.push_back(std::move(file));
+    std::vector<fs::path> files = files_of(session);
     for (fs::path& copy : keep_copies(store, session)) files.push_back(std::move(copy));
+    sealing.add(files);
     first = last;
   }
   results.close();
-  seal_store(lock, store, files);
+  sealing.write();
   return sum;
 }
 

@@ -163,21 +163,33 @@ class Merge {
   std::map<std::string, std::vector<Column>> columns_;
 };
 
-/// Copies of the sources as they are at one moment, whoever writes meanwhile; removed in the end.
+/// Made empty, whatever a killed merge left there, and removed in the end.
+class WorkFolder {
+ public:
+  explicit WorkFolder(fs::path folder) : path_(std::move(folder)) {
+    fs::remove_all(path_);
+    fs::create_directories(path_);
+  }
+  ~WorkFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  WorkFolder(const WorkFolder&) = delete;
+  WorkFolder& operator=(const WorkFolder&) = delete;
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// Copies of the sources as they are at one moment, whoever writes meanwhile. All that can be
+/// refused of a source is refused here, before the target is touched.
 class SourceCopies {
  public:
   SourceCopies(const fs::path& target, const std::vector<fs::path>& sources)
       : folder_(target.string() + ".merging") {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
     for (const fs::path& source : sources) add(source);
   }
-  ~SourceCopies() {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
-  SourceCopies(const SourceCopies&) = delete;
-  SourceCopies& operator=(const SourceCopies&) = delete;
 
   struct Source {
     fs::path store, copy;
@@ -189,7 +201,9 @@ class SourceCopies {
   void add(const fs::path& source) {
     if (!fs::is_regular_file(source))
       throw bad_input("there is no results store", {.file = source.string()}, "name another");
-    const fs::path copy = folder_ / std::to_string(by_head_.size());
+    static_cast<void>(StoreReader(source));  // names a foreign or newer one by its own place
+    if (fs::exists(seal_path(source))) static_cast<void>(read_seal(source));
+    const fs::path copy = folder_.path() / std::to_string(by_head_.size());
     fs::remove(copy);
     try {
       SQLite::Database database(source.string(), SQLite::OPEN_READONLY, kBusyTimeout_ms);
@@ -208,7 +222,7 @@ class SourceCopies {
     Store(copy).close();  // brings an older version to this one
   }
 
-  fs::path folder_;
+  WorkFolder folder_;
   std::map<std::string, Source> by_head_;
 };
 
@@ -220,10 +234,10 @@ MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& so
       throw usage_error("a store cannot be merged into itself", "name another with --store");
   }
   const StoreLock lock(target, StoreLock::Kind::alone);
+  Sealing sealing(lock, target);
   const SourceCopies copies(target, sources);
   Store(target).close();
   MergeCounts counts;
-  std::vector<fs::path> files;
   try {
     for (const auto& [head, source] : copies.by_head()) {
       SQLite::Database database(target.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
@@ -238,12 +252,19 @@ MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& so
   }
   Store(target).close();
   for (const auto& [head, source] : copies.by_head()) {
-    for (fs::path& copy : take_copies(target, source.store)) files.push_back(std::move(copy));
+    sealing.add(take_copies(target, source.store));
     if (!fs::exists(seal_path(source.store))) continue;
-    const fs::path folder = source.store.has_parent_path() ? source.store.parent_path() : ".";
-    for (const auto& [file, sha256] : read_seal(source.store).files) files.push_back(folder / file);
+    constexpr std::size_t kAtATime = 1000;  // bounds the memory
+    std::vector<fs::path> files;
+    for (const auto& [file, sha256] : read_seal(source.store).files) {
+      files.push_back(folder_of(source.store) / file);
+      if (files.size() < kAtATime) continue;
+      sealing.add(files);
+      files.clear();
+    }
+    sealing.add(files);
   }
-  seal_store(lock, target, files);
+  sealing.write();
   return counts;
 }
 

@@ -126,5 +126,41 @@ TEST_F(Merged, RefusesAChangedSourceAndAContradiction) {
   EXPECT_THROW((void)merge_stores(in("target.sqlite"), {in("absent.sqlite")}), Error);
 }
 
+TEST_F(Merged, ASourceThatIsRefusedIsNamedAndLeavesNothing) {
+  const fs::path good = store("good.sqlite", {0}), newer = store("newer.sqlite", {0}),
+                 sealed = store("sealed.sqlite", {0});
+  SQLite::Database(newer.string(), SQLite::OPEN_READWRITE).exec("PRAGMA user_version = 99");
+  write_durable(seal_path(sealed), "{}");
+  write_durable(in("text.sqlite"), "no store");
+  for (const fs::path& bad : {newer, sealed, in("text.sqlite")}) {
+    try {
+      (void)merge_stores(in("new/target.sqlite"), {good, bad});
+      ADD_FAILURE() << bad;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(bad.string()));
+    }
+    EXPECT_FALSE(fs::exists(in("new/target.sqlite"))) << bad;
+    EXPECT_FALSE(fs::exists(in("new/target.sqlite.merging"))) << bad;
+  }
+}
+
+TEST_F(Merged, TakesCopiesButNotWhatAKilledProgramLeftAndReplacesNone) {
+  const fs::path a = store("a.sqlite", {0}), b = store("b.sqlite", {1e-3});
+  write_durable(in("a.sqlite.files/ab/1.ply"), "of a");
+  write_durable(in("b.sqlite.files/ab/1.ply"), "of b");
+  write_durable(in("b.sqlite.files/ab/2.ply"), "of b");
+  write_durable(in("b.sqlite.files/ab/.3.ply.partial"), "half");
+  (void)merge_stores(in("target.sqlite"), {a});
+  (void)merge_stores(in("target.sqlite"), {b});
+  const fs::path copies = in("target.sqlite.files/ab");
+  EXPECT_EQ(read_text(copies / "1.ply"), "of a");
+  EXPECT_EQ(read_text(copies / "2.ply"), "of b");
+  EXPECT_EQ(std::distance(fs::directory_iterator(copies), {}), 2);
+  fs::create_directory_symlink(folder_.path(), in("target.sqlite.files/cd"));
+  write_durable(in("b.sqlite.files/cd/4.ply"), "of b");
+  EXPECT_THROW((void)merge_stores(in("target.sqlite"), {b}), Error);
+  EXPECT_FALSE(fs::exists(in("4.ply")));
+}
+
 }  // namespace
 }  // namespace drape::compare

@@ -18,6 +18,13 @@ namespace fs = std::filesystem;
 constexpr int kSealVersion = 1;
 constexpr const char* kDamaged = "the seal of the results store was changed";
 
+std::string quoted(const std::string& text) {
+  std::string line = pretty(Json(text));
+  line.pop_back();
+  return line;
+}
+
+/// As pretty() prints it, without a tree of all files.
 std::string text_of(const Seal& seal, const fs::path& store) {
   Json json;
   json["schema"] = fmt::format("drapebench/seal/{}", kSealVersion);
@@ -26,10 +33,33 @@ std::string text_of(const Seal& seal, const fs::path& store) {
   json["entries"] = seal.entries;
   json["head"] = seal.head;
   json["files"] = Json::array();
-  for (const auto& [file, sha256] : seal.files)
-    json["files"].push_back({{"file", file}, {"sha256", sha256}});
-  json["seal_sha256"] = sha256_of(std::string_view(pretty(json)));
-  return pretty(json);
+  std::string text = pretty(json);
+  const std::string end = "\n}\n";
+  text.resize(text.size() - end.size() - 1);  // up to the opening bracket
+  for (const auto& [file, sha256] : seal.files) {
+    if (text.back() == '}') text += ',';
+    text += fmt::format("\n  {{\n   \"file\": {},\n   \"sha256\": {}\n  }}", quoted(file),
+                        quoted(sha256));
+  }
+  text += seal.files.empty() ? "]" : "\n ]";
+  const std::string sha256 = sha256_of(std::string_view(text + end));
+  return text + fmt::format(",\n \"seal_sha256\": {}", quoted(sha256)) + end;
+}
+
+/// Takes each file out of the text as it is read. What is not exactly as text_of() writes it
+/// differs from it afterwards.
+Seal seal_in(const std::string& text) {
+  Seal seal;
+  const auto each = [&](int depth, Json::parse_event_t event, Json& value) {
+    if (event != Json::parse_event_t::object_end || depth != 2) return true;
+    seal.files[value.at("file").get<std::string>()] = value.at("sha256").get<std::string>();
+    return false;
+  };
+  const Json json = Json::parse(text, each);
+  seal.store_sha256 = json.at("store_sha256").get<std::string>();
+  seal.entries = json.at("entries").get<long long>();
+  seal.head = json.at("head").get<std::string>();
+  return seal;
 }
 
 /// The chain may have grown since it was sealed, but what was sealed must still be its beginning:
@@ -81,41 +111,47 @@ Seal read_seal(const fs::path& store) {
       "seal and import again";
   Seal seal;
   try {
-    const JsonNode root = JsonNode::open(file, "seal", kSealVersion);
-    const Json& json = root.raw();
-    seal.store_sha256 = json.at("store_sha256").get<std::string>();
-    seal.entries = json.at("entries").get<long long>();
-    seal.head = json.at("head").get<std::string>();
-    for (const Json& item : json.at("files"))
-      seal.files[item.at("file").get<std::string>()] = item.at("sha256").get<std::string>();
+    seal = seal_in(text);
   } catch (const Json::exception&) {
-    throw bad_input(kDamaged, where, what_to_do);
-  } catch (const Error&) {  // no JSON, too deep, newer
     throw bad_input(kDamaged, where, what_to_do);
   }
   if (text_of(seal, store) != text) throw bad_input(kDamaged, where, what_to_do);
   return seal;
 }
 
-void seal_store(const StoreLock& /*held*/, const fs::path& store,
-                const std::vector<fs::path>& starts, const fs::path& own_record) {
-  Seal seal, before;
-  if (fs::is_regular_file(seal_path(store))) before = read_seal(store);
-  seal.files = before.files;
+Sealing::Sealing(const StoreLock& /*held*/, fs::path store) : store_(std::move(store)) {
+  if (fs::is_regular_file(seal_path(store_))) before_ = read_seal(store_);
+  files_ = before_.files;
+}
+
+void Sealing::add(const std::vector<fs::path>& starts) {
   RecordBook book;
-  const fs::path folder = folder_of(store);
+  const fs::path folder = folder_of(store_);
   for (const auto& [file, stated] : files_behind(book, starts)) {
-    if (fs::exists(store) && fs::exists(file) && fs::equivalent(file, store)) continue;
+    if (fs::exists(store_) && fs::exists(file) && fs::equivalent(file, store_)) continue;
     if (const auto sha256 = book.sha256(file))
-      seal.files[fs::proximate(file, folder).generic_string()] = *sha256;
+      files_[fs::proximate(file, folder).generic_string()] = *sha256;
   }
-  if (!own_record.empty()) seal.files.erase(fs::proximate(own_record, folder).generic_string());
+}
+
+void Sealing::write(const fs::path& own_record) const {
+  Seal seal;
+  seal.files = files_;
+  if (!own_record.empty())
+    seal.files.erase(fs::proximate(own_record, folder_of(store_)).generic_string());
   try {
-    hash_store(store, before, seal);
+    hash_store(store_, before_, seal);
   } catch (const SQLite::Exception& exception) {
-    throw store_error(store, exception);
+    throw store_error(store_, exception);
   }
-  write_durable(seal_path(store), text_of(seal, store));
+  write_durable(seal_path(store_), text_of(seal, store_));
+}
+
+void seal_store(const StoreLock& held, const fs::path& store, const std::vector<fs::path>& starts,
+                const fs::path& own_record) {
+  Sealing sealing(held, store);
+  sealing.add(starts);
+  sealing.write(own_record);
 }
 
 }  // namespace drape::compare

@@ -29,10 +29,24 @@ struct Seal {
 /// Throws Error(bad_input) when there is none or any byte of it was changed.
 [[nodiscard]] Seal read_seal(const std::filesystem::path& store);
 
-/// Seals the store with the files behind `starts` (sheets, calibration, reports), keeping what was
-/// sealed before; `held` has been held since before the first commit. A damaged seal is not
-/// overwritten but an Error. The run record of the sealing step is written after the seal and
-/// stands in none.
+/// Seals a store, keeping what was sealed before; `held` has been held since before the first
+/// commit. Of each file its name and hash are kept and no more, so that a long import adds its
+/// files in parts. A damaged seal is not overwritten but an Error.
+class Sealing {
+ public:
+  Sealing(const StoreLock& held, std::filesystem::path store);
+  /// The files behind `starts` (sheets, calibration, reports).
+  void add(const std::vector<std::filesystem::path>& starts);
+  /// The run record of the sealing step is written after the seal and stands in none.
+  void write(const std::filesystem::path& own_record = {}) const;
+
+ private:
+  std::filesystem::path store_;
+  Seal before_;
+  std::map<std::string, std::string> files_;
+};
+
+/// All at once.
 void seal_store(const StoreLock& held, const std::filesystem::path& store,
                 const std::vector<std::filesystem::path>& starts,
                 const std::filesystem::path& own_record = {});

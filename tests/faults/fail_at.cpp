@@ -7,7 +7,7 @@
 //   DRAPE_FAIL_WITH     kill: half of a write is done, then SIGKILL to the process group;
 //                       eio: this call alone fails; enospc: nothing can grow from this call on;
 //                       cut: the ext4 file system DRAPE_FAIL_MOUNT loses power, then kill
-//   DRAPE_FAIL_UNSYNCED  set: fsync and fdatasync do nothing, for the control of power cuts
+//   DRAPE_FAIL_UNSYNCED  set: fsync, fdatasync and syncfs do nothing, for the control of power cuts
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -153,6 +153,9 @@ int fsync(int fd) {
 }
 int fdatasync(int fd) {
   return synced("fdatasync", fd);
+}
+int syncfs(int fd) noexcept {
+  return synced("syncfs", fd);
 }
 int mkdir(const char* folder, mode_t mode) noexcept {
   return passed_on<int(const char*, mode_t)>("mkdir", true, true, folder, mode);
