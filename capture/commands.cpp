@@ -195,7 +195,7 @@ class SessionDesk {
     if (result.sets.empty()) return;
     if (again) journal.replace(last_);
     if (!again) last_ = storing.set;
-    journal.close();  // so that others read the set while the session goes on
+    journal.publish();
     std::erase(to_take_, last_);
     fmt::print(stderr, "GO: {} stored\n", last_);
     ++stored;

@@ -156,12 +156,26 @@ fs::path Journal::begin(const std::string& set) const {
   return unfinished;
 }
 
+void Journal::write(const fs::path& file, std::string_view content) {
+  const Descriptor descriptor(
+      ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
+  while (descriptor.get() >= 0 && !content.empty()) {
+    const ssize_t wrote = ::write(descriptor.get(), content.data(), content.size());
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote <= 0) throw cannot_write(file);
+    content.remove_prefix(static_cast<std::size_t>(wrote));
+  }
+  if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw cannot_write(file);
+}
+
 void Journal::add(FrameSet set) {
   const fs::path folder = recording_.folder;
   if (fs::exists(folder / set.name))
     throw bad_input("the folder of this set is there already, and is in no recording",
                     {.file = (folder / set.name).string(), .set = set.name},
                     "look what it holds, then remove it, or give another --set");
+  sync_folder(folder / (kUnfinished + set.name));
+  sync_folder(folder);
   write_line(json_of(set));
   fs::rename(folder / (kUnfinished + set.name), folder / set.name);
   sync_folder(folder);
@@ -216,10 +230,16 @@ void Journal::write_line(const Json& json) {
   throw why;
 }
 
-void Journal::close() {
-  file_.reset();
+void Journal::publish() {
   if (recording_.sets.empty()) return;
   write_recording(recording_);
+  if (file_.get() >= 0 && ::ftruncate(file_.get(), 0) != 0)
+    throw cannot_write(journal_of(recording_.folder));
+}
+
+void Journal::close() {
+  publish();
+  file_.reset();
   fs::remove(journal_of(recording_.folder));
 }
 

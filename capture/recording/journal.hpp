@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "capture/host/channel.hpp"
 #include "core/recording.hpp"
@@ -23,13 +24,18 @@ class Journal {
 
   /// Where a set is written before it is whole: nothing reads it, and the next capture removes it.
   [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
+  /// A file of such a set. It is on the disk, and has its name there once add() has returned.
+  static void write(const std::filesystem::path& file, std::string_view content);
   /// Gives the set its name and acknowledges it. Its files stand in the folder of begin().
   void add(FrameSet set);
   /// <set>.new, which was added, takes the name of the set that is there, which is called
   /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
   void replace(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
-  /// Writes recording.json and ends the journal, until the next set; nothing when there is none.
+  /// Writes recording.json, so that others read what was stored while the capture goes on; the
+  /// journal begins again. Nothing when there is no set.
+  void publish();
+  /// The same at the end: the journal is gone.
   void close();
 
   [[nodiscard]] Recording& recording() { return recording_; }

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
   Journal journal(folder, "2026-01-31");
   for (std::size_t k = journal.recording().sets.size();; ++k) {
     const std::string name = "set_" + std::to_string(k), content(20'000 + 7 * k, 'x');
-    write_durable(journal.begin(name) / "cam0.png", content);
+    Journal::write(journal.begin(name) / "cam0.png", content);
     FrameSet set{name, {}};
     set.frames.push_back({"cam0", name + "/cam0.png", sha256_of(content), 4, 3, std::nullopt});
     journal.add(std::move(set));

@@ -61,7 +61,8 @@ class Recorder {
  private:
   void refuse_known_set() const;
   void sum_up(LiveSet set, const LiveReport& report);
-  void store(const std::string& name, const LiveSet& set, std::size_t averaged,
+  void store(const std::string& name, const LiveSet& set,
+             const std::vector<FrameQuality>& qualities, std::size_t averaged,
              const LiveReport& report);
 
   const CamerasFile& cameras_;

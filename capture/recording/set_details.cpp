@@ -26,7 +26,8 @@ Json json_of(const std::optional<ClockFit>& clock) {
   return json;
 }
 
-Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame) {
+Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame,
+                 const FrameQuality& quality) {
   Json json;
   json["camera"] = camera.name;
   json["device"] = {{"vendor", camera.identity.vendor},
@@ -50,7 +51,6 @@ Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame) {
   json["bits"] = frame.bits;
   json["raw_file"] = frame.raw.empty() ? Json() : Json(raw_file(camera.name, frame));
   json["raw_sha256"] = frame.raw.empty() ? Json() : Json(sha256_of(frame.raw));
-  const FrameQuality quality = quality_of(frame.pixels, frame.width_px);
   json["mean_level"] = quality.mean;
   json["saturated_share"] = quality.saturated_share;
   json["sharpness_per_px"] = quality.sharpness;
@@ -81,7 +81,8 @@ std::string raw_file(const std::string& camera, const LiveFrame& frame) {
   return camera + "." + frame.pixel_format + ".raw";
 }
 
-Json set_details(const std::string& name, const LiveSet& set, std::size_t averaged,
+Json set_details(const std::string& name, const LiveSet& set,
+                 const std::vector<FrameQuality>& qualities, std::size_t averaged,
                  const LiveReport& report, const StillReport& still, const RecordOptions& options) {
   Json json;
   json["schema"] = "drapebench/capture/1";
@@ -98,7 +99,7 @@ Json set_details(const std::string& name, const LiveSet& set, std::size_t averag
   json["stillness"] = json_of(still, options.still);
   json["cameras"] = Json::array();
   for (std::size_t c = 0; c < set.frames.size(); ++c)
-    json["cameras"].push_back(camera_json(report.cameras[c], set.frames[c]));
+    json["cameras"].push_back(camera_json(report.cameras[c], set.frames[c], qualities[c]));
   json["faults"] = Json::array();
   for (const LiveFault& f : report.faults)
     json["faults"].push_back(

@@ -9,7 +9,8 @@ namespace drape::capture {
 
 /// Content of a set's capture.json: times, spread, settings read back, clocks, ledger up to then,
 /// stillness, faults.
-[[nodiscard]] Json set_details(const std::string& name, const LiveSet& set, std::size_t averaged,
+[[nodiscard]] Json set_details(const std::string& name, const LiveSet& set,
+                               const std::vector<FrameQuality>& qualities, std::size_t averaged,
                                const LiveReport& report, const StillReport& still,
                                const RecordOptions& options);
 
