@@ -50,6 +50,7 @@ class Server {
         if (got == Received::closed) break;
         if (got == Received::message) obey(message);
         if (camera_ && !grabber.joinable()) grabber = std::thread([this] { grab(); });
+        if (clock_due_.exchange(false)) tell_alive(true);
         if (Clock::now() - alive >= kAliveEvery) {
           alive = Clock::now();
           tell_alive();
@@ -98,7 +99,12 @@ class Server {
 
   void open(const Json& message) {
     camera_ = open_(address_of(message.at("address")));
-    const auto settings = camera_->configure(settings_of(message.at("settings")));
+    const CameraSettings wanted = settings_of(message.at("settings"));
+    const auto settings = camera_->configure(wanted);
+    // Then frames are paired by time, and a set waits for a reading after its frames.
+    by_time_ =
+        (wanted.trigger == TriggerSource::free_run || wanted.trigger == TriggerSource::line) &&
+        !camera_->on_host_clock();
     const std::size_t slots = message.at("slots");
     const std::size_t slot_bytes = message.at("slot_bytes");
     if (camera_->frame_bytes() > slot_bytes)
@@ -196,6 +202,7 @@ class Server {
       message["stride"] = frame->stride_bytes;
     }
     send_message(control_.get(), message);
+    clock_due_ = by_time_.load();
   }
 
   std::optional<std::size_t> take_slot() {
@@ -218,7 +225,7 @@ class Server {
   std::condition_variable changed_;
   std::vector<std::size_t> free_;
   bool wanted_ = false, running_ = false;
-  std::atomic<bool> ended_{false}, failed_{false};
+  std::atomic<bool> ended_{false}, failed_{false}, by_time_{false}, clock_due_{false};
   std::atomic<std::int64_t> no_slot_{0};
   int alive_count_ = 0;
 };

@@ -103,6 +103,34 @@ TEST_F(Clocks, AJumpIsNamedAndNoFrameGetsATimeOfTheWrongClock) {
   EXPECT_EQ(wrong, 0);
 }
 
+/// A jump by a period makes each frame look like its neighbour, until the clock is read again: a
+/// set that is handed over is never of that time.
+TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  add({.clock_offset_s = 2});
+  add({.clock_offset_s = -3});
+  LiveOptions options;
+  options.frames = 60;
+  options.patience_s = options.opening_s = 300;
+  options.host_program = test::program("drape-camera-host");
+  int sets = 0, wrong = 0, launches = 0;
+  options.on_set = [&](const LiveSet& set, const LiveReport& report) {
+    for (const LiveCameraReport& camera : report.cameras)
+      launches = std::max(launches, camera.host_launches);
+    std::vector<std::int64_t> exposed_ns;
+    for (std::size_t c = 0; c < 2; ++c)
+      exposed_ns.push_back(
+          devices_[c]->exposures().at(static_cast<std::size_t>(set.frames[c].mark.index)).host_ns);
+    wrong += std::abs(exposed_ns[0] - exposed_ns[1]) > 25'000'000 ? 1 : 0;
+    if (++sets % 10 == 0) devices_[1]->jump_clock(0.05);
+  };
+  const LiveResult live = capture_live(file_, options);
+  EXPECT_EQ(sets, 60) << faults_of(live);
+  EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0.0"));
+  // Ids that begin again say nothing about when a frame was exposed.
+  if (launches == 1) EXPECT_EQ(wrong, 0);
+}
+
 TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   add({.clock_offset_s = 7, .clock_drift_ppm = 90, .ptp = true});

@@ -7,6 +7,11 @@
 
 namespace drape::capture {
 
+bool is_confirmed(const Running& r, const Arrival& a) {
+  const bool reads = r.last_reading && !r.host->on_host_clock();
+  return !reads || r.last_reading->host_before_ns > a.arrived_ns;
+}
+
 void rebase(Running& r, const HostFrame& frame, std::optional<double> frame_rate_hz) {
   if (r.newest < 0) return;
   r.base = r.newest + 1;

@@ -40,6 +40,7 @@ struct Running {
   /// Readings of the clock; a camera that was opened again, or whose clock jumped, has a new one.
   ClockReadings clocks;
   std::size_t clock_taken = 0;
+  std::optional<ClockSample> last_reading;  ///< of the newest of `clocks`
   std::int64_t sure_from_ns = 0;  ///< frames that arrive before may be stamped by the clock before
   bool stamps_are_off = false;
   std::int64_t complete = 0;
@@ -52,6 +53,10 @@ struct Running {
   std::optional<Counted> counted;
   int silent_triggers = 0;  ///< one after another
 };
+
+/// Has the camera's clock been read since the frame came? Then no jump that is seen later touches
+/// it.
+[[nodiscard]] bool is_confirmed(const Running& r, const Arrival& a);
 
 /// After a restart the device counts from the start again. Frames missed meanwhile are counted by
 /// its clock, when that ran on and the camera has a rate of its own.

@@ -22,7 +22,9 @@ constexpr int kTriggersBefore = 3;  ///< until every camera answers
 constexpr std::size_t kMostBytesPerPixel = 3;
 constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
 constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
+constexpr int kUsualPath_bytes = 1500;  ///< without jumbo frames
 constexpr double kStopping_s = 2;
+constexpr double kFitEvery_s = 0.4;          ///< readings of a clock that are kept
 constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
 constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
 
@@ -66,6 +68,7 @@ void Session::open_with_fall_backs() {
       r.newest = -1;
       r.newest_device_ns.reset();
       r.clocks.clear();
+      r.last_reading.reset();
       r.started = false;
     }
     auto refused = open_all(running_, file_, methods[i], options_.opening_s);
@@ -120,6 +123,7 @@ void Session::start(Running& r) {
   r.clock_taken = 0;
   r.counted.reset();
   r.clocks.emplace_back();
+  r.last_reading.reset();
   r.last_frame_ns = r.began_ns = now_ns();
   r.host->start();
 }
@@ -167,13 +171,20 @@ void Session::take_readings(std::size_t c) {
 void Session::take_reading(std::size_t c, const ClockSample& sample) {
   Running& r = running_[c];
   std::vector<ClockSample>& clock = r.clocks.back();
-  const auto jump = clock.empty() ? std::nullopt : clock_jump_s(clock.back(), sample);
-  if (!jump) return clock.push_back(sample);
+  const auto before = std::exchange(r.last_reading, sample);
+  const auto jump = before ? clock_jump_s(*before, sample) : std::nullopt;
+  if (!jump) {
+    // Of readings after every frame some are enough for the fit.
+    const bool soon = r.newest >= 0 && !clock.empty() &&
+                      seconds(sample.host_before_ns - clock.back().host_before_ns) < kFitEvery_s;
+    if (!soon) clock.push_back(sample);
+    return;
+  }
   add_fault(
       report_.faults,
       {name(c), fmt::format("its clock jumped by {:.3f} s; frames around that have no time", *jump),
        "let nothing set the camera's clock during a capture (PTP, other programs)"});
-  const std::int64_t last_good_ns = clock.back().host_before_ns;
+  const std::int64_t last_good_ns = before->host_before_ns;
   for (Arrival& a : arrivals_)
     if (a.camera == c && a.arrived_ns >= last_good_ns) a.clock.reset();
   r.sure_from_ns = now_ns() + std::llround(1e9 * kAnswer_s);
@@ -259,14 +270,20 @@ std::optional<std::int64_t> Session::count_trigger(Running& r, std::int64_t inde
 }
 
 std::string Session::remedy_for(const CameraHost& host) {
-  std::int64_t room = 0, frame = 0;
+  std::int64_t room = 0, frame = 0, packet = 0;
   bool udp = false;
   for (const SettingReadBack& s : host.settings()) {
     if (s.name == "receive_buffer_bytes") room = std::stoll(s.value);
     if (s.name == "receive_buffer_of_a_frame_bytes") frame = std::stoll(s.value);
+    if (s.name == "packet_size_bytes") packet = std::stoll(s.value);
     if (s.name == "stream_socket") udp = s.value == "udp";
   }
   if (udp && room < frame) return fmt::format("sudo sysctl -w net.core.rmem_max={}", 2 * frame);
+  if (packet > kUsualPath_bytes)
+    return fmt::format(
+        "packet_size_bytes = {}, where a switch or card carries no larger ones; else "
+        "raise packet_delay_ns, or lower frame_rate_hz",
+        kUsualPath_bytes);
   return "raise packet_delay_ns, or lower frame_rate_hz; check cable and switch";
 }
 

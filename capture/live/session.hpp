@@ -89,7 +89,8 @@ class Session {
 
   void run_free();
 
-  /// A set is sure when every camera has sent another whole frame since, or all are silent.
+  /// A set is sure when every camera has sent another whole frame since, or all are silent; and,
+  /// where device times pair them, when every clock was read since: one that jumped is seen then.
   void give_out(const PairingResult& pairing, bool all);
 
   /// Develops the frames of a set and takes their pixels.
@@ -135,6 +136,9 @@ class Session {
   /// until none came for `quiet_s`.
   void await_answers(double within_s, double quiet_s = 0);
 
+  /// Until the clocks that pair frames by time were read after their frames.
+  void await_readings();
+
   // ---- what comes out -----------------------------------------------------------------------
   [[nodiscard]] std::optional<double> time_of(
       const Arrival& a, const std::vector<std::optional<ClockFit>>& clocks) const;
@@ -166,6 +170,7 @@ class Session {
   std::vector<std::int64_t> trigger_ns_;
   std::unique_ptr<ActionSender> actions_;
   std::size_t given_out_ = 0;
+  bool ended_ = false;  ///< no reading will come any more
   LiveReport report_;
 };
 

@@ -19,6 +19,7 @@ namespace {
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
 constexpr double kStreamEnds_s = 0.3;      ///< once told to
+constexpr double kReadings_s = 1;          ///< twice the time between two readings of a clock
 
 /// Then its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
@@ -102,7 +103,8 @@ void Session::give_out(const PairingResult& pairing, bool all) {
     if (given_out_ == static_cast<std::size_t>(options_.frames)) return;
     const auto sure = [&](std::size_t i) {
       const Arrival& a = arrivals_[i];
-      return all || a.index < running_[a.camera].newest;
+      const bool confirmed = by_trigger() || ended_ || is_confirmed(running_[a.camera], a);
+      return confirmed && (all || a.index < running_[a.camera].newest);
     };
     if (arrivals_[set.frames.front()].settled) continue;
     if (!std::all_of(set.frames.begin(), set.frames.end(), sure)) return;
@@ -181,6 +183,7 @@ void Session::run_triggered() {
     fire();
     await_answers(kLateAnswer_s);
     settle_counts();
+    await_readings();
     const PairingResult pairing = pair(marks());
     give_out(pairing, true);
     tell_progress(k + 1);
@@ -236,6 +239,19 @@ void Session::settle_counts() {
     if (r.newest != before) continue;
     r.counted = Running::Counted{r.newest, last};
     r.silent_triggers = 0;
+  }
+}
+
+void Session::await_readings() {
+  const auto confirmed = [&](const Arrival& a) {
+    const Running& r = running_[a.camera];
+    return a.settled || r.host->fault() || is_confirmed(r, a);
+  };
+  const std::int64_t until = now_ns() + std::llround(1e9 * kReadings_s);
+  while (!by_trigger() && now_ns() < until && !interrupted() &&
+         !std::all_of(arrivals_.begin(), arrivals_.end(), confirmed)) {
+    wait(0.02);
+    take_in();
   }
 }
 
@@ -328,6 +344,7 @@ LiveReport Session::report_up_to_now(const PairingResult& pairing) const {
 
 LiveResult Session::finish() {
   LiveResult result;
+  ended_ = true;
   const std::vector<FrameMark> all = marks();
   const PairingResult pairing = pair(all);
   give_out(pairing, true);
@@ -356,6 +373,11 @@ LiveResult Session::finish() {
       add_fault(report_.faults, {camera.name, "a frame never arrived",
                                  "check cable and switch; look for dropped packets on the "
                                  "network card"});
+  for (std::size_t c = 0; c < running_.size(); ++c)
+    if (report_.method == SyncMethod::line_trigger && running_[c].newest < 0)
+      add_fault(report_.faults,
+                {name(c), "no pulse came by the line: it sent no frame",
+                 "see that pulses come by " + file_.cameras[c].settings.trigger_line});
   for (LiveFault& fault : ptp_faults(report_.cameras)) add_fault(report_.faults, fault);
   if (report_.paired_by == PairedBy::arrival) {
     for (PairedFrames& set : result.pairing.sets) set.spread_s.reset();
