@@ -62,8 +62,9 @@ struct Reached {
 /// against a capture.
 [[nodiscard]] Check check_calibration(const std::optional<std::filesystem::path>& calibration,
                                       double largest_days);
-/// One captured set: were all frames whole and together, clocks, exposure, focus?
-[[nodiscard]] std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras);
+/// `wanted` sets: were all frames whole and together, clocks, exposure, focus?
+[[nodiscard]] std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras,
+                                               std::size_t wanted);
 
 /// A short burst: is the cloth still, and is every camera where it was at the reference set?
 [[nodiscard]] std::vector<Check> check_still(const StillReport& still);

@@ -43,7 +43,7 @@ void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& cali
     StillOptions still;
     if (calibration && fs::exists(*calibration)) still.calibration = calibration;
     append(seen, check_receive_buffers(live.report));
-    append(seen, check_capture(live, cameras));
+    append(seen, check_capture(live, cameras, static_cast<std::size_t>(options.frames)));
     append(seen, check_still(look_still(live, cameras, still)));
   } catch (const Error& error) {
     seen.push_back({"a set of all cameras", false,

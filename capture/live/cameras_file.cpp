@@ -147,6 +147,13 @@ CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
           "name another serial number or address");
     if (!by_name.try_emplace(camera.name, camera).second)
       table.reject("name", fmt::format("camera `{}` is there twice", camera.name), "remove one");
+    if (result.method == SyncMethod::free_run && camera.settings.exposure_us &&
+        1e-6 * *camera.settings.exposure_us > 1 / result.frame_rate_hz)
+      table.reject("exposure_us",
+                   fmt::format("it is longer than the period of {:.1f} ms in which a "
+                               "free-running camera exposes",
+                               1e3 / result.frame_rate_hz),
+                   "lower exposure_us or frame_rate_hz");
   }
   root.finish();
   for (const RigCamera& camera : rig.cameras) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "capture/live/live_capture.hpp"
+#include "capture/pixel/pixel_format.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/paths.hpp"
 
@@ -30,6 +31,29 @@ inline std::vector<std::uint8_t> picture(int width_px, int height_px, unsigned s
       pixels.push_back(
           static_cast<std::uint8_t>(((x / 16 + y / 16) % 2 != 0 ? 200 : 20) + random() % 8));
   return pixels;
+}
+
+/// Bytes of a picture in the camera's first format, and the grey that belongs to it.
+struct Sent {
+  std::vector<std::uint8_t> bytes, grey;
+};
+
+inline Sent picture_for(const Personality& p, int width_px, int height_px, unsigned seed) {
+  const std::string& name = p.pixel_formats.front().first;
+  const PixelFormat& format = *find_pixel_format(name);
+  Sent sent;
+  const auto count = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+  sent.bytes.resize((count * format.row_bytes(8) + 7) / 8);
+  const auto plain = picture(width_px, height_px, seed);
+  for (std::size_t i = 0; i < sent.bytes.size(); ++i) sent.bytes[i] = plain[i % count];
+  if (format.bits > 8 && format.packing == Packing::words)
+    for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
+      sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
+  // The packings themselves are proved in pixel_format_test.cpp.
+  const Samples grey = grey_of(unpack(format, sent.bytes, width_px, height_px), format.mosaic);
+  for (const std::uint16_t v : grey.values)
+    sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
+  return sent;
 }
 
 /// `count` cameras with clocks that have nothing in common.

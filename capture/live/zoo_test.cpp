@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "capture/live/live_bench.hpp"
-#include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
 #include "tests/support/trials.hpp"
@@ -36,30 +35,6 @@ std::string expected_refusal(const Personality& p, SyncMethod method) {
   return {};
 }
 
-/// Bytes of a picture in the camera's first format, and the grey that belongs to it.
-struct Sent {
-  std::vector<std::uint8_t> bytes, grey;
-};
-
-Sent picture_for(const Personality& p, unsigned seed) {
-  const std::string& name = p.pixel_formats.front().first;
-  const PixelFormat& format = *find_pixel_format(name);
-  Sent sent;
-  const auto count = static_cast<std::size_t>(kZooWidth_px) * kZooHeight_px;
-  sent.bytes.resize((count * format.row_bytes(8) + 7) / 8);
-  const auto plain = test::picture(kZooWidth_px, kZooHeight_px, seed);
-  for (std::size_t i = 0; i < sent.bytes.size(); ++i) sent.bytes[i] = plain[i % count];
-  if (format.bits > 8 && format.packing == Packing::words)
-    for (std::size_t i = 1; i < sent.bytes.size(); i += 2)
-      sent.bytes[i] = static_cast<std::uint8_t>(sent.bytes[i] & ((1 << (format.bits - 8)) - 1));
-  // The packings themselves are proved in pixel_format_test.cpp.
-  const Samples grey =
-      grey_of(unpack(format, sent.bytes, kZooWidth_px, kZooHeight_px), format.mosaic);
-  for (const std::uint16_t v : grey.values)
-    sent.grey.push_back(static_cast<std::uint8_t>(v >> (format.bits - 8)));
-  return sent;
-}
-
 struct ZooOutcome {
   int sets = 0, wrong = 0, launches = 0;
   std::string said;
@@ -71,7 +46,7 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
   file.frame_rate_hz = 10;
   file.largest_spread_s = 0.04;
   std::vector<std::unique_ptr<test::GigeCamera>> devices;
-  std::vector<Sent> sent;
+  std::vector<test::Sent> sent;
   for (unsigned c = 0; c < 2; ++c) {
     test::GigeCameraOptions options;
     options.address = fmt::format("127.0.0.{}", 2 + c);
@@ -82,7 +57,7 @@ ZooOutcome run(const Personality& personality, SyncMethod method) {
     options.clock_drift_ppm = 40.0 * c;
     options.personality = personality;
     devices.push_back(std::make_unique<test::GigeCamera>(options));
-    sent.push_back(picture_for(personality, c + 1));
+    sent.push_back(test::picture_for(personality, kZooWidth_px, kZooHeight_px, c + 1));
     // Where gamma is on, the emulator bends the grey levels of what it shows.
     personality.gamma_on ? devices.back()->show(sent.back().bytes)
                          : devices.back()->show_bytes(sent.back().bytes);

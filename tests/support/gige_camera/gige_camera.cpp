@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 namespace drape::test {
@@ -53,6 +54,10 @@ GigeCamera::GigeCamera(const GigeCameraOptions& options)
   stream_socket_ = open_socket(options_.address, 0, false);
   fill_registers();
   acquiring_ = options_.personality.locked_while_streaming;
+  if (options_.held) {
+    controller_ = endpoint("127.0.0.1", 9);
+    last_heard_ns_ = std::numeric_limits<std::int64_t>::max();
+  }
   control_thread_ = std::thread([this] { serve_control(); });
   stream_thread_ = std::thread([this] { stream(); });
 }

@@ -41,7 +41,10 @@ struct GigeCameraOptions {
   /// period. Absent: all cameras expose together, on a grid of the host's clock.
   std::optional<double> first_exposure_s = {};
   std::uint16_t first_frame_id = 1;
-  unsigned seed = 1;  ///< of the losses
+  unsigned seed = 1;                      ///< of the losses
+  std::vector<std::uint32_t> stuck = {};  ///< registers that refuse to be written
+  bool held = false;                      ///< another program controls it, and goes on
+  std::size_t path_bytes = 65535;  ///< largest packet, with its IP header, that the path carries
 };
 
 /// What goes wrong in transit. Probabilities per packet.

@@ -2,6 +2,7 @@
 // The control channel (GVCP): one datagram, one answer.
 #include <poll.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -147,6 +148,8 @@ bool GigeCamera::takes(std::uint32_t address, const std::uint8_t* value) const {
   const auto inside = [&](std::uint32_t other, std::uint32_t sensor) {
     return std::uint64_t{wire::get32(value)} + bank_.word(other) <= bank_.word(sensor);
   };
+  if (std::find(options_.stuck.begin(), options_.stuck.end(), address) != options_.stuck.end())
+    return false;
   const bool format = address >= reg::width && address <= reg::pixel_format;
   if (format && options_.personality.locked_while_streaming) {
     const std::lock_guard lock(mutex_);

@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr std::size_t kHeaders = 20 + 8 + 8;  ///< IP, UDP, GVSP, all counted in the packet size
 constexpr std::size_t kExtendedHeaders = kHeaders + 12;
+constexpr std::size_t kIpUdp = 20 + 8;
 constexpr std::size_t kKeptFrames = 16;
 constexpr std::uint32_t kExtendedChunks = 0x4001, kExtendedFlag = 0x80;
 
@@ -153,6 +154,7 @@ void GigeCamera::send_packet(const Frame& frame, std::size_t packet) {
   to.sin_addr.s_addr = htonl(bank_.word(reg::stream_address));
   if (to.sin_port == 0) return;
   const auto bytes = packet_bytes(frame, packet);
+  if (bytes.size() + kIpUdp > options_.path_bytes) return;
   ::sendto(stream_socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to),
            sizeof to);
 }
