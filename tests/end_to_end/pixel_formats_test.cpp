@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// One drape through every pixel format: what is measured of it is the same within the noise that
+// the measurement states.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "capture/live/develop.hpp"
+#include "capture/pixel/pixel_format.hpp"
+#include "capture/recording/record.hpp"
+#include "core/files/files.hpp"
+#include "core/sheet.hpp"
+#include "tests/support/bench1_calibration.hpp"
+#include "tests/support/small_bench.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using capture::Mosaic;
+using capture::Packing;
+using capture::PixelFormat;
+
+constexpr int kViews = 3, kDepth = 16;
+
+/// bench1's drape_A as a sensor of 16 bits would see it: its grey levels, and between two of them
+/// what such a sensor tells apart.
+cv::Mat light_of_bench1(int camera) {
+  const cv::Mat grey = cv::imread(
+      (test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", camera))
+          .string(),
+      cv::IMREAD_GRAYSCALE);
+  cv::Mat fine(grey.size(), CV_16UC1);
+  cv::RNG random(static_cast<std::uint64_t>(camera) + 1);
+  random.fill(fine, cv::RNG::UNIFORM, 0, 256);
+  cv::Mat light;
+  grey.convertTo(light, CV_16UC1, 256);
+  return light + fine;
+}
+
+/// Is the pixel green? Of the first two pixels of the first row the name says so.
+bool is_green(Mosaic mosaic, int x, int y) {
+  const bool first = mosaic == Mosaic::gr || mosaic == Mosaic::gb;
+  return ((x + y) % 2 == 0) == first;
+}
+
+/// A frame as the camera sends it; red and blue see less of the light than green does.
+std::vector<std::uint8_t> sent_by(const PixelFormat& format, const cv::Mat& light) {
+  std::vector<std::uint8_t> bytes;
+  if (format.packing == Packing::jpeg) {
+    cv::Mat grey;
+    light.convertTo(grey, CV_8UC1, 1.0 / 256, -0.5);
+    cv::imencode(".jpg", grey, bytes, {cv::IMWRITE_JPEG_QUALITY, 95});
+    return bytes;
+  }
+  for (int y = 0; y < light.rows; ++y)
+    for (int x = 0; x < light.cols; ++x) {
+      unsigned value = light.at<std::uint16_t>(y, x);
+      if (format.mosaic != Mosaic::none && !is_green(format.mosaic, x, y)) value /= 2;
+      value >>= kDepth - format.bits;
+      const auto low = static_cast<std::uint8_t>(value);
+      switch (format.packing) {
+        case Packing::words:
+          bytes.insert(bytes.end(), {low, static_cast<std::uint8_t>(value >> 8)});
+          break;
+        case Packing::yuyv:
+          bytes.insert(bytes.end(), {low, 128});
+          break;
+        case Packing::uyvy:
+          bytes.insert(bytes.end(), {128, low});
+          break;
+        case Packing::rgb:
+          bytes.insert(bytes.end(), {static_cast<std::uint8_t>(low / 2), low, 0});
+          break;
+        default:
+          bytes.push_back(low);
+      }
+    }
+  if (format.packing == Packing::nv12) bytes.resize(bytes.size() * 3 / 2, 128);
+  return bytes;
+}
+
+class PixelFormats : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"drape-detect", "drape-triangulate"})
+      if (!fs::exists(test::program(name)))
+        GTEST_SKIP() << name << " is missing: build with stages detect and triangulate too";
+    for (int c = 0; c < kViews; ++c) light_.push_back(light_of_bench1(c));
+    write_calibration(folder() / "calibration.json", test::bench1_true_calibration());
+  }
+
+  /// Developed and stored by the capture, then detected and triangulated. Formats of the same grey
+  /// are measured once.
+  const Sheet& sheet_of(const PixelFormat& format) {
+    capture::CamerasFile cameras;
+    capture::LiveResult live;
+    std::string grey;
+    capture::PairedFrames set;
+    for (int c = 0; c < kViews; ++c) {
+      const cv::Mat& light = light_[static_cast<std::size_t>(c)];
+      capture::HostFrame frame;
+      frame.complete = true;
+      frame.width_px = light.cols;
+      frame.height_px = light.rows;
+      frame.pixels = sent_by(format, light);
+      live.frames.push_back(capture::develop(std::move(frame), std::string(format.name)));
+      const capture::LiveFrame& developed = live.frames.back();
+      EXPECT_EQ(developed.fault, "") << format.name;
+      const auto* deep = reinterpret_cast<const unsigned char*>(developed.deep.data());
+      grey += sha256_of(developed.pixels) + sha256_of(std::span(deep, 2 * developed.deep.size()));
+      capture::LiveCamera& camera = cameras.cameras.emplace_back();
+      camera.name = fmt::format("cam{}", c);
+      camera.settings.width_px = light.cols;
+      camera.settings.height_px = light.rows;
+      live.report.cameras.push_back({});
+      live.report.cameras.back().name = camera.name;
+      set.frames.push_back(static_cast<std::size_t>(c));
+    }
+    const auto [place, is_new] = sheets_.try_emplace(grey);
+    if (!is_new) return place->second;
+    live.pairing.sets.push_back(set);
+    const fs::path out = folder() / std::string(format.name);
+    capture::RecordOptions storing;
+    storing.folder = out;
+    storing.set = "drape_A";
+    storing.recorded_on = "2026-01-31";
+    EXPECT_EQ(record_live(live, cameras, storing).sets.size(), 1U) << format.name;
+    const test::Outcome measured = test::run_line(fmt::format(
+        "'{0}' '{1}' --rig '{2}' --surface cloth --sets drape_A --out '{1}/d.json' && "
+        "'{3}' '{1}/d.json' --calibration '{4}/calibration.json' --set drape_A --out '{1}/s.ply'",
+        test::program("drape-detect").string(), out.string(),
+        (test::source_root() / "rigs/bench1").string(), test::program("drape-triangulate").string(),
+        folder().string()));
+    EXPECT_EQ(measured.exit_code, 0) << format.name << ": " << measured.text;
+    place->second = read_sheet(out / "s.ply");
+    fs::remove_all(out);
+    return place->second;
+  }
+
+  [[nodiscard]] const fs::path& folder() const { return temporary_.path(); }
+
+  std::vector<cv::Mat> light_;
+  std::map<std::string, Sheet> sheets_;
+  test::TemporaryFolder temporary_;
+};
+
+TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
+  const Sheet reference = sheet_of(*capture::find_pixel_format("Mono8"));
+  ASSERT_GT(reference.marks.size(), 100U);
+  const std::vector<std::string> slice = {"Mono12", "BayerRG8", "MJPG"};
+  const bool whole = test::trial_count(0, 1) == 1;
+  int formats = 0;
+  for (const PixelFormat& format : capture::pixel_formats()) {
+    // Packed ones hold the same samples as those in words: pixel_format_test.cpp.
+    if (format.packing == Packing::lsb || format.packing == Packing::gige_packed) continue;
+    if (!whole && std::find(slice.begin(), slice.end(), format.name) == slice.end()) continue;
+    ++formats;
+    const Sheet& sheet = sheet_of(format);
+    double squares = 0, largest = 0, sum_mm2 = 0;
+    std::size_t marks = 0;
+    for (const SheetMark& mark : sheet.marks) {
+      const SheetMark* other = reference.find(mark.mark);
+      if (other == nullptr) continue;
+      const Eigen::Vector3d apart = mark.point_in_world - other->point_in_world;
+      // The same light and the same noise in it: they differ by less than two measurements would.
+      const double z2 = apart.dot(mark.covariance_m2->ldlt().solve(apart)) / 3;
+      squares += z2;
+      largest = std::max(largest, std::sqrt(z2));
+      sum_mm2 += 1e6 * apart.squaredNorm();
+      ++marks;
+    }
+    const double rms = std::sqrt(squares / static_cast<double>(marks));
+    std::printf(
+        "%s: %zu of %zu marks, apart by %.4f mm (rms), %.2f of the stated deviation, %.2f "
+        "at most\n",
+        std::string(format.name).c_str(), marks, reference.marks.size(),
+        std::sqrt(sum_mm2 / static_cast<double>(marks)), rms, largest);
+    // A slanted mark may be left out where half of the pixels are not green: then it is a gap.
+    EXPECT_GE(20 * marks, 19 * reference.marks.size()) << format.name;
+    EXPECT_LE(rms, 1) << format.name;
+  }
+  EXPECT_GE(formats, 3);
+}
+
+}  // namespace
+}  // namespace drape
