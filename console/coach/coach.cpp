@@ -25,7 +25,9 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 constexpr int kPoseParameters = 6;
 constexpr int kLeastPoints = 8;
-constexpr double kTilt_deg = 30;
+constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective speaks for the lens
+constexpr int kPlaces = 3;                           ///< along each axis of the volume
+constexpr double kReach = 0.75;                      ///< of the way from its middle to its sides
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);
@@ -56,6 +58,17 @@ Matrix3d cross_matrix(const Vector3d& v) {
   Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return m;
+}
+
+/// What of the displacements (three rows a point, any columns) moves all points as one body.
+MatrixXd rigid_part(const std::vector<Vector3d>& points, const MatrixXd& displacements) {
+  MatrixXd body(3 * static_cast<Index>(points.size()), kPoseParameters);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    body.middleRows<3>(3 * static_cast<Index>(k)).leftCols<3>() = -cross_matrix(points[k]);
+    body.middleRows<3>(3 * static_cast<Index>(k)).rightCols<3>().setIdentity();
+  }
+  const Eigen::MatrixXd normal = body.transpose() * body;
+  return body * normal.ldlt().solve(body.transpose() * displacements);
 }
 
 Vector3d corner_of(const Target& target, int k) {
@@ -153,19 +166,20 @@ Coach::Coach(const Calibration& calibration, const Target& target, const Volume&
     if (cameras < 2) continue;
     const Matrix3d inverse = normal.inverse();
     grid_.push_back(point);
-    gains_.emplace_back(inverse * by_parameters);
+    gains_.conservativeResize(gains_.rows() + 3, size);
+    gains_.bottomRows<3>() = inverse * by_parameters;
     sum += (inverse * noise * inverse).trace();
   }
   if (grid_.empty())
     throw bad_input("no two cameras see the volume in which cloths are measured", {},
                     "turn the cameras towards the object");
+  gains_ -= rigid_part(grid_, gains_);
   marks_m_ = std::sqrt(sum / static_cast<double>(grid_.size()));
 }
 
 double Coach::calibration_sd(const MatrixXd& covariance) const {
-  double sum = 0;
-  for (const MatrixXd& gain : gains_) sum += (gain * covariance * gain.transpose()).trace();
-  return std::sqrt(sum / static_cast<double>(gains_.size()));
+  const double sum = (gains_ * covariance).cwiseProduct(gains_).sum();
+  return std::sqrt(sum / static_cast<double>(grid_.size()));
 }
 
 PredictedError Coach::now() const {
@@ -194,12 +208,14 @@ std::optional<MatrixXd> Coach::information(const WorldFromTarget& pose,
         const auto derivative = d_px_d_parameters(camera, pose * in_target);
         if (!image || !derivative) continue;
         const Eigen::Matrix<double, 2, 3> d = image->d_px_d_point * camera.cam_from_world.rotation;
-        MatrixXd row_of = MatrixXd::Zero(2, size + kPoseParameters);
-        row_of.middleCols(offsets_[c], derivative->cols()) = *derivative;
-        row_of.middleCols<3>(size) = -d * cross_matrix(pose.rotation * in_target);
-        row_of.rightCols<3>() = d;
-        row_of /= sigma_px_[c];
-        all += row_of.transpose() * row_of;
+        Eigen::Matrix<double, 2, kPoseParameters> by_pose;
+        by_pose << -d * cross_matrix(pose.rotation * in_target), d;
+        const Index at = offsets_[c], count = derivative->cols();
+        const double weight = 1 / (sigma_px_[c] * sigma_px_[c]);
+        all.block(at, at, count, count) += weight * derivative->transpose() * *derivative;
+        all.block(at, size, count, kPoseParameters) += weight * derivative->transpose() * by_pose;
+        all.bottomRightCorner<kPoseParameters, kPoseParameters>() +=
+            weight * by_pose.transpose() * by_pose;
       }
     }
   }
@@ -216,18 +232,16 @@ std::optional<NextPose> Coach::next() const {
   const Vector3d half = 0.5 * (volume_.high - volume_.low);
   std::optional<NextPose> best;
   double best_m = now().calibration_m;
-  for (const double height : {-0.5, 0.5}) {
-    for (const Vector2d& side :
-         {Vector2d(0, 0), Vector2d(1, 0), Vector2d(-1, 0), Vector2d(0, 1), Vector2d(0, -1)}) {
-      for (int tilt = 0; tilt < 4; ++tilt) {
+  for (int place = 0; place < kPlaces * kPlaces * kPlaces; ++place) {
+    const Vector3d at(place % kPlaces - 1, place / kPlaces % kPlaces - 1,
+                      place / kPlaces / kPlaces - 1);
+    for (const double tilt_deg : kTilts_deg) {
+      for (int about = 0; about < 2; ++about) {
         NextPose pose;
-        const double tilt_deg = tilt % 2 == 0 ? kTilt_deg : -kTilt_deg;
-        const Vector3d axis = tilt < 2 ? Vector3d::UnitX() : Vector3d::UnitY();
+        const Vector3d axis = about == 0 ? Vector3d::UnitX() : Vector3d::UnitY();
         pose.world_from_target.rotation =
             Eigen::AngleAxisd(tilt_deg * units::deg, axis).toRotationMatrix();
-        pose.world_from_target.translation_m =
-            middle +
-            Vector3d(0.5 * side.x() * half.x(), 0.5 * side.y() * half.y(), height * half.z());
+        pose.world_from_target.translation_m = middle + kReach * at.cwiseProduct(half);
         const auto more = information(pose.world_from_target, pose.cameras);
         if (!more) continue;
         // (C^-1 + M)^-1 without inverting C: parameters that were not fitted have none.
@@ -235,11 +249,11 @@ std::optional<NextPose> Coach::next() const {
         pose.calibration_m = calibration_sd(then);
         if (!(pose.calibration_m < best_m)) continue;
         best_m = pose.calibration_m;
-        const Vector3d at = pose.world_from_target.translation_m / units::mm;
+        const Vector3d centre = pose.world_from_target.translation_m / units::mm;
         pose.words = fmt::format(
             "tilted by {:+.0f} deg about its {} axis, centre at ({:.0f}, {:.0f}, {:.0f}) "
             "mm",
-            tilt_deg, tilt < 2 ? "x" : "y", at.x() + 0.0, at.y() + 0.0, at.z() + 0.0);
+            tilt_deg, about == 0 ? "x" : "y", centre.x() + 0.0, centre.y() + 0.0, centre.z() + 0.0);
         best = pose;
       }
     }

@@ -34,7 +34,8 @@ struct MeasuredTarget {
     const std::vector<FrameDetections>& frames);
 
 /// Standard deviation of a measured point over the volume (metres): root mean square over a grid of
-/// the points that two cameras or more see.
+/// the points that two cameras or more see. What moves all of them as one body is left out: the
+/// world is where the first stage lies, whatever poses follow, and no shape depends on it.
 struct PredictedError {
   double calibration_m = 0;  ///< from the calibration's joint covariance
   double marks_m = 0;        ///< from the noise of the marks' centres
@@ -59,8 +60,8 @@ class Coach {
 
   [[nodiscard]] PredictedError now() const;
   /// The candidate that lowers calibration_m most; nothing when none lowers it. A candidate is seen
-  /// whole by two cameras or more: tilts of 30 deg (so that perspective speaks for the lens) about
-  /// x and y, in the middle and half the way to each side of the volume, low and high.
+  /// whole by two cameras or more: tilts of 25 and 40 deg (so that perspective speaks for the lens)
+  /// about x and y, at 27 places that reach three quarters of the way to the volume's sides.
   [[nodiscard]] std::optional<NextPose> next() const;
 
  private:
@@ -77,7 +78,8 @@ class Coach {
   std::vector<double> sigma_px_;
   std::vector<Eigen::Index> offsets_;  ///< of each camera among all parameters
   std::vector<Eigen::Vector3d> grid_;
-  std::vector<Eigen::MatrixXd> gains_;  ///< d point / d parameters of each grid point
+  /// d points / d parameters of all grid points, without what moves them all as one body.
+  Eigen::MatrixXd gains_;
   double marks_m_ = 0;
 };
 
