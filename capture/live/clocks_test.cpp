@@ -128,7 +128,9 @@ TEST_F(Clocks, NoSetIsHandedOverBeforeAJumpIsSeen) {
   EXPECT_EQ(sets, 60) << faults_of(live);
   EXPECT_THAT(faults_of(live), HasSubstr("cam1: its clock jumped by 0.0"));
   // Ids that begin again say nothing about when a frame was exposed.
-  if (launches == 1) EXPECT_EQ(wrong, 0);
+  if (launches == 1) {
+    EXPECT_EQ(wrong, 0);
+  }
 }
 
 TEST_F(Clocks, PtpHoldsThemWhereTheCameraHasIt) {
