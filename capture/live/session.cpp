@@ -24,6 +24,7 @@ constexpr std::size_t kAroundFrame = 1 << 16;  ///< chunks, padding
 constexpr double kRoom_s = 1.5;  ///< of frames that wait in shared memory while this process does
 constexpr int kUsualPath_bytes = 1500;  ///< without jumbo frames
 constexpr double kStopping_s = 2;
+constexpr double kReadings_s = 1;            ///< twice the time between two readings of a clock
 constexpr double kFitEvery_s = 0.4;          ///< readings of a clock that are kept
 constexpr std::int64_t kPartnersWithin = 8;  ///< frames of the same camera
 constexpr double kLargestDelay_s = 5;        ///< between exposure and arrival of a frame
@@ -189,6 +190,19 @@ void Session::take_reading(std::size_t c, const ClockSample& sample) {
     if (a.camera == c && a.arrived_ns >= last_good_ns) a.clock.reset();
   r.sure_from_ns = now_ns() + std::llround(1e9 * kAnswer_s);
   r.clocks.push_back({sample});
+}
+
+void Session::await_readings() {
+  const auto confirmed = [&](const Arrival& a) {
+    const Running& r = running_[a.camera];
+    return a.settled || r.host->fault() || is_confirmed(r, a);
+  };
+  const std::int64_t until = now_ns() + std::llround(1e9 * kReadings_s);
+  while (!by_trigger() && now_ns() < until && !interrupted() &&
+         !std::all_of(arrivals_.begin(), arrivals_.end(), confirmed)) {
+    wait(0.02);
+    take_in();
+  }
 }
 
 void Session::check_stamp(std::size_t c, HostFrame& frame) {

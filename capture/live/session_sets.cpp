@@ -19,7 +19,6 @@ namespace {
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
 constexpr double kStreamEnds_s = 0.3;      ///< once told to
-constexpr double kReadings_s = 1;          ///< twice the time between two readings of a clock
 
 /// Then its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {
@@ -239,19 +238,6 @@ void Session::settle_counts() {
     if (r.newest != before) continue;
     r.counted = Running::Counted{r.newest, last};
     r.silent_triggers = 0;
-  }
-}
-
-void Session::await_readings() {
-  const auto confirmed = [&](const Arrival& a) {
-    const Running& r = running_[a.camera];
-    return a.settled || r.host->fault() || is_confirmed(r, a);
-  };
-  const std::int64_t until = now_ns() + std::llround(1e9 * kReadings_s);
-  while (!by_trigger() && now_ns() < until && !interrupted() &&
-         !std::all_of(arrivals_.begin(), arrivals_.end(), confirmed)) {
-    wait(0.02);
-    take_in();
   }
 }
 
