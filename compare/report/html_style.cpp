@@ -55,18 +55,18 @@ pre, code { font-family: ui-monospace, "Cascadia Mono", "DejaVu Sans Mono", Cons
 pre { background: #f5f7f9; padding: .8rem 1rem; white-space: pre-wrap; overflow-wrap: anywhere; line-height: 1.5; border-radius: 4px; }
 td code { overflow-wrap: anywhere; }
 @media (max-width: 40rem) { body { font-size: 15px; } h2 { font-size: 1.4rem; } th, td { padding-right: .55rem; } .verdict strong { font-size: 1.6rem; } }
-@page { margin: 14mm; }  /* A4 and Letter: no size is asked for */
+@page { margin: 12mm; }  /* A4 and Letter: no size is asked for */
 @media print {  /* at most two pages, and three a drape */
   html { font-size: 8.5pt; } body { font-size: 1rem; } main { max-width: none; padding: 0; }
-  table.dense, .marks, .marks + p, #provenance { display: none; } h3:has(+ .scroll > table.dense), .scroll:has(> table.dense) + p { display: none; }
-  #calibration::after { content: "Left out on paper: tables of single marks, gaps, certificates and values, commands and hashes. They stand in the report's file, and as CSV in the folder report beside it."; }
+  table.dense, .marks, .marks + p, .chart, .chart + p + figure, .scroll + p.soft, #provenance { display: none; } h3:has(+ .scroll > table.dense), .scroll:has(> table.dense) + p { display: none; }
+  #calibration::after { content: "Left out on paper: charts of hem, strain, residual and curves, tables of single marks, gaps, certificates and values, commands and hashes. They stand in the report's file, and as CSV in the folder report beside it."; }
   main > section:first-of-type > h2 { break-before: auto; margin-top: 1.5rem; }
   .certificate { break-after: page; } p { max-width: none; margin: .15rem 0; line-height: 1.35; orphans: 3; widows: 3; } p.soft { font-size: .8rem; }
   h2 { break-before: page; border-top: 0; margin-top: 0; } h3 { break-after: avoid; margin: .6rem 0 .15rem; } h3 + p { break-after: avoid; }
   table { font-size: 7.5pt; } th, td { padding-top: .08rem; padding-bottom: .08rem; line-height: 1.3; } tr, figure { break-inside: avoid; }
   .scroll { overflow: visible; margin: .1rem 0 .3rem; } .facts { gap: .3rem 1.6rem; margin: .3rem 0; } .facts b { font-size: 1.15rem; }
-  .turn { display: none; } figure { margin: 0 0 .3rem; } figure svg { max-height: 48mm; } figcaption { max-width: none; font-size: .8rem; line-height: 1.25; padding-top: .1rem; }
-  .photos { grid-template-columns: 1fr 1fr 1fr; gap: .3rem; } .chart { display: inline-block; width: 48%; vertical-align: top; } .chart svg { max-height: 32mm; }
+  .turn { display: none; } figure { margin: 0 0 .3rem; } figure svg { max-height: 38mm; } figcaption { max-width: none; font-size: .8rem; line-height: 1.25; padding-top: .1rem; }
+  .photos { grid-template-columns: repeat(4, 1fr); gap: .3rem; }
   .verdict { border: 1.5pt solid; border-left-width: 6pt; } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }
 )css";
