@@ -7,6 +7,8 @@
 namespace drape::simulate::checker {
 namespace {
 
+constexpr Real kNoStrain = 1e-6L;  // rad or 1/m; of a sheet that is flat to rounding
+
 /// A number with its derivatives to the coordinates of an element.
 template <int N>
 struct Dual {
@@ -198,15 +200,18 @@ class Builder {
                   const Dual<N>& x) {
     Dual<N> sum;
     const auto count = static_cast<int>(stack.elements.size());
+    Real whole = 0;  // limit of all; that of one may be nothing where the strain is
+    for (const SlipElement& element : stack.elements)
+      whole += Real(element.threshold) + Real(element.growth) * std::abs(x.v) +
+               Real(element.stiffness) * kNoStrain;
     for (int k = 0; k < count; ++k) {
       const SlipElement& element = stack.elements[k];
       const Real over = x.v - Real(memory[place * count + k]);
       const Real stiffness = element.stiffness;
       const Real most = Real(element.threshold) + Real(element.growth) * std::abs(x.v);
       const Real pull = std::abs(stiffness * over);
-      if (pull > 0)
-        result_.friction_over_limit =
-            std::max(result_.friction_over_limit, most > 0 ? pull / most : Real(1e9L));
+      result_.friction_over_limit =
+          std::max(result_.friction_over_limit, 1 + (pull - most) / whole);
       sum = sum + chain(x, stiffness * over * over / 2, stiffness * over);
     }
     return sum;

@@ -37,7 +37,8 @@ struct Mechanics {
   std::vector<Point> force;                           ///< internal, N
   std::vector<Real> mass;                             ///< kg
   bool memory_fits = true;                            ///< as many slips as friction elements
-  Real friction_over_limit = 0;  ///< largest |force| of a friction element over its limit
+  /// 1 and what |force| of a friction element has over its limit, in parts of its place's limit.
+  Real friction_over_limit = 0;
 };
 
 /// Points by row, then column.
