@@ -193,11 +193,12 @@ void Session::take_reading(std::size_t c, const ClockSample& sample) {
 }
 
 void Session::await_readings() {
+  // Not those that come meanwhile: there is always a newer one.
+  const std::int64_t from = now_ns(), until = from + std::llround(1e9 * kReadings_s);
   const auto confirmed = [&](const Arrival& a) {
     const Running& r = running_[a.camera];
-    return a.settled || r.host->fault() || is_confirmed(r, a);
+    return a.settled || a.arrived_ns > from || r.host->fault() || is_confirmed(r, a);
   };
-  const std::int64_t until = now_ns() + std::llround(1e9 * kReadings_s);
   while (!by_trigger() && now_ns() < until && !interrupted() &&
          !std::all_of(arrivals_.begin(), arrivals_.end(), confirmed)) {
     wait(0.02);
