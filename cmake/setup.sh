@@ -19,10 +19,10 @@ packages_of() {
 
 # missing_of PACKAGE...: those that are not installed. Asks dpkg only: no network, no root.
 missing_of() {
-  local package
+  local package installed
+  installed=$(dpkg-query -W -f='${Package} ${db:Status-Status}\n' "$@" 2>/dev/null || true)
   for package in "$@"; do
-    [ "$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)" = installed ] ||
-      printf '%s\n' "$package"
+    grep -qxF "$package installed" <<<"$installed" || printf '%s\n' "$package"
   done
 }
 
