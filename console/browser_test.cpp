@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "console/browser.hpp"
 #include "console/running_bench.hpp"
@@ -144,14 +146,21 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
 }
 
 TEST_P(Page, ARunIsCancelledByKeyboard) {
-  // Firefox takes longer from Tab to Tab than the jobs of seven sets.
-  if (GetParam() == open_firefox) GTEST_SKIP() << "Firefox is slower than the jobs to be cancelled";
-  const RunningBench server(bench_.rig(), bench_.folder() / "out");
+  if (GetParam() == open_firefox)
+    GTEST_SKIP() << "in Firefox the key on `cancel` is not heard here, and why is not known";
+  RunningBench server(bench_.rig(), bench_.folder() / "out");
   Browser& browser = *browser_;
   browser.open(server.address() + "#calibration");
   browser.wait_for("document.getElementById('take-all')");
   browser.press_button("take-all");
+  server.hold_job();  // a browser may be slower from Tab to Tab than all jobs
   browser.press_button("cancel");
+  const auto is_heard = [&] {
+    return server.get("api/state")["log"].dump().find("pressed cancel") != std::string::npos;
+  };
+  for (int look = 0; look < 100 && !is_heard(); ++look)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  server.let_job_go();
   browser.wait_for(kIdle);
   const Json state = server.idle_state();
   int cancelled = 0;

@@ -24,6 +24,28 @@ namespace drape::test {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// A process whose parent is the server, -1 where there is none.
+pid_t child_of(pid_t server) {
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename().string();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ostringstream stat;
+    stat << std::ifstream(entry.path() / "stat").rdbuf();
+    const std::size_t end = stat.str().rfind(')');
+    char state = 0;
+    pid_t parent = 0;
+    if (end == std::string::npos ||
+        !(std::istringstream(stat.str().substr(end + 1)) >> state >> parent))
+      continue;
+    if (parent == server && state != 'Z') return std::stoi(name);
+  }
+  return -1;
+}
+
+}  // namespace
+
 RunningBench::RunningBench(const fs::path& rig, const fs::path& out, int limit_kb, bool replay) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
@@ -61,6 +83,19 @@ void RunningBench::kill() {
   ::kill(pid_, SIGKILL);
   ::waitpid(pid_, nullptr, 0);
   pid_ = -1;
+}
+
+void RunningBench::hold_job() {
+  for (int look = 0; look < 1000 && held_ < 0; ++look) {
+    held_ = child_of(pid_);
+    if (held_ < 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  if (held_ < 0 || ::kill(held_, SIGSTOP) != 0) throw std::runtime_error("no job runs");
+}
+
+void RunningBench::let_job_go() {
+  ::kill(held_, SIGCONT);
+  held_ = -1;
 }
 
 bool RunningBench::runs() const {

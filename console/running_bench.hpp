@@ -29,6 +29,8 @@ class RunningBench {
   [[nodiscard]] double memory_mb() const;  ///< resident, the most so far
   [[nodiscard]] double cpu_s() const;      ///< of the server alone, so far
   void kill();                             ///< as a power cut would
+  void hold_job();                         ///< stops the program of a job, once there is one
+  void let_job_go();
 
   /// Answers of curl, which is foreign to this project.
   [[nodiscard]] Json get(const std::string& route) const;
@@ -39,7 +41,7 @@ class RunningBench {
  private:
   [[nodiscard]] std::string about(const std::string& what) const;
 
-  pid_t pid_ = -1;
+  pid_t pid_ = -1, held_ = -1;
   std::string address_;
 };
 
