@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is taken with live cameras is whole, and what becomes of them is said.
+#include <sched.h>
+
 #include "console/live_console.hpp"
 #include "core/recording.hpp"
 
@@ -51,6 +53,35 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
   EXPECT_TRUE(is_recorded(state, "stage_z000")) << "a server that was killed lost a set";
   ASSERT_EQ(again.act({{"do", "close"}}), 200);
   ASSERT_EQ(again.act({{"do", "take"}, {"set", "stage_z030"}}), 400);
+}
+
+TEST_F(LiveConsole, AFullDiskIsSaidAndWhatWasStoredStays) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin("software_trigger");
+  std::filesystem::create_directories(out());
+  const std::string disk = out().string();
+  if (::unshare(CLONE_NEWNS) != 0 ||
+      run_line("mount -t tmpfs -o size=32M tmpfs " + disk).exit_code != 0)
+    GTEST_SKIP() << "this host mounts no file system of its own";
+  {
+    const RunningBench server(bench.rig(), out(), 0, false);
+    await(server, is_ready);
+    take(server, "stage_z000");
+    EXPECT_NE(run_line("head -c 64M /dev/zero > " + disk + "/other").exit_code, 0) << "it is full";
+    ASSERT_EQ(server.act({{"do", "take"}, {"set", "stage_z030"}}), 200);
+    const Json state = await(server, [](const Json& s) {
+      return s.dump().find("No space left on device") != std::string::npos;
+    });
+    EXPECT_FALSE(is_recorded(state, "stage_z030"));
+    EXPECT_TRUE(is_recorded(state, "stage_z000"));
+    EXPECT_EQ(run_line("rm " + disk + "/other").exit_code, 0);
+  }
+  {
+    const RunningBench server(bench.rig(), out(), 0, false);
+    EXPECT_TRUE(is_recorded(await(server, is_ready), "stage_z000"));
+    take(server, "stage_z030");
+  }
+  EXPECT_EQ(run_line("umount " + disk).exit_code, 0);
 }
 
 TEST_F(LiveConsole, ALostCameraIsSaidAndItsReturnToo) {
