@@ -62,7 +62,7 @@ TEST_F(LiveConsole, AFullDiskIsSaidAndWhatWasStoredStays) {
   const std::string disk = out().string();
   if (::unshare(CLONE_NEWNS) != 0 ||
       run_line("mount -t tmpfs -o size=32M tmpfs " + disk).exit_code != 0)
-    GTEST_SKIP() << "this host mounts no file system of its own";
+    GTEST_SKIP() << "missing: the right to mount a file system of its own";
   {
     const RunningBench server(bench.rig(), out(), 0, false);
     await(server, is_ready);
