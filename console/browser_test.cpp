@@ -146,8 +146,6 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
 }
 
 TEST_P(Page, ARunIsCancelledByKeyboard) {
-  if (GetParam() == open_firefox)
-    GTEST_SKIP() << "missing: a key on `cancel` that Firefox hears in this test; why is not known";
   RunningBench server(bench_.rig(), bench_.folder() / "out");
   Browser& browser = *browser_;
   browser.open(server.address() + "#calibration");

@@ -91,6 +91,11 @@ class Firefox final : public Browser {
         {"ArrowUp", "\uE013"}, {"ArrowRight", "\uE014"}, {"ArrowDown", "\uE015"}};
     const auto found = codes.find(key);
     strike({found == codes.end() ? key : found->second});
+    // Behind the last element Tab leads out of the page to the browser's own bars; keys still reach
+    // the page here, but a button without focus does not hear Enter. A hand would Tab on through
+    // them.
+    if (key == "Tab" && value_of("document.hasFocus()") == false)
+      inside_browser("gBrowser.selectedBrowser.focus();");
   }
 
   void type(const std::string& text) override {

@@ -42,6 +42,12 @@ async function draw(forced = false) {
   main.dataset.page = page;
 }
 
+// The same elements for all jobs: a key or click between two reports of progress meets the button it was aimed at.
+const bar = h('progress', {max: 1});
+const doing = h('span');
+let running = null;
+const cancel = h('button', {type: 'button', id: 'cancel', click: () => act({do: 'cancel', job: running})}, 'Cancel');
+
 function drawStatus() {
   const status = document.getElementById('status');
   const job = state.jobs.find(one => one.state === 'running');
@@ -51,16 +57,15 @@ function drawStatus() {
   const said = document.getElementById('said');
   status.dataset.idle = !job && waiting === 0;
   if (!job && said.textContent !== words) said.textContent = words;
-  const focused = document.activeElement?.id === 'cancel';
   if (job) {
-    status.replaceChildren(
-      h('progress', {max: 1, value: job.fraction, 'aria-label': `progress of ${job.kind}`}), ' ',
-      `${job.kind} ${job.what}${job.now ? ': ' + job.now : ''}${waiting ? `, ${waiting} waiting` : ''} `,
-      h('button', {type: 'button', id: 'cancel', click: () => act({do: 'cancel', job: job.id})}, 'Cancel'));
+    bar.value = job.fraction;
+    bar.setAttribute('aria-label', `progress of ${job.kind}`);
+    doing.textContent = ` ${job.kind} ${job.what}${job.now ? ': ' + job.now : ''}${waiting ? `, ${waiting} waiting` : ''} `;
+    running = job.id;
+    if (!cancel.isConnected) status.replaceChildren(bar, doing, cancel);
   } else {
     status.replaceChildren(words);
   }
-  if (focused) document.getElementById('cancel')?.focus();
 }
 
 /// Progress alone changes one line; a step that ended may have changed any page.
