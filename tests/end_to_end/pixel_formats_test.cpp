@@ -13,6 +13,7 @@
 #include "capture/live/develop.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "capture/recording/record.hpp"
+#include "core/detections.hpp"
 #include "core/files/files.hpp"
 #include "core/sheet.hpp"
 #include "tests/support/bench1_calibration.hpp"
@@ -96,9 +97,14 @@ class PixelFormats : public testing::Test {
     write_calibration(folder() / "calibration.json", test::bench1_true_calibration());
   }
 
+  struct Measured {
+    Detections detections;
+    Sheet sheet;
+  };
+
   /// Developed and stored by the capture, then detected and triangulated. Formats of the same grey
   /// are measured once.
-  const Sheet& sheet_of(const PixelFormat& format) {
+  const Measured& measured_through(const PixelFormat& format) {
     capture::CamerasFile cameras;
     capture::LiveResult live;
     std::string grey;
@@ -123,7 +129,7 @@ class PixelFormats : public testing::Test {
       live.report.cameras.back().name = camera.name;
       set.frames.push_back(static_cast<std::size_t>(c));
     }
-    const auto [place, is_new] = sheets_.try_emplace(grey);
+    const auto [place, is_new] = measured_.try_emplace(grey);
     if (!is_new) return place->second;
     live.pairing.sets.push_back(set);
     const fs::path out = folder() / std::string(format.name);
@@ -132,14 +138,14 @@ class PixelFormats : public testing::Test {
     storing.set = "drape_A";
     storing.recorded_on = "2026-01-31";
     EXPECT_EQ(record_live(live, cameras, storing).sets.size(), 1U) << format.name;
-    const test::Outcome measured = test::run_line(fmt::format(
+    const test::Outcome outcome = test::run_line(fmt::format(
         "'{0}' '{1}' --rig '{2}' --surface cloth --sets drape_A --out '{1}/d.json' && "
         "'{3}' '{1}/d.json' --calibration '{4}/calibration.json' --set drape_A --out '{1}/s.ply'",
         test::program("drape-detect").string(), out.string(),
         (test::source_root() / "rigs/bench1").string(), test::program("drape-triangulate").string(),
         folder().string()));
-    EXPECT_EQ(measured.exit_code, 0) << format.name << ": " << measured.text;
-    place->second = read_sheet(out / "s.ply");
+    EXPECT_EQ(outcome.exit_code, 0) << format.name << ": " << outcome.text;
+    place->second = {read_detections(out / "d.json"), read_sheet(out / "s.ply")};
     fs::remove_all(out);
     return place->second;
   }
@@ -147,12 +153,21 @@ class PixelFormats : public testing::Test {
   [[nodiscard]] const fs::path& folder() const { return temporary_.path(); }
 
   std::vector<cv::Mat> light_;
-  std::map<std::string, Sheet> sheets_;
+  std::map<std::string, Measured> measured_;
   test::TemporaryFolder temporary_;
 };
 
+/// By how many cameras the mark was measured.
+std::ptrdiff_t views_of(const MarkId& mark, const Detections& detections) {
+  return std::ranges::count_if(detections.frames, [&](const FrameDetections& frame) {
+    return std::ranges::any_of(frame.detections,
+                               [&](const Detection& one) { return one.mark == mark; });
+  });
+}
+
 TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
-  const Sheet reference = sheet_of(*capture::find_pixel_format("Mono8"));
+  const Measured& mono8 = measured_through(*capture::find_pixel_format("Mono8"));
+  const Sheet& reference = mono8.sheet;
   ASSERT_GT(reference.marks.size(), 100U);
   const std::vector<std::string> slice = {"Mono12", "BayerRG8", "MJPG"};
   const bool whole = test::trial_count(0, 1) == 1;
@@ -162,15 +177,20 @@ TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
     if (format.packing == Packing::lsb || format.packing == Packing::gige_packed) continue;
     if (!whole && std::find(slice.begin(), slice.end(), format.name) == slice.end()) continue;
     ++formats;
-    const Sheet& sheet = sheet_of(format);
+    const Measured& measured = measured_through(format);
     double squares = 0, largest = 0, sum_mm2 = 0;
     std::size_t marks = 0;
-    for (const SheetMark& mark : sheet.marks) {
-      const SheetMark* other = reference.find(mark.mark);
-      if (other == nullptr) continue;
+    for (const SheetMark& mark : reference.marks) {
+      const SheetMark* other = measured.sheet.find(mark.mark);
+      if (other == nullptr) {
+        // With other noise or half of the samples a view at a limit of detect may go; where three
+        // cameras measured the mark, two are left.
+        EXPECT_EQ(views_of(mark.mark, mono8.detections), 2) << format.name;
+        continue;
+      }
       const Eigen::Vector3d apart = mark.point_in_world - other->point_in_world;
       // The same light and the same noise in it: they differ by less than two measurements would.
-      const double z2 = apart.dot(mark.covariance_m2->ldlt().solve(apart)) / 3;
+      const double z2 = apart.dot(other->covariance_m2->ldlt().solve(apart)) / 3;
       squares += z2;
       largest = std::max(largest, std::sqrt(z2));
       sum_mm2 += 1e6 * apart.squaredNorm();
@@ -182,8 +202,6 @@ TEST_F(PixelFormats, GiveTheSameSheetWithinTheStatedNoise) {
         "at most\n",
         std::string(format.name).c_str(), marks, reference.marks.size(),
         std::sqrt(sum_mm2 / static_cast<double>(marks)), rms, largest);
-    // A slanted mark may be left out where half of the pixels are not green: then it is a gap.
-    EXPECT_GE(20 * marks, 19 * reference.marks.size()) << format.name;
     EXPECT_LE(rms, 1) << format.name;
   }
   EXPECT_GE(formats, 3);
