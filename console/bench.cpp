@@ -55,6 +55,13 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
   if (!options_.replay) open_cameras();
 }
 
+/// The cameras first, while all that they report to is there.
+Bench::~Bench() {
+  std::unique_ptr<CaptureSession> closing;
+  const std::lock_guard lock(capture_mutex_);
+  closing.swap(capture_);
+}
+
 /// The state is what the log says was done and what the files hold.
 void Bench::read_log() {
   Json open;
@@ -133,6 +140,11 @@ void Bench::act(const Json& request) {
     open_cameras();
   } else if (what == "close") {
     close_cameras();
+  } else if (what == "automatic") {
+    const auto on = request.find("on");
+    if (on == request.end() || !on->is_boolean())
+      throw bad_input("the request lacks `on`", {}, "reload the page");
+    automatic(on->get<bool>());
   } else if (what == "doctor") {
     ask_doctor();
   } else if (what == "note") {
@@ -176,21 +188,27 @@ void Bench::drop(const std::string& set) {
   taken_[set] = false;
 }
 
+bool Bench::is_stage(const std::string& set) const {
+  return std::any_of(rig_.stages.begin(), rig_.stages.end(),
+                     [&](const TargetStage& stage) { return stage.set == set; });
+}
+
+bool Bench::can_calibrate() const {
+  const std::vector<std::string> sets = taken_target_sets();
+  return sets.size() >= kLeastSets && is_stage(sets.front());
+}
+
 void Bench::calibrate() {
   const std::vector<std::string> sets = taken_target_sets();
-  const auto is_stage = [&](const std::string& set) {
-    return std::any_of(rig_.stages.begin(), rig_.stages.end(),
-                       [&](const TargetStage& stage) { return stage.set == set; });
-  };
-  if (sets.size() < kLeastSets || !is_stage(sets.front()))
+  if (!can_calibrate())
     throw bad_input(
         "a calibration needs a stage of the target, which is the world, and two more sets", {},
         "take them first");
   std::vector<Call> calls;
   for (const std::string& set : sets)
     if (!detections(set)) calls.push_back(detect_call(set));
-  const bool free =
-      std::any_of(sets.begin(), sets.end(), [&](const std::string& set) { return !is_stage(set); });
+  const bool free = !std::all_of(sets.begin(), sets.end(),
+                                 [this](const std::string& set) { return is_stage(set); });
   calls.push_back({{"calib", target_detections_file().string(), "--rig", rig_file().string(),
                     "--method", free ? "joint" : "tsai", "--out", calibration_file().string()},
                    [this, sets] {
@@ -270,12 +288,16 @@ void Bench::job_ended(const Job& job) {
         {{"ended", json["state"]}, {"sentence", job.sentence}, {"commands", json["commands"]}});
     if (job.kind == "detect" && job.state != JobState::failed && is_target_set(job.what))
       log_held_out(job.what);
-    const std::lock_guard lock(mutex_);
-    trouble_.clear();
-    if (job.kind == "doctor") {
-      const Json report = Json::parse(job.output, nullptr, false);
-      doctor_ = report.is_object() ? report.value("checks", Json()) : Json();
+    {
+      const std::lock_guard lock(mutex_);
+      trouble_.clear();
+      if (job.kind == "doctor") {
+        const Json report = Json::parse(job.output, nullptr, false);
+        doctor_ = report.is_object() ? report.value("checks", Json()) : Json();
+      }
     }
+    if (job.kind == "detect" && is_target_set(job.what)) looked_at(job.what);
+    if (job.kind == "calibrate") calibrated();
   } catch (const Error& error) {
     const std::lock_guard lock(mutex_);
     trouble_ = error.what();

@@ -15,6 +15,7 @@
 #include "console/tasks/jobs.hpp"
 #include "console/tasks/pictures.hpp"
 #include "console/tasks/session_log.hpp"
+#include "console/tasks/still_watch.hpp"
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/files/files.hpp"
@@ -34,6 +35,9 @@ using Tell = std::function<void(const std::string& name, const Json& data)>;
 class Bench {
  public:
   Bench(const ConsoleOptions& options, Tell tell);
+  ~Bench();
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
 
   // ---- views (bench_views.cpp) ---------------------------------------------------------------
   [[nodiscard]] Json state() const;
@@ -68,6 +72,7 @@ class Bench {
     Print print;
   };
   [[nodiscard]] bool is_target_set(const std::string& set) const;
+  [[nodiscard]] bool is_stage(const std::string& set) const;
   [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
   [[nodiscard]] std::vector<std::string> taken_target_sets() const;
   [[nodiscard]] const Drape& drape(const std::string& name) const;
@@ -80,8 +85,16 @@ class Bench {
   void open_cameras();
   void close_cameras();
   void ask_doctor();
-  void heard(const std::string& line);  ///< of the capture session
+  void heard(const std::string& line);               ///< of the capture session
+  [[nodiscard]] std::string next_free_pose() const;  ///< empty: none is left
+  [[nodiscard]] bool is_automatic() const;
+  void automatic(bool on);
+  void end_automatic(const std::string& words, bool good);
+  void look(const std::string& camera);    ///< a picture of it is there
+  void looked_at(const std::string& set);  ///< its marks are measured
+  void calibrated();
   void drop(const std::string& set);
+  [[nodiscard]] bool can_calibrate() const;
   void calibrate();
   void measure(const std::string& drape);
   void run();
@@ -144,6 +157,8 @@ class Bench {
   mutable PictureShelf pictures_;
   mutable std::mutex live_mutex_;  ///< so that many pages cost one scaling
   mutable std::map<std::string, LivePicture> live_;
+  mutable std::mutex watch_mutex_;
+  std::optional<StillWatch> watch_;        ///< while free poses are taken without a key
   std::string taking_;                     ///< set that the capture was asked for
   std::vector<std::string> camera_words_;  ///< what the capture said last
   bool cameras_ready_ = false;

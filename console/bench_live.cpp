@@ -67,6 +67,7 @@ void Bench::open_cameras() {
   reports.said = [this](const std::string& line) { heard(line); };
   reports.picture = [this](const std::string& camera, std::uint64_t number) {
     tell_("frame", {{"camera", camera}, {"number", number}});
+    look(camera);
   };
   reports.ended = [this](const std::string& sentence) {
     std::string refused;
@@ -77,6 +78,7 @@ void Bench::open_cameras() {
     }
     if (!refused.empty()) tell_("refused", {{"set", refused}, {"why", sentence}});
     heard("the cameras are closed: " + sentence);
+    end_automatic("the cameras are closed", false);
   };
   capture_ = std::make_unique<CaptureSession>(rig_.file, recording_folder_, reports);
 }
@@ -123,7 +125,11 @@ void Bench::heard(const std::string& line) {
     // Only what was asked for, by a name that the rig has.
     if (set != taking_) set.clear();
   }
-  if (!refused.empty()) tell_("refused", {{"set", refused}, {"why", why}});
+  if (!refused.empty()) {
+    tell_("refused", {{"set", refused}, {"why", why}});
+    const std::lock_guard lock(watch_mutex_);
+    if (watch_) watch_->forget_last_set();
+  }
   try {
     if (!set.empty()) {
       log_.add("bench", "stored " + set, {{"taken", set}});
@@ -151,6 +157,7 @@ Json Bench::capture_json() const {
   const std::lock_guard lock(mutex_);
   json["ready"] = cameras_ready_;
   json["taking"] = taking_;
+  json["automatic"] = is_automatic();
   json["words"] = camera_words_;
   json["doctor"] = doctor_;
   return json;

@@ -55,6 +55,43 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
   ASSERT_EQ(again.act({{"do", "take"}, {"set", "stage_z030"}}), 400);
 }
 
+TEST_F(LiveConsole, TakesABoardThatIsHeldStillAndCalibrates) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin("software_trigger", 5);
+  const RunningBench server(bench.rig(), out(), 0, false);
+  const auto show = [this](const std::string& set) {
+    for (int c = 0; c < kCameras; ++c) {
+      const cv::Mat image = frame_of_bench1(c, set);
+      devices[static_cast<std::size_t>(c)]->show({image.data, image.data + image.total()});
+    }
+  };
+  const auto taken = [](const Json& state) {
+    return std::count_if(state["sets"].begin(), state["sets"].end(), [](const Json& one) {
+      return one["taken"] == true && one["name"].get<std::string>().starts_with("pose_");
+    });
+  };
+  const auto is_left_out = [](const Json& state) {
+    return state["log"].dump().find("fewer than two cameras see the target") != std::string::npos;
+  };
+  await(server, is_ready);
+  take(server, "stage_z000");
+  ASSERT_EQ(server.act({{"do", "automatic"}, {"on", true}}), 200);
+  for (const char* set : {"pose_00", "pose_01"}) {
+    const auto before = taken(server.get("api/state"));
+    show(set);
+    await(server, [&](const Json& state) { return taken(state) > before; });
+  }
+  const Json state = await(server, [](const Json& now) { return now["calibration"].is_object(); });
+  EXPECT_GE(state["calibration"]["sets"].size(), 3U);
+  EXPECT_FALSE(is_left_out(state));
+  show("empty");
+  const Json left_out = await(server, is_left_out);
+  show("pose_02");
+  await(server, [&](const Json& now) { return taken(now) > taken(left_out); });
+  EXPECT_EQ(server.act({{"do", "automatic"}, {"on", false}}), 200);
+  EXPECT_EQ(server.idle_state()["capture"]["automatic"], false);
+}
+
 TEST_F(LiveConsole, AFullDiskIsSaidAndWhatWasStoredStays) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   begin("software_trigger");

@@ -25,9 +25,9 @@ namespace drape::test {
 
 inline constexpr int kCameras = 3;
 
-inline cv::Mat frame_of_bench1(int camera) {
+inline cv::Mat frame_of_bench1(int camera, const std::string& set = "stage_z000") {
   return cv::imread(
-      (source_root() / fmt::format("rigs/bench1/recording/stage_z000/cam{}.png", camera)).string(),
+      (source_root() / fmt::format("rigs/bench1/recording/{}/cam{}.png", set, camera)).string(),
       cv::IMREAD_GRAYSCALE);
 }
 

@@ -34,6 +34,7 @@ async function draw(forced = false) {
   const text = page + JSON.stringify(state);
   if (!forced && text === drawn) return;
   drawn = text;
+  cameras.showLive(false);
   const content = await pages[page].draw(state, () => draw(true));
   if (page !== current()) return;
   const focused = document.activeElement?.id;
@@ -115,7 +116,11 @@ function listen() {
     say(`${set} is not taken`, 'bad', [330, 220]);
     document.getElementById('trouble').textContent = `${set} is not taken: ${why}`;
   });
-  events.addEventListener('frame', event => { if (current() === 'cameras') cameras.frame(JSON.parse(event.data).camera); });
+  events.addEventListener('ended', event => {
+    const {words, good} = JSON.parse(event.data);
+    say(words, good ? 'good' : 'bad', good ? [660, 880, 1100] : [330, 220]);
+  });
+  events.addEventListener('frame', event => cameras.frame(JSON.parse(event.data).camera));
   events.addEventListener('error', () => {
     document.getElementById('trouble').textContent = 'The server does not answer; the page tries again. What was stored is whole.';
   });
@@ -128,6 +133,7 @@ document.addEventListener('keydown', event => {
   if (name) location.hash = name;
   if (event.key === 't') document.querySelector('#main .take')?.click();
   if (event.key === 's') takeSoon();
+  if (event.key === 'a') document.getElementById('automatic')?.click();
 });
 window.addEventListener('hashchange', () => {
   drawPages();

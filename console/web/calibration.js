@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Coverage of images and space, residuals, and the pose that would help most.
 import {act, ask, cameraView, command, figure, h, number, table, takeButtons, verdict} from './dom.js';
+import {liveView, showLive} from './cameras.js';
 
 let ghost = true;
 
@@ -47,19 +48,25 @@ export async function draw(state, redraw) {
   const shown = taken.length > 0 ? taken[taken.length - 1].name : next ?? sets[0]?.name;
   const calibration = state.calibration;
   const pictured = sets.find(set => set.name === shown)?.recorded;
-  const views = !pictured ? [] : state.cameras.map(camera => {
+  const live = Boolean(state.capture?.runs);
+  showLive(live);
+  const views = !pictured && !live ? [] : state.cameras.map(camera => {
     const points = coverage.cameras[camera.name] ?? [];
     const drawings = points.map(([x, y]) => h('circle', {cx: x, cy: y, r: 7, fill: '#19a5ff', 'fill-opacity': 0.55}));
     const outline = ghost ? coach.next?.views.find(view => view.camera === camera.name) : null;
     if (outline) drawings.push(h('polygon', {points: outline.outline_px.map(point => point.join(',')).join(' '), fill: 'none',
       stroke: '#ffb000', 'stroke-width': 6, 'stroke-dasharray': '24 14'}));
-    return cameraView(camera, shown, false, drawings, `${camera.name}: ${points.length} points of ${taken.length} sets`);
+    return live ? liveView(camera, drawings) :
+      cameraView(camera, shown, false, drawings, `${camera.name}: ${points.length} points of ${taken.length} sets`);
   });
   const busy = state.jobs.some(job => job.kind === 'calibrate' && ['running', 'waiting'].includes(job.state));
   return [
     h('h1', {}, 'Calibration'),
     h('div', {class: 'acts'},
       ...takeButtons('take-target', next ? `Take ${next}` : 'Every set is taken', !next, () => act({do: 'take', set: next})),
+      state.capture ? h('button', {type: 'button', id: 'automatic', 'aria-pressed': String(state.capture.automatic), 'aria-keyshortcuts': 'a',
+        disabled: !state.capture.ready && !state.capture.automatic, click: () => act({do: 'automatic', on: !state.capture.automatic})},
+      h('kbd', {'aria-hidden': 'true'}, 'a'), 'Poses by themselves') : null,
       h('button', {type: 'button', id: 'take-all', disabled: !next || !state.replay, click: async () => {
         for (const set of sets.filter(one => !one.taken && one.takeable)) if (!await act({do: 'take', set: set.name})) break;
       }}, 'Take all'),

@@ -13,6 +13,11 @@ const LIVE = 'live';
 const shots = new Map();  // of each camera: the figure's parts, kept from one drawing to the next
 let showsLive = false;
 
+/// The pages that show what the cameras see now say so.
+export function showLive(shows) {
+  showsLive = shows;
+}
+
 /// A live picture when the server has a newer one; the next only when this one is there.
 export async function frame(camera) {
   const shot = shots.get(camera);
@@ -67,13 +72,15 @@ function doctorTable(checks) {
     [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? '']));
 }
 
-function liveView(camera) {
+/// With drawings over the picture, in the sensor's pixels.
+export function liveView(camera, drawings = []) {
   if (!shots.has(camera.name)) {
     const img = h('img', {width: 640, height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, live`, id: `live-${camera.name}`});
     shots.set(camera.name, {img, words: h('figcaption', {}, `${camera.name}: no picture yet`), busy: false, count: 0});
   }
   const shot = shots.get(camera.name);
-  return h('figure', {}, h('div', {class: 'view'}, shot.img), shot.words);
+  return h('figure', {}, h('div', {class: 'view'}, shot.img,
+    h('svg', {viewBox: `0 0 ${camera.width_px} ${camera.height_px}`, 'aria-hidden': 'true'}, drawings)), shot.words);
 }
 
 function captureWords(capture) {
@@ -92,7 +99,7 @@ async function drawLive(state, known, redraw) {
   return [
     h('h1', {}, 'Cameras'),
     h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
-    h('div', {class: 'views'}, state.cameras.map(liveView)),
+    h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))),
     ...captureWords(state.capture),
     command(state.capture.command),
   ];
@@ -114,7 +121,7 @@ export async function draw(state, redraw) {
   const known = state.sets.filter(set => set.recorded).map(set => set.name);
   if (state.capture) known.unshift(LIVE);
   const shown = known.includes(chosen) ? chosen : state.capture ? LIVE : nextSet(state) || known[0];
-  showsLive = shown === LIVE;
+  showLive(shown === LIVE);
   if (showsLive) return drawLive(state, known, redraw);
   const set = state.sets.find(one => one.name === shown);
   const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
