@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "capture/pixel/pixel_format.hpp"
+
 namespace drape::capture {
 
 Ending ending_of(const ImportResult& result, const std::filesystem::path& recording_folder) {
@@ -108,6 +110,14 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
         fmt::format("{:.2f} px from the reference set at most", *stored.still.background_shift_px));
   for (const LiveCameraReport& camera : report.cameras)
     ending.numbers.emplace_back(camera.name, ledger_line(camera));
+  for (const LiveCameraReport& camera : report.cameras)
+    for (const SettingReadBack& one : camera.settings)
+      if (const PixelFormat* format = find_pixel_format(one.value);
+          one.name == "pixel_format" && format != nullptr && format->lossy())
+        ending.warnings.push_back(
+            fmt::format("{} sends {}, which is lossy: a dot's centre is less sure "
+                        "(capture/README.md, Pixels)",
+                        camera.name, one.value));
   for (const LiveFault& fault : report.faults) ending.rejected.push_back(line_of(fault));
   if (moved) ending.rejected.push_back(line_of(*moved));
   for (const LiveFault& fault : stored.refused) ending.rejected.push_back(line_of(fault));

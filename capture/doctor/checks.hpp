@@ -53,6 +53,14 @@ struct Reached {
 [[nodiscard]] std::vector<Check> check_mtu(const std::vector<Reached>& cameras);
 [[nodiscard]] std::vector<Check> check_link(const std::vector<Reached>& cameras,
                                             double frame_rate_hz);
+/// Do the cameras of each USB bus fit it together? A bus is found by the device file of its camera
+/// below `sys`. Periodic transfers may take 80 % of a bus of 480 Mbit/s (USB 2.0 specification,
+/// 5.6.4), and 90 % of a faster one, which spends ten bits on eight. JPEG is left out: its size
+/// varies.
+[[nodiscard]] std::vector<Check> check_usb(const CamerasFile& cameras,
+                                           const std::vector<FoundDevice>& found,
+                                           const LiveReport& report,
+                                           const std::filesystem::path& sys = "/sys");
 /// Would a frame be lost while nobody reads, as each camera's host found?
 [[nodiscard]] std::vector<Check> check_receive_buffers(const LiveReport& report);
 /// Do all devices of the rig answer, each once?

@@ -51,9 +51,9 @@ void add_cameras(const CamerasFile& cameras, const std::optional<fs::path>& cali
                     error.what_to_do()});
   }
   const auto reached = reached_cameras(cameras, found, live.report);
-  append(checks, check_mtu(reached));
-  append(checks, check_link(reached, cameras.frame_rate_hz));
-  append(checks, seen);
+  for (const auto& more : {check_mtu(reached), check_link(reached, cameras.frame_rate_hz),
+                           check_usb(cameras, found, live.report), seen})
+    append(checks, more);
 }
 
 int tell(const std::vector<Check>& checks, const CommonOptions& common) {

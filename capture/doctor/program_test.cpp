@@ -370,5 +370,51 @@ TEST(DoctorChecks, LinkBudgetAndDelay) {
   EXPECT_FALSE(check_calibration("nowhere.json", 30).go);
 }
 
+/// Two webcams of 1280 x 720 px on one bus of 480 Mbit/s, as the kernel lists them.
+TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
+  const test::TemporaryFolder sys;
+  CamerasFile cameras;
+  cameras.frame_rate_hz = 10;
+  LiveReport report;
+  std::vector<FoundDevice> found;
+  for (int k = 0; k < 2; ++k) {
+    const fs::path usb = sys.path() / fmt::format("devices/pci/usb1/1-{}", k + 1);
+    const fs::path video = sys.path() / fmt::format("class/video4linux/video{}", k);
+    fs::create_directories(usb / "interface");
+    fs::create_directories(video);
+    write_durable(usb / "busnum", "1\n");
+    write_durable(usb / "speed", "480\n");
+    fs::create_directory_symlink(usb / "interface", video / "device");
+    LiveCamera& camera = cameras.cameras.emplace_back();
+    camera.name = fmt::format("cam{}", k);
+    camera.address.backend = Backend::v4l2;
+    camera.address.device = fmt::format("usb-{}", k);
+    camera.settings.width_px = 1280;
+    camera.settings.height_px = 720;
+    report.cameras.emplace_back().settings = {{"pixel_format", "YUYV"}};
+    FoundDevice& device = found.emplace_back();
+    device.backend = Backend::v4l2;
+    device.name = camera.address.device;
+    device.identity.address = fmt::format("/dev/video{}", k);
+  }
+  // Two of 1280 x 720 x 2 bytes, 10 times a second: 295 Mbit/s of the 384 that are for pictures.
+  std::vector<Check> checks = check_usb(cameras, found, report, sys.path());
+  ASSERT_EQ(checks.size(), 1U);
+  EXPECT_EQ(checks[0].name, "USB bus 1");
+  EXPECT_TRUE(checks[0].go) << checks[0].found;
+  EXPECT_THAT(checks[0].found, HasSubstr("295 Mbit/s for cam0, cam1; 384 of its 480 Mbit/s"));
+  cameras.frame_rate_hz = 15;
+  checks = check_usb(cameras, found, report, sys.path());
+  EXPECT_FALSE(checks.at(0).go);
+  EXPECT_THAT(checks.at(0).to_type, HasSubstr("frame_rate_hz = 13.0 or less"));
+  report.cameras[1].settings = {{"pixel_format", "MJPG"}};
+  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
+  for (const int k : {0, 1})
+    write_durable(sys.path() / fmt::format("devices/pci/usb1/1-{}/speed", k + 1), "5000\n");
+  report.cameras[1].settings = {{"pixel_format", "YUYV"}};
+  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
+  EXPECT_TRUE(check_usb(cameras, {}, report, sys.path()).empty()) << "no device, nothing to say";
+}
+
 }  // namespace
 }  // namespace drape::capture

@@ -94,6 +94,8 @@ const std::vector<BenchFault>& bench_faults() {
          b.transit = {.lose = 0.5, .lose_resent = 1};
        },
        always("a frame is incomplete|answers no software_trigger")},
+      {"firewall", [](SpoiltBench& b) { b.transit = {.lose = 1, .lose_resent = 1}; },
+       always("let the firewall pass UDP from 127.0.0.3")},
       {"silent", [](SpoiltBench& b) { b.plugged = false; }, always("cam1")},
       {"automatic_that_cannot_be_switched_off",
        [](SpoiltBench& b) { b.second.stuck = {test::reg::exposure_auto}; },

@@ -106,7 +106,7 @@ std::optional<LiveFault> Session::begin_streams() {
     if (r.host->fault()) return LiveFault{name(c), *r.host->fault(), r.host->what_to_do()};
     if (r.newest < 0)
       return LiveFault{name(c), fmt::format("it answers no {}", to_string(report_.method)),
-                       "try another sync method; `drape doctor` looks closer"};
+                       remedy_for_silence(*r.host) + "; or try another sync method"};
     r.counted = Running::Counted{r.newest, -1};
     r.complete = 0;
   }
@@ -302,6 +302,15 @@ std::string Session::remedy_for(const CameraHost& host) {
   return "raise packet_delay_ns, or lower frame_rate_hz; check cable and switch";
 }
 
+/// Of a camera that obeys and sends nothing.
+std::string Session::remedy_for_silence(const CameraHost& host) {
+  if (host.identity().host_address.empty()) return "check cable and power of the camera";
+  return fmt::format(
+      "it obeys, but none of its pictures comes: let the firewall pass UDP from {} (`sudo nft list "
+      "ruleset` shows it), and check cable and power",
+      host.identity().address);
+}
+
 void Session::look_after(std::size_t c) {
   Running& r = running_[c];
   const std::int64_t now = now_ns();
@@ -315,7 +324,7 @@ void Session::look_after(std::size_t c) {
       const LiveFault fault = {name(c), r.host->fault().value_or("it stopped sending frames"),
                                r.host->fault()
                                    ? r.host->what_to_do() + "; it is opened again"
-                                   : "check cable and power of the camera; it is opened again"};
+                                   : remedy_for_silence(*r.host) + "; it is opened again"};
       add_fault(report_.faults, fault);
       if (r.failed_ns == 0) tell(fault);
       if (r.failed_ns == 0) r.failed_ns = now;
@@ -339,7 +348,7 @@ void Session::open_again(std::size_t c) {
               {name(c),
                fmt::format("it was opened {} times and gave no frame: {}", kOpenedInVain,
                            r.host->fault().value_or("it stays silent")),
-               r.host->fault() ? r.host->what_to_do() : "check cable and power of the camera"});
+               r.host->fault() ? r.host->what_to_do() : remedy_for_silence(*r.host)});
     return;
   }
   const double wait_s = std::min(kRetryAtMost_s, kRetryEvery_s * std::pow(1.5, r.opened_in_vain++));

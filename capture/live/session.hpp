@@ -72,6 +72,7 @@ class Session {
   std::optional<std::int64_t> count_trigger(Running& r, std::int64_t index) const;
 
   static std::string remedy_for(const CameraHost& host);
+  static std::string remedy_for_silence(const CameraHost& host);
 
   /// Notices a camera that is lost and brings it back, while the others go on.
   void look_after(std::size_t c);
