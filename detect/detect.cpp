@@ -17,6 +17,7 @@
 #include "detect/image/image.hpp"
 #include "detect/image/overlay.hpp"
 #include "detect/labels/print_plane.hpp"
+#include "detect/labels/tag_places.hpp"
 #include "detect/picture_quality.hpp"
 #include "detect/targets/board.hpp"
 #include "detect/targets/chessboard.hpp"
@@ -181,6 +182,14 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
     report.warnings.push_back(name + ": no tag of the print was recognised");
 }
 
+/// Labels that tags gave which the print has elsewhere are no labels.
+void withdraw_labels(FrameDetections& frame) {
+  for (const Detection& dot : frame.detections)
+    frame.rejections.push_back(
+        {std::nullopt, dot.centre_px, "no label: the tags lie elsewhere on the print"});
+  frame.detections.clear();
+}
+
 /// What looks the same after half a turn; empty for what does not.
 std::string twin_of(const Surroundings& surface) {
   if (surface.board) return is_ambiguous(*surface.board) ? "chessboard" : "";
@@ -255,6 +264,11 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   result.detections.lattice = surface.lattice;
   std::vector<PictureQuality> qualities;
   for (Output& output : outputs) {
+    const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string());
+    if (!why.empty()) withdraw_labels(output.frame);
+    if (!why.empty() && result.report.other_print.empty())
+      result.report.other_print =
+          fmt::format("set {}, camera {}: {}", output.frame.set, output.frame.camera, why);
     qualities.push_back(output.quality);
     add_to_report(output.frame, !surface.plane.tags.empty(), result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
@@ -262,8 +276,9 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
     result.detections.frames.push_back(std::move(output.frame));
   }
   result.report.poor_views = poor_views(result.detections.frames, qualities);
-  result.report.other_print =
-      other_print(recording, jobs, surface, options, result.detections.frames);
+  if (result.report.other_print.empty())
+    result.report.other_print =
+        other_print(recording, jobs, surface, options, result.detections.frames);
   if (const std::string twin = twin_of(surface); !twin.empty()) {
     result.report.warnings.push_back(
         fmt::format("the {} looks the same upside down: its columns were taken to run to the right "

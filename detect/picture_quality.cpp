@@ -14,6 +14,7 @@ namespace {
 constexpr int kStride = 3;           ///< lines that are looked at; a picture has a thousand
 constexpr double kPart = 0.5;        ///< of marks, of light, of sharpness, of what others have
 constexpr std::size_t kFewTags = 3;  ///< tags that chance does not decode
+constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
 
 double quantile_of(std::vector<float>& values, double part) {
   if (values.empty()) return 0;
@@ -37,6 +38,11 @@ GreyImage mirrored(GreyImage image) {
       std::reverse(image.levels.begin() + from, image.levels.begin() + from + image.width_px);
   }
   return image;
+}
+
+double saturated_part(const GreyImage& image) {
+  const auto full = std::count(image.bytes.begin(), image.bytes.end(), 255);
+  return static_cast<double>(full) / static_cast<double>(image.bytes.size());
 }
 
 std::string range_of(const std::vector<TagDetection>& tags) {
@@ -144,10 +150,17 @@ std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const F
           "the radius?",
           2000 * other.dot_radius_m, found, file, 2000 * plane.dot_radius_m);
     }
+    const double part = saturated_part(image);
+    const std::string light = part <= kSaturated
+                                  ? std::string()
+                                  : fmt::format(
+                                        "; {:.0f} % of its pixels are at the largest grey level: "
+                                        "less exposure, gain or light shows dots again",
+                                        100 * part);
     return fmt::format(
         "it shows {} tags of {}, but no dots of its size and pitch beside them "
-        "(dot_diameter_mm, pitch_mm, rows, cols)",
-        own.size(), file);
+        "(dot_diameter_mm, pitch_mm, rows, cols){}",
+        own.size(), file, light);
   }
   return {};
 }

@@ -4,9 +4,13 @@
 
 #include <gmock/gmock.h>
 
+#include <functional>
+#include <utility>
+
 #include "core/units.hpp"
 #include "detect/cloth_picture.hpp"
 #include "detect/detect.hpp"
+#include "detect/labels/tag_places.hpp"
 
 namespace drape::test {
 namespace {
@@ -117,6 +121,36 @@ TEST(PictureQuality, APictureWithoutMarksTellsWhichPrintItShows) {
       turned.bytes[static_cast<std::size_t>(y) * image.width_px + x] =
           image.bytes[static_cast<std::size_t>(y) * image.width_px + (image.width_px - 1 - x)];
   EXPECT_THAT(why(turned, six_by_six()), HasSubstr("mirrored"));
+}
+
+std::string elsewhere(const std::function<void(std::vector<PrintedTag>&)>& mistake) {
+  static const std::vector<TagDetection> seen = frame_of(picture_of({}), six_by_six(), "cam0").tags;
+  Print print = six_by_six();
+  mistake(print.tags);
+  return tags_elsewhere(plane_of(print), seen, "print.toml");
+}
+
+TEST(TagPlaces, WhatThePrintHasElsewhereIsNamed) {
+  EXPECT_EQ(elsewhere([](auto&) {}), "");
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (std::size_t k = 0; k < tags.size(); ++k)
+                  tags[k].id = static_cast<int>((k + 1) % tags.size());
+              }),
+              AllOf(HasSubstr("tags lie elsewhere on the print"), HasSubstr("tags.first_id"),
+                    HasSubstr("mm apart at least, print.toml has them")));
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (PrintedTag& tag : tags) std::swap(tag.centre_m.x(), tag.centre_m.y());
+              }),
+              HasSubstr("are rows and columns, or the sign of an axis, exchanged"));
+  EXPECT_THAT(elsewhere([](auto& tags) {
+                for (PrintedTag& tag : tags)
+                  tag.centre_m = Eigen::Vector2d(0.12, 0.12) - tag.centre_m;
+              }),
+              HasSubstr("in other directions"));
+  EXPECT_THAT(elsewhere([](auto& tags) { std::swap(tags[0].centre_m, tags[12].centre_m); }),
+              HasSubstr("2 of 13 tags lie elsewhere"));
+  EXPECT_EQ(elsewhere([](auto& tags) { tags[0].centre_m += Eigen::Vector2d(0.05, 0.05); }), "")
+      << "one tag may be misread";
 }
 
 }  // namespace
