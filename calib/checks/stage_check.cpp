@@ -43,6 +43,14 @@ void add_findings(StageCheck& check, double half_m) {
   }
   if (large(check.stroke_percent, check.stroke_sd_percent, check.stroke_percent / 100 * stroke_m)) {
     const double factor = 1 + check.stroke_percent / 100;
+    if (factor < 0) {
+      check.contradiction = fmt::format(
+          "the target goes the other way than z_mm in rig.toml says ({:+.3f} +- {:.3f} % of the "
+          "stroke): is the sign of every z_mm wrong, or the order of the stages reversed?",
+          100 * factor, check.stroke_sd_percent);
+      check.findings.push_back("z stage: " + check.contradiction);
+      return;
+    }
     check.contradiction = fmt::format(
         "the target's pitch and the z stage's strokes contradict each other by {:+.3f} +- {:.3f} "
         "%, so no length is known: pitch_mm in target.toml divided by {:.4f}, or every z_mm in "

@@ -100,7 +100,7 @@ CsvText read_csv_text(const std::filesystem::path& file) {
     }
     if (cells.size() != csv.names.size()) {
       throw bad_input(fmt::format("{} cells instead of {}", cells.size(), csv.names.size()), where,
-                      "give one number per column");
+                      "give one number per column: commas part columns, points decimals");
     }
     csv.rows.push_back(std::move(cells));
     csv.lines.push_back(number);

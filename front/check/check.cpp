@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <sstream>
@@ -61,6 +62,12 @@ void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
   std::map<std::string, std::string> used;
   std::map<double, std::string> heights;
   for (const TargetStage& stage : rig.stages) {
+    if (!std::isfinite(stage.z_m)) continue;  // named where it was read
+    if (std::abs(stage.z_m) > kLargestBench_m)
+      add(check, rig.file, "calibration.stage.z_mm",
+          fmt::format("stage `{}` stands at z_mm = {:g}; no bench is so large", stage.set,
+                      stage.z_m / mm),
+          "heights are in mm above the first stage", heights.size());
     const auto [other, fresh] = heights.emplace(stage.z_m, stage.set);
     if (!fresh)
       add(check, rig.file, "calibration.stage.z_mm",

@@ -36,6 +36,9 @@ struct BenchCheck {
 [[nodiscard]] Where place_of(const std::filesystem::path& file, const std::string& field,
                              std::size_t nth = 0);
 
+/// No cloth is photographed farther from the target than a room is long.
+inline constexpr double kLargestBench_m = 10;
+
 /// Adds a problem at that place.
 void add(BenchCheck& check, const std::filesystem::path& file, const std::string& field,
          const std::string& what, const std::string& what_to_do, std::size_t nth = 0);

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <tuple>
+#include <utility>
 
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -22,7 +24,7 @@ using units::mm;
 
 constexpr double kSigmas = 3;
 /// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
-constexpr double kMostFriction = 1.5;
+constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
 /// On Earth's surface, poles to equator (WGS 84): 9.780 to 9.832 m/s2.
 constexpr double kLeastGravity = 9.76, kMostGravity = 9.85;
 
@@ -101,6 +103,36 @@ void judge_fabric(const fs::path& file, double density, double stiffness, const 
   }
 }
 
+/// Cloth bends at 45 degrees about as it does along its threads: of the published fabrics
+/// (rigs/fabrics/published.csv) no bias stiffness lies twice beyond those of warp and weft.
+void judge_bias(const TomlTable& bending, const std::string& key, const std::vector<double>& both,
+                BenchCheck& check) {
+  constexpr double kBeyond = 5;  // half of a lost decimal point
+  const double bias = bending.number(key);
+  const auto [least, most] = std::minmax_element(both.begin(), both.end());
+  if (bias >= *least / kBeyond && bias <= *most * kBeyond) return;
+  add(check, bending.file(), "bending." + key,
+      fmt::format("{:g} gf cm2/cm at 45 degrees, {:.3g} and {:.3g} along warp and weft", bias,
+                  both[0], both[1]),
+      "is a decimal point lost, or is it in uN m (98 times as large)?");
+}
+
+/// KES-FB1 stops at 500 gf/cm, for weak fabrics at 50, FAST-3 at 98.
+void judge_tensile(const TomlTable& tensile, BenchCheck& check) {
+  constexpr double kLeast_gf_per_cm = 20;
+  for (const char* direction : {"warp", "weft"}) {
+    if (!tensile.has(direction)) continue;
+    const fs::path file = tensile.file_path(direction);
+    const Csv curve =
+        read_csv(file, {"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"});
+    if (curve.lines.empty() || curve.columns[1].back() >= kLeast_gf_per_cm) continue;
+    add(check, file, "loading_force_gf_per_cm",
+        fmt::format("the curve ends at {:g} gf/cm; tests go to 50 or 500 (KES) or 98 (FAST)",
+                    curve.columns[1].back()),
+        "is the force in N/cm (1 N/cm is 102 gf/cm), or is the end of the curve missing?");
+  }
+}
+
 /// What an uncertainty wider than the object's own half says: nobody knows where it is, and no
 /// guard can contradict it.
 void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check) {
@@ -111,7 +143,7 @@ void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check)
   const ObjectUncertainty stated = scene.uncertainty_of(index);
   for (const auto& [key, u_m] : {std::pair{"place_uncertainty_mm", stated.place_m()},
                                  std::pair{"size_uncertainty_mm", stated.size_m()}}) {
-    if (!(size_m > 0) || 2 * u_m < 0.5 * size_m) continue;
+    if (!(size_m > 0 && 2 * u_m >= 0.5 * size_m)) continue;
     add(check, scene.file, std::string("object.") + key,
         fmt::format("{} = {:g}: twice that is half of object {}, {:g} mm wide", key, u_m / mm,
                     index + 1, size_m / mm),
@@ -127,6 +159,13 @@ void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
   std::map<std::string, std::size_t> seen;
   std::size_t index = 0;
   for (const TomlTable& table : TomlTable::open(scene.file, "scene").tables("object")) {
+    for (const auto& [key, most, remedy] :
+         {std::tuple{"x_mm", kLargestBench_m / mm, "places are in mm from the target's middle"},
+          std::tuple{"y_mm", kLargestBench_m / mm, "places are in mm from the target's middle"},
+          std::tuple{"yaw_deg", 360.0, "an angle in degrees, -180 to 180"}})
+      if (table.has(key) && std::abs(table.number(key)) > most)
+        add(check, scene.file, std::string("object.") + key,
+            fmt::format("{} = {:g}", key, table.number(key)), remedy, index);
     std::string text;
     for (const auto& [key, value] : table.values()) text += key + "=" + value + "\n";
     const auto [other, fresh] = seen.emplace(text, index);
@@ -170,6 +209,10 @@ void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCh
         fmt::format("is it {:g}? Measure it on a tilting plane: the tangent of the angle at which "
                     "it slides",
                     scene.friction / 10));
+  if (scene.friction < kLeastFriction && !scene.set.empty())
+    check.warnings.push_back(fmt::format(
+        "{}, friction: a friction coefficient of {:g}; cloth on solids has {:g} to {:g}",
+        scene.file.string(), scene.friction, kLeastFriction, kMostFriction));
   const double gravity = scene.gravity_m_per_s2.norm();
   if (!(gravity >= kLeastGravity && gravity <= kMostGravity))
     add(check, scene.file, "gravity_m_per_s2",
@@ -284,10 +327,16 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
     check_curve_names(root, check);
     if (check.problems.size() > so_far) return;
     const TomlTable bending = root.table("bending");
+    std::vector<double> both;
     for (const char* direction : {"warp", "weft"}) {
       const auto stiffness = bending_of(bending, direction);
-      if (stiffness) judge_fabric(file, density, *stiffness, direction, check);
+      if (stiffness) both.push_back(*stiffness);
+      if (stiffness && std::isfinite(density))
+        judge_fabric(file, density, *stiffness, direction, check);
     }
+    const std::string bias = "bias_stiffness_gf_cm2_per_cm";
+    if (both.size() == 2 && bending.has(bias)) judge_bias(bending, bias, both, check);
+    if (const auto tensile = root.optional_table("tensile")) judge_tensile(*tensile, check);
   } catch (const Error& error) {
     check.problems.push_back(error);
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -134,10 +135,29 @@ void check_branches(const Csv& csv, const TestKind& kind) {
       "are loading and unloading exchanged? Rising values are loading");
 }
 
+/// Both branches rise with the abscissa. A chart is read to a hundredth of full scale, so that of
+/// two points side by side the second stands lower by four standard deviations of that at most.
+void check_rise(const Csv& csv, const TestKind& kind) {
+  constexpr double kMostFall = 4 * 1.4142 * 0.01;
+  for (const std::size_t branch : {1, 2}) {
+    const std::vector<double>& f = csv.columns[branch];
+    const auto [least, most] = std::minmax_element(f.begin(), f.end());
+    for (std::size_t i = 1; i < f.size(); ++i) {
+      if (f[i - 1] - f[i] <= kMostFall * (*most - *least)) continue;
+      throw bad_input(
+          fmt::format("{:g} follows {:g}: the curve falls by {:.0f} % of its range", f[i], f[i - 1],
+                      100 * (f[i - 1] - f[i]) / (*most - *least)),
+          {.file = csv.file.string(), .line = csv.lines[i], .field = kind.columns[branch]},
+          "cloth that is strained further pulls harder: correct this point or the one before it");
+    }
+  }
+}
+
 KawabataCurve read_curve(const std::filesystem::path& file, const TestKind& kind) {
   const Csv csv = read_csv(file, kind.columns);
   check_abscissae(csv, kind);
   check_range(csv, kind);
+  check_rise(csv, kind);
   check_branches(csv, kind);
   KawabataCurve curve{file, csv.columns[0], csv.columns[1], csv.columns[2]};
   for (double& x : curve.x) x *= kind.x_unit;

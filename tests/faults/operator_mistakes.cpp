@@ -281,6 +281,61 @@ std::vector<Mistake> operator_mistakes() {
        },
        1,
        {"rig.toml", "z_mm", "stage_z030", "stage_z060", "each other's heights"}},
+      {"tags_counted_from_one",
+       "C",
+       typed("print.toml", "first_id = 0", "first_id = 1"),
+       1,
+       {"print.toml", "tags lie elsewhere on the print", "tags.first_id"}},
+      {"rows_and_columns_of_the_tags_exchanged",
+       "C",
+       [](const SmallBench& bench) {
+         const std::string text = read_text(bench.rig() / "print.toml");
+         write_durable(bench.rig() / "print.toml",
+                       std::regex_replace(text, std::regex(R"(\[(\d), (\d)\])"), "[$2, $1]"));
+       },
+       1,
+       {"print.toml", "tags.cells", "are rows and columns"}},
+      {"two_tags_of_the_target_exchanged",
+       "C",
+       [](const SmallBench& bench) {
+         bench.replace("target.toml", "id = 400", "id = 4");
+         bench.replace("target.toml", "id = 401", "id = 400");
+         bench.replace("target.toml", "id = 4\n", "id = 401\n");
+       },
+       3,
+       {"target.toml", "tags.tag.centre_mm", "2 of 6 tags lie elsewhere"}},
+      {"stages_counted_downwards",
+       "C",
+       [](const SmallBench& bench) {
+         for (const char* z : {"30.0", "60.0", "90.0"})
+           bench.replace("rig.toml", std::string("z_mm = ") + z, std::string("z_mm = -") + z);
+       },
+       1,
+       {"rig.toml", "z_mm", "the other way"}},
+      {"a_digit_too_many_in_a_curve",
+       "C",
+       typed("fabrics/A/tensile_warp.csv", "\n0.1,4.", "\n0.1,42."),
+       3,
+       {"tensile_warp.csv:", "loading_force_gf_per_cm", "the curve falls"}},
+      {"force_in_newton_per_cm",
+       "C",
+       [](const SmallBench& bench) {
+         write_durable(bench.rig() / "fabrics/A/tensile_weft.csv",
+                       "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"
+                       "0,0,0\n4,1.4,0.9\n8,4.9,4.9\n");
+       },
+       3,
+       {"tensile_weft.csv", "loading_force_gf_per_cm", "N/cm"}},
+      {"bias_in_micronewton_metres",
+       "C",
+       typed("fabrics/A.toml", "gf_cm2_per_cm = 0.0785181", "gf_cm2_per_cm = 7.7"),
+       3,
+       {"A.toml:", "bending.bias_stiffness_gf_cm2_per_cm", "98 times"}},
+      {"place_in_um",
+       "C",
+       typed(c, "x_mm = -3.0", "x_mm = -30000.0"),
+       3,
+       {"C.toml:", "object.x_mm"}},
       {"object_moved_after_its_tags_were_seen",
        "C",
        typed(c, "yaw_deg = 14.0",
