@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <filesystem>
 #include <set>
+#include <sstream>
 
 #include "compare/report/html.hpp"
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
+#include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
@@ -101,6 +103,27 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
   return table;
 }
 
+/// What the calibration found out beyond its file: the error on views that it did not use, the
+/// stages. From the ending that its program kept.
+Table calibration_findings(const Session& session) {
+  Table table;
+  table.names = {"what", "value"};
+  table.heads = {"", ""};
+  table.numeric = {false, false};
+  const std::filesystem::path ending = ending_path(run_record_path(session.calibration_file));
+  if (!std::filesystem::is_regular_file(ending)) return table;
+  std::istringstream lines(read_text(ending));
+  std::string line;
+  std::getline(lines, line);  // the verdict
+  while (std::getline(lines, line)) {
+    const std::size_t begin = line.find_first_not_of(' ');
+    const std::size_t gap = begin == std::string::npos ? begin : line.find("  ", begin);
+    if (gap == std::string::npos) continue;
+    table.add({line.substr(begin, gap - begin), line.substr(line.find_first_not_of(' ', gap))});
+  }
+  return table;
+}
+
 std::string link(const std::string& target, const std::string& text) {
   return "<a href=\"#" + xml(target) + "\">" + xml(text) + "</a>";
 }
@@ -150,6 +173,8 @@ std::string html_calibration(const Session& session) {
   }
   std::string text = "<section id=\"calibration\">\n<h2>Calibration</h2>\n<p>" +
                      xml(calibration_line(session)) + ".</p>\n" + html_table(table);
+  const Table findings = calibration_findings(session);
+  if (!findings.rows.empty()) text += html_table(findings, "dense");
   for (const std::string& warning : own.warnings)
     text += "<p class=\"soft\">" + xml(warning) + "</p>\n";
   return text + "</section>\n";

@@ -182,7 +182,7 @@ Coverage coverage_of(int benches, int draws, bool stand_in,
   Coverage all;
   int inside = 0;
   for (int seed = 0; seed < benches; ++seed) {
-    const Found found = found_on(some_bench(seed, stand_in));
+    const Found found = found_on(some_bench(drape::test::first_trial() + seed, stand_in));
     EXPECT_TRUE(found.inputs.missing.empty());
     const double expanded_m = budget_of(found.inputs, draws).expanded_m;
     inside += std::abs(found.error_m) <= expanded_m;

@@ -51,7 +51,7 @@ std::string alarms_in(const Json& run) {
 TEST(RenderedBenches, GiveNoAlarm) {
   const int count = trial_count(1, 20);
   int alarms = 0;
-  for (int seed = 0; seed < count; ++seed) {
+  for (int seed = first_trial(); seed < first_trial() + count; ++seed) {
     const DrawnBench bench(static_cast<std::uint64_t>(seed), false);
     const TemporaryFolder folder;
     bench.make(folder.path());

@@ -13,4 +13,11 @@ namespace drape::test {
   return asked != nullptr && std::string_view(asked) == "1" ? whole : slice;
 }
 
+/// Index of the first trial: with DRAPE_FIRST_TRIAL=100 those are tried that nobody looked at while
+/// the program was written.
+[[nodiscard]] inline int first_trial() {
+  const char* first = std::getenv("DRAPE_FIRST_TRIAL");
+  return first != nullptr ? std::atoi(first) : 0;
+}
+
 }  // namespace drape::test
