@@ -52,11 +52,16 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
   }
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));
   read_log();
-  if (!options_.replay) open_cameras();
+  if (options_.replay) return;
+  open_cameras();
+  live_marks_ = std::make_unique<LiveMarks>(
+      [this] { return newest_pictures(); },
+      [this](const fs::path& folder, const auto& px) { return live_rig_text(folder, px); });
 }
 
 /// The cameras first, while all that they report to is there.
 Bench::~Bench() {
+  live_marks_.reset();
   std::unique_ptr<CaptureSession> closing;
   const std::lock_guard lock(capture_mutex_);
   closing.swap(capture_);

@@ -13,6 +13,7 @@
 #include "console/console.hpp"
 #include "console/tasks/capture_session.hpp"
 #include "console/tasks/jobs.hpp"
+#include "console/tasks/live_marks.hpp"
 #include "console/tasks/pictures.hpp"
 #include "console/tasks/session_log.hpp"
 #include "console/tasks/still_watch.hpp"
@@ -62,6 +63,10 @@ class Bench {
   [[nodiscard]] std::optional<LivePicture> live_picture(const std::string& camera, int width_px,
                                                         bool mark_saturation) const;
 
+  /// Marks in the live pictures, as marks() gives those of a set, with their counts: of the target
+  /// or of the cloth.
+  [[nodiscard]] Json live_marks(bool of_cloth) const;
+
   // ---- acts ----------------------------------------------------------------------------------
   /// {"do": "take", "set": "pose_00"} and so on; see README.
   void act(const Json& request);
@@ -90,6 +95,7 @@ class Bench {
   [[nodiscard]] bool is_automatic() const;
   void automatic(bool on);
   void end_automatic(const std::string& words, bool good);
+  [[nodiscard]] std::map<std::string, std::string> newest_pictures() const;
   void look(const std::string& camera);    ///< a picture of it is there
   void looked_at(const std::string& set);  ///< its marks are measured
   void calibrated();
@@ -116,6 +122,9 @@ class Bench {
   [[nodiscard]] std::filesystem::path sheet_file(const std::string& drape) const;
   [[nodiscard]] Call detect_call(const std::string& set) const;
   [[nodiscard]] std::string rig_text() const;
+  [[nodiscard]] std::string live_rig_text(
+      const std::filesystem::path& folder,
+      const std::map<std::string, std::pair<int, int>>& px) const;
   void write_rig() const;
   void merge_detections(const std::vector<std::string>& sets) const;
   template <class T>
@@ -167,6 +176,7 @@ class Bench {
   Jobs jobs_;
   mutable std::mutex capture_mutex_;
   std::unique_ptr<CaptureSession> capture_;  ///< of live cameras
+  std::unique_ptr<LiveMarks> live_marks_;
 };
 
 /// x, y, z in mm, to a hundredth.

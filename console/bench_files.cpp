@@ -94,6 +94,30 @@ std::string Bench::rig_text() const {
   return text;
 }
 
+/// Of scaled pictures, for detect alone.
+std::string Bench::live_rig_text(const fs::path& folder,
+                                 const std::map<std::string, std::pair<int, int>>& px) const {
+  const auto relative = [&](const fs::path& file) {
+    return quoted(fs::proximate(fs::absolute(file), fs::absolute(folder)).generic_string());
+  };
+  std::string text = fmt::format(
+      "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nrecording = \"recording\"\n",
+      quoted(rig_.name), relative(rig_.target_file));
+  if (!drapes_.empty())
+    text += fmt::format("print = {}\n", relative(drapes_.front().scene.print_file));
+  text += "\n[calibration]\nfree_poses = []\n";
+  for (const RigCamera& camera : rig_.cameras) {
+    const auto size = px.find(camera.name);
+    if (size == px.end()) continue;
+    text += fmt::format(
+        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
+        "{:.9f}]\n",
+        quoted(camera.name), size->second.first, size->second.second,
+        camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um);
+  }
+  return text;
+}
+
 void Bench::write_rig() const {
   const std::string text = rig_text();
   if (!fs::is_regular_file(rig_file()) || read_text(rig_file()) != text)

@@ -163,6 +163,17 @@ Json Bench::capture_json() const {
   return json;
 }
 
+std::map<std::string, std::string> Bench::newest_pictures() const {
+  std::map<std::string, std::string> all;
+  const std::lock_guard lock(capture_mutex_);
+  for (const RigCamera& camera : rig_.cameras) {
+    std::uint64_t number = 0;
+    std::string bytes = capture_ ? capture_->picture(camera.name, number) : std::string();
+    if (!bytes.empty()) all[camera.name] = std::move(bytes);
+  }
+  return all;
+}
+
 std::optional<Bench::LivePicture> Bench::live_picture(const std::string& camera, int width_px,
                                                       bool mark_saturation) const {
   static_cast<void>(rig_.camera(camera));

@@ -40,6 +40,30 @@ std::optional<double> sigma_px(const FrameDetections& frame) {
   return median(std::move(all));
 }
 
+/// Marks and what was refused, in px of the sensor, of which `step` stand side by side in a pixel
+/// of the picture.
+Json places(const FrameDetections& frame, int step = 1) {
+  const auto sensor_px = [step](const Eigen::Vector2d& px) -> Eigen::Vector2d {
+    return step * px + Eigen::Vector2d::Constant(0.5 * (step - 1));
+  };
+  Json marks = Json::array(), rejected = Json::array();
+  for (const Detection& dot : frame.detections) {
+    Json one = point_px(sensor_px(dot.centre_px));
+    one.push_back(rounded(step * dot.semi_axes_px.x(), 10));
+    one.push_back(rounded(step * dot.semi_axes_px.y(), 10));
+    one.push_back(rounded(dot.axis_angle_rad / units::deg, 10));
+    one.push_back(fmt::format("{},{}", dot.mark.row, dot.mark.col));
+    marks.push_back(std::move(one));
+  }
+  for (const Rejection& one : frame.rejections)
+    if (one.centre_px) {
+      Json place = point_px(sensor_px(*one.centre_px));
+      place.push_back(one.reason);
+      rejected.push_back(std::move(place));
+    }
+  return {{"marks", marks}, {"rejected", rejected}};
+}
+
 Json optional_json(const std::optional<double>& value) {
   return value ? Json(*value) : Json();
 }
@@ -186,26 +210,24 @@ Json Bench::state() const {
 Json Bench::marks(const std::string& set) const {
   require_set(set);
   Json json = {{"set", set}, {"cameras", Json::object()}};
-  const auto seen = detections(set);
+  if (const auto seen = detections(set))
+    for (const FrameDetections& frame : seen->frames) json["cameras"][frame.camera] = places(frame);
+  return json;
+}
+
+Json Bench::live_marks(bool of_cloth) const {
+  Json json = {{"cameras", Json::object()}};
+  const auto seen =
+      live_marks_ ? live_marks_->look(of_cloth ? Surface::cloth : Surface::target) : nullptr;
   if (!seen) return json;
   for (const FrameDetections& frame : seen->frames) {
-    Json places = Json::array(), missed = Json::array();
-    for (const Detection& dot : frame.detections) {
-      Json one = point_px(dot.centre_px);
-      one.push_back(rounded(dot.semi_axes_px.x(), 10));
-      one.push_back(rounded(dot.semi_axes_px.y(), 10));
-      one.push_back(rounded(dot.axis_angle_rad / units::deg, 10));
-      one.push_back(fmt::format("{},{}", dot.mark.row, dot.mark.col));
-      places.push_back(std::move(one));
-    }
-    for (const Rejection& one : frame.rejections)
-      if (one.centre_px) {
-        Json place = point_px(*one.centre_px);
-        place.push_back(one.reason);
-        missed.push_back(std::move(place));
-      }
-    json["cameras"][frame.camera] = {{"marks", places}, {"rejected", missed}};
+    // A pixel of the picture is the mean of a square of the sensor's.
+    Json& one = json["cameras"][frame.camera] =
+        places(frame, rig_.camera(frame.camera).width_px / frame.width_px);
+    one["measured"] = frame.detections.size();
+    one["tags"] = frame.tags.size();
   }
+  json["printed"] = seen->lattice.rows * seen->lattice.cols;
   return json;
 }
 

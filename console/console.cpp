@@ -92,6 +92,8 @@ class Console::Impl {
       response.body = dumped(bench_.state());
     } else if (route == "/api/marks") {
       response.body = dumped(bench_.marks(asked("set")));
+    } else if (route == "/api/live-marks") {
+      response.body = dumped(bench_.live_marks(asked("surface") == "cloth"));
     } else if (route == "/api/frame") {
       response.body = dumped(bench_.frame_facts(asked("set")));
     } else if (route == "/api/coverage") {

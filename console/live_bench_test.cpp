@@ -4,6 +4,7 @@
 
 #include "console/live_console.hpp"
 #include "core/recording.hpp"
+#include "tests/support/bench1_truth.hpp"
 
 namespace drape::test {
 namespace {
@@ -37,6 +38,21 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
       EXPECT_GT(facts["dot_sigma_px"].get<double>(), 0.001);
       EXPECT_LT(facts["dot_sigma_px"].get<double>(), 0.1);
       EXPECT_EQ(cv::imread(file, cv::IMREAD_GRAYSCALE).cols, 533) << "scaled by a whole number";
+    }
+    // Marks of the pictures are those of the frames, but for what a third of the pixels costs.
+    Json seen;
+    for (int k = 0; k < 600 && (!seen.is_object() || seen["cameras"].empty()); ++k) {
+      seen = server.get("api/live-marks?surface=target");
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    for (int c = 0; c < kCameras; ++c) {
+      const Json& one = seen["cameras"][fmt::format("cam{}", c)];
+      ASSERT_EQ(one["marks"].size(), 108U) << seen.dump();
+      const auto& truth = bench1_truth().poses.front().centroid_px.at(static_cast<std::size_t>(c));
+      for (std::size_t k = 0; k < 108; ++k) {
+        EXPECT_NEAR(one["marks"][k][0].get<double>(), truth[k].x(), 0.5);
+        EXPECT_NEAR(one["marks"][k][1].get<double>(), truth[k].y(), 0.5);
+      }
     }
     take(server, "stage_z000");
     server.kill();

@@ -45,6 +45,10 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   std::printf("from the frame in the capture to the screen: %.0f, %.0f, %.0f ms\n", delays_ms[0],
               delays_ms[1], delays_ms[2]);
 
+  for (int c = 0; c < kCameras; ++c)
+    browser.wait_for(fmt::format(
+        "document.getElementById('seen-cam{}').textContent.includes('108 of 108 marks, 6 tags')",
+        c));
   browser.press("t");
   await(server, [&](const Json& state) {
     const bool recorded = is_recorded(state, "stage_z000");

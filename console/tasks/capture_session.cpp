@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 constexpr std::size_t kLongestLine = 4096;
 constexpr int kEnding_ms = 5000;  ///< until a session that was asked to end is ended
 
-/// Only its owner may look into it; in memory where there is such a folder.
+}  // namespace
+
 fs::path folder_in_memory() {
   std::string name =
       fs::is_directory("/dev/shm") ? "/dev/shm/drape-bench-XXXXXX" : "/tmp/drape-bench-XXXXXX";
@@ -34,8 +35,6 @@ fs::path folder_in_memory() {
                     "free memory, or the disk");
   return name;
 }
-
-}  // namespace
 
 CaptureSession::CaptureSession(fs::path rig, fs::path recording, Reports reports)
     : previews_(folder_in_memory()), reports_(std::move(reports)) {

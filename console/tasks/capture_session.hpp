@@ -15,6 +15,10 @@
 
 namespace drape::console {
 
+/// A folder of its own for what need not last, in memory where there is such a place. Only its
+/// owner may look into it.
+[[nodiscard]] std::filesystem::path folder_in_memory();
+
 /// The resident session of `drape capture RIG --out RECORDING --preview FOLDER`: the cameras stay
 /// open, a name typed to it takes a set. Its pictures come as files in a folder in memory. Safe
 /// from several threads.

@@ -49,7 +49,7 @@ export async function draw(state, redraw) {
   const calibration = state.calibration;
   const pictured = sets.find(set => set.name === shown)?.recorded;
   const live = Boolean(state.capture?.runs);
-  showLive(live);
+  showLive(live, 'target');
   const views = !pictured && !live ? [] : state.cameras.map(camera => {
     const points = coverage.cameras[camera.name] ?? [];
     const drawings = points.map(([x, y]) => h('circle', {cx: x, cy: y, r: 7, fill: '#19a5ff', 'fill-opacity': 0.55}));

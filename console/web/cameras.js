@@ -4,19 +4,35 @@ import {act, ask, cameraView, command, figure, h, markDrawings, table, takeButto
 
 let chosen = '';
 let red = true, marks = true;
+const shots = new Map();  // of each camera: the figure's parts, kept from one drawing to the next
 
 export function nextSet(state) {
   return state.sets.find(set => !set.taken && set.takeable)?.name ?? '';
 }
 
 const LIVE = 'live';
-const shots = new Map();  // of each camera: the figure's parts, kept from one drawing to the next
 let showsLive = false;
 
-/// The pages that show what the cameras see now say so.
-export function showLive(shows) {
+let marksOf = '';  // surface whose marks are drawn over live pictures
+
+/// The pages that show what the cameras see now say so, and whose marks they draw over it.
+export function showLive(shows, surface = '') {
   showsLive = shows;
+  marksOf = shows ? surface : '';
 }
+
+/// Marks in the live pictures, as detect finds them in what the page shows.
+async function drawMarks() {
+  const surface = marksOf;
+  const found = surface && marks ? await ask('live-marks', {surface}).catch(() => ({cameras: {}})) : {cameras: {}};
+  if (surface !== marksOf) return;
+  for (const [name, shot] of shots) {
+    const seen = found.cameras[name];
+    shot.over.replaceChildren(...markDrawings(seen));
+    shot.counts.textContent = seen ? `, ${seen.measured} of ${found.printed} marks, ${seen.tags} tags` : '';
+  }
+}
+setInterval(drawMarks, 1000);
 
 /// A live picture when the server has a newer one; the next only when this one is there.
 export async function frame(camera) {
@@ -76,11 +92,13 @@ function doctorTable(checks) {
 export function liveView(camera, drawings = []) {
   if (!shots.has(camera.name)) {
     const img = h('img', {width: 640, height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, live`, id: `live-${camera.name}`});
-    shots.set(camera.name, {img, words: h('figcaption', {}, `${camera.name}: no picture yet`), busy: false, count: 0});
+    shots.set(camera.name, {img, words: h('span', {}, `${camera.name}: no picture yet`), counts: h('span', {id: `seen-${camera.name}`}),
+      over: h('g'), busy: false, count: 0});
   }
   const shot = shots.get(camera.name);
   return h('figure', {}, h('div', {class: 'view'}, shot.img,
-    h('svg', {viewBox: `0 0 ${camera.width_px} ${camera.height_px}`, 'aria-hidden': 'true'}, drawings)), shot.words);
+    h('svg', {viewBox: `0 0 ${camera.width_px} ${camera.height_px}`, 'aria-hidden': 'true'}, shot.over, drawings)),
+  h('figcaption', {}, shot.words, shot.counts));
 }
 
 function captureWords(capture) {
@@ -121,9 +139,9 @@ export async function draw(state, redraw) {
   const known = state.sets.filter(set => set.recorded).map(set => set.name);
   if (state.capture) known.unshift(LIVE);
   const shown = known.includes(chosen) ? chosen : state.capture ? LIVE : nextSet(state) || known[0];
-  showLive(shown === LIVE);
+  const set = state.sets.find(one => one.name === (shown === LIVE ? nextSet(state) : shown));
+  showLive(shown === LIVE, set?.drape ? 'cloth' : 'target');
   if (showsLive) return drawLive(state, known, redraw);
-  const set = state.sets.find(one => one.name === shown);
   const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
   const views = state.cameras.map(camera => {
     const fact = facts.cameras.find(one => one.camera === camera.name) ?? {};

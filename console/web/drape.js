@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // One drape: its marks, its sheet in space, its simulations, the distance.
 import {act, ask, cameraView, command, figure, h, markDrawings, number, table, takeButtons, verdict} from './dom.js';
+import {liveView, showLive} from './cameras.js';
 import {sheetView} from './sheet_view.js';
 
 let chosen = '';
@@ -21,6 +22,8 @@ export async function draw(state, redraw) {
   const busy = kind => state.jobs.some(job => job.kind === kind && ['running', 'waiting'].includes(job.state));
   const [found, sheet] = await Promise.all([ask('marks', {set: drape.set}), ask('sheet', {drape: name})]);
   const done = drape.simulations.filter(one => one.there).length;
+  const live = Boolean(state.capture?.runs) && !set.taken;
+  showLive(live, 'cloth');
   const calibrated = state.calibration && state.calibration.verdict !== '';
   return [
     h('h1', {}, `Drape ${name}`),
@@ -35,7 +38,8 @@ export async function draw(state, redraw) {
         click: () => act({do: 'run'})}, 'Simulate and compare'),
       state.report ? h('a', {class: 'main', id: 'report', href: 'report.html', target: '_blank', rel: 'noopener'}, 'Report') : null),
     calibrated ? null : h('p', {}, 'Calibrate first: a drape is measured with a calibration.'),
-    set.recorded && h('div', {class: 'views'}, state.cameras.map(camera => {
+    live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))) : null,
+    set.recorded && !live && h('div', {class: 'views'}, state.cameras.map(camera => {
       const count = set.detected?.cameras.find(one => one.camera === camera.name);
       return cameraView(camera, drape.set, true, markDrawings(found.cameras[camera.name]),
         count ? `${camera.name}: ${count.measured} marks measured, ${count.missing} of ${set.detected.printed} missing, ${count.tags} tags` : camera.name);
