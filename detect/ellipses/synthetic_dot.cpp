@@ -85,6 +85,10 @@ GreyImage draw(const SyntheticDot& dot, std::mt19937& random) {
   for (std::size_t k = 0; k < picture.size(); ++k) {
     const double level = picture[k] + noise(random);
     image.bytes[k] = static_cast<std::uint8_t>(std::clamp(std::lround(level), 0L, 255L));
+    if (dot.bits > 8) {
+      const double steps = std::ldexp(1.0, dot.bits - 8);
+      image.levels.push_back(static_cast<float>(std::round(level * steps) / steps));
+    }
   }
   return image;
 }
