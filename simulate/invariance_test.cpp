@@ -12,8 +12,10 @@
 #include "core/units.hpp"
 #include "simulate/equilibrium/solver.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/study/checked.hpp"
 #include "simulate/validation/sheets.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -80,6 +82,34 @@ TEST(Invariance, AMovedAndTurnedWorldHasTheSameShapesAndVerdicts) {
         farthest = std::max(farthest, (there.sheet.marks[k].point_in_world - p).norm());
       }
       EXPECT_LT(farthest, 1e-9) << file << " " << solver;
+    }
+  }
+}
+
+/// As `drape run` drapes them, with the checker's judgement: all of the paper's scenes.
+TEST(Invariance, ThePapersScenesMovedAndTurnedAreJudgedAlike) {
+  const std::vector<std::string> names = {"F", "A", "B", "C", "D", "D_above", "D_turned", "E"};
+  const int scenes = test::trial_count(1, static_cast<int>(names.size()));
+  for (const int particles : scenes == 1 ? std::vector<int>{11} : std::vector<int>{11, 21}) {
+    for (int k = 0; k < scenes; ++k) {
+      const Scene scene = scene_of("rigs/paper/scenes/" + names[k] + ".toml");
+      const auto drape = [&](const Scene& one) {
+        SimulateOptions options;
+        options.rows = options.cols = particles;
+        options.solver = "fall";
+        return simulate_checked(one, read_fabric(scene.fabric_file), read_print(scene.print_file),
+                                std::nullopt, options);
+      };
+      const SimulateResult here = drape(scene), there = drape(moved(scene));
+      const std::string what = names[k] + " at " + std::to_string(particles);
+      EXPECT_EQ(here.report.status, there.report.status)
+          << what << ": " << here.report.sentence << "; " << there.report.sentence;
+      double farthest = 0;
+      for (std::size_t m = 0; m < here.sheet.marks.size(); ++m)
+        farthest = std::max(farthest, (there.sheet.marks[m].point_in_world -
+                                       moved(here.sheet.marks[m].point_in_world))
+                                          .norm());
+      EXPECT_LT(farthest, 0.01 * mm) << what;  // issue
     }
   }
 }
