@@ -21,6 +21,8 @@ struct Arguments : RunArguments {
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.scene.empty() || args.out.empty())
     throw usage_error("SCENE or --out is missing", "give both");
+  if (args.branches.kicks < 0 || args.branches.kicks > 100000)
+    throw usage_error("--kicks is not in 0 .. 100000", "give --kicks 128");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
   RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json");
@@ -49,8 +51,9 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     const Branch& branch = result.branches.found[k];
     ending.numbers.push_back(
         {fmt::format("branch {}", k + 1),
-         fmt::format("{:.2f} uJ, {} folds, {} starts{}", branch.energy_j / 1e-6, branch.hem.nodes,
-                     branch.starts.size(), branch.report.stable ? "" : ", a saddle")});
+         fmt::format("{:.2f} uJ, {} folds, {} starts{}{}", branch.energy_j / 1e-6, branch.hem.nodes,
+                     branch.starts.size(), branch.own_start < 0 ? ", sought" : "",
+                     branch.report.stable ? "" : ", a saddle")});
   }
   for (const int start : result.branches.not_at_rest)
     ending.rejected.push_back(fmt::format("start {} did not come to rest", start));
@@ -75,6 +78,9 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   Arguments args;
   add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
+  app.add_option("--kicks", args.branches.kicks,
+                 "tries for a lower rest, where the sheet touches nothing; 0: none")
+      ->capture_default_str();
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
       ->capture_default_str();
   return run_program(app, argc, argv, common,

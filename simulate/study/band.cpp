@@ -75,8 +75,11 @@ std::optional<Assignment> assign(const Sheet& measured, const Branches& branches
   if (measured.marks.empty()) return std::nullopt;
   std::optional<Assignment> best;
   for (std::size_t k = 0; k < branches.found.size(); ++k) {
-    for (const int start : branches.found[k].starts) {
-      const Field& member = branches.members[start];
+    std::vector<const Field*> rests;
+    if (branches.found[k].own_start < 0) rests.push_back(&branches.found[k].position);
+    for (const int start : branches.found[k].starts) rests.push_back(&branches.members[start]);
+    for (const Field* rest : rests) {
+      const Field& member = *rest;
       double sum = 0;
       for (const SheetMark& mark : measured.marks)
         sum += (mix(member, hold_at(grid, mark.material_m)) - mark.point_in_world).norm();

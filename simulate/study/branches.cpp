@@ -15,6 +15,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/study/linkage.hpp"
+#include "simulate/study/valleys.hpp"
 #include "simulate/world.hpp"
 
 namespace drape::simulate {
@@ -26,8 +27,9 @@ using units::mm;
 
 constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
 constexpr int kHemSamples = 256;
-constexpr double kSameAxis = 1e-6;  // m
-constexpr double kPlace = 2e-3;     // m; by which a hand lays a sheet beside its place
+constexpr double kSameAxis = 1e-6;    // m
+constexpr double kSameEnergy = 1e-9;  // of the energy
+constexpr double kPlace = 2e-3;       // m; by which a hand lays a sheet beside its place
 
 /// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
 double random_share(std::uint64_t index) {
@@ -228,6 +230,78 @@ void group(std::vector<Branch> rests, const GridSpec& grid, double least_m, Bran
   }
 }
 
+Branch branch_of(StaticDrape drape, const GridSpec& grid, int start, double friction) {
+  Branch branch;
+  branch.energy_j = drape.report.history.back().sum_j();
+  branch.hem = label_hem(grid, drape.position);
+  branch.position = std::move(drape.position);
+  branch.report = std::move(drape.report);
+  branch.own_start = start;
+  if (start >= 0) branch.starts = {start};
+  branch.friction = friction;
+  return branch;
+}
+
+bool is_lower(const Branch& a, const Branch& b) {
+  return a.energy_j < b.energy_j;
+}
+
+/// Adds a rest that was sought: to the branch that it would be linked with, else as one of its own.
+void add_sought(Branch sought, const GridSpec& grid, Branches& branches) {
+  const auto is_near = [&](const Branch& member) {
+    return mean_distance_m(grid, sought.position, member.position, branches.round) <=
+           branches.linked_m;
+  };
+  for (Branch& branch : branches.found) {
+    const bool linked =
+        is_near(branch) || std::any_of(branch.others.begin(), branch.others.end(), is_near);
+    if (!linked) continue;
+    if (!is_lower(sought, branch)) return;
+    sought.starts = branch.starts;
+    sought.spread_m = branch.spread_m;
+    sought.others = std::move(branch.others);
+    branch.others.clear();
+    sought.others.insert(sought.others.begin(), std::move(branch));
+    branch = std::move(sought);
+    return;
+  }
+  branches.found.push_back(std::move(sought));
+}
+
+/// Mirror images weigh the same but for rounding, and rounding is not to choose: the one that is
+/// reported comes first, with the same energy.
+void put_mirror_images_in_order(const MirrorPlane& plane, const GridSpec& grid,
+                                std::vector<Branch>& found) {
+  for (std::size_t k = 0; k + 1 < found.size(); ++k) {
+    const double same_j = kSameEnergy * std::abs(found[k].energy_j);
+    if (found[k + 1].energy_j - found[k].energy_j > same_j) continue;
+    found[k + 1].energy_j = found[k].energy_j;
+    if (!plane.is_reported(grid, found[k].position) &&
+        plane.is_reported(grid, found[k + 1].position))
+      std::swap(found[k], found[k + 1]);
+  }
+}
+
+/// What hangs free is sought lower.
+void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& options,
+                int kicks, Branches& branches) {
+  std::vector<const Field*> rests;
+  for (const Branch& branch : branches.found) {
+    if (branch.report.touching + branch.report.between > 0) return;
+    rests.push_back(&branch.position);
+    for (const Branch& other : branch.others) rests.push_back(&other.position);
+  }
+  ValleySearch how;
+  how.kicks = kicks;
+  const std::optional<MirrorPlane> plane = MirrorPlane::of(the_case);
+  for (StaticDrape& drape : seek_valleys(the_case, grid, options, rests, how)) {
+    if (plane && !plane->is_reported(grid, drape.position)) plane->mirror(drape.position);
+    add_sought(branch_of(std::move(drape), grid, -1, options.friction), grid, branches);
+  }
+  std::stable_sort(branches.found.begin(), branches.found.end(), is_lower);
+  if (plane) put_mirror_images_in_order(*plane, grid, branches.found);
+}
+
 }  // namespace
 
 Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
@@ -259,32 +333,25 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
       branches.not_at_rest.push_back(start);
       continue;
     }
-    const double energy_j = drape.report.history.back().sum_j();
-    const HemLabel hem = label_hem(grid, drape.position);
     branches.members[k] = drape.position;
-    rests.push_back({std::move(drape.position),
-                     std::move(drape.report),
-                     energy_j,
-                     hem,
-                     {start},
-                     start,
-                     friction[k],
-                     0,
-                     {}});
+    rests.push_back(branch_of(std::move(drape), grid, start, friction[k]));
   }
   // By energy, so that each branch is named by its lowest.
-  std::stable_sort(rests.begin(), rests.end(),
-                   [](const Branch& a, const Branch& b) { return a.energy_j < b.energy_j; });
+  std::stable_sort(rests.begin(), rests.end(), is_lower);
   group(std::move(rests), grid, how.same_m, branches);
+  if (how.kicks > 0) seek_lower(the_case, grid, options, how.kicks, branches);
   return branches;
 }
 
-int Branches::drop_lowest(Branch& branch) {
+std::vector<int> Branches::drop_lowest(Branch& branch) {
   std::vector<Branch> others = std::move(branch.others);
   std::vector<int> starts = std::move(branch.starts);
-  const int dropped = branch.own_start;
-  members[dropped].clear();
-  std::erase(starts, dropped);
+  std::vector<int> dropped;
+  if (branch.own_start >= 0) {
+    dropped = {branch.own_start};
+    members[branch.own_start].clear();
+    std::erase(starts, branch.own_start);
+  }
   const double spread_m = branch.spread_m;
   if (others.empty()) {
     branch.starts.clear();
@@ -320,6 +387,7 @@ Json branches_json(const Branches& branches) {
     one["starts"] = branch.starts;
     one["fraction"] = static_cast<double>(branch.starts.size()) /
                       static_cast<double>(std::max<std::size_t>(branches.members.size(), 1));
+    if (branch.own_start < 0) one["sought"] = true;
     one["friction"] = branch.friction;
     one["farthest_member_mm"] = branch.spread_m / mm;
     one["hem_nodes"] = branch.hem.nodes;
@@ -365,12 +433,13 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
     for (;;) {
       SimulateResult judged = judge(branch);
       if (judged.report.status == RestStatus::at_rest) {
-        branch.energy_j += local.gravity_offset_j(mass_kg(fabric, print, options));
+        const double higher_j = local.gravity_offset_j(mass_kg(fabric, print, options));
+        branch.energy_j += higher_j;
+        for (Branch& other : branch.others) other.energy_j += higher_j;
         accepted.emplace_back(std::move(branch), std::move(judged.sheet));
         break;
       }
-      const int refused = branches.drop_lowest(branch);
-      branches.refused.push_back({{refused}, judged.report.sentence});
+      branches.refused.push_back({branches.drop_lowest(branch), judged.report.sentence});
       if (branch.starts.empty()) break;
     }
   }

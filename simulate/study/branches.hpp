@@ -47,7 +47,7 @@ struct Branch {
   double energy_j = 0;  ///< gravity, elastic and contact, against the world origin
   HemLabel hem;
   std::vector<int> starts;
-  int own_start = 0;    ///< that `position` is from
+  int own_start = 0;    ///< that `position` is from; -1: none, it was sought, see seek_valleys()
   double friction = 0;  ///< of that start
   double spread_m = 0;  ///< farthest of its members from `position`, mean over the particles
   std::vector<Branch> others = {};  ///< its other members, each alone, by energy
@@ -56,9 +56,10 @@ struct Branch {
 struct BranchOptions {
   int starts = 32;
   double same_m = 1e-3;  ///< nearer rests are one branch, however dense the others lie
+  int kicks = 128;       ///< of the search for lower rests of a sheet that touches nothing
 };
 
-/// Starts that ended still, but where no sheet can rest.
+/// Starts that ended still, but where no sheet can rest; none of a rest that was sought.
 struct RefusedStarts {
   std::vector<int> starts;
   std::string why;
@@ -73,8 +74,9 @@ struct Branches {
   /// By start; empty where it did not rest or was refused.
   std::vector<Field> members;
 
-  /// Takes a branch's lowest member out, so that the next one names it; returns its start.
-  int drop_lowest(Branch& branch);
+  /// Takes a branch's lowest member out, so that the next one names it; returns its start, none of
+  /// one that was sought.
+  std::vector<int> drop_lowest(Branch& branch);
 };
 
 /// Whether all objects are round about one vertical axis.
@@ -83,6 +85,8 @@ struct Branches {
 /// shift along it none, and with the sheet turned by half a turn in its own plane as well.
 [[nodiscard]] double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b,
                                      bool round);
+/// The ensemble's; where it touches nothing, lower ones too, if seek_valleys() finds any: what
+/// hangs free is held on its valley by nothing but its history.
 [[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                                      const StaticOptions& options, const BranchOptions& how);
 /// Schema drapebench/branches/1, without what EnsembleReport adds.

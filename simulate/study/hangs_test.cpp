@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// Drawn cloths that hang from two or three pins and touch nothing: how low the program's answers
+// lie. DRAPE_LONG_TESTS=1 runs the trial of the issue and prints a row for each.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <random>
+
+#include "core/files/files.hpp"
+#include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
+#include "simulate/equilibrium/mixture.hpp"
+#include "simulate/start/local_frame.hpp"
+#include "simulate/study/branches.hpp"
+#include "simulate/study/study.hpp"
+#include "simulate/world.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/trials.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using units::percent;
+
+using Eigen::Vector3d;
+namespace fs = std::filesystem;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// The same numbers with every library.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) {
+    return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
+  }
+  double spread(double low, double high) {
+    return std::exp(uniform(std::log(low), std::log(high)));
+  }
+  int below(int count) { return std::min(count - 1, static_cast<int>(uniform(0, count))); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+std::string fabric_text(Draw& draw) {
+  const double b = draw.spread(0.03, 0.25), weft = b * draw.spread(0.5, 1.2);
+  const double g = draw.spread(0.3, 1.5);
+  return fmt::format(
+      "schema = \"drapebench/fabric/1\"\nname = \"drawn\"\nareal_density_g_per_m2 = {:.1f}\n"
+      "stand_ins = [\"all\"]\n[tensile]\n"
+      "warp_kes = {{ emt_percent = {:.2f}, lt = {:.3f}, rt_percent = 60 }}\n"
+      "weft_kes = {{ emt_percent = {:.2f}, lt = {:.3f}, rt_percent = 60 }}\n[shear]\n"
+      "warp_kes = {{ g_gf_per_cm_deg = {:.3f} }}\nweft_kes = {{ g_gf_per_cm_deg = {:.3f} }}\n"
+      "[bending]\nwarp_kes = {{ b_gf_cm2_per_cm = {:.4f} }}\n"
+      "weft_kes = {{ b_gf_cm2_per_cm = {:.4f} }}\n",
+      draw.spread(80, 300), draw.spread(2, 8), draw.uniform(0.55, 0.85), draw.spread(3, 12),
+      draw.uniform(0.55, 0.85), g, g, b, weft);
+}
+
+std::string print_text(double side) {
+  return fmt::format(
+      "schema = \"drapebench/print/1\"\nrows = 11\ncols = 11\npitch_mm = {:.3f}\n"
+      "dot_diameter_mm = 4.0\npatch_mm = [{:.3f}, {:.3f}]\nmargin_mm = [0.0, 0.0]\n[tags]\n"
+      "family = \"tag36h11\"\nedge_mm = 10.0\nfirst_id = 0\ncells = []\n",
+      side / 10, side, side);
+}
+
+/// Two or three pins, apart from each other, drawn together and to unequal heights.
+std::string pins_text(Draw& draw, double side) {
+  const int count = 2 + draw.below(2);
+  const bool on_marks = draw.uniform(0, 1) < 0.6;
+  const double near = draw.uniform(0.7, 0.98);
+  const double uneven = draw.uniform(0, 1) < 0.5 ? 0.1 * side : 0;
+  std::vector<Eigen::Vector2d> places;  // of the side
+  while (static_cast<int>(places.size()) < count) {
+    Eigen::Vector2d p(draw.uniform(0, 1), draw.uniform(0, 1));
+    if (on_marks) p = (p * 10).array().round() / 10;
+    const bool far = std::all_of(places.begin(), places.end(),
+                                 [&](const Eigen::Vector2d& q) { return (p - q).norm() > 0.4; });
+    if (far) places.push_back(p);
+  }
+  std::string text;
+  for (const Eigen::Vector2d& p : places) {
+    const double height = 300 + draw.uniform(-1, 1) * uneven;
+    text += on_marks ? fmt::format("[[pin]]\nrow = {}\ncol = {}\n", std::lround(p.x() * 10),
+                                   std::lround(p.y() * 10))
+                     : fmt::format("[[pin]]\nat_material_mm = [{:.3f}, {:.3f}]\n", p.x() * side,
+                                   p.y() * side);
+    text += fmt::format("at_mm = [{:.4f}, {:.4f}, {:.4f}]\n", near * (p.y() - 0.5) * side,
+                        near * (0.5 - p.x()) * side, height);
+  }
+  return text;
+}
+
+struct Hang {
+  Scene scene;
+  Fabric fabric;
+  Print print;
+};
+
+/// Hang `seed` of a fixed sequence: fabrics by KES numbers over the range of woven apparel fabrics,
+/// pins on marks or anywhere.
+Hang draw_hang(const fs::path& folder, int seed) {
+  Draw draw(static_cast<std::uint64_t>(seed) + 1);
+  const double side = 10 * std::round(draw.uniform(15, 30));
+  fs::create_directories(folder);
+  write_durable(folder / "fabric.toml", fabric_text(draw));
+  write_durable(folder / "print.toml", print_text(side));
+  write_durable(folder / "scene.toml",
+                fmt::format("schema = \"drapebench/scene/1\"\nname = \"H{}\"\n"
+                            "fabric = \"fabric.toml\"\nprint = \"print.toml\"\ntable_z_mm = -400\n"
+                            "friction = 0.3\nstand_ins = [\"friction\"]\n[start]\nmode = \"flat\"\n"
+                            "centre_mm = [0.0, 0.0, 300.0]\nyaw_deg = 0\n{}",
+                            seed, pins_text(draw, side)));
+  Hang hang;
+  hang.scene = read_scene(folder / "scene.toml");
+  hang.fabric = read_fabric(hang.scene.fabric_file);
+  hang.print = read_print(hang.scene.print_file);
+  return hang;
+}
+
+/// A rest of a hang.
+struct HangRest {
+  double energy_j = 0;   ///< against the start's height, where the pins are
+  bool crosses = false;  ///< it passes through itself
+};
+
+/// Where random start `index` ends: bent, turned and crumpled sheets, by the fall or the static
+/// solver in turns. Nothing where it does not rest.
+std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const GridSpec& grid,
+                                             const StaticOptions& options, int index) {
+  Draw draw(1000003ULL * (index + 1));
+  StaticOptions how = options;
+  how.threads = 1;
+  how.falls = index % 2 == 0;
+  const bool turns = index % 4 >= 2;
+  const Vector3d axis(draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-1, 1));
+  const double angle = turns ? draw.uniform(0, kTurn / 2) : 0;
+  const double high = draw.spread(1e-3, 40e-3);
+  struct Wave {
+    double u, v, phase;
+    Vector3d height;
+  };
+  std::vector<Wave> waves;
+  for (int k = 0; k < 8; ++k) {
+    const double u = draw.uniform(-3, 3), v = draw.uniform(-3, 3);
+    const Vector3d along(0.3 * draw.uniform(-1, 1), 0.3 * draw.uniform(-1, 1), draw.uniform(-1, 1));
+    waves.push_back({u, v, draw.uniform(0, kTurn), along * high / (1 + std::hypot(u, v))});
+  }
+  const StaticDrape drape =
+      drape_statically(the_case, grid, how, [&](const GridSpec& here, Field& x) {
+        const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+        for (int i = 0; i < here.count(); ++i) {
+          const double u = (i / here.cols) / (here.rows - 1.0);
+          const double v = (i % here.cols) / (here.cols - 1.0);
+          Vector3d p = at(x, i);
+          for (const Wave& wave : waves)
+            p += wave.height * std::sin(kTurn / 2 * (wave.u * u + wave.v * v) + wave.phase);
+          put_at(x, i, turn * p);
+        }
+      });
+  if (drape.report.status != StaticStatus::at_rest) return std::nullopt;
+  return HangRest{drape.report.history.back().sum_j(),
+                  self_distance(grid, drape.position).crossings > 0};
+}
+
+constexpr double kGoal = 0.01 * percent;  // of the energy against the pins' height
+
+struct Ends {
+  double fall_j = 0, lowest_j = 0, best_start_j = 0, best_random_j = 0;
+};
+
+/// What `drape run` (one fall), `drape branches` and random starts find of hang `seed`.
+Ends ends_of(int seed, int particles, int kicks, int randoms) {
+  const drape::test::TemporaryFolder folder;
+  const Hang hang = draw_hang(folder.path(), seed);
+  SimulateOptions options;
+  options.rows = options.cols = particles;
+  options.solver = "fall";
+  BranchOptions how;
+  how.kicks = kicks;
+  const std::optional<Sheet> nothing;
+  const GridSpec grid{particles, particles, hang.print.patch_m};
+  const LocalScene local = local_scene(hang.scene, nothing, Surroundings(hang.scene).top_z_m());
+  const double pins_j = local.gravity_offset_j(mass_kg(hang.fabric, hang.print, options));
+  SimulateReport report;
+  const ClothLaws laws = make_laws(hang.fabric, options.segments, report);
+  const Surroundings surroundings(local.scene);
+  const StaticCase the_case{local.scene, hang.print, nothing, surroundings, laws, options.mass};
+  const StaticOptions by_fall = static_options(local.scene, options);
+  Ends ends;
+  const StaticDrape fallen = drape_statically(the_case, grid, by_fall);
+  ends.fall_j = fallen.report.history.back().sum_j();
+  const BranchResult result =
+      simulate_branches(hang.scene, hang.fabric, hang.print, nothing, options, how);
+  if (!result.branches.found.empty())
+    ends.lowest_j = result.branches.found.front().energy_j - pins_j;
+  const auto note_start = [&](const Branch& rest) {
+    if (rest.own_start >= 0)
+      ends.best_start_j = std::min(ends.best_start_j, rest.energy_j - pins_j);
+  };
+  for (const Branch& branch : result.branches.found) {
+    note_start(branch);
+    for (const Branch& other : branch.others) note_start(other);
+  }
+  for (int k = 0; k < randoms; ++k) {
+    const auto rest = rest_of_random_start(the_case, grid, by_fall, k);
+    if (rest && !rest->crosses) ends.best_random_j = std::min(ends.best_random_j, rest->energy_j);
+  }
+  const double least_j = std::min(ends.lowest_j, ends.best_random_j);
+  const auto gap = [&](double energy_j) {
+    return (energy_j - least_j) / std::abs(least_j) / percent;
+  };
+  fmt::print(
+      "hang {} at {}: {} pins, lowest {:.4f} uJ; above it in %: one fall {:.4f}, the best of "
+      "32 starts {:.4f}, the lowest branch {:.4f}, the best of {} random starts {:.4f}\n",
+      seed, particles, hang.scene.pins.size(), least_j * 1e6, gap(ends.fall_j),
+      gap(ends.best_start_j), gap(ends.lowest_j), randoms, gap(ends.best_random_j));
+  std::fflush(stdout);
+  return ends;
+}
+
+/// Issue: within 0.01 % of the best energy that 200 random starts find.
+TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
+  const int hangs = drape::test::trial_count(1, 12);
+  const int randoms = drape::test::trial_count(12, 200);
+  const std::vector<int> grids = hangs == 1 ? std::vector<int>{9} : std::vector<int>{21, 31, 41};
+  for (int seed = 0; seed < hangs; ++seed) {
+    for (const int grid : grids) {
+      const Ends ends = ends_of(seed, grid, hangs == 1 ? 32 : BranchOptions{}.kicks, randoms);
+      EXPECT_LE(ends.lowest_j, ends.best_start_j) << seed << ", " << grid;
+      EXPECT_LE(ends.lowest_j, ends.best_random_j + kGoal * std::abs(ends.best_random_j))
+          << seed << ", " << grid;
+    }
+  }
+}
+
+/// The lowest branch of the paper's D.
+Sheet lowest_of_d(int particles, int starts) {
+  const Scene scene = read_scene(drape::test::source_root() / "rigs/paper/scenes/D.toml");
+  SimulateOptions options;
+  options.rows = options.cols = particles;
+  options.solver = "fall";
+  BranchOptions how;
+  how.starts = starts;
+  const BranchResult result =
+      simulate_branches(scene, read_fabric(scene.fabric_file), read_print(scene.print_file),
+                        std::nullopt, options, how);
+  EXPECT_FALSE(result.sheets.empty()) << particles;
+  return result.sheets.empty() ? Sheet{} : result.sheets.front();
+}
+
+/// Mirrored in the plane of its pins, the sheet weighs the same: of both, each grid reports the
+/// same one, towards the start's middle.
+TEST(PaperD, TheLowestBranchIsTheSameOneOnEveryGrid) {
+  const bool whole = drape::test::trial_count(1, 2) == 2;
+  const std::vector<int> grids = whole ? std::vector<int>{21, 31, 41} : std::vector<int>{6, 11};
+  std::optional<Sheet> coarser;
+  for (const int grid : grids) {
+    const Sheet finer = lowest_of_d(grid, whole ? 32 : 3);
+    ASSERT_FALSE(finer.marks.empty());
+    if (coarser) {
+      Sheet mirrored = finer;
+      for (SheetMark& mark : mirrored.marks)
+        mark.point_in_world.y() = 2 * 100 * units::mm - mark.point_in_world.y();
+      const double apart_m = *mean_distance_m(*coarser, finer);
+      EXPECT_LT(apart_m, 0.5 * *mean_distance_m(*coarser, mirrored)) << grid;
+      if (whole) {
+        fmt::print("paper's D to {}: {:.4f} mm\n", grid, apart_m / units::mm);
+        EXPECT_LE(apart_m, 0.05 * units::mm) << grid;  // issue
+      }
+    }
+    coarser = finer;
+  }
+}
+
+}  // namespace
+}  // namespace drape::simulate

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "simulate/equilibrium/run.hpp"
+
+namespace drape::simulate {
+
+/// How valleys beside those of an ensemble are sought.
+struct ValleySearch {
+  int kicks = 128;     ///< on the search's grid
+  int together = 16;   ///< of them from the same lowest rests, so that threads change nothing
+  int parents = 4;     ///< rests that are kicked
+  int finished = 6;    ///< rests taken to the finest grid
+  int particles = 13;  ///< most per side of the search's grid
+};
+
+/// The lowest rests, apart from the sheet's own surface, that are found of a sheet that touches
+/// nothing; `rests` (of `grid`) and the scene's start are where it begins. They are kicked on a
+/// coarse grid (basin hopping, Wales and Doye 1997): a round part of the sheet becomes its mirror
+/// image in its own plane or moves across it; the lowest go on. Seeded; the same at any number of
+/// threads.
+[[nodiscard]] std::vector<StaticDrape> seek_valleys(const StaticCase& the_case,
+                                                    const GridSpec& grid,
+                                                    const StaticOptions& options,
+                                                    const std::vector<const Field*>& rests,
+                                                    const ValleySearch& how = {});
+
+/// The vertical plane through all pins, if there is one: mirrored in it, a sheet that touches
+/// nothing is as good a rest. Of the two, the one is reported whose parts far from the pins lie
+/// towards the middle of the start, else towards x or y; so it is the same one on every grid.
+class MirrorPlane {
+ public:
+  [[nodiscard]] static std::optional<MirrorPlane> of(const StaticCase& the_case);
+  [[nodiscard]] bool is_reported(const GridSpec& grid, const Field& position) const;
+  void mirror(Field& position) const;
+
+ private:
+  Eigen::Vector3d point_ = Eigen::Vector3d::Zero(), normal_ = Eigen::Vector3d::UnitX();
+  Eigen::Vector2d pinned_m_ = Eigen::Vector2d::Zero();  ///< material middle of the pins
+};
+
+}  // namespace drape::simulate
