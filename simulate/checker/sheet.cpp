@@ -4,90 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/checker/dual.hpp"
+
 namespace drape::simulate::checker {
 namespace {
-
-constexpr Real kNoStrain = 1e-6L;  // rad or 1/m; of a sheet that is flat to rounding
-
-/// A number with its derivatives to the coordinates of an element.
-template <int N>
-struct Dual {
-  Real v = 0;
-  std::array<Real, N> d{};
-};
-
-template <int N>
-Dual<N> chain(const Dual<N>& x, Real value, Real slope) {
-  Dual<N> y;
-  y.v = value;
-  for (int k = 0; k < N; ++k) y.d[k] = slope * x.d[k];
-  return y;
-}
-template <int N>
-Dual<N> operator+(const Dual<N>& a, const Dual<N>& b) {
-  Dual<N> y = a;
-  y.v += b.v;
-  for (int k = 0; k < N; ++k) y.d[k] += b.d[k];
-  return y;
-}
-template <int N>
-Dual<N> operator*(Real s, const Dual<N>& a) {
-  return chain(a, s * a.v, s);
-}
-template <int N>
-Dual<N> operator-(const Dual<N>& a, const Dual<N>& b) {
-  return a + Real(-1) * b;
-}
-template <int N>
-Dual<N> operator*(const Dual<N>& a, const Dual<N>& b) {
-  Dual<N> y;
-  y.v = a.v * b.v;
-  for (int k = 0; k < N; ++k) y.d[k] = a.v * b.d[k] + b.v * a.d[k];
-  return y;
-}
-template <int N>
-Dual<N> root(const Dual<N>& a) {
-  const Real r = std::sqrt(a.v);
-  return chain(a, r, r > 0 ? 1 / (2 * r) : 0);
-}
-
-template <int N>
-using Vector = std::array<Dual<N>, 3>;
-
-template <int N>
-Vector<N> combine(const std::vector<Vector<N>>& corners, const std::vector<Real>& weights) {
-  Vector<N> sum;
-  for (std::size_t c = 0; c < corners.size(); ++c) {
-    for (int axis = 0; axis < 3; ++axis) sum[axis] = sum[axis] + weights[c] * corners[c][axis];
-  }
-  return sum;
-}
-template <int N>
-Dual<N> dot(const Vector<N>& a, const Vector<N>& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Real law_value(const ForceCurve& law, Real x) {
-  Real f = Real(law.slope) * x;
-  for (const auto& hinge : law.hinges) {
-    if (x > hinge.at) f += Real(hinge.change) * (x - Real(hinge.at));
-  }
-  return f;
-}
-
-Real law_work(const ForceCurve& law, Real x) {
-  Real w = Real(law.slope) * x * x / 2;
-  for (const auto& hinge : law.hinges) {
-    const Real over = x - Real(hinge.at);
-    if (over > 0) w += Real(hinge.change) * over * over / 2;
-  }
-  return w;
-}
-
-template <int N>
-Dual<N> work_under(const ForceCurve& law, const Dual<N>& x) {
-  return chain(x, law_work(law, x.v), law_value(law, x.v));
-}
 
 class Builder {
  public:
@@ -198,23 +118,7 @@ class Builder {
   template <int N>
   Dual<N> slipped(const FrictionStack& stack, const std::vector<double>& memory, int place,
                   const Dual<N>& x) {
-    Dual<N> sum;
-    const auto count = static_cast<int>(stack.elements.size());
-    Real whole = 0;  // limit of all; that of one may be nothing where the strain is
-    for (const SlipElement& element : stack.elements)
-      whole += Real(element.threshold) + Real(element.growth) * std::abs(x.v) +
-               Real(element.stiffness) * kNoStrain;
-    for (int k = 0; k < count; ++k) {
-      const SlipElement& element = stack.elements[k];
-      const Real over = x.v - Real(memory[place * count + k]);
-      const Real stiffness = element.stiffness;
-      const Real most = Real(element.threshold) + Real(element.growth) * std::abs(x.v);
-      const Real pull = std::abs(stiffness * over);
-      result_.friction_over_limit =
-          std::max(result_.friction_over_limit, 1 + (pull - most) / whole);
-      sum = sum + chain(x, stiffness * over * over / 2, stiffness * over);
-    }
-    return sum;
+    return drape::simulate::checker::slipped(stack, memory, place, x, result_.friction_over_limit);
   }
 
   /// Friction follows the curvature along the sheet's normal, which the lines through the middle

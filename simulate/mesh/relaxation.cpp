@@ -191,6 +191,7 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
   drape.report.steps += steps;
   drape.mesh = cloth.mesh();
   drape.state = std::move(state);
+  drape.memory = cloth.memory();
   return drape;
 }
 

@@ -53,6 +53,7 @@ struct CusickOptions {
 struct CusickDrape {
   MaterialMesh mesh;
   MeshCloth::State state;  ///< points, then sides
+  ClothMemory memory;      ///< of internal friction, at this rest
   RelaxationReport report;
 };
 /// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem.

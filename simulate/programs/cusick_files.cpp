@@ -9,8 +9,29 @@
 
 namespace drape::simulate {
 
+JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
+  JudgedDrape judged{cusick_drape(laws, options), std::nullopt};
+  const CusickDrape& drape = judged.drape;
+  if (!drape.report.at_rest) return judged;
+  MeshRest rest;
+  rest.material_m = drape.mesh.points_m;
+  rest.triangles = drape.mesh.triangles;
+  for (const MaterialMesh::Edge& edge : drape.mesh.edges)
+    rest.sides.push_back({edge.from, edge.to});
+  const auto points = static_cast<std::ptrdiff_t>(drape.mesh.points_m.size());
+  rest.points_m.assign(drape.state.begin(), drape.state.begin() + points);
+  rest.of_sides.assign(drape.state.begin() + points, drape.state.end());
+  rest.laws = laws;
+  rest.memory = drape.memory;
+  rest.disc_radius_m = options.disc_m / 2;
+  rest.gravity_m_per_s2 = options.relaxation.gravity_m_per_s2;
+  rest.residual_tolerance = options.relaxation.residual;
+  judged.judgement = judge_mesh(rest);
+  return judged;
+}
+
 Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
-                    const std::vector<CusickDrape>& drapes, RunRecord& record) {
+                    const std::vector<JudgedDrape>& drapes, RunRecord& record) {
   using units::mm;
   Ending ending;
   Json json;
@@ -19,30 +40,40 @@ Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
   json["starts"] = Json::array();
   std::size_t resting = 0;
   for (std::size_t i = 0; i < drapes.size(); ++i) {
-    const RelaxationReport& found = drapes[i].report;
+    const CusickDrape& drape = drapes[i].drape;
+    const RelaxationReport& found = drape.report;
     const std::string name = fmt::format("start-{:02d}.ply", i);
-    write_durable(out / name, ply_text(drapes[i]));
+    write_durable(out / name, ply_text(drape));
     record.output(out / name);
-    resting += found.at_rest ? 1 : 0;
+    resting += drapes[i].go() ? 1 : 0;
     json["starts"].push_back({{"file", name},
-                              {"points", drapes[i].mesh.points_m.size()},
-                              {"specimen_area_mm2", drapes[i].mesh.area_m2() / (mm * mm)},
+                              {"points", drape.mesh.points_m.size()},
+                              {"specimen_area_mm2", drape.mesh.area_m2() / (mm * mm)},
                               {"at_rest", found.at_rest},
                               {"steps", found.steps},
                               {"residual_point_weights", found.residual},
                               {"energy_uj", found.energy_j * 1e6}});
+    if (const auto& judgement = drapes[i].judgement) {
+      Json& start = json["starts"].back();
+      start["refusals"] = judgement->refusals;
+      start["checked_residual_point_weights"] = judgement->residual;
+      start["deepest_mm"] = judgement->deepest_m / mm;
+      for (const std::string& refusal : judgement->refusals)
+        ending.rejected.push_back(name + " is refused by the checker: " + refusal);
+    }
     if (found.dissipated_j > 0)
       json["starts"].back()["internal_friction_took_uj"] = found.dissipated_j * 1e6;
     ending.numbers.emplace_back(
-        name, fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
-                          drapes[i].mesh.points_m.size(), found.steps, found.residual,
-                          found.energy_j * 1e6));
+        name,
+        fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
+                    drape.mesh.points_m.size(), found.steps, found.residual, found.energy_j * 1e6));
     if (!found.at_rest) ending.rejected.push_back(name + " is not at rest");
   }
   write_json(out / "cusick.json", json);
   record.output(out / "cusick.json");
   ending.go = resting == drapes.size();
-  ending.verdict = fmt::format("{} of {} drapes of {} at rest", resting, drapes.size(), fabric);
+  ending.verdict = fmt::format("{} of {} drapes of {} at rest and accepted by the checker", resting,
+                               drapes.size(), fabric);
   ending.next_command = fmt::format("drape drapemeter {}", out.string());
   return ending;
 }

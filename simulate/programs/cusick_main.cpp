@@ -31,7 +31,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   SimulateReport report;
   ClothLaws laws = make_laws(fabric, 5, report);
   if (arguments.internal_friction) add_internal_friction(fabric, 5, laws, report);
-  std::vector<CusickDrape> drapes(static_cast<std::size_t>(arguments.starts));
+  std::vector<JudgedDrape> drapes(static_cast<std::size_t>(arguments.starts));
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
     CusickOptions options;
     options.disc_m = arguments.disc_mm * mm;
@@ -42,7 +42,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     options.shakes = arguments.shakes;
     options.shake = arguments.shake_percent * units::percent;
     options.relaxation.most_steps = arguments.most_steps;
-    drapes[i] = cusick_drape(laws, options);
+    drapes[i] = judged_drape(laws, options);
   });
   const Ending ending = write_cusick(arguments.out, fabric.name, drapes, record);
   return finish(ending, common, record);

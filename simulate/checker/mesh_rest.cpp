@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/checker/mesh_rest.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <utility>
+
+#include "simulate/checker/dual.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using namespace checker;
+using Jet = Dual<18>;
+using Place = Vector<18>;
+
+constexpr Real kOnDisc = 1e-5L;     // of the radius: a place this near to the rim lies on it
+constexpr Real kHeld_m = 1e-9L;     // a held point is where it is held up to rounding
+constexpr Real kRounding = 1e-6L;   // of a force, between double and long double
+constexpr Real kOverLimit = 1e-6L;  // of a friction element
+
+Point point_of(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
+
+Jet inverse_root(const Jet& square) {
+  const Real size = std::sqrt(square.v);
+  return chain(square, 1 / size, -1 / (2 * size * square.v));
+}
+
+class Judge {
+ public:
+  explicit Judge(const MeshRest& rest) : rest_(rest) {}
+
+  MeshJudgement judge() {
+    if (!fits()) return std::move(result_);
+    force_.assign(rest_.points_m.size(), Point{});
+    moment_.assign(rest_.sides.size(), Point{});
+    mass_.assign(rest_.points_m.size(), 0);
+    for (std::size_t t = 0; t < rest_.triangles.size(); ++t) add(static_cast<int>(t));
+    if (over_limit_ > 1 + kOverLimit)
+      refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
+    hold();
+    balance();
+    enter();
+    cross();
+    return std::move(result_);
+  }
+
+ private:
+  template <class... Values>
+  void refuse(fmt::format_string<Values...> text, Values&&... values) {
+    result_.refusals.push_back(fmt::format(text, std::forward<Values>(values)...));
+  }
+
+  /// Sizes, indices and finite numbers.
+  bool fits() {
+    const auto count = static_cast<int>(rest_.points_m.size());
+    bool fit = rest_.material_m.size() == rest_.points_m.size() &&
+               rest_.sides.size() == rest_.of_sides.size() && count > 2;
+    for (const Eigen::Vector3d& p : rest_.points_m) fit = fit && p.allFinite();
+    for (const Eigen::Vector3d& p : rest_.of_sides) fit = fit && p.allFinite();
+    for (std::size_t s = 0; fit && s < rest_.sides.size(); ++s) {
+      const auto [from, to] = rest_.sides[s];
+      fit = from >= 0 && from < to && to < count &&
+            side_at_.emplace(rest_.sides[s], static_cast<int>(s)).second;
+    }
+    for (std::size_t t = 0; fit && t < rest_.triangles.size(); ++t)
+      for (int k = 0; k < 3 && fit; ++k) {
+        const int a = rest_.triangles[t][(k + 1) % 3], b = rest_.triangles[t][(k + 2) % 3];
+        fit = side_at_.contains({std::min(a, b), std::max(a, b)});
+      }
+    if (fit && rest_.laws.friction) {
+      const ClothFriction& friction = *rest_.laws.friction;
+      const std::size_t triangles = rest_.triangles.size();
+      for (int d = 0; d < 2; ++d)
+        fit &= rest_.memory.bending[d].size() == triangles * friction.bending[d].elements.size();
+      fit &= rest_.memory.shear.size() == triangles * friction.shear.elements.size();
+    }
+    if (!fit) refuse("points, sides and triangles do not fit each other");
+    return fit;
+  }
+
+  /// (warp, weft) of one point less another.
+  [[nodiscard]] std::array<Real, 2> between(int from, int to) const {
+    const Eigen::Vector2d &a = rest_.material_m[from], &b = rest_.material_m[to];
+    return {Real(b.x()) - Real(a.x()), Real(b.y()) - Real(a.y())};
+  }
+
+  void add(int t) {
+    const std::array<int, 3>& corner = rest_.triangles[t];
+    const auto first = between(corner[0], corner[1]), second = between(corner[0], corner[2]);
+    const Real area = (first[0] * second[1] - first[1] * second[0]) / 2;
+    if (!(area > 0)) {
+      refuse("triangle {} has no area or turns the wrong way about", t);
+      return;
+    }
+    // Weights of corners 0 .. 2 and sides 3 .. 5 in the derivatives.
+    std::vector<Real> u(6), v(6), uu(6), uv(6), vv(6);
+    std::array<int, 6> unknown{};
+    for (int k = 0; k < 3; ++k) {
+      const int a = (k + 1) % 3, b = (k + 2) % 3, from = corner[a], to = corner[b];
+      const auto d = between(from, to);
+      const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const std::array<Real, 2> out = {d[1], -d[0]};  // normal times length
+      // The middle of a side has the mean position of its ends ...
+      for (const int c : {a, b}) {
+        u[c] += out[0] / (2 * area);
+        v[c] += out[1] / (2 * area);
+      }
+      // ... and the gradient along it from its ends, across it from its own derivative.
+      const Real turn = from < to ? -1 : 1;
+      for (int axis = 0; axis < 2; ++axis) {
+        const Real along = d[axis] / (length * length), across = turn * out[axis] / length;
+        const auto add_flow = [&](std::vector<Real>& weights, Real flow) {
+          weights[b] += flow / area * along;
+          weights[a] -= flow / area * along;
+          weights[3 + k] += flow / area * across;
+        };
+        add_flow(axis == 0 ? uu : vv, out[axis]);
+        if (axis == 1) add_flow(uv, out[0]);
+      }
+      unknown[k] = corner[k];
+      unknown[3 + k] = side_at_.at({std::min(from, to), std::max(from, to)});
+      mass_[corner[k]] += Real(rest_.laws.density_kg_per_m2) * area / 3;
+    }
+    std::vector<Place> corners(6);
+    for (int k = 0; k < 6; ++k) {
+      const Point p = point_of(k < 3 ? rest_.points_m[unknown[k]] : rest_.of_sides[unknown[k]]);
+      for (int axis = 0; axis < 3; ++axis) {
+        corners[k][axis].v = p[axis];
+        corners[k][axis].d[3 * k + axis] = 1;
+      }
+    }
+    const Jet energy =
+        area * of_area(t, combine(corners, u), combine(corners, v), combine(corners, uu),
+                       combine(corners, uv), combine(corners, vv));
+    result_.energy_j += double(energy.v);
+    for (int k = 0; k < 6; ++k)
+      for (int axis = 0; axis < 3; ++axis)
+        (k < 3 ? force_ : moment_)[unknown[k]][axis] -= energy.d[3 * k + axis];
+  }
+
+  /// Energy per area from the derivatives of the position.
+  Jet of_area(int t, const Place& x_u, const Place& x_v, const Place& x_uu, const Place& x_uv,
+              const Place& x_vv) {
+    const ClothLaws& laws = rest_.laws;
+    const Jet uu = dot(x_u, x_u), vv = dot(x_v, x_v);
+    Jet warp = root(uu), weft = root(vv);
+    warp.v -= 1;
+    weft.v -= 1;
+    const Jet sine = dot(x_u, x_v) * inverse_root(uu * vv);
+    const Real s = std::clamp<Real>(sine.v, -1, 1);
+    const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
+    const Jet angle = chain(sine, std::asin(s), 1 / cosine);
+    const Jet size = chain(angle, std::abs(angle.v), angle.v < 0 ? -1 : 1);
+    Jet sum = work_under(laws.tensile[0], warp) + work_under(laws.tensile[1], weft) +
+              work_under(laws.shear, size) + work_under(laws.bending[0], root(dot(x_uu, x_uu))) +
+              work_under(laws.bending[1], root(dot(x_vv, x_vv))) +
+              (Real(laws.twist_n_m) / 2) * dot(x_uv, x_uv);
+    if (!laws.friction) return sum;
+    Place normal;
+    for (int axis = 0; axis < 3; ++axis) {
+      const int y = (axis + 1) % 3, z = (axis + 2) % 3;
+      normal[axis] = x_u[y] * x_v[z] - x_u[z] * x_v[y];
+    }
+    const Jet per_size = inverse_root(dot(normal, normal));
+    for (int d = 0; d < 2; ++d)
+      sum = sum + slipped(laws.friction->bending[d], rest_.memory.bending[d], t,
+                          dot(d == 0 ? x_uu : x_vv, normal) * per_size, over_limit_);
+    return sum + slipped(laws.friction->shear, rest_.memory.shear, t, angle, over_limit_);
+  }
+
+  [[nodiscard]] bool is_held(int i) const {
+    return rest_.material_m[i].norm() <= rest_.disc_radius_m * (1 + double(kOnDisc));
+  }
+
+  /// Held points lie in the plane at their material places, and the sides between them too.
+  void hold() {
+    Real off = 0, turned = 0;
+    for (std::size_t i = 0; i < rest_.points_m.size(); ++i) {
+      if (!is_held(static_cast<int>(i))) continue;
+      const Eigen::Vector2d& at = rest_.material_m[i];
+      const Point d = minus(point_of(rest_.points_m[i]), {at.x(), at.y(), 0});
+      off = std::max(off, std::sqrt(checker::dot(d, d)));
+    }
+    for (std::size_t s = 0; s < rest_.sides.size(); ++s) {
+      const auto [from, to] = rest_.sides[s];
+      if (!is_held(from) || !is_held(to)) continue;
+      const auto d = between(from, to);
+      const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+      const Point left = minus(point_of(rest_.of_sides[s]), {-d[1] / length, d[0] / length, 0});
+      turned = std::max(turned, std::sqrt(checker::dot(left, left)));
+    }
+    if (off > kHeld_m) refuse("a held point lies {:.3g} mm from its place", double(off) * 1e3);
+    if (turned > kHeld_m) refuse("the held cloth is bent by {:.3g}", double(turned));
+  }
+
+  void balance() {
+    Real total = 0, length = 0;
+    const Eigen::Vector3d& g = rest_.gravity_m_per_s2;
+    for (const Real m : mass_) total += m;
+    for (const auto& [from, to] : rest_.sides) {
+      const auto d = between(from, to);
+      length += std::sqrt(d[0] * d[0] + d[1] * d[1]) / static_cast<Real>(rest_.sides.size());
+    }
+    const Real weight = total * Real(g.norm()) / static_cast<Real>(mass_.size());
+    Real points = 0, sides = 0;
+    for (std::size_t i = 0; i < force_.size(); ++i) {
+      if (is_held(static_cast<int>(i))) continue;
+      Point f = force_[i];
+      for (int axis = 0; axis < 3; ++axis) f[axis] += mass_[i] * Real(g[axis]);
+      const Point p = point_of(rest_.points_m[i]);
+      const Real r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
+      // The cylinder pushes outwards, and no other direction.
+      if (p[2] < 0 && r > 0 && r <= Real(rest_.disc_radius_m) * (1 + kOnDisc)) {
+        const Point out = {p[0] / r, p[1] / r, 0};
+        const Real in = std::min<Real>(0, checker::dot(f, out));
+        for (int axis = 0; axis < 3; ++axis) f[axis] -= in * out[axis];
+      }
+      points = std::max(points, std::sqrt(checker::dot(f, f)));
+    }
+    for (std::size_t s = 0; s < moment_.size(); ++s) {
+      const auto [from, to] = rest_.sides[s];
+      if (is_held(from) && is_held(to)) continue;
+      sides = std::max(sides, std::sqrt(checker::dot(moment_[s], moment_[s])));
+    }
+    result_.residual = double(points / weight);
+    result_.side_residual = double(sides / (weight * length));
+    const double most = rest_.residual_tolerance * (1 + double(kRounding)) + double(kRounding);
+    if (!(result_.residual <= most))
+      refuse("{:.3g} of a point's weight is left on a point, {:.3g} was claimed", result_.residual,
+             rest_.residual_tolerance);
+    if (!(result_.side_residual <= most))
+      refuse("{:.3g} of a point's weight, over a side's length, is left to turn a side",
+             result_.side_residual);
+  }
+
+  /// Cloth in the cylinder that the discs end: points, and sides between them.
+  void enter() {
+    const Real disc = rest_.disc_radius_m;
+    Real deepest = 0, longest = 0;
+    for (const auto& [from, to] : rest_.sides) {
+      if (is_held(from) && is_held(to)) continue;
+      const Point a = point_of(rest_.points_m[from]), d = minus(point_of(rest_.points_m[to]), a);
+      longest = std::max(longest, checker::dot(d, d));
+      const Real flat = d[0] * d[0] + d[1] * d[1];
+      const Real at = flat > 0 ? std::clamp<Real>(-(a[0] * d[0] + a[1] * d[1]) / flat, 0, 1) : 0;
+      const Real x = a[0] + at * d[0], y = a[1] + at * d[1];
+      deepest = std::max(deepest, disc - std::sqrt(x * x + y * y));
+    }
+    result_.deepest_m = double(deepest);
+    const Real allowed = longest / (8 * disc) + kOnDisc * disc;
+    if (deepest > allowed)
+      refuse("the cloth lies {:.3g} mm deep in the discs' cylinder", double(deepest) * 1e3);
+  }
+
+  /// Sides through triangles, by a lattice of boxes as large as the largest triangle.
+  void cross() {
+    Real size = 0;
+    std::vector<std::pair<Point, Point>> bounds;
+    for (const auto& t : rest_.triangles) {
+      Point low = point_of(rest_.points_m[t[0]]), high = low;
+      for (const int i : {t[1], t[2]})
+        for (int axis = 0; axis < 3; ++axis) {
+          low[axis] = std::min(low[axis], Real(rest_.points_m[i][axis]));
+          high[axis] = std::max(high[axis], Real(rest_.points_m[i][axis]));
+        }
+      for (int axis = 0; axis < 3; ++axis) size = std::max(size, high[axis] - low[axis]);
+      bounds.emplace_back(low, high);
+    }
+    if (!(size > 0)) return;
+    const auto box = [&](Real x) { return static_cast<long>(std::floor(x / size)); };
+    std::map<std::array<long, 3>, std::vector<int>> boxes;
+    const auto visit = [&](const Point& low, const Point& high, const auto& at) {
+      for (long x = box(low[0]); x <= box(high[0]); ++x)
+        for (long y = box(low[1]); y <= box(high[1]); ++y)
+          for (long z = box(low[2]); z <= box(high[2]); ++z) at(std::array<long, 3>{x, y, z});
+    };
+    for (std::size_t t = 0; t < bounds.size(); ++t)
+      visit(bounds[t].first, bounds[t].second,
+            [&](const auto& key) { boxes[key].push_back(static_cast<int>(t)); });
+    for (const auto& [from, to] : rest_.sides) {
+      const Point a = point_of(rest_.points_m[from]), b = point_of(rest_.points_m[to]);
+      Point low = a, high = a;
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(a[axis], b[axis]);
+        high[axis] = std::max(a[axis], b[axis]);
+      }
+      std::vector<int> near;
+      visit(low, high, [&](const auto& key) {
+        if (const auto found = boxes.find(key); found != boxes.end())
+          near.insert(near.end(), found->second.begin(), found->second.end());
+      });
+      std::sort(near.begin(), near.end());
+      near.erase(std::unique(near.begin(), near.end()), near.end());
+      for (const int t : near) result_.crossings += passes(from, to, a, minus(b, a), t) ? 1 : 0;
+    }
+    if (result_.crossings > 0)
+      refuse("the cloth passes through itself in {} places", result_.crossings);
+  }
+
+  [[nodiscard]] bool passes(int from, int to, const Point& a, const Point& way, int t) const {
+    const std::array<int, 3>& c = rest_.triangles[t];
+    for (const int i : c)
+      if (i == from || i == to) return false;
+    const Point o = point_of(rest_.points_m[c[0]]);
+    const Point u = minus(point_of(rest_.points_m[c[1]]), o),
+                v = minus(point_of(rest_.points_m[c[2]]), o), w = minus(a, o);
+    const Point normal = checker::cross(u, v);
+    const Real speed = checker::dot(normal, way);
+    if (speed == 0) return false;
+    const Real at = -checker::dot(normal, w) / speed;
+    if (at < 0 || at > 1) return false;
+    const Point p = {w[0] + at * way[0], w[1] + at * way[1], w[2] + at * way[2]};
+    const Real area2 = checker::dot(normal, normal);
+    const Real s = checker::dot(checker::cross(p, v), normal) / area2;
+    const Real r = checker::dot(checker::cross(u, p), normal) / area2;
+    return s >= 0 && r >= 0 && s + r <= 1;
+  }
+
+  const MeshRest& rest_;
+  std::map<std::array<int, 2>, int> side_at_;
+  std::vector<Point> force_, moment_;
+  std::vector<Real> mass_;
+  Real over_limit_ = 0;
+  MeshJudgement result_;
+};
+
+}  // namespace
+
+MeshJudgement judge_mesh(const MeshRest& rest) {
+  return Judge(rest).judge();
+}
+
+}  // namespace drape::simulate
