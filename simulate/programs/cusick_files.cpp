@@ -49,7 +49,7 @@ Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
     json["starts"].push_back({{"file", name},
                               {"points", drape.mesh.points_m.size()},
                               {"specimen_area_mm2", drape.mesh.area_m2() / (mm * mm)},
-                              {"at_rest", found.at_rest},
+                              {"at_rest", drapes[i].go()},
                               {"steps", found.steps},
                               {"residual_point_weights", found.residual},
                               {"energy_uj", found.energy_j * 1e6}});
