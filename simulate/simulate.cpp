@@ -26,7 +26,6 @@ using units::mm;
 constexpr double kPolishStep_s = 10;       // first pseudo-time step from a rest of motion
 constexpr double kPolishReach_m = 2e-7;    // particles nearer to a surface press on it
 constexpr double kPolishWay_m = 0.5 * mm;  // of a particle; farther is another valley
-constexpr double kThicknessShare = 0.5;    // of the spacing: thicker layers would meet themselves
 
 /// Damping time of the springs for a ratio at the highest stretch frequency omega:
 /// force = tau * stiffness * rate damps it by tau omega / 2.
@@ -186,14 +185,7 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   const StartState start = make_start(scene, the_case.print, grid, the_case.measured,
                                       surroundings.top_z_m(), options.imperfection_m);
   SimulateOptions how = options;
-  const double most = kThicknessShare * std::min(grid.warp_spacing_m(), grid.weft_spacing_m());
-  if (how.cloth_thickness_m > most) {
-    how.cloth_thickness_m = most;
-    report.warnings.push_back(
-        fmt::format("the particles are too near each other for the cloth's thickness: layers keep "
-                    "{:.3g} mm apart",
-                    most / mm));
-  }
+  how.cloth_thickness_m = thickness_on(grid, options.cloth_thickness_m, report.warnings);
   report.cloth_thickness_m = how.cloth_thickness_m;
   MotionRun run(cloth, surroundings, scene, how);
   run.start(start, scene.start.mode == StartMode::measured, report);

@@ -190,7 +190,16 @@ std::optional<checker::Balance> stated_balance(const CertificateClaim& claim,
                                                const std::vector<Support>& pins, Real most_n) {
   if (claim.contact_forces.empty()) return std::nullopt;
   std::vector<Point> sum = mechanics.force;
+  const std::size_t itself = objects.scene->obstacles.size() + 1;
+  const Real near_m = Real(claim.cloth_thickness_m) + kTouch;
   for (const ContactForce& stated : claim.contact_forces) {
+    if (static_cast<std::size_t>(stated.shape) == itself) {
+      if (claim.cloth_thickness_m > 0 &&
+          checker::add_stated_layers(points, claim.cols, objects.scene->friction, near_m, stated,
+                                     sum))
+        continue;
+      return std::nullopt;
+    }
     if (!add_stated(objects, points, claim.cols, objects.scene->friction, kTouch, stated, sum))
       return std::nullopt;
   }

@@ -49,6 +49,9 @@ std::vector<Cell> cells_of(const std::vector<Point>& points, int rows, int cols)
   return cells;
 }
 
+constexpr Real kNearestAllowed = 1e-6L;  // slope of the distance along a piece, where it is least
+constexpr Real kWeightAllowed = 1e-12L;  // off from one, of a layer's weights
+
 /// Calls visit(a, b) for cells at least `apart` rows or columns from each other whose boxes come
 /// within `near_m`.
 template <class Visit>
@@ -141,6 +144,72 @@ class LayerCollector {
 };
 
 }  // namespace
+
+namespace {
+
+bool are_within(int i, int j, int cols, int steps) {
+  return std::abs(i / cols - j / cols) <= steps && std::abs(i % cols - j % cols) <= steps;
+}
+
+/// How many of the four particles are the first layer's: one and a triangle, or two edges, each
+/// within one cell and the two no neighbours; 0 where they are neither, or the weights are not.
+int firsts_of(const ContactForce& stated, std::size_t particles, int cols) {
+  for (const int i : stated.particle) {
+    if (static_cast<std::size_t>(i) >= particles) return 0;
+  }
+  const int firsts = are_within(stated.particle[0], stated.particle[1], cols, 1) ? 2 : 1;
+  std::array<Real, 2> sum{};
+  for (int k = 0; k < 4; ++k) {
+    const Real weight = k < firsts ? stated.weight[k] : -stated.weight[k];
+    if (weight < 0) return 0;
+    sum[k < firsts ? 0 : 1] += weight;
+    for (int l = 0; l < k; ++l) {
+      const bool same = (k < firsts) == (l < firsts);
+      if (are_within(stated.particle[k], stated.particle[l], cols, 1) != same) return 0;
+    }
+  }
+  const bool whole =
+      std::abs(sum[0] - 1) <= kWeightAllowed && std::abs(sum[1] - 1) <= kWeightAllowed;
+  return whole ? firsts : 0;
+}
+
+}  // namespace
+
+bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction, Real near_m,
+                       const ContactForce& stated, std::vector<Point>& sum) {
+  const int firsts = firsts_of(stated, points.size(), cols);
+  if (firsts == 0) return false;
+  Point apart{}, force{};
+  std::array<Point, 2> place{};  // on the first and on the second layer
+  for (int k = 0; k < 4; ++k) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real part = stated.weight[k] * points[stated.particle[k]][axis];
+      apart[axis] += part;
+      place[k < firsts ? 0 : 1][axis] += k < firsts ? part : -part;
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) force[axis] = stated.force_in_world[axis];
+  const Real distance = std::sqrt(dot(apart, apart));
+  if (!(distance > 0) || distance > near_m) return false;
+  for (int k = 0; k < 4; ++k) {
+    const bool first = k < firsts;
+    const Point along = minus(points[stated.particle[k]], place[first ? 0 : 1]);
+    const Real toward = (first ? 1 : -1) * dot(along, apart);
+    if (toward < -kNearestAllowed * distance * std::sqrt(dot(along, along))) return false;
+  }
+  for (Real& a : apart) a /= distance;
+  const Real pressing = std::max<Real>(0, dot(force, apart));
+  Point across{};
+  for (int axis = 0; axis < 3; ++axis) across[axis] = force[axis] - pressing * apart[axis];
+  const Real size = std::sqrt(dot(across, across));
+  const Real share = std::min<Real>(1, friction * pressing / std::max<Real>(size, 1e-300L));
+  for (int k = 0; k < 4; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      sum[stated.particle[k]][axis] +=
+          stated.weight[k] * (pressing * apart[axis] + share * across[axis]);
+  }
+  return true;
+}
 
 int crossings_of(const std::vector<Point>& points, int rows, int cols) {
   int count = 0;

@@ -49,7 +49,7 @@ void StaticSolver::fall(StaticReport& report) {
       put_at(momentum_, i, cloth_.mass_kg()[i] / step_s * at(velocity, i));
     for (const StaticContacts::Pinned& pin : contacts_.pinned())
       put_at(momentum_, pin.particle, Vector3d::Zero());
-    const bool pins_move = contacts_.carry_pins(position, pin_speed * step_s);
+    const bool pins_move = carry_pins(pin_speed * step_s);
     mu_ = 1 / (step_s * step_s);
     drag_per_s2_ = options_.damping_per_s / step_s;
     begin_step();

@@ -28,6 +28,7 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
     hessian_.set_zero();
     add_hessian(cloth_, trial_, convex, hessian_, &trial_strains_, options_.threads);
     contacts_.add_hessian(trial_, convex, hessian_);
+    add_layers(trial_, convex);
     fix_pinned();
     ++report.factorisations;
     definite = factorise(convex);
@@ -63,7 +64,7 @@ void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio
     const Field from = trial_;
     trial_strains_ = linear_strains(cloth_, from, step);
     move(from, step);
-    contacts_.retract(position, trial_);
+    (void)hold_back();
     VectorXd now = way_to_trial();
     const double reached = -potential_change(now) / predicted;
     if (!(reached > ratio)) continue;
@@ -84,7 +85,7 @@ void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
   while (2 * largest_of(way) <= cap_m_) {
     const Field before = trial_;
     move(position, 2 * way);
-    contacts_.retract(position, trial_);
+    (void)hold_back();
     VectorXd longer = way_to_trial();
     const double reached = -potential_change(longer) / predicted;
     if (!(reached > kLonger * ratio)) {

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/start/start_check.hpp"
 
@@ -29,6 +31,7 @@ constexpr double kLastCoarseResidual = 10;
 constexpr double kBeforeLarge = 1;
 constexpr int kLarge = 121;            // particles per side
 constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
+constexpr double kThicknessShare = 0.5;  // of the spacing: thicker layers would meet themselves
 constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
 
 int larger_side(const GridSpec& grid) {
@@ -73,6 +76,16 @@ std::string sentence_of(const StaticReport& found, int iterations) {
 
 }  // namespace
 
+double thickness_on(const GridSpec& grid, double thickness_m, std::vector<std::string>& warnings) {
+  const double most = kThicknessShare * std::min(grid.warp_spacing_m(), grid.weft_spacing_m());
+  if (thickness_m <= most) return thickness_m;
+  warnings.push_back(
+      fmt::format("the particles are too near each other for the cloth's thickness: layers keep "
+                  "{:.3g} mm apart",
+                  most / units::mm));
+  return most;
+}
+
 std::vector<GridSpec> static_levels(const GridSpec& grid) {
   std::vector<GridSpec> levels{grid};
   for (;;) {
@@ -91,12 +104,16 @@ std::vector<GridSpec> static_levels(const GridSpec& grid) {
   return levels;
 }
 
-StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
-                             const StaticOptions& options, const StartChange& change) {
+namespace {
+
+/// Drapes once. A sheet that meets itself stays on its grid: another one's rest may pass through
+/// itself there.
+StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
+                       const StaticOptions& options, const StartChange& change) {
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
   if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured ||
-      the_case.laws.friction)
+      the_case.laws.friction || options.meets_itself)
     levels = {grid};
   StaticDrape drape;
   GridSpec coarse, coarser;  // the two grids before, nothing at first
@@ -146,11 +163,30 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   return drape;
 }
 
+}  // namespace
+
+StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
+                             const StaticOptions& options, const StartChange& change) {
+  StaticDrape drape = drape_once(the_case, grid, options, change);
+  if (options.cloth_thickness_m <= 0 || drape.report.status == StaticStatus::diverged ||
+      self_distance(grid, drape.position).crossings == 0)
+    return drape;
+  StaticOptions meets = options;
+  meets.meets_itself = true;
+  std::vector<std::string> warnings;
+  meets.cloth_thickness_m = thickness_on(grid, options.cloth_thickness_m, warnings);
+  drape = drape_once(the_case, grid, meets, change);
+  std::vector<std::string>& all = drape.start.report.warnings;
+  all.insert(all.end(), warnings.begin(), warnings.end());
+  return drape;
+}
+
 StaticOptions static_options(const Scene& scene, const SimulateOptions& options) {
   StaticOptions how;
   how.gravity_m_per_s2 = scene.gravity_m_per_s2;
   how.friction = scene.friction;
   how.contact_between_particles = options.contact_between_particles;
+  how.cloth_thickness_m = options.cloth_thickness_m;
   how.residual_tolerance = options.static_tolerance;
   how.threads = options.threads;
   how.falls = options.solver == "fall";
@@ -187,6 +223,8 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
   report.residual_tolerance = how.residual_tolerance;
   report.contacts = found.touching;
   report.contacts_between = found.between;
+  report.contacts_pairs = found.layers;
+  report.cloth_thickness_m = found.cloth_thickness_m;
   report.hold_error_m = found.pin_error_m;
   report.time_s = found.history.empty() ? 0 : found.history.back().pseudo_time_s;
   if (!found.history.empty()) {

@@ -53,6 +53,8 @@ StaticSolver::StaticSolver(Cloth& cloth, const Surroundings& surroundings,
       options_(options),
       contacts_(cloth, surroundings, options.friction, options.gravity_m_per_s2.norm(),
                 options.contact_between_particles),
+      layers_(cloth, options.gravity_m_per_s2.norm(),
+              options.meets_itself ? options.cloth_thickness_m : 0),
       hessian_(cloth.grid()),
       factor_(cloth.grid(), options.threads),
       shift_(cloth.count(), 0.0) {
@@ -69,6 +71,7 @@ void StaticSolver::find_forces(const Field& x, Field& force) const {
 
 void StaticSolver::add_outer_forces(const Field& x, Field& force) const {
   contacts_.add_forces(x, force);
+  layers_.add_forces(x, force);
   const std::size_t n = x.size() / 3;
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < n; ++i) {
@@ -97,6 +100,7 @@ void StaticSolver::fix_pinned() {
       const int j = i - hessian_.step(s);
       if (j >= 0 && hessian_.has(j, s)) hessian_.add(i, j, Eigen::Matrix3d(-hessian_.block(j, s)));
     }
+    hessian_.release(i);
     const Eigen::Matrix3d own = hessian_.diagonal(i);
     const double stiffness = own.trace() > 0 ? own.trace() / 3 : 1;  // of its neighbours' size
     hessian_.add(i, i, Eigen::Matrix3d(stiffness * Eigen::Matrix3d::Identity() - own));
@@ -122,6 +126,7 @@ void StaticSolver::begin_step() {
   inner_force_.assign(position.size(), 0.0);
   cloth_.add_forces(position, nullptr, inner_force_);
   inner_ = cloth_.energies(position);
+  layers_.begin(position);
   begin_again(StaticContacts::Limits::follow);
 }
 
@@ -130,7 +135,7 @@ void StaticSolver::begin_again(StaticContacts::Limits limits) {
   contacts_.begin(position, kWatch * cap_m_, limits);
   force_ = inner_force_;
   add_outer_forces(position, force_);
-  potential_j_ = inner_.sum_j() + contacts_.energy_j(position);
+  potential_j_ = inner_.sum_j() + contacts_.energy_j(position) + layers_.energy_j(position);
   residual_ = 0;
   for (int i = 0; i < cloth_.count(); ++i) {
     const double net = (at(force_, i) - momentum_of(i)).norm();
@@ -139,12 +144,47 @@ void StaticSolver::begin_again(StaticContacts::Limits limits) {
   residual_ /= weight_n_;
 }
 
+/// Second derivatives of what layers do to each other; the matrix couples far particles for them.
+void StaticSolver::add_layers(const Field& x, bool convex) {
+  if (!layers_.on()) return;
+  const std::vector<LayerContacts::Block> blocks = layers_.blocks(x, convex);
+  std::vector<GridMatrix::Coupling> couplings;
+  for (const LayerContacts::Block& block : blocks) {
+    for (int k = 0; k < 4; ++k) {
+      for (int l = 0; l < k; ++l) couplings.push_back({block.particle[k], block.particle[l]});
+    }
+  }
+  hessian_.couple(std::move(couplings));
+  for (const LayerContacts::Block& block : blocks) {
+    for (int k = 0; k < 4; ++k) {
+      for (int l = 0; l <= k; ++l) {
+        hessian_.add_far(block.particle[k], block.particle[l],
+                         block.matrix.block<3, 3>(3 * k, 3 * l));
+      }
+    }
+  }
+}
+
+/// Pins go on as far as no layer passes another.
+bool StaticSolver::carry_pins(double most_m) {
+  if (!layers_.on()) return contacts_.carry_pins(position, most_m);
+  const Field before = position;
+  if (!contacts_.carry_pins(position, most_m)) return false;
+  trial_ = position;
+  position = before;
+  layers_.begin(position);
+  (void)hold_back();
+  position = trial_;
+  return true;
+}
+
 void StaticSolver::newton_matrix(bool convex) {
   hessian_.set_zero();
   // Not on the first grid: there it took the cube C at 31x31 twice the steps.
   const bool carried = !options_.paced && !strains_[0].empty();
   add_hessian(cloth_, position, convex, hessian_, carried ? &strains_ : nullptr, options_.threads);
   contacts_.add_hessian(position, convex, hessian_);
+  add_layers(position, convex);
   fix_pinned();
   for (int i = 0; i < cloth_.count(); ++i) shift_[i] = (mu_ + drag_per_s2_) * cloth_.mass_kg()[i];
 }
@@ -198,7 +238,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
   bool convex = changed ? convex_ : !options_.paced && mu_ > kFoldedMu;
   const VectorXd guess = changed ? step_ : VectorXd();
   for (int attempt = 0; attempt < 12; ++attempt) {
-    if (changed && attempt == 0) {
+    if (changed && attempt == 0 && !layers_.lands()) {
       contacts_.change_hessian(position, convex, hessian_);
       fix_pinned();
     } else {
@@ -208,6 +248,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     for (int i = 0; i < n; ++i) gradient_.segment<3>(3 * i) = -at(force_, i);
     model_gradient_ = gradient_;
     contacts_.add_changes(model_gradient_);
+    layers_.add_changes(model_gradient_);
     release_pinned(model_gradient_);
     step_ = -model_gradient_;
     const bool serves = factor_serves_ && convex == convex_ && (changed || !options_.paced);
@@ -234,7 +275,8 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
       convex_ = convex;
       factor_mu_ = mu_;
     }
-    model_curve_ = -step_.dot(model_gradient_) - contacts_.excess_curve(step_);
+    model_curve_ = -step_.dot(model_gradient_) - contacts_.excess_curve(step_) -
+                   layers_.excess_curve(step_);
     return step_.allFinite();
   }
   return false;
@@ -242,7 +284,7 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
 
 void StaticSolver::note(StaticReport& report) {
   report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
-                            contacts_.stored_j(position), inner_, contacts_.touching(position)});
+                            contacts_.stored_j(position) + layers_.energy_j(position), inner_, contacts_.touching(position)});
 }
 
 void StaticSolver::finish(StaticReport& report) {
@@ -254,8 +296,13 @@ void StaticSolver::finish(StaticReport& report) {
   report.gap_error_m = contacts_.gap_error_m(position);
   report.touching = contacts_.touching(position);
   report.between = contacts_.between();
-  report.contact_energy_j = contacts_.stored_j(position);
+  report.contact_energy_j = contacts_.stored_j(position) + layers_.energy_j(position);
   report.contact_forces = contacts_.forces(position);
+  for (const LayerContacts::Push& push : layers_.pushes(position))
+    report.contact_forces.push_back(
+        {surroundings_.count(), push.particle, push.weight, push.force});
+  report.layers = layers_.pressing(position);
+  report.cloth_thickness_m = layers_.thickness_m();
 }
 
 /// Whether the last kStagnation iterations brought neither the least residual nor the energy down.
@@ -296,7 +343,7 @@ StaticReport StaticSolver::solve() {
   double least_j = std::numeric_limits<double>::infinity();  // where they were found again
   Field best = position;
   for (; report.iterations < options_.max_iterations; ++report.iterations) {
-    const bool pins_move = contacts_.carry_pins(position, kPinStep * cap_m_);
+    const bool pins_move = carry_pins(kPinStep * cap_m_);
     begin_step();
     if (!std::isfinite(residual_)) {
       report.status = StaticStatus::diverged;

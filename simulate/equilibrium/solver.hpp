@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
+#include "simulate/contact/layer_contacts.hpp"
 #include "simulate/dynamics/motion.hpp"
 #include "simulate/equilibrium/contacts.hpp"
 #include "simulate/equilibrium/hessian.hpp"
@@ -20,6 +21,9 @@ struct StaticOptions {
   Eigen::Vector3d gravity_m_per_s2{0, 0, -9.80665};
   double friction = 0;  ///< Coulomb coefficient
   bool contact_between_particles = true;
+  /// Layers keep this apart; 0: the sheet passes through itself. Only where meets_itself is set.
+  double cloth_thickness_m = 0;
+  bool meets_itself = false;
   double residual_tolerance = 1e-6;  ///< of the mean particle's weight
   int max_iterations = 2000;         ///< per level
   double first_step_s = 5e-3;        ///< pseudo-time step at the start
@@ -56,6 +60,8 @@ struct StaticReport {
   bool stable = false;  ///< the exact Hessian on the free directions is positive definite
   double pin_error_m = 0, gap_error_m = 0;
   int touching = 0, between = 0;
+  int layers = 0;                ///< pairs of pieces of the sheet that press on each other
+  double cloth_thickness_m = 0;  ///< that layers kept apart; 0: the sheet did not meet itself
   double contact_energy_j = 0;
   std::vector<ContactForce> contact_forces;  ///< in the frame of the solver
   std::vector<StaticIteration> history;
@@ -78,6 +84,7 @@ class StaticSolver {
   Field position;  ///< blocks x, y, z (m)
 
   [[nodiscard]] StaticContacts& contacts() { return contacts_; }
+  [[nodiscard]] const LayerContacts& layers() const { return layers_; }
   /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
   /// forces ask for.
   void lean(double reach_m);
@@ -102,6 +109,8 @@ class StaticSolver {
   void add_outer_forces(const Field& x, Field& force) const;
   void release_pinned(Eigen::VectorXd& v) const;
   void fix_pinned();
+  bool carry_pins(double most_m);
+  void add_layers(const Field& x, bool convex);
   void begin_step();
   void begin_again(StaticContacts::Limits limits);
   bool factorise_here();
@@ -117,6 +126,7 @@ class StaticSolver {
   void follow_pressing(double share);
   bool take_step(StaticReport& report);
   void move(const Field& from, const Eigen::VectorXd& way);
+  double hold_back();
   double potential_change(const Eigen::VectorXd& way);
   void correct();
   [[nodiscard]] bool falling() const;
@@ -137,6 +147,7 @@ class StaticSolver {
   const Surroundings& surroundings_;
   StaticOptions options_;
   StaticContacts contacts_;
+  LayerContacts layers_;
   GridMatrix hessian_;
   MixedFactor factor_;
   Field force_, trial_, trial_force_;

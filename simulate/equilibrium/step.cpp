@@ -45,6 +45,20 @@ void StaticSolver::move(const Field& from, const VectorXd& way) {
   }
 }
 
+/// Lifts out of objects what the trial puts into them, and ends it before layers pass each other;
+/// returns the part of it that is left.
+double StaticSolver::hold_back() {
+  contacts_.retract(position, trial_);
+  if (!layers_.on()) return 1;
+  layers_.watch(trial_);
+  const double share = layers_.safe_share(trial_);
+  if (share < 1) {
+    for (std::size_t k = 0; k < trial_.size(); ++k)
+      trial_[k] = position[k] + share * (trial_[k] - position[k]);
+  }
+  return share;
+}
+
 VectorXd StaticSolver::way_to_trial() const {
   const std::size_t n = cloth_.count();
   VectorXd way(3 * n);
@@ -66,7 +80,8 @@ double StaticSolver::potential_change(const VectorXd& way) {
     gravity -= move.dot(cloth_.mass_kg()[i] * options_.gravity_m_per_s2 + momentum_of(i));
   }
   const double energy =
-      gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) - potential_j_;
+      gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) +
+                        layers_.energy_j(trial_) - potential_j_;
   if (!(std::abs(energy) < kBelowRounding * std::abs(potential_j_))) return change + energy;
   find_forces(trial_, trial_force_);
   double slope = 0;
@@ -91,7 +106,7 @@ void StaticSolver::correct() {
   const Field from = trial_;
   trial_strains_ = linear_strains(cloth_, from, step);
   move(from, step);
-  contacts_.retract(position, trial_);
+  (void)hold_back();
 }
 
 /// Corrects the trial as long as that lowers the potential worth its cost; a solve is far cheaper
@@ -133,7 +148,8 @@ void StaticSolver::follow_pressing(double share) {
   model_gradient_ += change;
   potential_j_ += contacts_.energy_j(position) - before;
   multiply(step_, product_);
-  model_curve_ = step_.dot(product_) - contacts_.excess_curve(step_);
+  model_curve_ =
+      step_.dot(product_) - contacts_.excess_curve(step_) - layers_.excess_curve(step_);
 }
 
 /// Tries the step; corrects or halves it while it does not lower the potential.
@@ -144,8 +160,10 @@ bool StaticSolver::take_step(StaticReport& report) {
     move(position, share * step_);
   };
   shorten();
+  if (layers_.on()) layers_.watch(trial_);
+  const int changes = contacts_.review(position, trial_, kDeep) + layers_.review(trial_);
   // Once: what changes in a second round hardly matters, and the next step finds it.
-  if (contacts_.review(position, trial_, kDeep) > 0 || follows_pressing()) {
+  if (changes > 0 || follows_pressing()) {
     if (!find_step(report, Solve::changed)) return false;
     shorten();
     if (follows_pressing()) follow_pressing(share);
@@ -155,9 +173,10 @@ bool StaticSolver::take_step(StaticReport& report) {
   for (int halving = 0; halving <= kHalvings; ++halving) {
     move(position, share * step_);
     trial_strains_ = linear_strains(cloth_, position, share * step_);
-    contacts_.retract(position, trial_);
+    const double left = hold_back();
+    const double part = share * left;
     VectorXd way = way_to_trial();
-    const double predicted = -share * slope - 0.5 * share * share * model_curve_;
+    const double predicted = -part * slope - 0.5 * part * part * model_curve_;
     const bool tiny = std::abs(predicted) < 1e-13 * weight_n_ * cap_m_;
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
     const bool inexact = options_.paced ? ratio < kPoor : std::abs(ratio - 1) > kWorth;
@@ -171,7 +190,7 @@ bool StaticSolver::take_step(StaticReport& report) {
       strains_.swap(trial_strains_);
       moved_m_ += largest_of(way);
       if (mu_ > 0) pseudo_time_s_ += 1 / std::sqrt(mu_);
-      plan_next(tiny ? 1 : ratio, !capped && halving == 0);
+      plan_next(tiny ? 1 : ratio, !capped && halving == 0 && left == 1);
       return true;
     }
     share *= 0.5;

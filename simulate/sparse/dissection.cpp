@@ -178,6 +178,97 @@ void Dissection::dissect(const Particles& part, Particles border) {
   regions.push_back(std::move(region));
 }
 
+/// Moves particles up until each coupling joins regions one of which is above the other, or the
+/// same: of two that are not, the one with more such couplings. What else a particle meets lies in
+/// its region, above or below, and so it stays.
+class Ties {
+ public:
+  Ties(std::vector<Region>& regions, const GridMatrix& pattern)
+      : regions_(regions), region_of_(pattern.grid().count()), parent_(regions.size(), -1) {
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+      for (const int particle : regions[k].own) region_of_[particle] = static_cast<int>(k);
+      for (const int child : regions[k].children) {
+        if (child >= 0) parent_[child] = static_cast<int>(k);
+      }
+    }
+    std::vector<int> ties(region_of_.size(), 0);
+    for (const auto& [high, low] : pattern.couplings()) {
+      if (common(region_of_[high], region_of_[low]) < 0) continue;
+      ++ties[high];
+      ++ties[low];
+    }
+    moved_.assign(region_of_.size(), false);
+    for (const auto& [high, low] : pattern.couplings()) {
+      const int above = common(region_of_[high], region_of_[low]);
+      if (above < 0) continue;
+      const int particle = ties[high] > ties[low] ? high : low;
+      region_of_[particle] = above;
+      moved_[particle] = true;
+    }
+    move();
+  }
+
+ private:
+  /// The lowest region above both; -1 where that is one of them. Parents come after their children.
+  [[nodiscard]] int common(int one, int two) const {
+    const int lower = std::min(one, two), upper = std::max(one, two);
+    int a = lower;
+    while (a < upper) a = parent_[a];
+    if (a == upper) return -1;
+    int b = upper;
+    while (a != b) (a < b ? a : b) = parent_[a < b ? a : b];
+    return a;
+  }
+
+  void move() {
+    for (Region& region : regions_) {
+      region.own.erase(std::remove_if(region.own.begin(), region.own.end(),
+                                      [&](int particle) { return moved_[particle]; }),
+                       region.own.end());
+    }
+    for (std::size_t i = 0; i < moved_.size(); ++i) {
+      if (moved_[i]) regions_[region_of_[i]].own.push_back(static_cast<int>(i));
+    }
+  }
+
+  std::vector<Region>& regions_;
+  std::vector<int> region_of_, parent_;
+  std::vector<bool> moved_;
+};
+
+/// Borders by elimination: what own particles meet and what the children's borders hold, without
+/// what is eliminated before.
+void find_borders(std::vector<Region>& regions, const GridMatrix& pattern) {
+  const int count = pattern.grid().count();
+  const std::vector<int> order = elimination_order(regions, count);
+  std::vector<Particles> met(count);
+  const auto meet = [&](int a, int b) { met[order[a] < order[b] ? a : b].push_back(std::max(order[a], order[b])); };
+  for (int j = 0; j < count; ++j) {
+    for (int s = 1; s < GridMatrix::slots; ++s) {
+      if (pattern.has(j, s)) meet(j, j + pattern.step(s));
+    }
+  }
+  for (const auto& [high, low] : pattern.couplings()) meet(high, low);
+  std::vector<int> particle(count);
+  for (int i = 0; i < count; ++i) particle[order[i]] = i;
+  int next = 0;
+  for (Region& region : regions) {
+    Particles places;
+    for (const int own : region.own) places.insert(places.end(), met[own].begin(), met[own].end());
+    for (const int child : region.children) {
+      if (child < 0) continue;
+      for (const int p : regions[child].border) places.push_back(order[p]);
+    }
+    next += static_cast<int>(region.own.size());
+    std::sort(places.begin(), places.end());
+    places.erase(std::unique(places.begin(), places.end()), places.end());
+    region.border.clear();
+    for (const int place : places) {
+      if (place >= next) region.border.push_back(particle[place]);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<int> elimination_order(const std::vector<Region>& regions, int count) {
@@ -194,6 +285,11 @@ std::vector<Region> dissect(const GridMatrix& pattern) {
   std::iota(all.begin(), all.end(), 0);
   Dissection dissection(pattern);
   dissection.dissect(all, {});
+  if (!pattern.couplings().empty()) {
+    Ties(dissection.regions, pattern);
+    find_borders(dissection.regions, pattern);
+    return std::move(dissection.regions);
+  }
   const std::vector<int> order = elimination_order(dissection.regions, pattern.grid().count());
   for (Region& region : dissection.regions) {
     std::sort(region.border.begin(), region.border.end(),

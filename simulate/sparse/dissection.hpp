@@ -21,6 +21,10 @@ struct Region {
 /// particles side by side cut a region in two, along the grid lines or along their diagonals. With
 /// steps counted so, the shortest borders around an area are diagonal ones: a square of 101x101
 /// takes 0.6 times the products, and a factor 0.75 times the values, of cuts along grid lines only.
+///
+/// Where far particles are coupled, those of one side are moved up to where the branches that hold
+/// them meet: then every coupling joins a region with itself or with one above. Regions may lose
+/// all their own particles by that.
 [[nodiscard]] std::vector<Region> dissect(const GridMatrix& pattern);
 
 /// Order of elimination: the place of each particle, from the regions in turn.

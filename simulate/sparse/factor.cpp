@@ -27,6 +27,15 @@ struct Entry {
   bool transposed = false;
 };
 
+/// The same of a coupling, by its place among those of the structure.
+struct FarEntry {
+  int coupling = 0, row = 0, col = 0;
+  bool transposed = false;
+};
+
+// Couplings beyond those of a matrix, as parts of these, that its structure may keep a place for.
+constexpr double kIdle = 1;
+
 }  // namespace
 
 /// Memory for update matrices that come and go in turn, the last first. How much it takes is
@@ -54,6 +63,7 @@ template <class Real>
 struct GridFactor<Real>::Node : Region {
   std::vector<Run> runs;
   std::vector<Entry> entries;
+  std::vector<FarEntry> far;
   Eigen::Index rows = 0;   ///< values of own and border
   Eigen::Index cols = 0;   ///< values of own
   Real* lower = nullptr;   ///< the factor, a trapezoid of rows x cols
@@ -110,7 +120,15 @@ GridFactor<Real>& GridFactor<Real>::operator=(GridFactor&&) noexcept = default;
 
 template <class Real>
 GridFactor<Real>::GridFactor(const GridSpec& grid, int threads, Keep keep)
-    : grid_(grid), threads_(threads) {
+    : grid_(grid), threads_(threads), keep_(keep) {
+  build();
+}
+
+template <class Real>
+void GridFactor<Real>::build() {
+  nodes_.clear();
+  workspaces_.clear();
+  values_.reset();
   find_structure();
   work_.resize(nodes_.size());
   workspaces_.resize(std::size_t{1} << depth_of_threads());
@@ -118,7 +136,7 @@ GridFactor<Real>::GridFactor(const GridSpec& grid, int threads, Keep keep)
   for (Workspace& work : workspaces_) {
     for (Stack& stack : work.stacks) stack.make();
   }
-  place_factor(keep);
+  place_factor(keep_);
 }
 
 /// Where each region's part of the factor goes: one after the other, or all of a thread in turn to
@@ -143,7 +161,8 @@ void GridFactor<Real>::place_factor(Keep keep) {
 
 template <class Real>
 void GridFactor<Real>::find_structure() {
-  const GridMatrix pattern(grid_);
+  GridMatrix pattern(grid_);
+  pattern.couple(couplings_);
   std::vector<Region> regions = dissect(pattern);
   rank_ = elimination_order(regions, grid_.count());
   nodes_.resize(regions.size());
@@ -162,6 +181,36 @@ void GridFactor<Real>::find_structure() {
       if (child >= 0) join_runs(nodes_[child], place);
     }
   }
+  list_couplings();
+}
+
+/// Where in its region each coupling belongs: that of the particle eliminated first.
+template <class Real>
+void GridFactor<Real>::list_couplings() {
+  if (couplings_.empty()) return;
+  std::vector<int> node_of(rank_.size());
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    for (const int particle : nodes_[k].own) node_of[particle] = static_cast<int>(k);
+  }
+  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+    const auto& [high, low] = couplings_[k];
+    const bool transposed = rank_[high] < rank_[low];
+    const int first = transposed ? high : low, later = transposed ? low : high;
+    Node& node = nodes_[node_of[first]];
+    node.far.push_back(
+        {static_cast<int>(k), place_in(node, later), place_in(node, first), transposed});
+  }
+}
+
+/// Place of a particle among a region's own and border.
+template <class Real>
+int GridFactor<Real>::place_in(const Node& node, int particle) const {
+  const int own = static_cast<int>(node.own.size());
+  const int rank = rank_[particle], first = rank_[node.own.front()];
+  if (rank < first + own) return rank - first;
+  const auto at = std::lower_bound(node.border.begin(), node.border.end(), particle,
+                                   [&](int a, int b) { return rank_[a] < rank_[b]; });
+  return own + static_cast<int>(at - node.border.begin());
 }
 
 template <class Real>
@@ -179,14 +228,7 @@ void GridFactor<Real>::join_runs(Node& child, const std::vector<int>& place) {
 template <class Real>
 void GridFactor<Real>::list_entries(const GridMatrix& pattern, Node& node) {
   const int own = static_cast<int>(node.own.size());
-  const int first = rank_[node.own.front()];
-  const auto place = [&](int particle) {
-    const int rank = rank_[particle];
-    if (rank < first + own) return rank - first;
-    const auto at = std::lower_bound(node.border.begin(), node.border.end(), particle,
-                                     [&](int a, int b) { return rank_[a] < rank_[b]; });
-    return own + static_cast<int>(at - node.border.begin());
-  };
+  const auto place = [&](int particle) { return place_in(node, particle); };
   for (int k = 0; k < own; ++k) {
     const int p = node.own[k];
     node.entries.push_back({p, 0, k, k, false});
@@ -236,6 +278,16 @@ void GridFactor<Real>::assemble(Node& node) {
       to[c] += static_cast<Real>(shift);
     }
   }
+  for (const FarEntry& entry : node.far) {
+    const std::size_t at = coupling_at_[entry.coupling];
+    if (at == matrix_->couplings().size()) continue;  // not in this matrix
+    const Eigen::Matrix3d& block = matrix_->coupling_block(static_cast<int>(at));
+    for (int c = 0; c < 3; ++c) {
+      Real* to = node.lower + trapezoid_column<Real>(node.rows, 3 * entry.col + c) + 3 * entry.row;
+      for (int r = 0; r < 3; ++r)
+        to[r] += static_cast<Real>(entry.transposed ? block(c, r) : block(r, c));
+    }
+  }
   for (const int child : node.children) {
     if (child >= 0) add_to_own(nodes_[child], node);
   }
@@ -257,6 +309,7 @@ void GridFactor<Real>::factor_node(int index, int workspace) {
   node.definite = factor_columns(node.lower, rows, own, work.dense);
   if (!node.definite || rows == own) return;
   node.update = node.stack->push(node.update_size());
+  if (own == 0) std::fill(node.update, node.update + node.update_size(), Real{0});
   set_minus_outer(node.lower, rows, own, node.update, work.dense);
   for (const int child : node.children) {
     if (child < 0) continue;
@@ -304,13 +357,33 @@ void GridFactor<Real>::plan_memory(int index, int level, int workers, int worksp
 
 template <class Real>
 bool GridFactor<Real>::factorise(const GridMatrix& matrix, const std::vector<double>& shift) {
+  if (!fits(matrix)) {
+    couplings_ = matrix.couplings();
+    build();
+  }
   matrix_ = &matrix;
   shift_ = &shift;
+  const auto& given = matrix.couplings();
+  coupling_at_.resize(couplings_.size());
+  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+    const auto at = std::lower_bound(given.begin(), given.end(), couplings_[k]);
+    const bool there = at != given.end() && *at == couplings_[k];
+    coupling_at_[k] = there ? at - given.begin() : given.size();
+  }
   for (Workspace& work : workspaces_) {
     for (Stack& stack : work.stacks) stack.used = 0;  // a matrix before may have broken off
   }
   factor_subtree(static_cast<int>(nodes_.size()) - 1, depth_of_threads(), 0);
   return nodes_.back().definite;
+}
+
+/// Whether all its couplings have a place, and not too many others.
+template <class Real>
+bool GridFactor<Real>::fits(const GridMatrix& matrix) const {
+  const auto& given = matrix.couplings();
+  const auto most = (1 + kIdle) * static_cast<double>(given.size());
+  return static_cast<double>(couplings_.size()) <= most &&
+         std::includes(couplings_.begin(), couplings_.end(), given.begin(), given.end());
 }
 
 /// Forward: children first, each subtree by itself.

@@ -14,7 +14,8 @@ namespace drape::simulate {
 /// for. The order and the structure are found once; every sum has a fixed order, so the result
 /// does not depend on the number of threads. Real = double or float; in single precision a factor
 /// takes half the memory and time and serves as a preconditioner: it is off by about 1e-7 times
-/// the condition number, and so is what it calls positive definite.
+/// the condition number, and so is what it calls positive definite. Couplings of far particles come
+/// and go with the matrices; where one is new, order and structure are found again.
 template <class Real>
 class GridFactor {
  public:
@@ -38,6 +39,8 @@ class GridFactor {
   struct Stack;
   struct Node;
   struct Workspace;
+  void build();
+  [[nodiscard]] bool fits(const GridMatrix& matrix) const;
   void find_structure();
   void place_factor(Keep keep);
   void plan_memory(int node, int level, int workers, int workspace);
@@ -48,6 +51,8 @@ class GridFactor {
   [[nodiscard]] int depth_of_threads() const;
   static void join_runs(Node& child, const std::vector<int>& place);
   void list_entries(const GridMatrix& pattern, Node& node);
+  void list_couplings();
+  [[nodiscard]] int place_in(const Node& node, int particle) const;
   template <class Use>
   static void for_each_column(const Node& child, const Use& use);
   static void add_to_own(const Node& child, Node& node);
@@ -56,10 +61,13 @@ class GridFactor {
 
   GridSpec grid_;
   int threads_ = 1;
+  Keep keep_;
+  std::vector<GridMatrix::Coupling> couplings_;  ///< that the structure has a place for
   std::vector<Node> nodes_;            ///< children before their parent
   std::unique_ptr<Real[]> values_;     ///< of the factor, node after node
   std::vector<Workspace> workspaces_;  ///< one per thread
   std::vector<int> rank_;              ///< place in the order of elimination, per particle
+  std::vector<std::size_t> coupling_at_;  ///< of the matrix, by place among couplings_
   const GridMatrix* matrix_ = nullptr;
   const std::vector<double>* shift_ = nullptr;
   mutable std::vector<Vector> work_;

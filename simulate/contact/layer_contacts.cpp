@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/contact/layer_contacts.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "simulate/contact/line_contacts.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kStepsApart = 2;             // grid steps between the particles of two layers
+constexpr double kStiffens = 0.5;     // of the thickness, below which contact stiffens
+constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
+constexpr double kKept = 0.2;         // of a pair's distance, that a step leaves
+constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
+
+}  // namespace
+
+LayerContacts::LayerContacts(const Cloth& cloth, double gravity_m_per_s2, double thickness_m)
+    : grid_(cloth.grid()), thickness_(thickness_m) {
+  if (!on()) return;
+  stiffness_ =
+      cloth.total_mass_kg() / cloth.count() * gravity_m_per_s2 / LineContacts::sink_m;
+  std::vector<Vector3d> material;
+  const int s = grid_.cols;
+  for (int i = 0; i < grid_.count(); ++i) {
+    const int r = i / s, c = i % s;
+    if (!grid_.has_cell(r, c)) continue;
+    Cell cell;
+    cell.corner = i;
+    const bool right = grid_.has_cell(r, c + 1), below = grid_.has_cell(r + 1, c);
+    cell.vertex[cell.vertices++] = i;
+    if (!right && !grid_.has_cell(r - 1, c + 1)) cell.vertex[cell.vertices++] = i + 1;
+    if (!below && !grid_.has_cell(r + 1, c - 1)) cell.vertex[cell.vertices++] = i + s;
+    if (!right && !below && !grid_.has_cell(r + 1, c + 1))
+      cell.vertex[cell.vertices++] = i + s + 1;
+    cell.edge[cell.edges++] = {i, i + 1};
+    cell.edge[cell.edges++] = {i, i + s};
+    cell.edge[cell.edges++] = {i + 1, i + s};
+    if (!right) cell.edge[cell.edges++] = {i + 1, i + s + 1};
+    if (!below) cell.edge[cell.edges++] = {i + s, i + s + 1};
+    cell.triangle = {{{i, i + 1, i + s}, {i + 1, i + s + 1, i + s}}};
+    cells_.push_back(cell);
+    material.emplace_back(r * grid_.warp_spacing_m(), c * grid_.weft_spacing_m(), 0);
+  }
+  tree_ = BoxTree(material);
+  boxes_.resize(cells_.size());
+}
+
+void LayerContacts::begin(const Field& position) {
+  if (!on()) return;
+  start_ = position;
+  pairs_.clear();
+  lands_ = false;
+  list(position);
+}
+
+void LayerContacts::watch(const Field& to) {
+  if (on()) list(to);
+}
+
+/// The bounding ball of a cell at the start, its displacement, and how far particles deviate from
+/// that.
+void LayerContacts::measure(Cell& cell, const Field& to) const {
+  const std::array<int, 4> corners{cell.corner, cell.corner + 1, cell.corner + grid_.cols,
+                                   cell.corner + grid_.cols + 1};
+  cell.centre.setZero();
+  cell.way.setZero();
+  for (const int i : corners) {
+    cell.centre += 0.25 * at(start_, i);
+    cell.way += 0.25 * (at(to, i) - at(start_, i));
+  }
+  cell.radius = cell.spread = 0;
+  for (const int i : corners) {
+    cell.radius = std::max(cell.radius, (at(start_, i) - cell.centre).norm());
+    cell.spread = std::max(cell.spread, (at(to, i) - at(start_, i) - cell.way).norm());
+  }
+}
+
+bool LayerContacts::may_meet(const Cell& a, const Cell& b) const {
+  const Vector3d apart = a.centre - b.centre, way = a.way - b.way;
+  const double way2 = way.squaredNorm();
+  const double share = way2 > 0 ? std::clamp(-apart.dot(way) / way2, 0.0, 1.0) : 0.0;
+  const double reach = a.radius + b.radius + a.spread + b.spread + thickness_;
+  return (apart + share * way).squaredNorm() <= reach * reach;
+}
+
+void LayerContacts::list(const Field& to) {
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    measure(cells_[k], to);
+    const Cell& cell = cells_[k];
+    const Vector3d end = cell.centre + cell.way;
+    const double reach = cell.radius + cell.spread + 0.5 * thickness_;
+    boxes_[k] = Eigen::AlignedBox3d(cell.centre.cwiseMin(end), cell.centre.cwiseMax(end));
+    boxes_[k].min().array() -= reach;
+    boxes_[k].max().array() += reach;
+  }
+  tree_.refit(boxes_);
+  found_.clear();
+  const int s = grid_.cols;
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    tree_.query(boxes_[k], [&](int other) {
+      if (other <= static_cast<int>(k)) return;
+      const Cell &a = cells_[k], &b = cells_[other];
+      if (std::abs(a.corner / s - b.corner / s) < kStepsApart &&
+          std::abs(a.corner % s - b.corner % s) < kStepsApart)
+        return;
+      if (may_meet(a, b)) list_cells(a, b, to);
+    });
+  }
+  std::sort(found_.begin(), found_.end());
+  std::vector<Pair> all;
+  all.reserve(pairs_.size() + found_.size());
+  auto old = pairs_.begin();
+  for (const LayerPair& pair : found_) {
+    while (old != pairs_.end() && old->of < pair) all.push_back(*old++);
+    if (old != pairs_.end() && old->of == pair) {
+      all.push_back(*old++);
+    } else {
+      all.push_back({pair, share_of(pair, start_), false});
+    }
+  }
+  all.insert(all.end(), old, pairs_.end());
+  pairs_.swap(all);
+}
+
+void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
+  for (const auto& [from, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+    for (int v = 0; v < from->vertices; ++v) {
+      for (const auto& t : other->triangle)
+        offer({false, {from->vertex[v], t[0], t[1], t[2]}}, to);
+    }
+  }
+  for (int e = 0; e < a.edges; ++e) {
+    for (int f = 0; f < b.edges; ++f)
+      offer({true, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}}, to);
+  }
+}
+
+bool LayerContacts::are_layers(const LayerPair& pair) const {
+  const int firsts = pair.edges ? 2 : 1;
+  const int s = grid_.cols;
+  for (int k = 0; k < firsts; ++k) {
+    for (int l = firsts; l < 4; ++l) {
+      const int i = pair.particle[k], j = pair.particle[l];
+      if (std::abs(i / s - j / s) < kStepsApart && std::abs(i % s - j % s) < kStepsApart) return false;
+    }
+  }
+  return true;
+}
+
+/// Takes a pair that may come nearer than a thickness on the way.
+void LayerContacts::offer(const LayerPair& pair, const Field& to) {
+  if (!are_layers(pair)) return;
+  const int firsts = pair.edges ? 2 : 1;
+  std::array<Vector3d, 4> way;
+  Vector3d mean = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    way[k] = at(to, pair.particle[k]) - at(start_, pair.particle[k]);
+    mean += 0.25 * way[k];
+  }
+  double first = 0, second = 0;
+  for (int k = 0; k < 4; ++k) {
+    double& most = k < firsts ? first : second;
+    most = std::max(most, (way[k] - mean).norm());
+  }
+  if (nearest_points(pair, start_).apart.norm() - first - second < thickness_)
+    found_.push_back(pair);
+}
+
+double LayerContacts::share_of(const LayerPair& pair, const Field& position) const {
+  if (!pair.edges) return 1;
+  const double crossing = crossing_of(pair, position) / kSmooth;
+  return crossing < 1 ? crossing * (2 - crossing) : 1.0;
+}
+
+double LayerContacts::safe_share(const Field& to) const {
+  double share = 1;
+  for (const Pair& pair : pairs_) {
+    const double least = kKept * nearest_points(pair.of, start_).apart.norm();
+    share = std::min(share, clear_share(pair.of, start_, to, least));
+  }
+  return share;
+}
+
+int LayerContacts::review(const Field& to) {
+  int changed = 0;
+  for (Pair& pair : pairs_) {
+    if (pair.lands || pair.share == 0) continue;
+    const NearestPoints nearest = nearest_points(pair.of, start_);
+    const double distance = nearest.apart.norm();
+    if (distance < thickness_) continue;
+    double along = 0;
+    for (int k = 0; k < 4; ++k)
+      along += nearest.weight[k] * at(to, pair.of.particle[k]).dot(nearest.apart);
+    if (along >= thickness_ * distance) continue;
+    if (clear_share(pair.of, start_, to, thickness_) == 1) continue;
+    pair.lands = lands_ = true;
+    ++changed;
+  }
+  return changed;
+}
+
+LayerContacts::Law LayerContacts::law(double distance_m) const {
+  const double d = std::max(distance_m, kNearest * thickness_);
+  const double in = thickness_ - d;
+  Law law{0.5 * in * in, -in, 1};
+  const double stiff = kStiffens * thickness_;
+  if (d < stiff) {
+    const double left = stiff - d, log = std::log(d / stiff);
+    law.energy_j -= left * left * log;
+    law.slope_n += 2 * left * log - left * left / d;
+    law.stiffness_n_per_m += -2 * log + 4 * left / d + left * left / (d * d);
+  }
+  law.energy_j *= stiffness_;
+  law.slope_n *= stiffness_;
+  law.stiffness_n_per_m *= stiffness_;
+  return law;
+}
+
+double LayerContacts::energy_j(const Field& position) const {
+  double sum = 0;
+  for (const Pair& pair : pairs_) {
+    const double distance = nearest_points(pair.of, position).apart.norm();
+    if (distance < thickness_) sum += pair.share * law(distance).energy_j;
+  }
+  return sum;
+}
+
+std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) const {
+  std::vector<Push> all;
+  for (const Pair& pair : pairs_) {
+    const NearestPoints nearest = nearest_points(pair.of, position);
+    const double distance = nearest.apart.norm();
+    if (!(distance < thickness_) || !(distance > 0) || pair.share == 0) continue;
+    all.push_back({pair.of.particle, nearest.weight,
+                   -pair.share * law(distance).slope_n / distance * nearest.apart});
+  }
+  return all;
+}
+
+void LayerContacts::add_forces(const Field& position, Field& force) const {
+  for (const Push& push : pushes(position)) {
+    for (int k = 0; k < 4; ++k) add_at(force, push.particle[k], push.weight[k] * push.force);
+  }
+}
+
+int LayerContacts::pressing(const Field& position) const {
+  return static_cast<int>(pushes(position).size());
+}
+
+std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position,
+                                                        bool convex) const {
+  std::vector<Block> all;
+  for (const Pair& pair : pairs_) {
+    const NearestPoints nearest = nearest_points(pair.of, position);
+    const double distance = nearest.apart.norm();
+    const bool presses = distance < thickness_;
+    if ((!presses && !pair.lands) || !(distance > 0) || pair.share == 0) continue;
+    const Law at_distance = presses ? law(distance) : Law{0, 0, stiffness_};
+    Eigen::Matrix<double, 12, 1> slope;
+    for (int k = 0; k < 4; ++k)
+      slope.segment<3>(3 * k) = nearest.weight[k] / distance * nearest.apart;
+    Block block{pair.of.particle, {}};
+    block.matrix = pair.share * at_distance.stiffness_n_per_m * slope * slope.transpose();
+    if (presses && !convex) {
+      block.matrix += pair.share * at_distance.slope_n / distance *
+                      (distance_curvature(pair.of, nearest, position) - slope * slope.transpose());
+    }
+    all.push_back(block);
+  }
+  return all;
+}
+
+void LayerContacts::add_changes(Eigen::VectorXd& gradient) const {
+  for (const Pair& pair : pairs_) {
+    if (!pair.lands) continue;
+    const NearestPoints nearest = nearest_points(pair.of, start_);
+    const double distance = nearest.apart.norm();
+    const Vector3d pull =
+        pair.share * stiffness_ * (distance - thickness_) / distance * nearest.apart;
+    for (int k = 0; k < 4; ++k)
+      gradient.segment<3>(3 * pair.of.particle[k]) += nearest.weight[k] * pull;
+  }
+}
+
+double LayerContacts::excess_curve(const Eigen::VectorXd& step) const {
+  double sum = 0;
+  for (const Pair& pair : pairs_) {
+    if (!pair.lands) continue;
+    const NearestPoints nearest = nearest_points(pair.of, start_);
+    double along = 0;
+    for (int k = 0; k < 4; ++k)
+      along += nearest.weight[k] * step.segment<3>(3 * pair.of.particle[k]).dot(nearest.apart);
+    sum += pair.share * stiffness_ * along * along / nearest.apart.squaredNorm();
+  }
+  return sum;
+}
+
+}  // namespace drape::simulate

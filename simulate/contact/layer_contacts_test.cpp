@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/contact/layer_contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "simulate/contact/self_distance.hpp"
+#include "simulate/equilibrium/solver.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kGravity = 9.80665;
+constexpr double kThickness = 0.5e-3;
+
+ClothLaws cotton() {
+  ClothLaws laws;
+  laws.density_kg_per_m2 = 0.138;
+  laws.tensile[0] = laws.tensile[1] = {2000, {}};
+  laws.shear = {30, {}};
+  laws.bending[0] = laws.bending[1] = {7.7e-6, {}};
+  laws.twist_n_m = 5e-6;
+  return laws;
+}
+
+/// A pair on the first or last particles of two short rows far apart in the sheet.
+LayerPair pair_of(bool edges) {
+  return edges ? LayerPair{true, {0, 1, 30, 31}} : LayerPair{false, {0, 30, 31, 40}};
+}
+
+Field random_places(unsigned seed, int count, double size) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> between(-size, size);
+  Field x(3 * static_cast<std::size_t>(count));
+  for (double& value : x) value = between(random);
+  return x;
+}
+
+TEST(LayerPair, NearestPointsAreNoFartherThanAnyOthers) {
+  constexpr int kShares = 20;
+  for (const bool edges : {false, true}) {
+    const LayerPair pair = pair_of(edges);
+    for (unsigned seed = 0; seed < 200; ++seed) {
+      const Field x = random_places(seed, 50, 1);
+      std::array<Vector3d, 4> p;
+      for (int k = 0; k < 4; ++k) p[k] = at(x, pair.particle[k]);
+      const NearestPoints nearest = nearest_points(pair, x);
+      double least = 1e9;
+      for (int i = 0; i <= kShares; ++i) {
+        for (int j = 0; j <= kShares; ++j) {
+          const double s = static_cast<double>(i) / kShares;
+          const double t = static_cast<double>(j) / kShares;
+          if (!edges && s + t > 1) continue;
+          const Vector3d apart = edges ? (p[0] + s * (p[1] - p[0]) - p[2] - t * (p[3] - p[2])).eval()
+                                       : (p[0] - p[1] - s * (p[2] - p[1]) - t * (p[3] - p[1])).eval();
+          least = std::min(least, apart.norm());
+        }
+      }
+      const double found = nearest.apart.norm();
+      EXPECT_LE(found, least + 1e-12);
+      EXPECT_GE(found, least - 4.0 / kShares);
+      Vector3d apart = Vector3d::Zero();
+      for (int k = 0; k < 4; ++k) apart += nearest.weight[k] * p[k];
+      EXPECT_LT((apart - nearest.apart).norm(), 1e-12);
+    }
+  }
+}
+
+TEST(LayerPair, CurvatureIsTheDerivativeOfTheDistance) {
+  constexpr double kStep = 1e-5;
+  for (const bool edges : {false, true}) {
+    const LayerPair pair = pair_of(edges);
+    for (unsigned seed = 0; seed < 50; ++seed) {
+      const Field x = random_places(seed, 50, 1);
+      const NearestPoints nearest = nearest_points(pair, x);
+      const Eigen::Matrix<double, 12, 12> curvature = distance_curvature(pair, nearest, x);
+      bool smooth = true;  // the same free directions on both sides
+      Eigen::Matrix<double, 12, 12> differences;
+      for (int c = 0; c < 12; ++c) {
+        Eigen::Matrix<double, 12, 1> slope[2];
+        for (const int side : {0, 1}) {
+          Field moved = x;
+          Vector3d way = Vector3d::Zero();
+          way[c % 3] = side == 0 ? -kStep : kStep;
+          add_at(moved, pair.particle[c / 3], way);
+          const NearestPoints there = nearest_points(pair, moved);
+          smooth = smooth && there.slides == nearest.slides && there.slide == nearest.slide;
+          for (int k = 0; k < 4; ++k)
+            slope[side].segment<3>(3 * k) = there.weight[k] * there.apart;
+        }
+        differences.col(c) = (slope[1] - slope[0]) / (2 * kStep);
+      }
+      if (!smooth) continue;
+      EXPECT_LT((curvature - differences).norm(), 1e-5 * (1 + curvature.norm())) << edges << seed;
+    }
+  }
+}
+
+TEST(LayerPair, AClearPathKeepsItsDistanceAndAThrownOneIsCut) {
+  int cut = 0;
+  for (const bool edges : {false, true}) {
+    const LayerPair pair = pair_of(edges);
+    for (unsigned seed = 0; seed < 300; ++seed) {
+      const Field from = random_places(seed, 50, 1), to = random_places(seed + 1000, 50, 3);
+      const double least = 0.2 * nearest_points(pair, from).apart.norm();
+      const double share = clear_share(pair, from, to, least);
+      EXPECT_GT(share, 0);
+      cut += share < 1;
+      for (int k = 0; k <= 100; ++k) {
+        Field here = from;
+        for (std::size_t i = 0; i < here.size(); ++i)
+          here[i] += 0.01 * k * share * (to[i] - from[i]);
+        EXPECT_GE(nearest_points(pair, here).apart.norm(), least * (1 - 1e-12));
+      }
+    }
+  }
+  EXPECT_GT(cut, 20);
+}
+
+/// A strip that is folded over itself: the lower layer on z = 0, a half circle, the upper layer.
+Field folded_strip(const GridSpec& grid, double radius) {
+  Field x(3 * static_cast<std::size_t>(grid.count()));
+  const double half = 0.5 * grid.patch_m.y();
+  const double turn = 3.14159265358979 * radius;
+  for (int i = 0; i < grid.count(); ++i) {
+    const double row = (i / grid.cols) * grid.warp_spacing_m();
+    const double along = (i % grid.cols) * grid.weft_spacing_m();
+    const double past = along - (half - 0.5 * turn);
+    if (past < 0) {
+      put_at(x, i, {row, past, 0});
+    } else if (past < turn) {
+      const double angle = past / radius;
+      put_at(x, i, {row, radius * std::sin(angle), radius * (1 - std::cos(angle))});
+    } else {
+      put_at(x, i, {row, turn - past, 2 * radius});
+    }
+  }
+  return x;
+}
+
+TEST(LayerContacts, ForcesAreTheGradientAndBlocksTheSecondDerivativeOfTheEnergy) {
+  const GridSpec grid{4, 21, {0.02, 0.1}};
+  const Cloth cloth(grid, cotton(), MassRule::area);
+  LayerContacts layers(cloth, kGravity, kThickness);
+  // Layers 0.4 mm apart, shaken so that no edges are parallel and no nearest point is a corner.
+  Field x = folded_strip(grid, 0.2e-3);
+  const Field shake = random_places(4, grid.count(), 0.05e-3);
+  for (std::size_t k = 0; k < x.size(); ++k) x[k] += shake[k];
+  layers.begin(x);
+  ASSERT_GT(layers.pressing(x), 10);
+  Field force(x.size(), 0.0);
+  layers.add_forces(x, force);
+  const Field way = random_places(5, grid.count(), 1);
+  constexpr double kStep = 1e-9;
+  Field ends[2] = {x, x};
+  Field forces[2] = {Field(x.size(), 0.0), Field(x.size(), 0.0)};
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    ends[0][k] -= kStep * way[k];
+    ends[1][k] += kStep * way[k];
+  }
+  for (const int side : {0, 1}) layers.add_forces(ends[side], forces[side]);
+  double slope = 0, curve = 0;
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    slope -= force[k] * way[k];
+    curve -= (forces[1][k] - forces[0][k]) * way[k] / (2 * kStep);
+  }
+  EXPECT_NEAR((layers.energy_j(ends[1]) - layers.energy_j(ends[0])) / (2 * kStep), slope,
+              1e-5 * std::abs(slope));
+  double found = 0;
+  for (const LayerContacts::Block& block : layers.blocks(x, false)) {
+    Eigen::Matrix<double, 12, 1> part;
+    for (int k = 0; k < 4; ++k) part.segment<3>(3 * k) = at(way, block.particle[k]);
+    found += part.dot(block.matrix * part);
+  }
+  EXPECT_NEAR(found, curve, 1e-4 * std::abs(curve));
+}
+
+struct Folded {
+  StaticReport report;
+  Field position;
+  double weight_n = 0;
+};
+
+Folded rest_of_folded(bool meets_itself, int threads = 1) {
+  const GridSpec grid{7, 31, {0.03, 0.15}};
+  Cloth cloth(grid, cotton(), MassRule::area);
+  Surroundings table;
+  table.add(Table{0});
+  StaticOptions options;
+  options.friction = 0.4;
+  options.falls = true;
+  options.threads = threads;
+  options.cloth_thickness_m = kThickness;
+  options.meets_itself = meets_itself;
+  StaticSolver solver(cloth, table, options);
+  solver.position = folded_strip(grid, 4e-3);
+  Folded folded;
+  folded.report = solver.solve();
+  folded.position = solver.position;
+  folded.weight_n = cloth.total_mass_kg() * kGravity;
+  return folded;
+}
+
+TEST(LayerContacts, ASheetFoldedOntoItselfRestsOneThicknessApart) {
+  const GridSpec grid{7, 31, {0.03, 0.15}};
+  const Folded folded = rest_of_folded(true);
+  ASSERT_EQ(folded.report.status, StaticStatus::at_rest);
+  const SelfDistance self = self_distance(grid, folded.position);
+  EXPECT_EQ(self.crossings, 0);
+  ASSERT_TRUE(self.least_m.has_value());
+  // A place sinks in by 2 um for each particle's weight on it; the loop of the fold lifts or
+  // presses less than all of the sheet's 217 weights.
+  EXPECT_LE(*self.least_m, kThickness);
+  EXPECT_GT(*self.least_m, kThickness - 2e-6 * grid.count());
+  double support_n = 0, lift_n = 0, layers_n = 0;
+  for (const ContactForce& contact : folded.report.contact_forces) {
+    if (contact.shape == 0) {
+      support_n += contact.force_in_world.z();
+      continue;
+    }
+    layers_n += std::abs(contact.force_in_world.z());
+    for (const double weight : contact.weight) lift_n += weight * contact.force_in_world.z();
+  }
+  EXPECT_NEAR(support_n, folded.weight_n, 1e-6 * folded.weight_n);
+  EXPECT_LT(std::abs(lift_n), 1e-12) << "layers do to each other what they suffer";
+  EXPECT_GT(layers_n, 0.01 * folded.weight_n);
+  EXPECT_GT(folded.report.layers, 0);
+}
+
+TEST(LayerContacts, WithoutItTheSameSheetPassesThroughItself) {
+  const Folded folded = rest_of_folded(false);
+  EXPECT_GT(self_distance({7, 31, {0.03, 0.15}}, folded.position).crossings, 0);
+  EXPECT_EQ(folded.report.layers, 0);
+}
+
+TEST(LayerContacts, GiveTheSameBytesOnTwoThreads) {
+  EXPECT_EQ(rest_of_folded(true, 1).position, rest_of_folded(true, 2).position);
+}
+
+TEST(LayerContacts, ThatNothingMeetsChangeNoByte) {
+  const GridSpec grid{15, 15, {0.1, 0.1}};
+  const auto drape = [&](bool meets_itself) {
+    Cloth cloth(grid, cotton(), MassRule::area);
+    Surroundings ball;
+    ball.add(Sphere{{0, 0, -0.04}, 0.04});
+    StaticOptions options;
+    options.friction = 0.3;
+    options.falls = true;
+    options.cloth_thickness_m = kThickness;
+    options.meets_itself = meets_itself;
+    StaticSolver solver(cloth, ball, options);
+    solver.position.resize(3 * static_cast<std::size_t>(grid.count()));
+    for (int i = 0; i < grid.count(); ++i) {
+      put_at(solver.position, i,
+             {(i / grid.cols) * grid.warp_spacing_m() - 0.049,
+              (i % grid.cols) * grid.weft_spacing_m() - 0.052, 1e-3});
+    }
+    const StaticReport report = solver.solve();
+    EXPECT_EQ(report.status, StaticStatus::at_rest);
+    return solver.position;
+  };
+  EXPECT_EQ(drape(true), drape(false));
+}
+
+}  // namespace
+}  // namespace drape::simulate

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "simulate/cloth/cloth.hpp"
+
+namespace drape::simulate {
+
+/// Two pieces of a sheet that may press on each other: a particle and a triangle, or two edges.
+struct LayerPair {
+  bool edges = false;
+  std::array<int, 4> particle{};  ///< one, then three; or two, then two
+  auto operator<=>(const LayerPair&) const = default;
+};
+
+/// The nearest points of a pair, of the whole triangle or edges: so the distance is a continuous
+/// function of the particles, and a smooth one but where two edges are parallel.
+struct NearestPoints {
+  /// Of the particles: positive on the first piece, negative on the second, each adding up to one.
+  std::array<double, 4> weight{};
+  Eigen::Vector3d apart = Eigen::Vector3d::Zero();  ///< from the second point to the first
+  /// How the weights change along the directions in which the points are free.
+  std::array<std::array<double, 4>, 2> slide{};
+  int slides = 0;
+};
+[[nodiscard]] NearestPoints nearest_points(const LayerPair& pair, const Field& position);
+
+/// Second derivative of half the squared distance (m^0), particle by particle: the points slide
+/// with it.
+[[nodiscard]] Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
+                                                               const NearestPoints& nearest,
+                                                               const Field& position);
+
+/// The part of the straight path from `from` to `to` that brings the pair no nearer than `least_m`,
+/// 1 for all of it, by steps that relative displacements cannot use up (additive conservative
+/// advancement: Li, Kaufman and Jiang 2021). Never too large.
+[[nodiscard]] double clear_share(const LayerPair& pair, const Field& from, const Field& to,
+                                 double least_m);
+
+/// Squared sine of the angle between two edges.
+[[nodiscard]] double crossing_of(const LayerPair& pair, const Field& position);
+
+}  // namespace drape::simulate
