@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/units.hpp"
+#include "simulate/checker/layers.hpp"
 #include "simulate/checker/scene.hpp"
 #include "simulate/checker/sheet.hpp"
 #include "tests/support/paths.hpp"
@@ -215,6 +216,60 @@ TEST(StatedForces, ActOnPlacesOfTheSheetThatTouch) {
   for (const ContactForce& stated : refused) EXPECT_FALSE(table.first_gets(stated, 0));
   for (checker::Point& p : table.points) p[2] = 6e-6L;
   EXPECT_FALSE(table.first_gets(in_cell, 0)) << "too far to touch";
+}
+
+/// A sheet of 3 x 12 particles, its second half 0.4 mm above the first, turned over; and what the
+/// checker makes of a force between the two.
+struct StatedOnLayers {
+  std::vector<checker::Point> points;
+
+  StatedOnLayers() {
+    for (int i = 0; i < 36; ++i) {
+      const int col = i % 12;
+      points.push_back(
+          {0.01L * (i / 12), 0.01L * (col < 6 ? col : 11.3L - col), col < 6 ? 0 : 0.4e-3L});
+    }
+  }
+  [[nodiscard]] std::optional<std::vector<checker::Point>> get(const ContactForce& stated,
+                                                               double friction = 0) const {
+    std::vector<checker::Point> sum(points.size());
+    if (!checker::add_stated_layers(points, 12, friction, 0.505e-3L, stated, sum))
+      return std::nullopt;
+    return sum;
+  }
+};
+
+TEST(StatedForces, OfOneLayerOnAnotherAreCutToWhatContactCanDo) {
+  const StatedOnLayers layers;
+  // Particle 10 lies at y = 13 mm over the triangle of 1 (10 mm), 2 (20 mm) and 13.
+  ContactForce push{1, {10, 1, 2, 13}, {1, -0.7, -0.3, 0}, {0, 0, 2}};
+  const auto pressed = layers.get(push);
+  ASSERT_TRUE(pressed);
+  EXPECT_NEAR(static_cast<double>((*pressed)[10][2]), 2, 1e-12);
+  EXPECT_NEAR(static_cast<double>((*pressed)[1][2]), -1.4, 1e-12);
+  EXPECT_NEAR(static_cast<double>((*pressed)[2][2]), -0.6, 1e-12);
+  push.force_in_world = {1, 0, 2};
+  EXPECT_LT(static_cast<double>((*layers.get(push))[10][0]), 1e-9) << "slippery";
+  EXPECT_NEAR(static_cast<double>((*layers.get(push, 0.25))[10][0]), 0.5, 1e-9) << "in the cone";
+  push.force_in_world = {0, 0, -2};
+  EXPECT_EQ(static_cast<double>((*layers.get(push, 0.25))[10][2]), 0) << "layers do not pull";
+}
+
+TEST(StatedForces, BetweenLayersActOnNearestPlacesOfTwoLayers) {
+  StatedOnLayers layers;
+  // The edge 10, 9 runs along the edge 1, 2.
+  EXPECT_TRUE(layers.get({1, {10, 9, 1, 2}, {1, 0, -0.7, -0.3}, {0, 0, 4}}));
+  const ContactForce refused[] = {
+      {1, {10, 1, 2, 13}, {1, -0.69, -0.31, 0}, {0, 0, 4}},  // not the nearest place
+      {1, {10, 9, 1, 2}, {0.99, 0.01, -0.7, -0.3}, {0, 0, 4}},
+      {1, {10, 1, 2, 13}, {1, -0.7, -0.2, 0}, {0, 0, 4}},  // weights that are no place
+      {1, {10, 1, 2, 13}, {1, -1.3, 0.3, 0}, {0, 0, 4}},
+      {1, {10, 1, 2, 4}, {1, -0.7, -0.3, 0}, {0, 0, 4}},    // no triangle
+      {1, {2, 1, 13, 14}, {1, -1, 0, 0}, {0, 0, 4}},        // the layer itself
+      {1, {40, 1, 2, 13}, {1, -0.7, -0.3, 0}, {0, 0, 4}}};  // a particle that is not there
+  for (const ContactForce& stated : refused) EXPECT_FALSE(layers.get(stated));
+  for (checker::Point& p : layers.points) p[2] *= 1.3L;
+  EXPECT_FALSE(layers.get({1, {10, 1, 2, 13}, {1, -0.7, -0.3, 0}, {0, 0, 4}})) << "too far apart";
 }
 
 }  // namespace

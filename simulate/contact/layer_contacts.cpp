@@ -12,19 +12,18 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsApart = 2;             // grid steps between the particles of two layers
-constexpr double kStiffens = 0.5;     // of the thickness, below which contact stiffens
-constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
-constexpr double kKept = 0.2;         // of a pair's distance, that a step leaves
-constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
+constexpr int kStepsApart = 2;     // grid steps between the particles of two layers
+constexpr double kStiffens = 0.5;  // of the thickness, below which contact stiffens
+constexpr double kNearest = 1e-6;  // of the thickness, as near as its law is asked for
+constexpr double kKept = 0.2;      // of a pair's distance, that a step leaves
+constexpr double kSmooth = 1e-3;   // squared sine from which edges count in full
 
 }  // namespace
 
 LayerContacts::LayerContacts(const Cloth& cloth, double gravity_m_per_s2, double thickness_m)
     : grid_(cloth.grid()), thickness_(thickness_m) {
   if (!on()) return;
-  stiffness_ =
-      cloth.total_mass_kg() / cloth.count() * gravity_m_per_s2 / LineContacts::sink_m;
+  stiffness_ = cloth.total_mass_kg() / cloth.count() * gravity_m_per_s2 / LineContacts::sink_m;
   std::vector<Vector3d> material;
   const int s = grid_.cols;
   for (int i = 0; i < grid_.count(); ++i) {
@@ -36,8 +35,7 @@ LayerContacts::LayerContacts(const Cloth& cloth, double gravity_m_per_s2, double
     cell.vertex[cell.vertices++] = i;
     if (!right && !grid_.has_cell(r - 1, c + 1)) cell.vertex[cell.vertices++] = i + 1;
     if (!below && !grid_.has_cell(r + 1, c - 1)) cell.vertex[cell.vertices++] = i + s;
-    if (!right && !below && !grid_.has_cell(r + 1, c + 1))
-      cell.vertex[cell.vertices++] = i + s + 1;
+    if (!right && !below && !grid_.has_cell(r + 1, c + 1)) cell.vertex[cell.vertices++] = i + s + 1;
     cell.edge[cell.edges++] = {i, i + 1};
     cell.edge[cell.edges++] = {i, i + s};
     cell.edge[cell.edges++] = {i + 1, i + s};
@@ -131,8 +129,7 @@ void LayerContacts::list(const Field& to) {
 void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
   for (const auto& [from, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     for (int v = 0; v < from->vertices; ++v) {
-      for (const auto& t : other->triangle)
-        offer({false, {from->vertex[v], t[0], t[1], t[2]}}, to);
+      for (const auto& t : other->triangle) offer({false, {from->vertex[v], t[0], t[1], t[2]}}, to);
     }
   }
   for (int e = 0; e < a.edges; ++e) {
@@ -147,7 +144,8 @@ bool LayerContacts::are_layers(const LayerPair& pair) const {
   for (int k = 0; k < firsts; ++k) {
     for (int l = firsts; l < 4; ++l) {
       const int i = pair.particle[k], j = pair.particle[l];
-      if (std::abs(i / s - j / s) < kStepsApart && std::abs(i % s - j % s) < kStepsApart) return false;
+      if (std::abs(i / s - j / s) < kStepsApart && std::abs(i % s - j % s) < kStepsApart)
+        return false;
     }
   }
   return true;
@@ -253,8 +251,7 @@ int LayerContacts::pressing(const Field& position) const {
   return static_cast<int>(pushes(position).size());
 }
 
-std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position,
-                                                        bool convex) const {
+std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, bool convex) const {
   std::vector<Block> all;
   for (const Pair& pair : pairs_) {
     const NearestPoints nearest = nearest_points(pair.of, position);

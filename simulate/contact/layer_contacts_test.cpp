@@ -55,8 +55,9 @@ TEST(LayerPair, NearestPointsAreNoFartherThanAnyOthers) {
           const double s = static_cast<double>(i) / kShares;
           const double t = static_cast<double>(j) / kShares;
           if (!edges && s + t > 1) continue;
-          const Vector3d apart = edges ? (p[0] + s * (p[1] - p[0]) - p[2] - t * (p[3] - p[2])).eval()
-                                       : (p[0] - p[1] - s * (p[2] - p[1]) - t * (p[3] - p[1])).eval();
+          const Vector3d apart = edges
+                                     ? (p[0] + s * (p[1] - p[0]) - p[2] - t * (p[3] - p[2])).eval()
+                                     : (p[0] - p[1] - s * (p[2] - p[1]) - t * (p[3] - p[1])).eval();
           least = std::min(least, apart.norm());
         }
       }
@@ -89,8 +90,7 @@ TEST(LayerPair, CurvatureIsTheDerivativeOfTheDistance) {
           add_at(moved, pair.particle[c / 3], way);
           const NearestPoints there = nearest_points(pair, moved);
           smooth = smooth && there.slides == nearest.slides && there.slide == nearest.slide;
-          for (int k = 0; k < 4; ++k)
-            slope[side].segment<3>(3 * k) = there.weight[k] * there.apart;
+          for (int k = 0; k < 4; ++k) slope[side].segment<3>(3 * k) = there.weight[k] * there.apart;
         }
         differences.col(c) = (slope[1] - slope[0]) / (2 * kStep);
       }

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 using Places = std::array<Vector3d, 4>;
 
 constexpr double kParallelEdges = 1e-10;  // squared sine
-constexpr double kNearly = 0.1;      // of the distance still to go at which an advance ends
+constexpr double kNearly = 0.1;           // of the distance still to go at which an advance ends
 constexpr int kAdvances = 200;
 
 Places places_of(const LayerPair& pair, const Field& position) {

@@ -29,10 +29,10 @@ constexpr double kBetweenResidual = 1000;
 constexpr double kLastCoarseResidual = 10;
 // Of all but the first; a worse start costs a large grid more than that.
 constexpr double kBeforeLarge = 1;
-constexpr int kLarge = 121;            // particles per side
-constexpr double kFinerStep_s = 0.03;  // first pseudo-time step on a finer grid
+constexpr int kLarge = 121;              // particles per side
+constexpr double kFinerStep_s = 0.03;    // first pseudo-time step on a finer grid
 constexpr double kThicknessShare = 0.5;  // of the spacing: thicker layers would meet themselves
-constexpr int kAsymptotic = 51;        // particles per side from which the model's order shows
+constexpr int kAsymptotic = 51;          // particles per side from which the model's order shows
 
 int larger_side(const GridSpec& grid) {
   return std::max(grid.rows, grid.cols);

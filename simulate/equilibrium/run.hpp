@@ -28,7 +28,8 @@ struct StaticCase {
 /// before one of more than 70 particles per side 1.4 times.
 [[nodiscard]] std::vector<GridSpec> static_levels(const GridSpec& grid);
 
-/// The thickness that layers of a sheet on that grid can keep apart, with a warning where it is less.
+/// The thickness that layers of a sheet on that grid can keep apart, with a warning where it is
+/// less.
 [[nodiscard]] double thickness_on(const GridSpec& grid, double thickness_m,
                                   std::vector<std::string>& warnings);
 
@@ -44,11 +45,12 @@ struct StaticDrape {
   double dissipated_j = 0;
 };
 
-/// Drapes from the scene's start. A sheet that ends passing through itself is draped once more, from
-/// the same start, as one that meets itself. Up to 41 particles per side on the grid itself, because a coarse
-/// grid folds otherwise; beyond, to rest on a coarse grid first and from its interpolation over
-/// finer ones, each only as near to rest as the next needs. A start from the measured sheet stays
-/// on the finest grid, and so does a cloth with internal friction, whose state is the grid's own.
+/// Drapes from the scene's start. A sheet that ends passing through itself is draped once more,
+/// from the same start, as one that meets itself. Up to 41 particles per side on the grid itself,
+/// because a coarse grid folds otherwise; beyond, to rest on a coarse grid first and from its
+/// interpolation over finer ones, each only as near to rest as the next needs. A start from the
+/// measured sheet stays on the finest grid, and so does a cloth with internal friction, whose state
+/// is the grid's own.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {});

@@ -170,11 +170,11 @@ bool StaticSolver::carry_pins(double most_m) {
   if (!layers_.on()) return contacts_.carry_pins(position, most_m);
   const Field before = position;
   if (!contacts_.carry_pins(position, most_m)) return false;
-  trial_ = position;
-  position = before;
-  layers_.begin(position);
-  (void)hold_back();
-  position = trial_;
+  layers_.begin(before);
+  layers_.watch(position);
+  const double share = layers_.safe_share(position);
+  for (std::size_t k = 0; share < 1 && k < before.size(); ++k)
+    position[k] = before[k] + share * (position[k] - before[k]);
   return true;
 }
 
@@ -275,8 +275,8 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
       convex_ = convex;
       factor_mu_ = mu_;
     }
-    model_curve_ = -step_.dot(model_gradient_) - contacts_.excess_curve(step_) -
-                   layers_.excess_curve(step_);
+    model_curve_ =
+        -step_.dot(model_gradient_) - contacts_.excess_curve(step_) - layers_.excess_curve(step_);
     return step_.allFinite();
   }
   return false;
@@ -284,7 +284,8 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
 
 void StaticSolver::note(StaticReport& report) {
   report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
-                            contacts_.stored_j(position) + layers_.energy_j(position), inner_, contacts_.touching(position)});
+                            contacts_.stored_j(position) + layers_.energy_j(position), inner_,
+                            contacts_.touching(position)});
 }
 
 void StaticSolver::finish(StaticReport& report) {

@@ -79,8 +79,7 @@ double StaticSolver::potential_change(const VectorXd& way) {
     change += 0.5 * shift_[i] * move.squaredNorm();
     gravity -= move.dot(cloth_.mass_kg()[i] * options_.gravity_m_per_s2 + momentum_of(i));
   }
-  const double energy =
-      gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) +
+  const double energy = gravity + cloth_.energies(trial_).sum_j() + contacts_.energy_j(trial_) +
                         layers_.energy_j(trial_) - potential_j_;
   if (!(std::abs(energy) < kBelowRounding * std::abs(potential_j_))) return change + energy;
   find_forces(trial_, trial_force_);
@@ -148,8 +147,7 @@ void StaticSolver::follow_pressing(double share) {
   model_gradient_ += change;
   potential_j_ += contacts_.energy_j(position) - before;
   multiply(step_, product_);
-  model_curve_ =
-      step_.dot(product_) - contacts_.excess_curve(step_) - layers_.excess_curve(step_);
+  model_curve_ = step_.dot(product_) - contacts_.excess_curve(step_) - layers_.excess_curve(step_);
 }
 
 /// Tries the step; corrects or halves it while it does not lower the potential.

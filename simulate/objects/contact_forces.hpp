@@ -10,9 +10,11 @@
 namespace drape::simulate {
 
 /// What an object or the table does to one place of the sheet, a mixture of up to four particles,
-/// as the solver found it. With these in hand a checker only has to look, not to search.
+/// as the solver found it; or one layer of the sheet to another, whose particles come last and have
+/// negative weights. With these in hand a checker only has to look, not to search.
 struct ContactForce {
-  int shape = 0;  ///< obstacle of the scene; their number stands for the table
+  /// Obstacle of the scene; their number stands for the table, one more for the sheet itself.
+  int shape = 0;
   std::array<int, 4> particle{};
   std::array<double, 4> weight{};
   Eigen::Vector3d force_in_world = Eigen::Vector3d::Zero();  ///< N

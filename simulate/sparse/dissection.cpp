@@ -242,7 +242,9 @@ void find_borders(std::vector<Region>& regions, const GridMatrix& pattern) {
   const int count = pattern.grid().count();
   const std::vector<int> order = elimination_order(regions, count);
   std::vector<Particles> met(count);
-  const auto meet = [&](int a, int b) { met[order[a] < order[b] ? a : b].push_back(std::max(order[a], order[b])); };
+  const auto meet = [&](int a, int b) {
+    met[order[a] < order[b] ? a : b].push_back(std::max(order[a], order[b]));
+  };
   for (int j = 0; j < count; ++j) {
     for (int s = 1; s < GridMatrix::slots; ++s) {
       if (pattern.has(j, s)) meet(j, j + pattern.step(s));

@@ -54,6 +54,7 @@ class Bench {
     split.rows.push_back(run(base(), false));
     base_ = last_;
     split.base = report_;
+    layers_m_ = report_.cloth_thickness_m;
     judge_base(split);
     if (!split.rows.front().at_rest) return;
     find_sensitivities(split);
@@ -170,6 +171,7 @@ class Bench {
   /// From the base's equilibrium on, with its contacts closed.
   [[nodiscard]] Field carry_on(const StaticCase& the_case, const GridSpec& grid,
                                StaticOptions how) {
+    keep_layers(how);
     Cloth cloth(grid, the_case.laws, the_case.mass);
     how.first_step_s = kContinueStep_s;
     how.paced = false;
@@ -177,6 +179,12 @@ class Bench {
     set_on_base(the_case, grid, solver);
     report_ = solver.solve();
     return solver.position;
+  }
+
+  /// What continues the base meets itself where the base did.
+  void keep_layers(StaticOptions& how) const {
+    if (layers_m_ > 0) how.cloth_thickness_m = layers_m_;
+    how.meets_itself = layers_m_ > 0;
   }
 
   void set_on_base(const StaticCase& the_case, const GridSpec& grid, StaticSolver& solver) const {
@@ -194,6 +202,7 @@ class Bench {
     const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
     Cloth cloth(base_grid_, laws, options_.mass);
     StaticOptions how = static_options(scene_, options_);
+    keep_layers(how);
     how.first_step_s = kContinueStep_s;
     how.paced = false;
     StaticSolver solver(cloth, surroundings_, how);
@@ -232,6 +241,7 @@ class Bench {
   Reference reference_;
   Field base_, last_;
   StaticReport report_;
+  double layers_m_ = 0;  ///< thickness that the base's layers keep apart; 0: it did not meet itself
 };
 
 std::vector<Variant> variants_of(const Variant& base) {
