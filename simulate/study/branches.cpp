@@ -287,7 +287,7 @@ void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOp
                 int kicks, Branches& branches) {
   std::vector<const Field*> rests;
   for (const Branch& branch : branches.found) {
-    if (branch.report.touching + branch.report.between > 0) return;
+    if (branch.report.touching + branch.report.between + branch.report.layers > 0) return;
     rests.push_back(&branch.position);
     for (const Branch& other : branch.others) rests.push_back(&other.position);
   }

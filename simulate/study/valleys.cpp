@@ -100,6 +100,7 @@ std::optional<StaticDrape> settle(const StaticCase& the_case, const GridSpec& gr
   StaticOptions how = options;
   how.threads = 1;
   how.falls = false;
+  how.cloth_thickness_m = 0;  // what would meet itself is no such rest
   StaticDrape drape =
       drape_statically(the_case, grid, how, [&](const GridSpec& here, Field& position) {
         if (!from.empty()) position = prolong(from, of, here);
