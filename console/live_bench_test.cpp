@@ -73,7 +73,7 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
 
 TEST_F(LiveConsole, TakesABoardThatIsHeldStillAndCalibrates) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
-  begin("software_trigger", 5);
+  begin("software_trigger", 5, 2000);
   const RunningBench server(bench.rig(), out(), 0, false);
   const auto show = [this](const std::string& set) {
     for (int c = 0; c < kCameras; ++c) {

@@ -43,7 +43,7 @@ struct PairAgreement {
   std::string first, second;
   int marks = 0;
   double rms_sigmas = 0;  ///< in stated standard deviations, the calibration's included
-  double rms_px = 0;      ///< both over the nine tenths of the marks that miss least
+  double rms_px = 0;      ///< both by the median of the marks
 
   /// Were all marks off together, as a wrong calibration has them, their RMS would be beyond this
   /// in one of 1,000 good rigs (normal distribution); independent errors have it at 0.8.
