@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/acceptance/acceptance.hpp"
+#include "calib/acceptance/positions.hpp"
+
+namespace drape::calib {
+
+/// What all positions together say of a change since the calibration.
+struct Changes {
+  /// The plate grown, the plate bowed, each camera moved: each as if it were the only change.
+  std::vector<AcceptanceFigure> figures;
+  std::string cause;          ///< the one beyond its limit that explains most; empty without one
+  double noise_variance = 1;  ///< of the detections over what they state, never below 1
+};
+
+/// Every point of every position against the calibrated cameras, by generalised least squares: each
+/// position has a pose of its own, the calibration errs by its covariance (`root` root'), the
+/// points by theirs, enlarged where the positions scatter more. `false_no_go`: of one figure.
+[[nodiscard]] Changes changes_since(const Detections& detections, const Calibration& calibration,
+                                    const Plate& plate, const std::vector<Position>& positions,
+                                    const Eigen::MatrixXd& root, double scale_uncertainty,
+                                    double false_no_go);
+
+}  // namespace drape::calib

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "calib/acceptance/acceptance.hpp"
+#include "calib/acceptance/draws.hpp"
+#include "calib/acceptance/positions.hpp"
+
+namespace drape::calib {
+
+/// What all figures share.
+struct FigureContext {
+  const Draws* draws = nullptr;
+  double noise_variance = 1;     ///< of the detections over what they state
+  double false_no_go = 0.001;    ///< of one figure
+  double scale_uncertainty = 0;  ///< of the plate's size against the calibration's (1)
+};
+
+/// Two diagonals, the two longest edges and half a diagonal at every position.
+[[nodiscard]] AcceptanceFigure length_error(const std::vector<Position>& positions,
+                                            const Plate& plate, const FigureContext& context,
+                                            const AcceptanceOptions& options);
+
+/// Range of the points' distances from the plane nearest to them, the stated bow taken out.
+[[nodiscard]] AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& plate,
+                                        const FigureContext& context,
+                                        const AcceptanceOptions& options);
+
+/// Distance of a stage from the first one along the plate's normal, against rig.toml.
+[[nodiscard]] AcceptanceFigure shift_error(const std::vector<Position>& positions, const Rig& rig,
+                                           const FigureContext& context,
+                                           const AcceptanceOptions& options);
+
+/// Range of the marks' distances from the sphere nearest to them, and its diameter's error.
+[[nodiscard]] std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
+                                                           const Calibration& calibration,
+                                                           const FigureContext& context,
+                                                           const AcceptanceOptions& options);
+
+/// Scatter of the target at rest over what the detections' covariances state.
+[[nodiscard]] AcceptanceFigure noise_floor(const Detections& detections,
+                                           const std::vector<std::string>& repeats,
+                                           const AcceptanceOptions& options);
+
+/// Sets U and the limit from what instruments without a fault show.
+void set_limit(AcceptanceFigure& figure, const Faultless& faultless,
+               const std::optional<double>& stated);
+
+}  // namespace drape::calib

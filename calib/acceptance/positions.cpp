@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/acceptance/positions.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+#include "core/dot_image.hpp"
+#include "core/units.hpp"
+
+namespace drape::calib {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+Plate::Plate(Target described, const Vector2d& bow_mm) : target(std::move(described)) {
+  Vector2d half = Vector2d::Constant(1e-9), squares = Vector2d::Zero();
+  for (int row = 0; row < target.rows; ++row) {
+    for (int col = 0; col < target.cols; ++col) {
+      const Vector2d at = target.point_in_target({row, col}).head<2>();
+      half = half.cwiseMax(at.cwiseAbs());
+      squares += at.cwiseAbs2();
+    }
+  }
+  bow.half_m = half;
+  bow.mean = squares.cwiseQuotient(half.cwiseAbs2()) / (target.rows * target.cols);
+  bow.edge_rise_mm = bow_mm;
+}
+
+std::vector<std::string> sets_of(const Detections& detections) {
+  std::vector<std::string> sets;
+  for (const FrameDetections& frame : detections.frames) {
+    if (std::find(sets.begin(), sets.end(), frame.set) == sets.end()) sets.push_back(frame.set);
+  }
+  return sets;
+}
+
+std::vector<Position> positions_of(const Detections& detections, const Calibration& calibration,
+                                   const Plate& plate) {
+  std::vector<Position> positions;
+  for (const std::string& set : sets_of(detections)) {
+    Position position{set, measured_points(detections, calibration, set), {}};
+    const auto count = static_cast<Eigen::Index>(position.points.size());
+    if (count < 4) continue;
+    Matrix3Xd flat(3, count), seen(3, count);
+    Eigen::Index i = 0;
+    for (const auto& [mark, point] : position.points) {
+      flat.col(i) = plate.point(mark);
+      seen.col(i++) = point.in_world_mm * mm;
+    }
+    const Eigen::Matrix4d pose = Eigen::umeyama(flat, seen, false);
+    position.pose = {pose.topLeftCorner<3, 3>(), pose.topRightCorner<3, 1>()};
+    if (pose.allFinite()) positions.push_back(std::move(position));
+  }
+  return positions;
+}
+
+Detections without_eccentricity(Detections detections, const Calibration& calibration,
+                                const Plate& plate, const std::vector<Position>& positions) {
+  const double radius_m = plate.target.dot_diameter_m / 2;
+  if (!(radius_m > 0)) return detections;
+  for (FrameDetections& frame : detections.frames) {
+    const auto position =
+        std::find_if(positions.begin(), positions.end(),
+                     [&](const Position& candidate) { return candidate.set == frame.set; });
+    const auto own = std::find_if(
+        calibration.cameras.begin(), calibration.cameras.end(),
+        [&](const CalibratedCamera& camera) { return camera.camera.name == frame.camera; });
+    if (position == positions.end() || own == calibration.cameras.end()) continue;
+    const CamFromTarget pose = own->camera.cam_from_world * position->pose;
+    for (Detection& d : frame.detections) {
+      const Vector3d centre = pose * plate.point(d.mark);
+      const auto image = project(own->camera.model, centre);
+      const auto centroid = dot_centroid_px(
+          own->camera.model, {centre, pose.rotation.col(0), pose.rotation.col(1), radius_m});
+      if (image && centroid) d.centre_px -= *centroid - image->px;
+    }
+  }
+  return detections;
+}
+
+}  // namespace drape::calib

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "calib/acceptance/measured_point.hpp"
+#include "calib/joint/model.hpp"
+#include "core/calibration.hpp"
+#include "core/detections.hpp"
+#include "core/rig.hpp"
+
+namespace drape::calib {
+
+/// What is measured, as its target file and its stated bow describe it.
+struct Plate {
+  Target target;
+  BoardBow bow;
+
+  /// `bow_mm`: how far its edges stand above its middle along x and y.
+  Plate(Target described, const Eigen::Vector2d& bow_mm);
+  [[nodiscard]] Eigen::Vector3d point(MarkId mark) const {
+    return bow.bent(target.point_in_target(mark));
+  }
+};
+
+/// The plate as it lay for one set.
+struct Position {
+  std::string set;
+  std::map<MarkId, MeasuredPoint> points;
+  WorldFromTarget pose;  ///< nearest to the points
+};
+
+/// Names of the sets, in the order of the file.
+[[nodiscard]] std::vector<std::string> sets_of(const Detections& detections);
+
+/// The plate at every set that shows four or more of its points to two calibrated cameras.
+[[nodiscard]] std::vector<Position> positions_of(const Detections& detections,
+                                                 const Calibration& calibration,
+                                                 const Plate& plate);
+
+/// The same detections with each dot's centroid moved to the image of its centre (Heikkila 2000),
+/// for the positions that are known; corners stay.
+[[nodiscard]] Detections without_eccentricity(Detections detections, const Calibration& calibration,
+                                              const Plate& plate,
+                                              const std::vector<Position>& positions);
+
+}  // namespace drape::calib

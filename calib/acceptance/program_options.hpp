@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/acceptance/acceptance.hpp"
+
+namespace drape {
+class Command;
+}
+
+namespace drape::calib {
+
+/// What `drape accept` is called with.
+struct AcceptanceArguments {
+  AcceptanceOptions options;
+  std::filesystem::path detections, calibration, rig, out;
+  std::optional<std::filesystem::path> target, sphere;
+  double sphere_diameter_mm = 0, sphere_uncertainty_mm = 0.01;
+  std::vector<std::string> repeats;
+  std::vector<double> bow_mm;
+  std::string date;
+  int valid_days = 365;
+};
+
+void add_acceptance_options(Command& app, AcceptanceArguments& arguments);
+
+}  // namespace drape::calib

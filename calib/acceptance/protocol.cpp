@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/acceptance/protocol.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "core/error.hpp"
+
+namespace drape::calib {
+namespace {
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '&') {
+      out += "&amp;";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string verdict_of(const AcceptanceFigure& figure) {
+  if (figure.good()) return "GO";
+  return figure.informs ? "warning" : "NO-GO";
+}
+
+std::string row_of(const AcceptanceFigure& figure) {
+  if (!figure.not_measured.empty())
+    return fmt::format("<tr><td>{}</td><td colspan=\"6\">{}: {}</td></tr>\n", escaped(figure.name),
+                       figure.may_lack ? "not measured" : "NO-GO, not measured",
+                       escaped(figure.not_measured));
+  return fmt::format(
+      "<tr><td>{}</td><td>{:.4f} {}</td><td>{:.4f}</td><td>{:.4f}{}</td><td>{:.4f} {}</td>"
+      "<td>{}</td><td>{}</td></tr>\n",
+      escaped(figure.name), figure.value, figure.unit, figure.expanded, figure.limit,
+      figure.limit_stated ? " (stated)" : "", figure.smallest, figure.smallest_unit,
+      escaped(figure.where), verdict_of(figure));
+}
+
+}  // namespace
+
+AcceptanceDates dates_of(const std::string& on, int valid_days) {
+  if (valid_days < 1) throw usage_error("--valid-days is below 1", "give a number of days");
+  if (on.empty()) return {};
+  int year = 0, end = 0;
+  unsigned month = 0, day = 0;
+  const int read = std::sscanf(on.c_str(), "%4d-%2u-%2u%n", &year, &month, &day, &end);
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month),
+                                         std::chrono::day(day)};
+  if (read != 3 || on.size() != 10 || end != 10 || !date.ok())
+    throw usage_error("--date `" + on + "` is no date", "write it as 2026-01-31");
+  const std::chrono::year_month_day last{std::chrono::sys_days(date) +
+                                         std::chrono::days(valid_days)};
+  return {on, fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(last.year()),
+                          static_cast<unsigned>(last.month()), static_cast<unsigned>(last.day()))};
+}
+
+std::string protocol_page(const Acceptance& acceptance, const AcceptanceDates& dates) {
+  std::string page = fmt::format(
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Acceptance of "
+      "{0}</title>\n<style>body{{font:11pt sans-serif;margin:2cm}}table{{border-collapse:collapse}}"
+      "td,th{{border:1px solid #888;padding:4px 8px;text-align:left}}</style></head><body>\n"
+      "<h1>Acceptance of {0}: {1}</h1>\n<p>{2}, {3} positions of the target, calibration {4}</p>\n",
+      escaped(acceptance.rig), acceptance.good() ? "GO" : "NO-GO",
+      escaped(dates.on.empty() ? "no date" : dates.on + ", valid until " + dates.valid_until),
+      acceptance.positions, escaped(acceptance.calibration_sha256));
+  if (!acceptance.cause.empty()) page += "<p>" + escaped(acceptance.cause) + "</p>\n";
+  for (const std::string& warning : acceptance.warnings)
+    page += "<p>Warning: " + escaped(warning) + "</p>\n";
+  page +=
+      "<table><tr><th>figure</th><th>value</th><th>U (95 %)</th><th>limit</th><th>smallest fault "
+      "named</th><th>where</th><th>verdict</th></tr>\n";
+  for (const AcceptanceFigure& figure : acceptance.figures) page += row_of(figure);
+  return page +
+         "</table>\n<p>Conformity is proven when value and U together stay within the limit (ISO "
+         "14253-1). A limit that is not stated is what this instrument can prove: it follows from "
+         "the uncertainties of calibration, marks and print.</p>\n<p>Date, signature: "
+         "____________________</p>\n</body></html>\n";
+}
+
+}  // namespace drape::calib
