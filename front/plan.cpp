@@ -290,6 +290,11 @@ Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs:
         bench.store.string(), std::string("--report"), report.string()}) {
     arguments.push_back(more);
   }
+  const fs::path acceptance = bench.rig.file.parent_path() / "acceptance.json";
+  if (fs::is_regular_file(acceptance)) {
+    arguments.emplace_back("--acceptance");
+    arguments.push_back(acceptance.string());
+  }
   if (!bench.options.label.empty()) arguments.push_back("--label=" + bench.options.label);
   if (!bench.options.operator_name.empty())
     arguments.push_back("--operator=" + bench.options.operator_name);

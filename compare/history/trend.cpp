@@ -37,6 +37,17 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
             "= 'calibration_file' AND l.key = c.calibration_sha256 ORDER BY k.rig_name, "
             "c.camera, l.sequence"),
         "px");
+    for (const auto& unit :
+         store.query("SELECT DISTINCT unit FROM acceptance_figure ORDER BY unit").rows)
+      add_series(
+          list,
+          store.query("SELECT 'acceptance ' || a.rig_name || ' ' || f.name, coalesce(a.date, "
+                      "substr(a.sha256, 1, 12)), f.value FROM acceptance_figure AS f JOIN "
+                      "acceptance AS a ON a.sha256 = f.acceptance_sha256 JOIN ledger AS l "
+                      "ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE f.unit = ?1 AND "
+                      "f.value IS NOT NULL ORDER BY a.rig_name, f.name, l.sequence",
+                      {unit[0]}),
+          unit[0]);
   }
   add_series(
       list,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "compare/history/acceptance.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/programs/compare_options.hpp"
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/runs.hpp"
@@ -12,41 +14,8 @@ using namespace drape;
 using namespace drape::compare;
 
 namespace {
-struct Arguments {
-  std::vector<std::filesystem::path> sheets;
-  std::filesystem::path calibration, store, report;
-  std::vector<std::filesystem::path> sensitivities;
-  RunLabel label;
-  double max_sigma_percent = 10;
-  Options options;
-};
 
-void add_options(Command& app, Arguments& arguments) {
-  app.add_option(
-         "SHEET", arguments.sheets,
-         "sheet.ply or .json; each measured one opens a group of the simulated ones after it "
-         "(before any: compared with each other); .toml: another simulator's mesh")
-      ->required();
-  app.add_option("--calibration", arguments.calibration,
-                 "calibration.json: draws the virtual cloth into the photographs");
-  app.add_option("--store", arguments.store, "results store to add to (made when absent)");
-  app.add_option("--report", arguments.report, "report.html to write, its pictures beside it");
-  app.add_option("--label", arguments.label.label, "name of the run in the store");
-  app.add_option("--operator", arguments.label.operator_name, "who ran it");
-  app.add_option("--sensitivity", arguments.sensitivities,
-                 "sensitivity.json that must lie beside a measured sheet");
-  app.add_option("--min-marks", arguments.options.min_marks,
-                 "NO-GO below this number of compared marks (default 10)");
-  app.add_option("--max-sigma-percent", arguments.max_sigma_percent,
-                 "NO-GO when the median uncertainty of a mark is above this part of the best mean "
-                 "distance (default 10 %)");
-  app.add_flag("--accept-unsettled", arguments.options.accept_unsettled,
-               "a simulation that is not at rest is a warning, not NO-GO");
-  app.add_flag("--accept-penetration", arguments.options.accept_penetration,
-               "penetration stated by a simulation is a warning, not NO-GO");
-}
-
-int run(Arguments& arguments, const CommonOptions& common,
+int run(CompareArguments& arguments, const CommonOptions& common,
         const std::vector<std::string>& command) {
   const auto& primary = arguments.report.empty() ? arguments.store : arguments.report;
   RunRecord record("drape-compare", command,
@@ -63,10 +32,12 @@ int run(Arguments& arguments, const CommonOptions& common,
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
   compare_session(session, arguments.options, outcome);
+  const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
   progress.update(0.3, "storing");
   std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {
     lock.emplace(arguments.store, StoreLock::Kind::alone);
+    if (acceptance) store_acceptance(arguments.store, *acceptance);
     outcome.stored = import_session(arguments.store, session, outcome, arguments.label);
     record.output(arguments.store);
   }
@@ -91,9 +62,9 @@ int main(int argc, char** argv) {
   Command app("Measures the distance between real and virtual drapes, stores and reports it.",
               "drape-compare");
   CommonOptions common;
-  Arguments arguments;
+  CompareArguments arguments;
   add_common_options(app, common);
-  add_options(app, arguments);
+  add_compare_options(app, arguments);
   return run_program(app, argc, argv, common,
                      [&] { return run(arguments, common, arguments_of(argc, argv)); });
 }

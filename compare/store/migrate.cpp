@@ -69,8 +69,8 @@ void from_1(SQLite::Database& database) {
   for (const char* table : kTablesOf1) database.exec(fmt::format("DROP TABLE v1_{}", table));
 }
 
-/// Version 2 lacked surface_comparison, version 3 the tables of branches; every table they had is
-/// as it was.
+/// Version 2 lacked surface_comparison, version 3 the tables of branches, version 5 those of
+/// acceptance; every table they had is as it was.
 void add_absent_tables(SQLite::Database& database) {
   for (const std::string& statement : table_statements()) {
     const std::size_t begin = std::string_view("CREATE TABLE ").size();

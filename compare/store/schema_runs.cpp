@@ -5,6 +5,27 @@ namespace drape::compare {
 namespace {
 
 constexpr const char* kRunTables[] = {
+    R"sql(CREATE TABLE acceptance (
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of acceptance.json
+  rig_name TEXT NOT NULL REFERENCES rig (name),
+  calibration_sha256 TEXT NOT NULL,  -- of the calibration.json that was accepted
+  date TEXT,  -- ISO date of the test, as the operator states it
+  valid_until TEXT,
+  positions INTEGER NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('GO', 'NO-GO')),
+  cause TEXT
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE acceptance_figure (
+  acceptance_sha256 TEXT NOT NULL REFERENCES acceptance (sha256),
+  name TEXT NOT NULL,
+  unit TEXT NOT NULL,
+  value REAL,  -- NULL: not measured
+  expanded_uncertainty REAL,
+  maximum_permissible REAL,
+  place TEXT NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('GO', 'NO-GO')),
+  PRIMARY KEY (acceptance_sha256, name)
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE run (
   number INTEGER PRIMARY KEY,
   sha256 TEXT NOT NULL UNIQUE CHECK (length(sha256) = 64),  -- of all but number and date

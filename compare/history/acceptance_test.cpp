@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/acceptance.hpp"
+
+#include <gmock/gmock.h>
+
+#include "compare/history/explain.hpp"
+#include "compare/history/merge.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// acceptance.json with a length error and a figure that was not measured.
+fs::path written(const fs::path& folder, const std::string& day, double length_error_mm, bool go,
+                 const std::string& calibration = std::string(64, 'a')) {
+  Json json;
+  json["schema"] = "drapebench/acceptance/1";
+  json["rig"] = "bench";
+  json["calibration_sha256"] = calibration;
+  json["date"] = day;
+  json["valid_until"] = "2027-06-30";
+  json["positions"] = 9;
+  json["go"] = go;
+  json["cause"] = go ? Json() : Json("cam1 moved since the calibration");
+  json["figures"] = Json::array({{{"name", "length error"},
+                                  {"unit", "mm"},
+                                  {"value", length_error_mm},
+                                  {"expanded_uncertainty", 0.01},
+                                  {"limit", 0.03},
+                                  {"where", "set a"},
+                                  {"go", go}},
+                                 {{"name", "known shift"},
+                                  {"unit", "mm"},
+                                  {"value", nullptr},
+                                  {"expanded_uncertainty", nullptr},
+                                  {"limit", nullptr},
+                                  {"where", ""},
+                                  {"go", false}}});
+  const fs::path file = folder / (day + ".json");
+  write_json(file, json);
+  return file;
+}
+
+TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path store = folder.path() / "results.sqlite";
+  const double errors_mm[] = {0.010, 0.011, 0.009, 0.010, 0.012, 0.060};
+  int month = 0;
+  for (const double error : errors_mm) {
+    const fs::path file =
+        written(folder.path(), "2026-0" + std::to_string(++month) + "-01", error, error < 0.05);
+    store_acceptance(store, read_acceptance(file));
+    store_acceptance(store, read_acceptance(file));
+  }
+  const StoreReader reader(store);
+  EXPECT_EQ(reader.query("SELECT count(*) FROM acceptance").rows.at(0).at(0), "6");
+  EXPECT_EQ(
+      reader.query("SELECT count(*) FROM acceptance_figure WHERE value IS NULL").rows.at(0).at(0),
+      "6");
+  EXPECT_EQ(reader.query("SELECT cause FROM acceptance WHERE verdict = 'NO-GO'").rows.at(0).at(0),
+            "cam1 moved since the calibration");
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+  const Trend trend = trend_of(reader, {});
+  ASSERT_EQ(trend.table.rows.size(), 6U);
+  EXPECT_EQ(trend.table.rows[5][0], "acceptance bench length error");
+  EXPECT_EQ(trend.table.rows[5][2], "2026-06-01");
+  EXPECT_EQ(trend.table.rows[5][8], "ALARM");
+  EXPECT_EQ(trend.alarms, 1);
+
+  const fs::path all = folder.path() / "all.sqlite";
+  EXPECT_EQ(merge_stores(all, {store}).added, 7);  // the rig too
+  EXPECT_EQ(StoreReader(all).query("SELECT count(*) FROM acceptance_figure").rows.at(0).at(0),
+            "12");
+  EXPECT_THAT(check_ledger(StoreReader(all)).findings, IsEmpty());
+}
+
+TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
+  const drape::test::TemporaryFolder folder;
+  Session session;
+  session.calibration_sha256 = std::string(64, 'a');
+  DrapeFiles& drape = session.drapes.emplace_back();
+  drape.input.measured.sheet = test::measured_sheet();
+  drape.recording = RecordingId{"", "2027-06-30"};
+  const RigAcceptance good = read_acceptance(written(folder.path(), "2026-01-31", 0.01, true));
+  EXPECT_THAT(doubts_of(good, session), IsEmpty());
+  drape.recording->recorded_on = "2027-07-01";
+  EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("expired on 2027-06-30")));
+  drape.recording->recorded_on.reset();
+  EXPECT_THAT(doubts_of(good, session), IsEmpty());
+  session.calibration_sha256 = std::string(64, 'b');
+  EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("another calibration")));
+  session.calibration_sha256 = std::string(64, 'a');
+  EXPECT_THAT(doubts_of(read_acceptance(written(folder.path(), "2026-02-01", 0.1, false)), session),
+              ElementsAre(HasSubstr("NO-GO: cam1 moved")));
+}
+
+}  // namespace
+}  // namespace drape::compare
