@@ -16,6 +16,7 @@
 #include "capture/recording/frame_quality.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::capture {
 namespace {
@@ -235,6 +236,41 @@ Check check_calibration(const std::optional<std::filesystem::path>& calibration,
   return {"calibration", days <= largest_days,
           fmt::format("{:.1f} days old, at most {:.0f}", days, largest_days),
           "record the target once more, then drape calib"};
+}
+
+Check check_acceptance(const std::filesystem::path& rig,
+                       const std::optional<std::filesystem::path>& calibration,
+                       const std::string& today) {
+  const std::filesystem::path file = rig / "acceptance.json";
+  Check check{"acceptance", true, "none is beside rig.toml: drape accept makes it", ""};
+  if (!std::filesystem::exists(file)) return check;
+  const JsonNode root = JsonNode::open(file, "acceptance", 1);
+  const auto until = root.optional_text("valid_until");
+  check.found = "of " + root.optional_text("date").value_or("no stated day");
+  if (until) check.found += ", valid until " + *until;
+  check.to_type = "record the target in new places, then drape accept";
+  if (calibration && std::filesystem::exists(*calibration) &&
+      sha256_of_file(*calibration) != root.text("calibration_sha256")) {
+    check.found += ": warning, of another calibration than the one in use; " + check.to_type;
+  } else if (!root.boolean("go")) {
+    check.go = false;
+    check.found +=
+        ": NO-GO, " + root.optional_text("cause").value_or("a figure is beyond its limit");
+  } else if (until && *until < today) {
+    check.found += ": warning, expired; " + check.to_type;
+  }
+  return check;
+}
+
+std::vector<Check> check_calibrated(const std::filesystem::path& rig,
+                                    const std::optional<std::filesystem::path>& calibration,
+                                    double largest_days) {
+  const std::chrono::year_month_day day{
+      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
+  const std::string today =
+      fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(day.year()),
+                  static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()));
+  return {check_calibration(calibration, largest_days), check_acceptance(rig, calibration, today)};
 }
 
 std::vector<Check> check_still(const StillReport& still) {

@@ -70,6 +70,15 @@ struct Reached {
 /// against a capture.
 [[nodiscard]] Check check_calibration(const std::optional<std::filesystem::path>& calibration,
                                       double largest_days);
+/// acceptance.json beside rig.toml, if there is one: NO-GO where it is for this calibration; of
+/// another calibration or expired on `today` (ISO date) it is a warning.
+[[nodiscard]] Check check_acceptance(const std::filesystem::path& rig,
+                                     const std::optional<std::filesystem::path>& calibration,
+                                     const std::string& today);
+/// Both of these, today.
+[[nodiscard]] std::vector<Check> check_calibrated(
+    const std::filesystem::path& rig, const std::optional<std::filesystem::path>& calibration,
+    double largest_days);
 /// `wanted` sets: were all frames whole and together, clocks, exposure, focus?
 [[nodiscard]] std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras,
                                                std::size_t wanted);

@@ -416,5 +416,34 @@ TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
   EXPECT_TRUE(check_usb(cameras, {}, report, sys.path()).empty()) << "no device, nothing to say";
 }
 
+TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
+  const test::TemporaryFolder folder;
+  const fs::path calibration = folder.path() / "calibration.json";
+  write_durable(calibration, "{}");
+  const auto look = [&](const char* today) {
+    return check_acceptance(folder.path(), calibration, today);
+  };
+  EXPECT_TRUE(look("2026-03-01").go) << "none is no fault";
+  const auto write = [&](bool go, const std::string& sha256) {
+    Json json;
+    json["schema"] = "drapebench/acceptance/1";
+    json["calibration_sha256"] = sha256;
+    json["date"] = "2026-01-31";
+    json["valid_until"] = "2027-01-31";
+    json["go"] = go;
+    json["cause"] = go ? Json() : Json("cam1 moved since the calibration");
+    write_json(folder.path() / "acceptance.json", json);
+  };
+  const std::string own = sha256_of_file(calibration), another(64, '0');
+  write(true, own);
+  EXPECT_THAT(look("2027-01-31").found, testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(look("2027-02-01").found, HasSubstr("warning, expired"));
+  write(true, another);
+  EXPECT_THAT(look("2026-03-01").found, HasSubstr("warning, of another calibration"));
+  write(false, own);
+  EXPECT_FALSE(look("2026-03-01").go);
+  EXPECT_THAT(look("2026-03-01").found, HasSubstr("NO-GO, cam1 moved"));
+}
+
 }  // namespace
 }  // namespace drape::capture
