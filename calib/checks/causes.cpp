@@ -284,6 +284,53 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
   }
 }
 
+/// What one camera says of the target's pose at one placement, to first order.
+struct PoseSums {
+  Matrix6d information = Matrix6d::Zero();
+  Vector6d score = Vector6d::Zero();
+};
+
+/// Squares by which the cameras but `left_out` contradict each other on the target's pose.
+double contradiction(const std::vector<std::vector<PoseSums>>& by_placement, std::size_t left_out) {
+  double squares = 0;
+  for (const std::vector<PoseSums>& cameras : by_placement) {
+    PoseSums all;
+    int seen = 0;
+    double alone = 0;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      if (c == left_out || !(cameras[c].information.trace() > 0)) continue;
+      all.information += cameras[c].information;
+      all.score += cameras[c].score;
+      alone += cameras[c].score.dot(cameras[c].information.ldlt().solve(cameras[c].score));
+      ++seen;
+    }
+    if (seen > 1) squares += alone - all.score.dot(all.information.ldlt().solve(all.score));
+  }
+  return squares;
+}
+
+/// The camera without which the others agree: most of the contradiction goes with it, which none
+/// other does half as well. Nothing below three cameras.
+std::optional<std::size_t> odd_camera(const JointModel& model) {
+  const std::size_t cameras = model.cameras.size();
+  if (cameras < 3) return std::nullopt;
+  std::vector<std::vector<PoseSums>> sums(model.placements.size(), std::vector<PoseSums>(cameras));
+  for (const JointFrame& frame : model.frames) {
+    if (is_stage(model, frame.placement)) continue;
+    const MatrixXd d = by_placement(model, frame);
+    PoseSums& own = sums[frame.placement][frame.camera];
+    own.information = d.transpose() * d;
+    own.score = d.transpose() * residuals_px(model, frame);
+  }
+  const double all = contradiction(sums, cameras);
+  std::vector<double> left;
+  for (std::size_t c = 0; c < cameras; ++c) left.push_back(contradiction(sums, c));
+  std::vector<double> sorted = left;
+  std::sort(sorted.begin(), sorted.end());
+  if (!(sorted[0] < all / 4) || !(sorted[0] < sorted[1] / 2)) return std::nullopt;
+  return static_cast<std::size_t>(std::min_element(left.begin(), left.end()) - left.begin());
+}
+
 /// Cameras that agree with themselves but not with each other.
 void compare_alone_with_together(const JointModel& model, Causes& causes) {
   if (model.cameras.size() < 2 || !causes.fatal.empty() || !causes.warnings.empty()) return;
@@ -295,10 +342,13 @@ void compare_alone_with_together(const JointModel& model, Causes& causes) {
   const double apart_px = std::sqrt((together - alone) / static_cast<double>(model.cameras.size()));
   const double alone_px = std::sqrt(alone / static_cast<double>(model.cameras.size()));
   if (!(apart_px > alone_px)) return;
+  const auto odd = odd_camera(model);
   causes.warnings.push_back(fmt::format(
-      "the cameras disagree on where the target is by {:.3f} px RMS, more than the {:.3f} px that "
-      "each leaves alone: they are not exposed at the same time, the target or a camera moved "
-      "during a set, or the sides of the target differ; use one trigger or hold the target still",
+      "{} on where the target is by {:.3f} px RMS, more than the {:.3f} px that each leaves alone: "
+      "they are not exposed at the same time, the target or a camera moved during a set, or the "
+      "sides of the target differ; use one trigger or hold the target still",
+      odd ? model.cameras[*odd].camera.name + " disagrees with the others"
+          : std::string("the cameras disagree"),
       apart_px, alone_px));
 }
 
