@@ -254,8 +254,8 @@ Check check_acceptance(const std::filesystem::path& rig,
     check.found += ": warning, of another calibration than the one in use; " + check.to_type;
   } else if (!root.boolean("go")) {
     check.go = false;
-    check.found +=
-        ": NO-GO, " + root.optional_text("cause").value_or("a figure is beyond its limit");
+    check.found += ": NO-GO, " + root.optional_text("cause").value_or(
+                                     "a figure is beyond its limit or was not measured");
   } else if (until && *until < today) {
     check.found += ": warning, expired; " + check.to_type;
   }

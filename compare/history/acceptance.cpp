@@ -36,7 +36,8 @@ std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Sessio
   const std::string again = ": record the target again and run drape accept";
   if (!acceptance.go)
     doubts.push_back("the last acceptance of the rig is NO-GO: " +
-                     acceptance.cause.value_or("a figure is beyond its limit") + again);
+                     acceptance.cause.value_or("a figure is beyond its limit or was not measured") +
+                     again);
   std::string measured_with = session.calibration_sha256;
   std::optional<std::string> day;
   for (const DrapeFiles& drape : session.drapes) {
