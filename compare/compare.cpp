@@ -90,21 +90,6 @@ void check_group(const std::vector<Simulation>& simulations) {
   }
 }
 
-Measurement measurement_of(const Sheet& sheet) {
-  Measurement measurement;
-  measurement.marks = static_cast<int>(sheet.marks.size());
-  measurement.gaps = static_cast<int>(sheet.gaps.size());
-  std::vector<double> sigmas;
-  for (const SheetMark& mark : sheet.marks) {
-    if (mark.covariance_m2) sigmas.push_back(worst_sigma_m(*mark.covariance_m2));
-  }
-  if (sigmas.empty() || sigmas.size() != sheet.marks.size()) return measurement;
-  std::sort(sigmas.begin(), sigmas.end());
-  measurement.sigma_median_m = quantile(sigmas, 0.5);
-  measurement.sigma_max_m = sigmas.back();
-  return measurement;
-}
-
 std::vector<std::size_t> paper_order(const DrapeInput& input) {
   std::vector<std::size_t> order(input.simulations.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -382,6 +367,21 @@ std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& re
 
 }  // namespace
 
+Measurement measurement_of(const Sheet& sheet) {
+  Measurement measurement;
+  measurement.marks = static_cast<int>(sheet.marks.size());
+  measurement.gaps = static_cast<int>(sheet.gaps.size());
+  std::vector<double> sigmas;
+  for (const SheetMark& mark : sheet.marks) {
+    if (mark.covariance_m2) sigmas.push_back(worst_sigma_m(*mark.covariance_m2));
+  }
+  if (sigmas.empty() || sigmas.size() != sheet.marks.size()) return measurement;
+  std::sort(sigmas.begin(), sigmas.end());
+  measurement.sigma_median_m = quantile(sigmas, 0.5);
+  measurement.sigma_max_m = sigmas.back();
+  return measurement;
+}
+
 const SimulatedSource& Simulation::source() const {
   return std::get<SimulatedSource>(sheet.sheet.source);
 }
@@ -417,6 +417,8 @@ std::string Simulation::segments_text() const {
 }
 
 void Options::check() const {
+  if (!(significance > 0 && significance < 1))
+    throw usage_error("the significance must lie between 0 and 1", "see --significance");
   if (min_marks < 1) throw usage_error("the limit of marks must be at least 1", "see --min-marks");
   if (!(max_sigma_ratio > 0))
     throw usage_error("the limit of uncertainty must be above 0 %", "see --max-sigma-percent");

@@ -12,12 +12,19 @@
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/dense.hpp"
 #include "compare/metrics/drapemeter.hpp"
+#include "compare/metrics/ensemble.hpp"
 #include "compare/metrics/metrics.hpp"
 #include "compare/metrics/strain.hpp"
+#include "compare/repeats/mark_repeats.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
 namespace drape::compare {
+
+/// Which laying of which drape a measured sheet is, where its file says so (`source.repeat`).
+struct RepeatId {
+  std::string scene, repeat, face;  ///< the side of the cloth that lies up; may be empty
+};
 
 /// A sheet as read, with the SHA-256 of its .json (which carries everything).
 struct SheetFile {
@@ -25,6 +32,7 @@ struct SheetFile {
   std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
   std::string ply_sha256;  ///< of <stem>.ply
   Sheet sheet;
+  std::optional<RepeatId> repeat = {};  ///< of a measured sheet that says which laying it is
 };
 
 /// What the simulator states about its result (certificate.json): every entry under its own name,
@@ -75,6 +83,8 @@ struct DrapeInput {
   std::vector<Simulation> simulations;
   std::vector<OtherSurface> surfaces = {};
   std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
+  std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
+  std::optional<Ensemble> ensemble = {};  ///< that the branches among the simulations are of
 };
 
 /// When a comparison counts as good.
@@ -83,6 +93,7 @@ struct Options {
   double max_sigma_ratio = 0.1;     ///< median sigma of a mark over the best mean distance
   bool accept_unsettled = false;    ///< a simulation that is not at rest is no reason
   bool accept_penetration = false;  ///< nor one whose certificate states penetration
+  double significance = 0.05;       ///< part of real repeats that count as outside of the others
 
   /// Throws Error(usage).
   void check() const;
@@ -147,11 +158,33 @@ struct Measurement {
   std::optional<double> sigma_max_m;
 };
 
+[[nodiscard]] Measurement measurement_of(const Sheet& sheet);
+
 /// How the simulation compares with the real drape; never a verdict on the measurement.
 enum class Match { inside, outside, undecided };
+
+/// One thing that a match is judged against.
+struct MatchBasis {
+  std::string what;  ///< "total uncertainty", "repeats: marks", "branch", "band" ...
+  Match verdict = Match::undecided;
+  std::optional<double> value, limit;  ///< in `unit`; inside: value up to the limit
+  std::string unit = {};               ///< "mm" or "%"
+  std::optional<double> p = {};        ///< that one more repeat lies as far out
+  std::string reason = {};             ///< one phrase for people
+};
 struct MatchVerdict {
   Match match = Match::undecided;
   std::string reason;
+  std::string rests_on;  ///< "repeats", "total uncertainty" ...; empty: on nothing
+  std::vector<MatchBasis> bases;
+};
+
+/// A laying of the drape, its own among them, and whether the match rests on it too.
+struct RepeatLine {
+  std::optional<std::size_t> input;  ///< index into DrapeInput::repeats; absent: its own sheet
+  std::string set, repeat, face;     ///< face empty: not stated
+  std::string left_out;              ///< why it is not among the repeats; empty: it is
+  std::optional<double> from_own_m;  ///< root mean square of the marks; absent: its own
 };
 
 /// One contribution to the uncertainty of a mean distance.
@@ -180,7 +213,11 @@ struct Report {
   /// Index into real_virtual of the simulation that speaks for the drape. The rule stands before
   /// any distance is known: the finest grid with five segments (else the most), of this program.
   std::optional<std::size_t> headline;
-  std::optional<Budget> budget;  ///< of the headline's mean distance
+  std::optional<Budget> budget;     ///< of the headline's mean distance
+  std::vector<RepeatLine> repeats;  ///< empty: laid once; else its own first
+  /// The headline among the repeats that are not left out; absent where there is but its own.
+  std::optional<MarkRepeats> among_repeats;
+  double significance = 0.05;
   MatchVerdict match;
   std::vector<DrapemeterResult> drapemeters;  ///< as DrapeInput::simulations
   DrapemeterResult measured_drapemeter;

@@ -27,15 +27,13 @@ std::filesystem::path with_extension(std::filesystem::path file, const char* ext
 }
 
 Json json_of(const SheetMark& mark) {
-  Json json;
-  json["row"] = mark.mark.row;
-  json["col"] = mark.mark.col;
-  json["material_mm"] = to_json_vector(mark.material_m / mm);
-  json["xyz_mm"] = to_json_vector(mark.point_in_world / mm);
-  json["cov_mm2"] = mark.covariance_m2 ? to_json(*mark.covariance_m2 / (mm * mm)) : Json();
-  json["views"] = mark.views ? Json(*mark.views) : Json();
-  json["reprojection_px"] = mark.reprojection_px ? Json(*mark.reprojection_px) : Json();
-  return json;
+  return {{"row", mark.mark.row},
+          {"col", mark.mark.col},
+          {"material_mm", to_json_vector(mark.material_m / mm)},
+          {"xyz_mm", to_json_vector(mark.point_in_world / mm)},
+          {"cov_mm2", mark.covariance_m2 ? to_json(*mark.covariance_m2 / (mm * mm)) : Json()},
+          {"views", mark.views ? Json(*mark.views) : Json()},
+          {"reprojection_px", mark.reprojection_px ? Json(*mark.reprojection_px) : Json()}};
 }
 
 SheetMark read_mark(const JsonNode& node) {
@@ -50,27 +48,23 @@ SheetMark read_mark(const JsonNode& node) {
 }
 
 Json json_of(const MeasuredSource& source) {
-  Json json;
-  json["rig"] = source.rig;
-  json["set"] = source.set;
-  json["cameras"] = source.cameras;
-  json["calibration_sha256"] = source.calibration_sha256;
-  json["detections_sha256"] = source.detections_sha256;
-  return json;
+  return {{"rig", source.rig},
+          {"set", source.set},
+          {"cameras", source.cameras},
+          {"calibration_sha256", source.calibration_sha256},
+          {"detections_sha256", source.detections_sha256}};
 }
 
 Json json_of(const SimulatedSource& source) {
-  Json json;
-  json["scene"] = source.scene;
-  json["fabric"] = source.fabric;
-  json["scene_sha256"] = source.scene_sha256;
-  json["fabric_sha256"] = source.fabric_sha256;
-  json["start_sha256"] = source.start_sha256 ? Json(*source.start_sha256) : Json();
-  json["segments"] = source.segments;
-  json["model"] = source.model;
-  json["solver"] = source.solver;
-  json["status"] = source.status;
-  return json;
+  return {{"scene", source.scene},
+          {"fabric", source.fabric},
+          {"scene_sha256", source.scene_sha256},
+          {"fabric_sha256", source.fabric_sha256},
+          {"start_sha256", source.start_sha256 ? Json(*source.start_sha256) : Json()},
+          {"segments", source.segments},
+          {"model", source.model},
+          {"solver", source.solver},
+          {"status", source.status}};
 }
 
 std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) {
@@ -94,12 +88,10 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
 }
 
 Json json_of(const ErrorBudget& budget) {
-  Json json;
-  json["detection"] = budget.detection_m / mm;
-  json["calibration"] = budget.calibration_m ? Json(*budget.calibration_m / mm) : Json();
-  json["dot_shape"] = budget.dot_shape_m / mm;
-  json["total"] = budget.total_m / mm;
-  return json;
+  return {{"detection", budget.detection_m / mm},
+          {"calibration", budget.calibration_m ? Json(*budget.calibration_m / mm) : Json()},
+          {"dot_shape", budget.dot_shape_m / mm},
+          {"total", budget.total_m / mm}};
 }
 
 ErrorBudget read_budget(const JsonNode& node) {

@@ -12,6 +12,7 @@
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "front/object_tags.hpp"
+#include "front/repeats.hpp"
 
 namespace drape {
 namespace {
@@ -24,6 +25,7 @@ struct Drape {
   Scene scene;
   fs::path folder;
   std::vector<ObjectTags> tags;
+  std::vector<DrapeRepeat> repeats;  ///< its own laying among them only where the rig names it
 
   /// object.json of a plate of tags.
   [[nodiscard]] fs::path object_file(const ObjectTags& plate) const {
@@ -36,6 +38,15 @@ struct Drape {
   }
   /// What is simulated.
   [[nodiscard]] fs::path scene_file() const { return scene_file(tags.size()); }
+
+  [[nodiscard]] bool is_own(const DrapeRepeat& repeat) const { return repeat.set == scene.set; }
+  [[nodiscard]] fs::path folder_of(const DrapeRepeat& repeat) const {
+    return is_own(repeat) ? folder : folder / "repeats" / repeat.repeat;
+  }
+  /// Who fails where a step of it does.
+  [[nodiscard]] std::string name_of(const DrapeRepeat& repeat) const {
+    return is_own(repeat) ? scene.name : fmt::format("{}, repeat {}", scene.name, repeat.repeat);
+  }
 };
 
 /// Everything the steps are made of.
@@ -105,6 +116,12 @@ Group detect_group(const Bench& bench) {
     group.steps.push_back(detect_step(bench, "drape " + drape.scene.name, "cloth",
                                       {drape.scene.set}, drape.folder / "detections.json"));
     group.steps.back().drape = drape.scene.name;
+    for (const DrapeRepeat& repeat : drape.repeats) {
+      if (drape.is_own(repeat)) continue;
+      group.steps.push_back(detect_step(bench, "drape " + drape.name_of(repeat), "cloth",
+                                        {repeat.set}, drape.folder_of(repeat) / "detections.json"));
+      group.steps.back().drape = drape.name_of(repeat);
+    }
     for (const ObjectTags& plate : drape.tags) {
       group.steps.push_back(detect_step(bench, what_of(drape, plate), "target", {plate.set},
                                         plate_detections(drape, plate),
@@ -153,20 +170,37 @@ Group calib_group(const Bench& bench) {
           1};
 }
 
+/// Marks of one laying; `repeat` says which, where the rig does.
+Step triangulate_step(const Bench& bench, const Drape& drape, const DrapeRepeat* repeat) {
+  const fs::path folder = repeat == nullptr ? drape.folder : drape.folder_of(*repeat);
+  const std::string name = repeat == nullptr ? drape.scene.name : drape.name_of(*repeat);
+  const fs::path output = folder / "sheet.ply";
+  Step measure =
+      step("triangulate", "drape " + name,
+           {(folder / "detections.json").string(), "--calibration", bench.calibration().string(),
+            "--set", repeat == nullptr ? drape.scene.set : repeat->set, "--scene",
+            drape.scene_file().string(), "--out", output.string(), "--json"},
+           output);
+  for (const ObjectTags& plate : drape.tags) {
+    measure.arguments.emplace_back("--object");
+    measure.arguments.push_back(drape.object_file(plate).string());
+  }
+  if (repeat != nullptr) measure.arguments.push_back("--repeat=" + repeat->repeat);
+  if (repeat != nullptr && !repeat->face.empty())
+    measure.arguments.push_back("--face=" + repeat->face);
+  measure.drape = name;
+  return measure;
+}
+
 Group triangulate_group(const Bench& bench) {
   Group group{"triangulate", {}, bench.options.threads};
   for (const Drape& drape : bench.drapes) {
-    const fs::path output = drape.folder / "sheet.ply";
-    group.steps.push_back(step("triangulate", "drape " + drape.scene.name,
-                               {(drape.folder / "detections.json").string(), "--calibration",
-                                bench.calibration().string(), "--set", drape.scene.set, "--scene",
-                                drape.scene_file().string(), "--out", output.string(), "--json"},
-                               output));
-    for (const ObjectTags& plate : drape.tags) {
-      group.steps.back().arguments.emplace_back("--object");
-      group.steps.back().arguments.push_back(drape.object_file(plate).string());
-    }
-    group.steps.back().drape = drape.scene.name;
+    const DrapeRepeat* own = nullptr;
+    for (const DrapeRepeat& repeat : drape.repeats)
+      if (drape.is_own(repeat)) own = &repeat;
+    group.steps.push_back(triangulate_step(bench, drape, own));
+    for (const DrapeRepeat& repeat : drape.repeats)
+      if (!drape.is_own(repeat)) group.steps.push_back(triangulate_step(bench, drape, &repeat));
   }
   return group;
 }
@@ -273,11 +307,18 @@ Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs:
   };
   for (const Drape& drape : bench.drapes) {
     if (!add(drape.folder / "sheet.ply")) continue;
+    bool simulated = false;
     for (const int grid : bench.rig.grids)
       for (const int segments : bench.rig.segments)
-        add(simulation_folder(drape, grid, segments) / "sheet.ply");
+        simulated = add(simulation_folder(drape, grid, segments) / "sheet.ply") || simulated;
     for (const fs::path& sheet : branch_sheets(bench, drape, failed))
       arguments.push_back(sheet.string());
+    for (const DrapeRepeat& repeat : drape.repeats) {
+      const fs::path sheet = drape.folder_of(repeat) / "sheet.ply";
+      if (!simulated || drape.is_own(repeat) || failed.count(run_record_path(sheet)) != 0) continue;
+      arguments.emplace_back("--repeat");
+      arguments.push_back(sheet.string());
+    }
     const fs::path split = drape.folder / "sensitivity" / "sensitivity.json";
     // Named, so that a comparison from before it was made is not up to date.
     if (fs::is_regular_file(split)) {
@@ -303,10 +344,14 @@ Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs:
 
 std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   std::vector<Drape> drapes;
+  const std::vector<DrapeRepeat> repeats = repeats_of(rig.file);
   for (const fs::path& file : rig.scenes) {
     Scene scene = read_scene(file);
     const fs::path folder = out / scene.name;
-    drapes.push_back({std::move(scene), folder, object_tags_of(file)});
+    std::vector<DrapeRepeat> own;
+    std::copy_if(repeats.begin(), repeats.end(), std::back_inserter(own),
+                 [&](const DrapeRepeat& one) { return one.scene == scene.name; });
+    drapes.push_back({std::move(scene), folder, object_tags_of(file), std::move(own)});
   }
   return drapes;
 }

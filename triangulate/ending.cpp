@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {
@@ -125,6 +127,26 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
         "drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR", out.string());
   }
   return ending;
+}
+
+void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set) {
+  record.option("set", set);
+  record.option("min_marks", fmt::format("{}", options.min_marks));
+  record.option("max_sigmas", fmt::format("{}", options.max_sigmas));
+  record.option("max_stretch", fmt::format("{}", options.max_stretch));
+  record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
+  record.option("floor_px", fmt::format("{}", options.floor_px));
+  record.option("doubt_mm", fmt::format("{}", options.doubt_mm));
+  record.option("doubt_sigmas", fmt::format("{}", options.doubt_sigmas));
+  record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
+  record.option("merge_islands", options.merge_islands ? "true" : "false");
+}
+
+void note_repeat(const std::filesystem::path& sheet, const RepeatId& id) {
+  const auto file = std::filesystem::path(sheet).replace_extension(".json");
+  Json json = Json::parse(read_text(file));
+  json["source"]["repeat"] = {{"scene", id.scene}, {"repeat", id.name}, {"face", id.face}};
+  write_json(file, json);
 }
 
 }  // namespace drape::triangulate

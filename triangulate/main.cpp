@@ -37,19 +37,6 @@ void add_options(Command& app, TriangulateOptions& options) {
                "leave pieces of lattice without labels as they are");
 }
 
-void note_options(RunRecord& record, const TriangulateOptions& options, const std::string& set) {
-  record.option("set", set);
-  record.option("min_marks", fmt::format("{}", options.min_marks));
-  record.option("max_sigmas", fmt::format("{}", options.max_sigmas));
-  record.option("max_stretch", fmt::format("{}", options.max_stretch));
-  record.option("min_angle_deg", fmt::format("{}", options.min_angle_deg));
-  record.option("floor_px", fmt::format("{}", options.floor_px));
-  record.option("doubt_mm", fmt::format("{}", options.doubt_mm));
-  record.option("doubt_sigmas", fmt::format("{}", options.doubt_sigmas));
-  record.option("correct_dot_shape", options.correct_dot_shape ? "true" : "false");
-  record.option("merge_islands", options.merge_islands ? "true" : "false");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -60,6 +47,7 @@ int main(int argc, char** argv) {
   fs::path detections_file, calibration_file, scene_file, out;
   std::vector<fs::path> object_files;
   std::string set;
+  RepeatId repeat;
   add_common_options(app, common);
   app.add_option("DETECTIONS", detections_file, "detections.json of the cloth")->required();
   app.add_option("--calibration", calibration_file, "calibration.json of the rig")->required();
@@ -68,6 +56,9 @@ int main(int argc, char** argv) {
                  "scene.toml: NO-GO where the marks contradict its objects, table or fabric");
   app.add_option("--object", object_files,
                  "object.json of a plate of tags (drape object): NO-GO where it contradicts");
+  app.add_option("--repeat", repeat.name,
+                 "name of this laying of the drape, kept in the sheet; needs --scene");
+  app.add_option("--face", repeat.face, "side of the cloth that lies up; with --repeat");
   app.add_option("--out", out, "sheet.ply to write, with sheet.json beside it")->required();
   add_options(app, options);
   return run_program(app, argc, argv, common, [&] {
@@ -80,6 +71,9 @@ int main(int argc, char** argv) {
       options.scene = read_scene(scene_file);
       record.input(scene_file);
     }
+    if (repeat.name.empty() ? !repeat.face.empty() : scene_file.empty())
+      throw usage_error("a repeat is named without its drape", "give --repeat, --scene and --face");
+    if (!repeat.name.empty()) require_plain_name(repeat.name, {.field = "--repeat"});
     for (const fs::path& file : object_files) {
       record.input(file);
       for (const std::string& text : JsonNode::open(file, "object", 1).texts("contradictions"))
@@ -91,6 +85,7 @@ int main(int argc, char** argv) {
     source.detections_sha256 = sha256_of_file(detections_file);
     source.calibration_sha256 = sha256_of_file(calibration_file);
     write_sheet(out, result.sheet);
+    if (!repeat.name.empty()) note_repeat(out, {options.scene->name, repeat.name, repeat.face});
     record.output(fs::path(out).replace_extension(".ply"));
     record.output(fs::path(out).replace_extension(".json"));
     note_options(record, options, set);

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "compare/hems/shadow.hpp"
+#include "compare/repeats/student.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/parallel.hpp"
@@ -179,6 +180,10 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
     record.hem = shadow_of(mesh);
     record.go = mesh.status.empty() || mesh.status == "at rest";
     if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);
+    if (names == nullptr && !mesh.fabric.empty()) {
+      record.fabric = mesh.fabric;
+      record.repeat = input.name;
+    }
     evaluate(record, {}, options);
   } else {
     read_picture(input.file, options, record);
@@ -288,6 +293,23 @@ HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& opti
   return set;
 }
 
+std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
+  std::vector<double> values;
+  for (const HemRecord* hem : hems)
+    if (hem->go) values.push_back(hem->drape_coefficient());
+  const auto n = static_cast<double>(values.size());
+  if (values.size() < 2) return std::nullopt;
+  EnsembleBand band{static_cast<int>(values.size()), 0, 0, 0, 0};
+  for (const double value : values) band.mean += value / n;
+  double squares = 0;
+  for (const double value : values) squares += (value - band.mean) * (value - band.mean);
+  const double sd = std::sqrt(squares / (n - 1)), t = student_quantile(0.975, n - 1);
+  band.mean_u = t * sd / std::sqrt(n);
+  band.low = band.mean - t * sd * std::sqrt(1 + 1 / n);
+  band.high = band.mean + t * sd * std::sqrt(1 + 1 / n);
+  return band;
+}
+
 std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
                                  const std::vector<HemRecord>& virtual_hems,
                                  const MatchOptions& options) {
@@ -318,7 +340,10 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
       match.p = joint_p({match.drape_coefficient, match.hem});
       const auto detectable = match.drape_coefficient.detectable;
       match.verdict = "inside";
-      if (!match.p) {
+      if (!candidate.go) {
+        match.verdict = "undecided";
+        match.reason = candidate.warnings.back();
+      } else if (!match.p) {
         match.verdict = "undecided";
         match.reason = "one drape and no prior: nothing is known of its repeats";
       } else if (*match.p < options.significance) {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "compare/hems/hem.hpp"
-#include "compare/hems/repeats.hpp"
 #include "compare/hems/silhouette.hpp"
+#include "compare/repeats/hem.hpp"
+#include "compare/repeats/repeats.hpp"
 #include "core/files/json_file.hpp"
 
 namespace drape::compare {
@@ -38,7 +38,7 @@ struct HemReadOptions {
   std::optional<double> scale_u;  ///< relative standard uncertainty; of every input
   /// Where fabric, sample, face and repeat stand in a file's path (below the folder that was given,
   /// without ending), such as "{fabric}/s{sample}_f{face}_{repeat}"; `*` is any text. Empty: only
-  /// the file's name is kept, as the fabric.
+  /// the file's name is kept, as the fabric; of a start of an ensemble (cusick.json) as its repeat.
   std::string names;
   int threads = 1;
 };
@@ -56,6 +56,16 @@ struct HemSet {
 /// when nothing is named.
 [[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
                                const HemReadOptions& options);
+
+/// Mean of an ensemble, and where its drapes lie: t of n - 1 degrees of freedom.
+struct EnsembleBand {
+  int drapes = 0;
+  double mean = 0;
+  double mean_u = 0;         ///< expanded, 95 %
+  double low = 0, high = 0;  ///< one more drape lies between them in 95 of 100 cases
+};
+/// Of the coefficients of the hems of one fabric that rest; nothing below two.
+[[nodiscard]] std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems);
 
 /// A virtual hem beside the repeats of one fabric and face.
 struct HemMatch {

@@ -105,9 +105,14 @@ namespace {
 
 /// What the list of virtual drapes beside a mesh says of it.
 void read_list(const std::filesystem::path& list, const std::string& name, ShadowMesh& mesh) {
-  for (const JsonNode& start : JsonNode::open(list, "cusick", 1).items("starts")) {
+  const JsonNode root = JsonNode::open(list, "cusick", 1);
+  for (const JsonNode& start : root.items("starts")) {
     if (start.text("file") != name) continue;
+    mesh.fabric = root.text("fabric");
     mesh.status = start.boolean("at_rest") ? "at rest" : "relaxation ended before";
+    if (start.has("refusals"))
+      for (const std::string& refusal : start.texts("refusals"))
+        mesh.status = "refused by the checker: " + refusal;
     mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
   }
 }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/hems/hem.hpp"
+#include "compare/repeats/hem.hpp"
 
 namespace drape::compare {
 
@@ -19,6 +19,7 @@ struct ShadowMesh {
   std::vector<std::array<std::size_t, 3>> triangles;
   std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
   std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
+  std::string fabric;                  ///< of a start of an ensemble (cusick.json); else empty
 };
 
 /// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up; where a

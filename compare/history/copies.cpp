@@ -96,6 +96,7 @@ std::vector<fs::path> keep_copies(const fs::path& store, const Session& session)
   };
   for (const DrapeFiles& drape : session.drapes) {
     copy_sheet(drape.input.measured, copies);
+    for (const SheetFile& repeat : drape.input.repeats) copy_sheet(repeat, copies);
     for (const Simulation& simulation : drape.input.simulations) add(simulation);
   }
   for (const auto& group : session.virtual_only)

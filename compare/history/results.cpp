@@ -193,16 +193,19 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
   const Condition condition = condition_of(scene_filter);
   const Table groups = store.query(
       "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
-      "s.date, s.match, s.match_reason FROM " +
+      "s.date, s.match, s.match_reason, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON "
+      "r.number = s.run JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
+      "c.measured_sha256 WHERE c.id = v.id) FROM " +
           current() + condition.sql + " AND branch IS NULL ORDER BY scene, measured",
       condition.parameters);
   std::vector<Table> tables;
   for (const auto& group : groups.rows) {
     std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
     if (!group[5].empty())
-      title += fmt::format("; run {} of {}: measurement {}{}; match {}", group[5],
+      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", group[5],
                            group[6].substr(0, 10), group[3],
-                           group[4].empty() ? "" : " (" + group[4] + ")", group[7]);
+                           group[4].empty() ? "" : " (" + group[4] + ")", group[7],
+                           group[9].empty() ? "" : ", by " + group[9]);
     Condition same = condition_of(filter);
     same.add("scene", group[0]);
     same.add("measured", group[1]);
@@ -313,7 +316,8 @@ RunDifference difference_of_runs(const StoreReader& store, int first, int second
   if (difference.sentence.empty()) difference.sentence = "no value differs";
   difference.drapes = store.query(
       "SELECT d.run, d.scene, d.grid_size, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm, "
-      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, d.measurement, d.match FROM "
+      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, d.measurement, d.match, "
+      "d.match_rests_on FROM "
       "v_run_drape AS d WHERE d.run IN (CAST(?1 AS INTEGER), CAST(?2 AS INTEGER)) ORDER BY "
       "d.scene, "
       "d.run",
@@ -357,7 +361,8 @@ Table trend_by(const StoreReader& store, const std::string& key) {
       chosen + "SELECT d.scene, " + value +
           " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
-          "expanded_uncertainty_mm, d.measurement, d.match FROM v_run_drape AS d ORDER BY d.scene, "
+          "expanded_uncertainty_mm, d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d "
+          "ORDER BY d.scene, "
           "by_value, d.date, d.run",
       keys);
   table.names[1] = key;

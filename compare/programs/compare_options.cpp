@@ -20,6 +20,11 @@ void add_compare_options(Command& app, CompareArguments& arguments) {
   app.add_option("--report", arguments.report, "report.html to write, its pictures beside it");
   app.add_option("--label", arguments.label.label, "name of the run in the store");
   app.add_option("--operator", arguments.label.operator_name, "who ran it");
+  app.add_option("--repeat", arguments.repeats,
+                 "measured sheet of a drape that was laid again: the match rests on three or more");
+  app.add_option("--significance", arguments.options.significance,
+                 "part of real repeats that count as outside of the others")
+      ->capture_default_str();
   app.add_option("--sensitivity", arguments.sensitivities,
                  "sensitivity.json that must lie beside a measured sheet");
   app.add_option("--min-marks", arguments.options.min_marks,

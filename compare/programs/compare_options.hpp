@@ -16,7 +16,7 @@ namespace drape::compare {
 struct CompareArguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report, acceptance;
-  std::vector<std::filesystem::path> sensitivities;
+  std::vector<std::filesystem::path> sensitivities, repeats;
   RunLabel label;
   double max_sigma_percent = 10;
   Options options;

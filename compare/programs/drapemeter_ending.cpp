@@ -26,8 +26,10 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
   for (const std::string& fabric : fabrics) {
     std::vector<RepeatKey> keys;
     std::vector<double> values;
+    std::vector<const HemRecord*> of_fabric;
     for (const HemRecord& hem : hems) {
       if (hem.fabric != fabric) continue;
+      of_fabric.push_back(&hem);
       keys.push_back(hem.key());
       values.push_back(hem.drape_coefficient());
     }
@@ -38,6 +40,12 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
     if (found.repeat_sd) text += fmt::format(", repeat sd {:.2f}", *found.repeat_sd);
     if (found.sample_sd) text += fmt::format(", sample sd {:.2f}", *found.sample_sd);
     ending.numbers.emplace_back("drape coefficient " + fabric, text);
+    if (const auto band = band_of(of_fabric))
+      ending.numbers.emplace_back(
+          "mean and band " + fabric,
+          fmt::format("{:.1f} %, U {:.1f} (95 %); 95 of 100 drapes lie from {:.1f} to {:.1f} %; n "
+                      "{}",
+                      band->mean, band->mean_u, band->low, band->high, band->drapes));
   }
 }
 

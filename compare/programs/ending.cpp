@@ -6,6 +6,7 @@
 #include <map>
 
 #include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -78,6 +79,9 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["cause"] = report.go() ? Json() : Json(report.no_go.front());
     drape["match"] = name_of(report.match.match);
     drape["match_reason"] = report.match.reason;
+    drape["match_rests_on"] = report.match.rests_on;
+    drape["match_bases"] = json_of(basis_table(report));
+    drape["repeats"] = json_of(repeats_table(report));
     drape["expanded_uncertainty_mm"] =
         report.budget ? Json(report.budget->expanded_m / mm) : Json();
     if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));

@@ -24,7 +24,7 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   arguments.options.check();
   Progress progress("compare", common.quiet || common.json);
   progress.update(0, "reading sheets");
-  const Session session = read_session(arguments.sheets, arguments.calibration);
+  const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
   Outcome outcome;
   outcome.warnings = session.warnings;

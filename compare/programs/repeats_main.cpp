@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compare/hems/mark_repeats.hpp"
+#include "compare/repeats/mark_repeats.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/units.hpp"
 
 using namespace drape;
 using namespace drape::compare;
-using units::mm;
 
 namespace {
 
@@ -30,31 +28,6 @@ std::vector<NamedSheet> sheets_of(const std::vector<std::filesystem::path>& file
   return sheets;
 }
 
-Json json_of(const MarkRepeats& found, const Arguments& arguments) {
-  Json json;
-  json["schema"] = "drapebench/repeats/1";
-  json["significance"] = arguments.significance;
-  json["marks"] = found.marks;
-  json["repeats"] = Json::array();
-  for (std::size_t i = 0; i < arguments.repeats.size(); ++i) {
-    Json row = Json::array();
-    for (const double d : found.real_to_real_m[i]) row.push_back(d / mm);
-    json["repeats"].push_back({{"sheet", arguments.repeats[i].string()}, {"rms_mm", row}});
-  }
-  json["matches"] = Json::array();
-  for (const auto& match : found.matches) {
-    Json row = Json::array();
-    for (const double d : match.distances_m) row.push_back(d / mm);
-    json["matches"].push_back({{"sheet", match.name},
-                               {"marks", match.marks},
-                               {"rms_mm", row},
-                               {"verdict", match.verdict},
-                               {"reason", match.reason.empty() ? Json() : Json(match.reason)},
-                               {"p", match.judgement.p ? Json(*match.judgement.p) : Json()}});
-  }
-  return json;
-}
-
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-repeats", std::move(words),
                    arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
@@ -66,11 +39,12 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
       fmt::format("{} repeats with {} marks in common", arguments.repeats.size(), found.marks);
   for (const auto& match : found.matches)
     ending.numbers.emplace_back(
-        match.name, match.verdict +
-                        (match.judgement.p ? fmt::format(", p {:.3f}", *match.judgement.p) : "") +
+        match.name, match.verdict + (match.p ? fmt::format(", p {:.3f}", *match.p) : "") +
                         (match.reason.empty() ? "" : "; " + match.reason));
   if (arguments.out) {
-    write_json(*arguments.out, json_of(found, arguments));
+    std::vector<std::string> names;
+    for (const auto& file : arguments.repeats) names.push_back(file.string());
+    write_json(*arguments.out, repeats_json(found, names, arguments.significance));
     record.output(*arguments.out);
   }
   return finish(ending, common, record);
@@ -79,7 +53,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
 }  // namespace
 
 int main(int argc, char** argv) {
-  Command app("Is a virtual sheet inside the repeats of the real one, mark by mark?",
+  Command app("Is a virtual sheet inside the repeats of the real one, by marks, hem and spectrum?",
               "drape-repeats");
   CommonOptions common;
   Arguments arguments;

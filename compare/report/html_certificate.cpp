@@ -9,6 +9,7 @@
 #include "compare/report/html.hpp"
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
@@ -45,7 +46,7 @@ std::string calibration_line(const Session& session) {
 }
 
 /// What the run is and rests on.
-Table basis_table(const Session& session, const Outcome& outcome) {
+Table run_table(const Session& session, const Outcome& outcome) {
   Table table;
   table.names = {"what", "value"};
   table.heads = {"", ""};
@@ -83,8 +84,9 @@ Table basis_table(const Session& session, const Outcome& outcome) {
 Table drapes_table(const Session& session, const Outcome& outcome) {
   Table table;
   table.names = {"drape",      "measurement",        "marks",          "uncertainty of a mark (mm)",
-                 "simulation", "mean distance (mm)", "± U (mm), 95 %", "match"};
-  table.numeric = {false, false, true, true, false, true, true, false};
+                 "simulation", "mean distance (mm)", "± U (mm), 95 %", "match",
+                 "by"};
+  table.numeric = {false, false, true, true, false, true, true, false, false};
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     const Report& report = outcome.reports[i];
     std::string simulation, mean, expanded;
@@ -98,7 +100,7 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
                              report.budget->expanded_m / mm);
     table.add({report.name, report.go() ? "GO" : "NO-GO", std::to_string(report.measurement.marks),
                mm_text(report.measurement.sigma_median_m), simulation, mean, expanded,
-               name_of(report.match.match)});
+               name_of(report.match.match), report.match.rests_on});
   }
   return table;
 }
@@ -139,12 +141,15 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
     if (!report.go()) text += " <b>NO-GO:</b> " + xml(report.no_go.front()) + ".";
     if (report.budget) text += " " + xml(budget_sentence(*report.budget)) + ".";
     text += "</p>\n";
+    if (report.match.bases.size() > 1) text += html_table(basis_table(report));
+    if (!report.repeats.empty()) text += html_table(repeats_table(report));
   }
-  text += html_table(basis_table(session, outcome));
+  text += html_table(run_table(session, outcome));
   text +=
       "<p class=\"soft\">GO says that the marks were measured within their stated uncertainties; "
       "it "
-      "says nothing of the simulation. Match says how far the simulation is from the real drape, "
+      "says nothing of the simulation. Match says whether the simulation could be one more laying "
+      "of the real drape, or, where it was laid fewer than three times, how far it is from it, "
       "against the total uncertainty. The simulation was chosen before any distance was known: the "
       "finest grid with five segments.</p>\n<p>";
   for (const Report& report : outcome.reports)

@@ -9,6 +9,7 @@
 #include "compare/report/html.hpp"
 #include "compare/report/viewer.hpp"
 #include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -42,7 +43,8 @@ std::string facts(const DrapeInput& input, const Report& report) {
         fact(fmt::format("± {:.3f} mm", report.budget->expanded_m / mm),
              report.budget->missing.empty() ? "total uncertainty U of the mean (95 %)"
                                             : "total uncertainty U of the mean (95 %), at least");
-  text += fact(name_of(report.match.match), "match");
+  text += fact(name_of(report.match.match),
+               report.match.rests_on.empty() ? "match" : "match, by " + report.match.rests_on);
   return text + "</ul>\n";
 }
 

@@ -104,11 +104,19 @@ void find_recording(DrapeFiles& drape) {
   }
 }
 
+std::optional<RepeatId> read_repeat(const fs::path& json) {
+  const JsonNode source = JsonNode::open(json, "sheet", 1).at("source");
+  if (!source.has("repeat")) return std::nullopt;
+  const JsonNode id = source.at("repeat");
+  return RepeatId{id.name("scene"), id.name("repeat"), id.text("face")};
+}
+
 SheetFile read_sheet_file(const fs::path& file, Session& session) {
   fs::path json = file, ply = file;
   json.replace_extension(".json");
   ply.replace_extension(".ply");
   SheetFile sheet{file, {}, {}, read_sheet(file)};
+  if (sheet.sheet.is_measured()) sheet.repeat = read_repeat(json);
   sheet.sha256 = sha256_of_file(json);
   sheet.ply_sha256 = sha256_of_file(ply);
   session.read.emplace_back(json, sheet.sha256);
@@ -202,7 +210,19 @@ void find_scene(DrapeFiles& drape, const Simulation& simulation, const MadeBy& m
   }
 }
 
+/// Of branches that the measured sheet, as it is now, placed: it judged that sheet.
+void find_ensemble(DrapeFiles& drape, const Simulation& simulation) {
+  const SheetFile& measured = drape.input.measured;
+  const auto& start = simulation.source().start_sha256;
+  if (!simulation.branch || drape.input.ensemble || !start ||
+      (*start != measured.sha256 && *start != measured.ply_sha256))
+    return;
+  drape.input.ensemble = read_ensemble(simulation.sheet.file.parent_path() / ".." / "branches.json",
+                                       simulation.branch->set_sha256);
+}
+
 void add_simulated(Simulation simulation, DrapeFiles& drape, Session& session) {
+  find_ensemble(drape, simulation);
   drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
   if (drape.simulated_by.back()) find_scene(drape, simulation, *drape.simulated_by.back(), session);
   drape.input.simulations.push_back(std::move(simulation));
@@ -255,6 +275,37 @@ void read_calibration_of(const fs::path& file, Session& session) {
   }
 }
 
+/// The scene of a drape: that of its simulations.
+std::string scene_of(const DrapeFiles& drape) {
+  for (const Simulation& simulation : drape.input.simulations)
+    if (!simulation.other_simulator) return simulation.source().scene;
+  const auto& own = drape.input.measured.repeat;
+  return own ? own->scene : std::string();
+}
+
+void add_repeat(const fs::path& file, Session& session) {
+  SheetFile sheet = read_sheet_file(file, session);
+  if (!sheet.repeat)
+    throw bad_input("the sheet does not say which repeat of which drape it is",
+                    {.file = file.string(), .field = "source.repeat"},
+                    "measure it with drape-triangulate --repeat NAME --scene FILE");
+  const auto of =
+      std::find_if(session.drapes.begin(), session.drapes.end(),
+                   [&](const DrapeFiles& drape) { return scene_of(drape) == sheet.repeat->scene; });
+  if (of == session.drapes.end())
+    throw bad_input(fmt::format("no drape of scene `{}` is given", sheet.repeat->scene),
+                    {.file = file.string(), .field = "source.repeat"},
+                    "give that drape's sheet and simulations, or leave the repeat out");
+  std::vector<SheetFile>& repeats = of->input.repeats;
+  const bool twice = sheet.sha256 == of->input.measured.sha256 ||
+                     std::any_of(repeats.begin(), repeats.end(),
+                                 [&](const SheetFile& one) { return one.sha256 == sheet.sha256; });
+  if (twice)
+    throw bad_input("this sheet is given twice for one drape", {.file = file.string()},
+                    "give each repeat once");
+  repeats.push_back(std::move(sheet));
+}
+
 }  // namespace
 
 Certificate read_certificate(const fs::path& file) {
@@ -282,7 +333,8 @@ History read_history(const fs::path& file) {
   return {names, read_csv(file, names).columns};
 }
 
-Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file) {
+Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibration_file,
+                     const std::vector<fs::path>& repeats) {
   Session session;
   for (const fs::path& file : sheets) {
     if (file.extension() == ".toml") {
@@ -300,6 +352,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   }
   if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
+  for (const fs::path& file : repeats) add_repeat(file, session);
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
   return session;
 }

@@ -52,9 +52,11 @@ struct Session {
 /// compared with each other), and beside them detections.json, sensitivity/sensitivity.json,
 /// certificate.json, history.csv, the run records and through these the scene, where they exist. A
 /// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
-/// Error(bad_input) when a sheet was measured with another calibration than the one given.
+/// Error(bad_input) when a sheet was measured with another calibration than the one given. Each of
+/// `repeats`, a measured sheet that says which repeat it is, joins the drape of its scene.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
-                                   const std::filesystem::path& calibration_file);
+                                   const std::filesystem::path& calibration_file,
+                                   const std::vector<std::filesystem::path>& repeats = {});
 
 /// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);

@@ -97,6 +97,11 @@ const std::vector<LedgerKind>& ledger_kinds() {
         "BY comparison_id",
         "SELECT * FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
         "owner, key"}},
+      {"run_match",
+       "sha256",
+       {"SELECT * FROM run_match WHERE sha256 = ?1",
+        "SELECT * FROM match_basis WHERE match_sha256 = ?1 ORDER BY basis",
+        "SELECT * FROM real_repeat WHERE match_sha256 = ?1 ORDER BY sheet_sha256"}},
   };
   return kinds;
 }

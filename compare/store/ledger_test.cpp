@@ -135,7 +135,7 @@ TEST(Ledger, EightWritersAtOnceLoseNothing) {
 
 /// A store as drapebench wrote it: version 1 before there was a ledger, version 2 before surfaces
 /// without marks were kept, version 3 before branches were, version 4 (drapebench 0.1.0, bench1)
-/// before runs were.
+/// before runs were, version 5 (drapebench 0.2.0, bench1's C) before what a match rests on was.
 void make_version(int version, const fs::path& file) {
   SQLite::Database database(file.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE);
   database.exec(read_text(drape::test::source_root() / "compare" / "test_data" /
@@ -226,7 +226,9 @@ TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
         .getString();
   };
   const std::string head = chain();
-  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), GetParam() < 4 ? 3U : 18U)
+  EXPECT_EQ(list_results(StoreReader(file), {}).rows.size(), GetParam() < 4    ? 3U
+                                                             : GetParam() == 4 ? 18U
+                                                                               : 1U)
       << "a reader needs no migration";
   Store(file).close();
   EXPECT_EQ(rows_of_version_2(file), before);
@@ -235,6 +237,21 @@ TEST_P(KeptVersion, KeepsEveryRowAndItsChain) {
   EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
   EXPECT_EQ(one(reader, "SELECT count(*) FROM v_comparison WHERE simulator = 'Blender 3.4'"),
             GetParam() < 4 ? "1" : "0");
+}
+
+TEST(Migration, RunsOfVersion5StayAndSayNothingOfWhatTheirMatchRestsOn) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  make_version(5, file);
+  const auto runs = [&] { return StoreReader(file).query("SELECT * FROM run_drape").rows; };
+  const auto before = runs();
+  ASSERT_EQ(before.size(), 1U);
+  Store(file).close();
+  EXPECT_EQ(runs(), before);
+  const StoreReader reader(file);
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM run_match"), "0");
+  EXPECT_EQ(one(reader, "SELECT match_rests_on FROM v_run_drape"), "");
+  EXPECT_EQ(list_runs(reader, {}).rows.size(), 1U);
 }
 
 TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
@@ -250,7 +267,7 @@ TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
   EXPECT_FALSE(verify_store(file).findings.empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4));
+INSTANTIATE_TEST_SUITE_P(Migration, KeptVersion, testing::Values(2, 3, 4, 5));
 
 TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   const drape::test::TemporaryFolder folder;
@@ -258,7 +275,7 @@ TEST(Migration, AMigratedStoreHasTheSchemaOfANewOneAndGrows) {
   Store(new_file).close();
   const char* schema =
       "SELECT type, name, sql FROM sqlite_master WHERE sql IS NOT NULL ORDER BY 1, 2";
-  for (const int version : {1, 2, 3, 4}) {
+  for (const int version : {1, 2, 3, 4, 5}) {
     const fs::path old_file = folder.path() / ("old" + std::to_string(version) + ".sqlite");
     make_version(version, old_file);
     const auto had = list_results(StoreReader(old_file), {}).rows.size();

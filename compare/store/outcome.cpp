@@ -5,6 +5,7 @@
 
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -63,6 +64,14 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
                     input.simulations[headline.simulation].label()));
   }
   numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
+  for (const MatchBasis& basis : report.match.bases)
+    if (report.match.bases.size() > 1)
+      numbers.emplace_back("match by " + basis.what,
+                           name_of(basis.verdict) + ": " + basis.reason +
+                               (basis.p ? fmt::format(", p {:.3f}", *basis.p) : std::string()));
+  for (const RepeatLine& line : report.repeats)
+    if (!line.left_out.empty())
+      numbers.emplace_back("repeat " + line.repeat, "left out: " + line.left_out);
   if (report.budget && report.headline)
     numbers.emplace_back("total uncertainty", budget_sentence(*report.budget));
   for (const BranchSet& set : report.branch_sets)
@@ -94,7 +103,8 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
                           "the calibration is NO-GO: " + *session.calibration->no_go);
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
-    report.match = match_of(report);
+    judge_repeats(drape.input, options, report);
+    report.match = match_of(drape.input, report);
     for (const std::string& warning : outcome.reports.back().warnings)
       outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
   }

@@ -11,6 +11,7 @@
 
 #include "compare/store/writer.hpp"
 #include "compare/tables/budget.hpp"
+#include "compare/tables/match.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/program/run_record.hpp"
@@ -88,6 +89,7 @@ std::string content_of(const Session& session, const Outcome& outcome, const Run
     text += fmt::format("{}\n{}\n{}\n{}\n", report.name, input.measured.sha256,
                         report.go() ? "GO" : report.no_go.front(), report.match.reason);
     for (const RealVirtual& row : report.real_virtual) text += key_of(input, row) + "\n";
+    for (const SheetFile& repeat : input.repeats) text += "repeat " + repeat.sha256 + "\n";
   }
   for (const RunValue& value : values)
     text += fmt::format("{}\t{}\t{}\t{}\n", value.owner, value.key, value.value, value.stand_in);
@@ -114,6 +116,28 @@ void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report
   for (const RealVirtual& row : report.real_virtual) add(row);
   for (const BranchSet& set : report.branch_sets)
     for (const BranchComparison& one : set.branches) add(one.as_placed);
+}
+
+void insert_match(Writer& writer, const std::string& run, const DrapeInput& input,
+                  const Report& report) {
+  const std::string key = sha256_of(std::string_view(
+      fmt::format("drapebench/run-match/1\n{}\n{}\n", run, input.measured.sha256)));
+  int repeats = 1;
+  for (const RepeatLine& line : report.repeats) repeats += line.input && line.left_out.empty();
+  std::optional<double> p;
+  if (report.among_repeats) p = report.among_repeats->matches.front().p;
+  writer.insert("run_match", key, run, input.measured.sha256, report.match.rests_on,
+                report.significance, repeats, p);
+  for (const MatchBasis& basis : report.match.bases)
+    writer.insert("match_basis", key, basis.what, name_of(basis.verdict), basis.value, basis.limit,
+                  basis.unit, basis.p, basis.reason);
+  for (const RepeatLine& line : report.repeats) {
+    const SheetFile& sheet = line.input ? input.repeats[*line.input] : input.measured;
+    writer.insert("real_repeat", key, sheet.sha256, line.set, line.repeat, given(line.face),
+                  given(line.left_out),
+                  line.from_own_m ? std::optional(*line.from_own_m / mm) : std::nullopt);
+  }
+  writer.enter("run_match", key);
 }
 
 }  // namespace
@@ -179,6 +203,8 @@ StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
       writer.insert("run_value", run.number, value.owner, value.key, value.value,
                     value.stand_in ? 1 : 0);
     writer.enter("run", content);
+    for (std::size_t i = 0; i < outcome.reports.size(); ++i)
+      insert_match(writer, content, session.drapes[i].input, outcome.reports[i]);
   });
   return run;
 }

@@ -11,6 +11,7 @@
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -181,6 +182,61 @@ TEST_F(Runs, AMeasurementThatIsNoGoIsNoGoInEveryList) {
   EXPECT_EQ(one("SELECT match FROM run_drape"), "undecided");
   EXPECT_THAT(paper_tables(reader, {}).at(0).title, HasSubstr("pitch_mm"));
   EXPECT_THAT(one("SELECT cause FROM run"), HasSubstr("pitch_mm"));
+}
+
+void write_repeat(const fs::path& file, const Sheet& sheet, const std::string& scene,
+                  const std::string& repeat, const std::string& face) {
+  write_sheet(file, sheet);
+  const fs::path json = fs::path(file).replace_extension(".json");
+  Json root = Json::parse(read_text(json));
+  root["source"]["repeat"] = {{"scene", scene}, {"repeat", repeat}, {"face", face}};
+  write_json(json, root);
+}
+
+/// What a match rests on is stored with its figures, listed, and part of what makes a run.
+TEST_F(Runs, RepeatsOfADrapeAreStoredWithWhatTheySay) {
+  ASSERT_EQ(run(kMarch), 1);
+  EXPECT_EQ(one("SELECT rests_on FROM run_match"), "total uncertainty");
+  EXPECT_EQ(one("SELECT repeats FROM run_match"), "1");
+  EXPECT_EQ(one("SELECT count(*) FROM real_repeat"), "0");
+  std::vector<fs::path> repeats;
+  for (int i = 2; i <= 4; ++i) {
+    Sheet sheet = read_sheet(sheets_[0]);
+    std::get<MeasuredSource>(sheet.source).set = "again_" + std::to_string(i);
+    for (SheetMark& mark : sheet.marks) {
+      mark.point_in_world.z() += 1e-3 * i;
+      mark.point_in_world.x() *= 1 + 0.01 * i;
+    }
+    repeats.push_back(folder_.path() / ("again" + std::to_string(i)) / "sheet.ply");
+    write_repeat(repeats.back(), sheet, "A", std::to_string(i), i < 4 ? "" : "back");
+  }
+  const Session session = read_session(sheets_, {}, repeats);
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  static_cast<void>(import_session(store(), session, outcome, {}));
+  ASSERT_EQ(outcome.run, 2) << "repeats make another run";
+  EXPECT_EQ(one("SELECT rests_on FROM run_match WHERE repeats = 3"), "3 repeats");
+  EXPECT_EQ(one("SELECT group_concat(basis, ', ') FROM match_basis WHERE p IS NOT NULL"),
+            "repeats: hem, repeats: marks, repeats: spectrum");
+  EXPECT_EQ(one("SELECT set_name FROM real_repeat WHERE face = 'back' AND left_out IS NOT NULL"),
+            "again_4");
+  EXPECT_EQ(one("SELECT from_own_rms_mm > 3 FROM real_repeat WHERE repeat = '3'"), "1");
+  EXPECT_EQ(one("SELECT match_rests_on FROM v_run_drape WHERE run = 2"), "3 repeats");
+  EXPECT_THAT(list_runs(StoreReader(store()), {}).rows[1][5], HasSubstr("by 3 repeats"));
+  EXPECT_THAT(paper_tables(StoreReader(store()), {}).at(0).title, HasSubstr("by 3 repeats"));
+  EXPECT_TRUE(check_ledger(StoreReader(store())).findings.empty());
+}
+
+TEST_F(Runs, ARepeatOfNoDrapeIsRefused) {
+  const Sheet sheet = read_sheet(sheets_[0]);
+  const fs::path file = folder_.path() / "again" / "sheet.ply";
+  write_sheet(file, sheet);
+  EXPECT_THROW((void)read_session(sheets_, {}, {file}), Error) << "it does not say that it is one";
+  write_repeat(file, sheet, "B", "2", "");
+  EXPECT_THROW((void)read_session(sheets_, {}, {file}), Error) << "no drape B";
+  write_repeat(file, sheet, "A", "2", "");
+  EXPECT_THROW((void)read_session(sheets_, {}, {file, file}), Error) << "twice";
+  EXPECT_EQ(read_session(sheets_, {}, {file}).drapes[0].input.repeats.size(), 1U);
 }
 
 }  // namespace

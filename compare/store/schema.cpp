@@ -264,6 +264,9 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "run_drape",
                                        "run_comparison",
                                        "run_value",
+                                       "run_match",
+                                       "match_basis",
+                                       "real_repeat",
                                        "ledger"};
 
 constexpr const char* kMetrics =

@@ -57,6 +57,36 @@ constexpr const char* kRunTables[] = {
   budget_complete INTEGER CHECK (budget_complete IN (0, 1)),
   PRIMARY KEY (run, measured_sha256)
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE run_match (  -- what the match of a drape rests on
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of the run's and the sheet's
+  run_sha256 TEXT NOT NULL REFERENCES run (sha256),
+  measured_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  rests_on TEXT NOT NULL,  -- empty: nothing could be judged
+  significance REAL NOT NULL CHECK (significance > 0 AND significance < 1),
+  repeats INTEGER NOT NULL,  -- real drapes that count as repeats, its own among them
+  p REAL  -- that one more repeat lies as far out, by all bases together (Cauchy)
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE match_basis (  -- one thing that a match is judged against
+  match_sha256 TEXT NOT NULL REFERENCES run_match (sha256),
+  basis TEXT NOT NULL,
+  verdict TEXT NOT NULL CHECK (verdict IN ('inside', 'outside', 'undecided')),
+  value REAL,
+  limit_value REAL,
+  unit TEXT NOT NULL,  -- of both
+  p REAL,
+  reason TEXT NOT NULL,
+  PRIMARY KEY (match_sha256, basis)
+) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE real_repeat (  -- a laying of a drape
+  match_sha256 TEXT NOT NULL REFERENCES run_match (sha256),
+  sheet_sha256 TEXT NOT NULL REFERENCES sheet (sha256),
+  set_name TEXT NOT NULL,
+  repeat TEXT NOT NULL,
+  face TEXT,  -- side of the cloth that lies up
+  left_out TEXT,  -- why it is not among the repeats
+  from_own_rms_mm REAL,  -- of the marks, from the drape's own; NULL: its own
+  PRIMARY KEY (match_sha256, sheet_sha256)
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE run_comparison (
   comparison_id INTEGER NOT NULL REFERENCES comparison (id),
   run INTEGER NOT NULL REFERENCES run (number),
@@ -96,6 +126,7 @@ FROM comparison AS c
     ON n.rig_name IS r.rig_name AND n.recording_name IS r.recording_name)sql";
 
 constexpr const char* kViews[] = {
+    R"sql(CREATE INDEX run_match_by_drape ON run_match (run_sha256, measured_sha256))sql",
     R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
     R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
     R"sql(CREATE VIEW v_outdated AS
@@ -103,8 +134,11 @@ SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
     R"sql(CREATE VIEW v_run AS
 SELECT r.number AS run, r.date AS date, r.label AS label, r.operator AS operator,
   r.measurement AS measurement, (SELECT group_concat(x.what, '; ') FROM (SELECT d.scene || ' ' ||
-    coalesce(round(c.mean_mm, 3) || ' mm ', '') || d.match AS what FROM run_drape AS d
-    LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256 WHERE d.run = r.number
+    coalesce(round(c.mean_mm, 3) || ' mm ', '') || d.match || coalesce(' by ' ||
+      nullif(m.rests_on, ''), '') AS what FROM run_drape AS d
+    LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
+    LEFT JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = d.measured_sha256
+    WHERE d.run = r.number
     ORDER BY d.scene) AS x) AS drapes,
   r.rig_name AS rig, r.recording_name AS recording, substr(r.calibration_sha256, 1, 12) AS
     calibration, (SELECT count(*) FROM run_value AS v WHERE v.run = r.number AND v.stand_in = 1)
@@ -116,8 +150,10 @@ SELECT d.run AS run, r.date AS date, r.label AS label, d.scene AS scene,
   coalesce(f.name, s.fabric_stated) AS fabric, s.grid_rows || 'x' || s.grid_cols AS grid_size,
   s.segments AS segments, s.simulator AS simulator, c.mean_mm AS mean_dist_mm,
   d.expanded_uncertainty_mm AS expanded_uncertainty_mm, d.measurement AS measurement,
-  d.match AS match, substr(c.sha256, 1, 12) AS comparison, d.pictures_sha256 AS pictures_sha256
+  d.match AS match, m.rests_on AS match_rests_on, m.repeats AS repeats, m.p AS match_p,
+  substr(c.sha256, 1, 12) AS comparison, d.pictures_sha256 AS pictures_sha256
 FROM run_drape AS d JOIN run AS r ON r.number = d.run
+  LEFT JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = d.measured_sha256
   LEFT JOIN comparison AS c ON c.sha256 = d.headline_sha256
   LEFT JOIN simulation AS s INDEXED BY simulation_in_short
     ON s.sheet_sha256 = c.simulated_sha256

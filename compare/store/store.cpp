@@ -346,6 +346,8 @@ ImportCounts Store::add(const DrapeInput& input, const Report& report,
   write([&](Writer& writer) {
     insert_measured(writer, input.measured, report.measurement, recording);
     insert_drapemeter(writer, input.measured.sha256, report.measured_drapemeter);
+    for (const SheetFile& repeat : input.repeats)
+      insert_measured(writer, repeat, measurement_of(repeat.sheet), recording);
     for (std::size_t i = 0; i < input.simulations.size(); ++i) {
       insert_simulated(writer, input.simulations[i]);
       insert_drapemeter(writer, input.simulations[i].sheet.sha256, report.drapemeters[i]);

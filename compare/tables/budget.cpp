@@ -219,32 +219,6 @@ Budget budget_of(const BudgetInputs& inputs, int draws) {
   return budget;
 }
 
-MatchVerdict match_of(const Report& report) {
-  if (!report.headline || !report.budget)
-    return {Match::undecided, "nothing was compared mark by mark"};
-  if (!report.go()) return {Match::undecided, "the measurement is NO-GO: " + report.no_go.front()};
-  const double distance = headline_of(report).statistics.mean_m;
-  const double limit = report.budget->expanded_m;
-  const char* alone =
-      "; repeats of the real drape and other equilibria are not part of the judgement";
-  if (distance <= limit)
-    return {Match::inside,
-            fmt::format("{:.3f} mm is within the total uncertainty U = {:.3f} mm (95 "
-                        "%){}",
-                        distance / mm, limit / mm, alone)};
-  if (!report.budget->missing.empty())
-    return {Match::undecided,
-            fmt::format("{:.3f} mm is above U = {:.3f} mm, but the budget lacks {}", distance / mm,
-                        limit / mm, report.budget->missing.front())};
-  return {Match::outside, fmt::format("{:.3f} mm is above the total uncertainty U = {:.3f} mm (95 "
-                                      "%){}",
-                                      distance / mm, limit / mm, alone)};
-}
-
-std::string name_of(Match match) {
-  return match == Match::inside ? "inside" : match == Match::outside ? "outside" : "undecided";
-}
-
 Table budget_table(const Budget& budget) {
   Table table;
   table.names = {"contribution", "u_mm", "share_percent", "origin"};

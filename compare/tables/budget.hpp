@@ -26,10 +26,6 @@ struct BudgetInputs {
 /// over all inputs together, each mark followed in space.
 [[nodiscard]] Budget budget_of(const BudgetInputs& inputs, int draws = 10000);
 
-/// Inside, outside or undecided from the mean distance, the budget and the measurement's verdict.
-[[nodiscard]] MatchVerdict match_of(const Report& report);
-
-[[nodiscard]] std::string name_of(Match match);
 /// One row per contribution, the largest first, and the total.
 [[nodiscard]] Table budget_table(const Budget& budget);
 /// "U = 0.52 mm (95 %), most of it from the grid, friction and the place of object 1".

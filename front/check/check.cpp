@@ -261,6 +261,11 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
         "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
   const std::vector<Scene> scenes = check_scenes(rig->scenes, *rig, print, check);
   check_scenes_together(*rig, scenes, check);
+  static_cast<void>(collecting(check, [&] {
+    check_repeats(*rig, scenes, check);
+    return true;
+  }));
+  --check.files;  // the rig was counted
   const auto recording = collecting(check, [&] {
     return read_recording(recording_path.empty() ? rig->recording : recording_path);
   });

@@ -56,4 +56,7 @@ void check_fabric(const std::filesystem::path& file, const std::vector<int>& seg
 void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
                      BenchCheck& check);
 
+/// Repeats of scenes that are not there, and sets or names that stand there twice.
+void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check);
+
 }  // namespace drape

@@ -8,6 +8,7 @@
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
 #include "front/object_tags.hpp"
+#include "front/repeats.hpp"
 
 namespace drape {
 namespace {
@@ -32,6 +33,13 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
     for (const ObjectTags& plate : object_tags_of(scene.file))
       needs.push_back({plate.set, scene.file, "tags_set"});
   }
+  const auto own = [&](const DrapeRepeat& repeat) {
+    return std::any_of(scenes.begin(), scenes.end(), [&](const Scene& scene) {
+      return scene.name == repeat.scene && scene.set == repeat.set;
+    });
+  };
+  for (const DrapeRepeat& repeat : repeats_of(rig.file))
+    if (!own(repeat)) needs.push_back({repeat.set, rig.file, "repeat.set"});
   return needs;
 }
 

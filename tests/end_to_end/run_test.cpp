@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdio>
 #include <map>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <thread>
 
@@ -159,6 +160,63 @@ TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
   EXPECT_THAT(first.text, HasSubstr("6 made, 0 up to date"));
   EXPECT_THAT(second.text, HasSubstr("0 made, 6 up to date"));
   EXPECT_THAT(second.text, HasSubstr("11x11"));
+}
+
+/// The set of drape C as another one, with the noise of other pictures.
+void photograph_again(const SmallBench& bench, const std::string& set, int seed) {
+  const fs::path recording = bench.rig() / "recording";
+  drape::Json list = drape::Json::parse(drape::read_text(recording / "recording.json"));
+  drape::Json copy;
+  for (const drape::Json& one : list["sets"])
+    if (one["name"] == "drape_C") copy = one;
+  copy["name"] = set;
+  fs::create_directory(recording / set);
+  for (drape::Json& frame : copy["frames"]) {
+    cv::Mat image =
+        cv::imread((recording / frame["file"].get<std::string>()).string(), cv::IMREAD_UNCHANGED);
+    cv::Mat noise(image.size(), CV_16SC(image.channels()));
+    cv::RNG(static_cast<std::uint64_t>(seed)).fill(noise, cv::RNG::NORMAL, 0, 2);
+    cv::add(image, noise, image, cv::noArray(), image.type());
+    frame["file"] = set + "/" + frame["camera"].get<std::string>() + ".png";
+    const fs::path file = recording / frame["file"].get<std::string>();
+    cv::imwrite(file.string(), image);
+    frame["sha256"] = drape::sha256_of_file(file);
+  }
+  list["sets"].push_back(copy);
+  drape::write_durable(recording / "recording.json", list.dump());
+}
+
+TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
+  const SmallBench bench({"C"});
+  std::string tables;
+  for (int i = 2; i <= 4; ++i) {
+    const std::string set = "drape_C_" + std::to_string(i);
+    photograph_again(bench, set, i);
+    tables += "[[repeat]]\nscene = \"C\"\nset = \"" + set + "\"\nrepeat = \"" + std::to_string(i) +
+              "\"\n" + (i == 4 ? "face = \"back\"\n" : "") + "\n";
+  }
+  bench.replace("rig.toml", "[calibration]", tables + "[calibration]");
+  const Outcome first = bench.run("out");
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  EXPECT_THAT(first.text, HasSubstr("12 made, 0 up to date"));
+  EXPECT_THAT(first.text, HasSubstr("of the 3 real drapes"));
+  EXPECT_THAT(first.text, HasSubstr("its upper face is `back`"));
+  const fs::path out = bench.folder() / "out";
+  const auto sheet = drape::Json::parse(drape::read_text(out / "C/repeats/4/sheet.json"));
+  EXPECT_EQ(sheet["source"]["repeat"],
+            (drape::Json{{"scene", "C"}, {"repeat", "4"}, {"face", "back"}}));
+  EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("repeats: spectrum"));
+  const std::string results = drape::test::program("drape-results").string();
+  const std::string store = " --store " + (out / "results.sqlite").string();
+  EXPECT_THAT(drape::test::run_line(results + " runs" + store).text, HasSubstr("by 3 repeats"));
+  EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
+  EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 12 up to date"));
+  // One laying less: nothing but the comparison is made again.
+  bench.replace("rig.toml",
+                "[[repeat]]\nscene = \"C\"\nset = \"drape_C_4\"\nrepeat = "
+                "\"4\"\nface = \"back\"\n",
+                "");
+  EXPECT_THAT(bench.run("out").text, HasSubstr("1 made, 9 up to date"));
 }
 
 TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/hems/hem.hpp"
+#include "compare/repeats/hem.hpp"
 
 #include <fmt/format.h>
 
@@ -222,6 +222,12 @@ double number_named(const std::vector<HemNumber>& numbers, const std::string& na
                                   [&](const HemNumber& number) { return number.name == name; });
   if (found == numbers.end()) throw internal_error("no number of a hem is called " + name);
   return found->value;
+}
+
+std::vector<double> order_amplitudes_m(const Hem& hem, int most) {
+  std::vector<double> amplitudes;
+  for (const auto& one : spectrum_of(hem.radius_m, most)) amplitudes.push_back(std::abs(one));
+  return amplitudes;
 }
 
 double hem_distance_m(const Hem& first, const Hem& second) {

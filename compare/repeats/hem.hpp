@@ -88,6 +88,10 @@ struct HemErrors {
 
 [[nodiscard]] double number_named(const std::vector<HemNumber>& numbers, const std::string& name);
 
+/// Amplitudes of the Fourier orders 0 (its mean) to `most` of the radius, metres: the same however
+/// the hem is turned or mirrored.
+[[nodiscard]] std::vector<double> order_amplitudes_m(const Hem& hem, int most);
+
 /// Root mean square difference of two hems' radii after the best turn, also mirrored; 72 rays.
 [[nodiscard]] double hem_distance_m(const Hem& a, const Hem& b);
 

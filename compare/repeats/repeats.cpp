@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/hems/repeats.hpp"
+#include "compare/repeats/repeats.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 
-#include "compare/hems/student.hpp"
+#include "compare/repeats/student.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {
@@ -144,6 +145,18 @@ std::optional<double> joint_p(const std::vector<Judgement>& judgements) {
   }
   if (count == 0) return std::nullopt;
   return std::min(1.0, count * least);
+}
+
+std::optional<double> combined_p(const std::vector<Judgement>& judgements) {
+  double sum = 0;
+  int count = 0;
+  for (const Judgement& judgement : judgements) {
+    if (!judgement.p) continue;
+    sum += std::tan((0.5 - *judgement.p) * std::numbers::pi);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return 0.5 - std::atan(sum / count) / std::numbers::pi;
 }
 
 const RepeatPriors& published_priors() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/hems/student.hpp"
+#include "compare/repeats/student.hpp"
 
 #include <cmath>
 

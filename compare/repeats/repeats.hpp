@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/hems/hem.hpp"
+#include "compare/repeats/hem.hpp"
 
 namespace drape::compare {
 
@@ -62,6 +62,10 @@ struct Distances {
 
 /// Bonferroni over several p: the smallest times their number, at most 1.
 [[nodiscard]] std::optional<double> joint_p(const std::vector<Judgement>& judgements);
+/// That of tests which go together, such as marks, hem and spectrum of the same sheets: the sum of
+/// their Cauchy quantiles, exact for independent and for equal tests and near it between (Liu and
+/// Xie 2020). Three times the least would be too strict there.
+[[nodiscard]] std::optional<double> combined_p(const std::vector<Judgement>& judgements);
 
 /// Variances of the scores and values of many published real drapes; see the README for the source.
 struct RepeatPriors {

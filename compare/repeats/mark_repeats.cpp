@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/repeats/mark_repeats.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compare/metrics/surface.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+constexpr double kLeast_m = 1e-6;      // hems that are nearer are copies
+constexpr int kOrders = 16;            // of a hem, as the drapemeter lists them
+constexpr double kLeastBorder = 0.75;  // of the outermost marks, or the polygon cuts folds off
+
+using Points = std::vector<Eigen::Vector3d>;
+
+/// Marks of the first repeat that all have.
+std::vector<const SheetMark*> common_marks(const std::vector<NamedSheet>& repeats) {
+  std::vector<const SheetMark*> common;
+  for (const SheetMark& mark : repeats.front().sheet.marks) {
+    bool everywhere = true;
+    for (const NamedSheet& other : repeats)
+      everywhere = everywhere && other.sheet.find(mark.mark) != nullptr;
+    if (everywhere) common.push_back(&mark);
+  }
+  return common;
+}
+
+/// The outermost marks of a lattice in turn.
+std::vector<MarkId> border_of(int rows, int cols) {
+  std::vector<MarkId> border;
+  for (int col = 0; col < cols; ++col) border.push_back({0, col});
+  for (int row = 1; row < rows; ++row) border.push_back({row, cols - 1});
+  for (int col = cols - 2; col >= 0 && rows > 1; --col) border.push_back({rows - 1, col});
+  for (int row = rows - 2; row > 0 && cols > 1; --row) border.push_back({row, 0});
+  return border;
+}
+
+double rms_m(const Points& a, const Points& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += (a[i] - b[i]).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(a.size()));
+}
+
+double orders_apart_m(const std::vector<double>& a, const std::vector<double>& b) {
+  double squares = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(a[i] - b[i], 2);
+  return std::sqrt(squares);
+}
+
+/// One basis of the repeats alone, from the distance of two of them.
+template <class Shape, class Apart>
+RepeatBasis basis_of(const char* what, const std::vector<Shape>& repeats, const Apart& apart) {
+  RepeatBasis basis{what, {}, {}, {}, {}};
+  for (const Shape& a : repeats) {
+    basis.real_to_real_m.emplace_back();
+    for (const Shape& b : repeats)
+      basis.real_to_real_m.back().push_back(&a == &b ? 0 : apart(a, b));
+  }
+  return basis;
+}
+
+/// Marks that have a place on the virtual sheet.
+std::vector<const SheetMark*> with_place(const std::vector<const SheetMark*>& marks,
+                                         const Surface& surface) {
+  std::vector<const SheetMark*> kept;
+  for (const SheetMark* mark : marks)
+    if (surface.at(mark->material_m)) kept.push_back(mark);
+  return kept;
+}
+
+Points places_on(const Sheet& sheet, const std::vector<const SheetMark*>& marks) {
+  Points points;
+  for (const SheetMark* mark : marks) points.push_back(sheet.find(mark->mark)->point_in_world);
+  return points;
+}
+
+Points places_on(const Surface& surface, const std::vector<const SheetMark*>& marks) {
+  Points points;
+  for (const SheetMark* mark : marks)
+    points.push_back(surface.at(mark->material_m)->point_in_world);
+  return points;
+}
+
+Hem hem_of(const Points& border) {
+  std::vector<Eigen::Vector2d> outline;
+  for (const Eigen::Vector3d& point : border) outline.emplace_back(point.head<2>());
+  return hem_of_outline(outline);
+}
+
+/// The marks of the border among `marks`, in turn.
+std::vector<const SheetMark*> border_among(const std::vector<const SheetMark*>& marks,
+                                           const std::vector<MarkId>& border) {
+  std::vector<const SheetMark*> kept;
+  for (const MarkId& id : border)
+    for (const SheetMark* mark : marks)
+      if (mark->mark == id) kept.push_back(mark);
+  return kept;
+}
+
+/// Hem and spectrum, or why there are none.
+void add_hems(const std::vector<NamedSheet>& repeats, const Surface& surface,
+              const std::vector<const SheetMark*>& marks, double significance,
+              std::vector<RepeatBasis>& bases) {
+  const Sheet& first = repeats.front().sheet;
+  const std::vector<MarkId> border = border_of(first.rows, first.cols);
+  const auto outermost = border_among(marks, border);
+  std::string reason;
+  std::vector<Hem> hems;
+  std::optional<Hem> own;
+  if (static_cast<double>(outermost.size()) < kLeastBorder * static_cast<double>(border.size())) {
+    reason =
+        fmt::format("{} of {} outermost marks are on every sheet", outermost.size(), border.size());
+  } else {
+    try {
+      for (const NamedSheet& repeat : repeats)
+        hems.push_back(hem_of(places_on(repeat.sheet, outermost)));
+      own = hem_of(places_on(surface, outermost));
+    } catch (const Error& error) {
+      reason = error.what_failed();
+    }
+  }
+  if (!own) {
+    for (const char* what : {"hem", "spectrum"}) bases.push_back({what, {}, {}, {}, reason});
+    return;
+  }
+  RepeatBasis hem = basis_of("hem", hems, hem_distance_m);
+  std::vector<std::vector<double>> orders;
+  for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one, kOrders));
+  const std::vector<double> own_orders = order_amplitudes_m(*own, kOrders);
+  RepeatBasis spectrum = basis_of("spectrum", orders, orders_apart_m);
+  for (std::size_t i = 0; i < hems.size(); ++i) {
+    hem.virtual_to_real_m.push_back(hem_distance_m(hems[i], *own));
+    spectrum.virtual_to_real_m.push_back(orders_apart_m(orders[i], own_orders));
+  }
+  hem.judgement = judge_distance({hem.real_to_real_m, hem.virtual_to_real_m},
+                                 published_priors().hem_score, kLeast_m, significance);
+  spectrum.judgement = judge_points({spectrum.real_to_real_m, spectrum.virtual_to_real_m});
+  bases.push_back(std::move(hem));
+  bases.push_back(std::move(spectrum));
+}
+
+MarkRepeats::Match match_of(const std::vector<NamedSheet>& repeats, const NamedSheet& candidate,
+                            const std::vector<const SheetMark*>& common, double significance) {
+  const Surface surface(candidate.sheet, candidate.name);
+  const auto marks = with_place(common, surface);
+  if (marks.empty())
+    throw bad_input("the virtual sheet has none of the repeats' marks", {.file = candidate.name},
+                    "give a sheet of the same patch");
+  MarkRepeats::Match match{candidate.name, static_cast<int>(marks.size()), {}, {}, "undecided", {}};
+  std::vector<Points> points;
+  for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  RepeatBasis basis = basis_of("marks", points, rms_m);
+  const Points own = places_on(surface, marks);
+  for (const Points& one : points) basis.virtual_to_real_m.push_back(rms_m(one, own));
+  if (static_cast<int>(repeats.size()) < kLeastRepeats) {
+    match.reason = fmt::format("{} real drape{}: nothing says how far repeats lie apart",
+                               repeats.size(), repeats.size() == 1 ? "" : "s");
+    match.bases.push_back(std::move(basis));
+    return match;
+  }
+  basis.judgement = judge_points({basis.real_to_real_m, basis.virtual_to_real_m});
+  match.bases.push_back(std::move(basis));
+  add_hems(repeats, surface, marks, significance, match.bases);
+  std::vector<Judgement> judgements;
+  for (RepeatBasis& one : match.bases) {
+    judgements.push_back(one.judgement);
+    if (!one.judgement.p && one.reason.empty()) one.reason = "the repeats are copies of each other";
+  }
+  // Copies have no scatter of marks; what is judged in spite of it is rounding.
+  if (judgements.front().p) match.p = combined_p(judgements);
+  if (match.p)
+    match.verdict = *match.p < significance ? "outside" : "inside";
+  else
+    match.reason = match.bases.front().reason;
+  return match;
+}
+
+Json json_of(const std::vector<double>& lengths_m) {
+  Json row = Json::array();
+  for (const double d : lengths_m) row.push_back(d / mm);
+  return row;
+}
+
+Json json_of(const RepeatBasis& basis) {
+  Json real = Json::array();
+  for (const auto& row : basis.real_to_real_m) real.push_back(json_of(row));
+  return {{"what", basis.what},
+          {"real_to_real_mm", real},
+          {"virtual_to_real_mm", json_of(basis.virtual_to_real_m)},
+          {"p", basis.judgement.p ? Json(*basis.judgement.p) : Json()},
+          {"reason", basis.reason.empty() ? Json() : Json(basis.reason)}};
+}
+
+}  // namespace
+
+MarkRepeats mark_repeats(const std::vector<NamedSheet>& repeats,
+                         const std::vector<NamedSheet>& virtual_sheets, double significance) {
+  if (repeats.empty()) throw usage_error("no repeat is named", "give measured sheets");
+  const auto marks = common_marks(repeats);
+  if (marks.empty())
+    throw bad_input("the repeats have no mark in common", {.file = repeats.front().name},
+                    "give sheets of one print");
+  MarkRepeats result;
+  result.marks = static_cast<int>(marks.size());
+  std::vector<Points> points;
+  for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
+  result.real_to_real_m = basis_of("marks", points, rms_m).real_to_real_m;
+  for (const NamedSheet& candidate : virtual_sheets)
+    result.matches.push_back(match_of(repeats, candidate, marks, significance));
+  return result;
+}
+
+Json repeats_json(const MarkRepeats& found, const std::vector<std::string>& repeats,
+                  double significance) {
+  Json json;
+  json["schema"] = "drapebench/repeats/1";
+  json["significance"] = significance;
+  json["marks"] = found.marks;
+  json["repeats"] = Json::array();
+  for (std::size_t i = 0; i < repeats.size(); ++i)
+    json["repeats"].push_back(
+        {{"sheet", repeats[i]}, {"rms_mm", json_of(found.real_to_real_m[i])}});
+  json["matches"] = Json::array();
+  for (const auto& match : found.matches) {
+    Json bases = Json::array();
+    for (const RepeatBasis& basis : match.bases) bases.push_back(json_of(basis));
+    json["matches"].push_back({{"sheet", match.name},
+                               {"marks", match.marks},
+                               {"rms_mm", json_of(match.bases.front().virtual_to_real_m)},
+                               {"bases", bases},
+                               {"verdict", match.verdict},
+                               {"reason", match.reason.empty() ? Json() : Json(match.reason)},
+                               {"p", match.p ? Json(*match.p) : Json()}});
+  }
+  return json;
+}
+
+}  // namespace drape::compare

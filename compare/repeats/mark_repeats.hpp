@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compare/repeats/repeats.hpp"
+#include "core/files/json_file.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// A sheet of repeats and its name for people.
+struct NamedSheet {
+  std::string name;
+  Sheet sheet;
+};
+
+/// One kind of distance between drapes, and what the repeats say of a virtual sheet by it.
+struct RepeatBasis {
+  std::string what;  ///< "marks", "hem" or "spectrum"
+  std::vector<std::vector<double>> real_to_real_m;
+  std::vector<double> virtual_to_real_m;
+  Judgement judgement;
+  std::string reason;  ///< why it cannot be judged; else empty
+};
+
+struct MarkRepeats {
+  int marks = 0;  ///< that every repeat has
+  /// Root mean square distance of the marks of two repeats, in the world of the bench: nothing is
+  /// turned or moved.
+  std::vector<std::vector<double>> real_to_real_m;
+  struct Match {
+    std::string name;
+    int marks = 0;                   ///< of those, that the virtual sheet has or interpolates
+    std::vector<RepeatBasis> bases;  ///< marks, hem and spectrum
+    std::optional<double> p;         ///< of all that could be judged, see combined_p()
+    std::string verdict;             ///< inside, outside or undecided
+    std::string reason;              ///< of undecided; else empty
+  };
+  std::vector<Match> matches;
+};
+
+/// Repeats below which nothing says how far they lie apart.
+inline constexpr int kLeastRepeats = 3;
+
+/// Is each virtual sheet inside the repeats of the real one? By three distances: of the marks, root
+/// mean square, each virtual one at the mark's material point, bilinear between particles; of the
+/// hems (the polygon of the outermost marks, seen from above) after the best turn; and of their
+/// Fourier orders 0 to 16, which know nothing of where a fold lies. Repeats with too few outermost
+/// marks in common, or whose hem does not go around its centre, are judged by their marks alone.
+/// With fewer than kLeastRepeats the verdict is undecided. Throws Error(bad_input) when the repeats
+/// have no mark in common.
+[[nodiscard]] MarkRepeats mark_repeats(const std::vector<NamedSheet>& repeats,
+                                       const std::vector<NamedSheet>& virtual_sheets,
+                                       double significance);
+
+/// repeats.json, "drapebench/repeats/1"; `repeats` are their names.
+[[nodiscard]] Json repeats_json(const MarkRepeats& found, const std::vector<std::string>& repeats,
+                                double significance);
+
+}  // namespace drape::compare

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/repeats.hpp"
+
+#include <gmock/gmock.h>
+
+#include "core/files/files.hpp"
+#include "front/check/check.hpp"
+#include "front/plan.hpp"
+#include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
+
+/// A copy of rigs/bench1 without its pictures, with `tables` in its rig.toml.
+fs::path bench_with(const fs::path& folder, const std::string& tables) {
+  const fs::path from = test::source_root() / "rigs/bench1", rig = folder / "rig";
+  fs::create_directory(rig);
+  for (const char* name : {"target.toml", "print.toml"}) fs::copy(from / name, rig);
+  for (const char* name : {"scenes", "fabrics"})
+    fs::copy(from / name, rig / name, fs::copy_options::recursive);
+  fs::create_directory(rig / "recording");
+  fs::copy(from / "recording/recording.json", rig / "recording");
+  write_durable(rig / "rig.toml", read_text(from / "rig.toml") + "\n" + tables);
+  return rig;
+}
+
+/// What `drape check` says of it.
+std::string problems_of(const std::string& tables) {
+  const test::TemporaryFolder folder;
+  return test::run_line(test::program("drape").string() + " check " +
+                        bench_with(folder.path(), tables).string())
+      .text;
+}
+
+TEST(Repeats, AreReadWithTheirSetsNameWhereNoneIsGiven) {
+  const test::TemporaryFolder folder;
+  const fs::path rig = bench_with(folder.path(),
+                                  "[[repeat]]\nscene = \"C\"\nset = \"C_2\"\nface = "
+                                  "\"printed\"\n[[repeat]]\nscene = \"C\"\nset "
+                                  "= \"C_3\"\nrepeat = \"third\"\n");
+  const std::vector<DrapeRepeat> found = repeats_of(rig / "rig.toml");
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].repeat + found[0].face, "C_2printed");
+  EXPECT_EQ(found[1].repeat + found[1].face, "third");
+}
+
+TEST(Repeats, ThatCannotBeAreNamed) {
+  // The recording has the sets of the drapes, of which two are used as repeats of a third.
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\n"),
+              Not(HasSubstr("repeat")));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_C\"\nface = \"back\"\n"),
+              Not(HasSubstr("repeat")))
+      << "its own laying may be named";
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"D\"\nset = \"empty\"\n"),
+              HasSubstr("scene `D`, which the rig does not name"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_A\"\n"),
+              HasSubstr("also the one of scene A"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"stage_z000\"\n"),
+              HasSubstr("also the one of a target stage"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"drape_X\"\n"),
+              HasSubstr("the recording has no set `drape_X`"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\nrepeat = \"a\"\n[[repeat]]\n"
+                          "scene = \"C\"\nset = \"pose_00\"\nrepeat = \"a\"\n"),
+              HasSubstr("both repeat `a` of scene C"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\nrepeat = \"../x\"\n"),
+              HasSubstr("cannot be a name"));
+  EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\nfaces = \"x\"\n"),
+              HasSubstr("faces"));
+}
+
+TEST(Repeats, AreMeasuredButTheDrapeIsSimulatedOnce) {
+  const test::TemporaryFolder folder;
+  RunOptions options;
+  options.rig = bench_with(
+      folder.path(), "[[repeat]]\nscene = \"C\"\nset = \"empty\"\nrepeat = \"2\"\nface = \"x\"\n");
+  options.out = folder.path() / "out";
+  const Plan plan = make_plan(options);
+  int measured = 0, simulated = 0;
+  for (const Group& group : plan.groups)
+    for (const Step& step : group.steps) {
+      measured += step.stage == "triangulate";
+      simulated += step.stage == "simulate" && step.drape == "C";
+      if (step.drape != "C, repeat 2" || step.stage != "triangulate") continue;
+      EXPECT_THAT(step.arguments, Contains("--repeat=2"));
+      EXPECT_THAT(step.arguments, Contains("--face=x"));
+    }
+  EXPECT_EQ(measured, 4);
+  EXPECT_EQ(simulated, 6);
+  EXPECT_THAT(plan.compare({}).arguments, Contains(HasSubstr("C/repeats/2/sheet.ply")));
+}
+
+}  // namespace
+}  // namespace drape
