@@ -333,24 +333,27 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
   std::mt19937_64 lots(26);
   constexpr int kTrials = 3000;
   for (const int repeats : {3, 8, 16}) {
-    int alarms = 0, found = 0;
+    int alarms = 0, alarms_of_marks = 0, found = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       std::vector<NamedSheet> real;
       for (int i = 0; i < repeats; ++i) real.push_back({"real", laid_sheet(lots, 0)});
       const auto result = mark_repeats(
           real, {{"virtual", laid_sheet(lots, 0)}, {"far", laid_sheet(lots, 0.02)}}, 0.05);
       alarms += result.matches[0].verdict == "outside";
+      const std::optional<double> p = result.matches[0].bases.front().judgement.p;
+      alarms_of_marks += p && *p < 0.05;
       found += result.matches[1].verdict == "outside";
     }
+    RecordProperty("alarms_of_marks_percent_" + std::to_string(repeats),
+                   std::to_string(100.0 * alarms_of_marks / kTrials));
     RecordProperty("alarms_percent_" + std::to_string(repeats),
                    std::to_string(100.0 * alarms / kTrials));
     RecordProperty("found_percent_" + std::to_string(repeats),
                    std::to_string(100.0 * found / kTrials));
-    // Below six repeats the number of modes is taken as one: fewer alarms, never more.
-    if (repeats < 6)
-      EXPECT_LE(100.0 * alarms / kTrials, 6.5) << repeats;
-    else
-      EXPECT_NEAR(100.0 * alarms / kTrials, 5, 1.5) << repeats;
+    // Below six repeats the number of modes is taken as one: fewer alarms, never more. Marks, hem
+    // and spectrum together give fewer than asked for here (README, limits).
+    EXPECT_LE(100.0 * alarms / kTrials, 6.5) << repeats;
+    if (repeats >= 6) EXPECT_NEAR(100.0 * alarms_of_marks / kTrials, 5, 1.5) << repeats;
     EXPECT_GE(100.0 * found / kTrials, 90) << repeats;
   }
 }
