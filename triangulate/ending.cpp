@@ -39,7 +39,7 @@ std::string pairs_text(const TriangulateReport& report) {
   std::string text = "miss each other by";
   for (const PairAgreement& pair : report.pairs) {
     text += fmt::format("{} {:.2f} sigma ({}, {})", &pair == &report.pairs.front() ? "" : ",",
-                        pair.rms_sigmas, pair.first, pair.second);
+                        pair.median_sigmas, pair.first, pair.second);
   }
   return text + fmt::format(", limit {:g}", PairAgreement::max_sigmas);
 }

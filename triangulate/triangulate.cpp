@@ -191,7 +191,7 @@ void note_moved_camera(TriangulateReport& report) {
     report.no_go.push_back(fmt::format(
         "{} and {} miss each other by {:.1f} stated standard deviations ({:.2f} px) over {} "
         "marks, limit {:g}: a camera moved since the calibration; calibrate again",
-        pair.first, pair.second, pair.rms_sigmas, pair.rms_px, pair.marks,
+        pair.first, pair.second, pair.median_sigmas, pair.median_px, pair.marks,
         PairAgreement::max_sigmas));
     return;
   }

@@ -42,13 +42,13 @@ struct Doubt {
 struct PairAgreement {
   std::string first, second;
   int marks = 0;
-  double rms_sigmas = 0;  ///< in stated standard deviations, the calibration's included
-  double rms_px = 0;      ///< both by the median of the marks
+  double median_sigmas = 0;  ///< in stated standard deviations, the calibration's included
+  double median_px = 0;
 
-  /// Were all marks off together, as a wrong calibration has them, their RMS would be beyond this
-  /// in one of 1,000 good rigs (normal distribution); independent errors have it at 0.8.
+  /// Were all marks off together, as a wrong calibration has them, they would be beyond this in one
+  /// of 1,000 good rigs (normal distribution); independent errors have their median at 0.67.
   static constexpr double max_sigmas = 3.29;
-  [[nodiscard]] bool good() const { return rms_sigmas <= max_sigmas; }
+  [[nodiscard]] bool good() const { return median_sigmas <= max_sigmas; }
 };
 
 struct TriangulateReport {

@@ -171,8 +171,8 @@ TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
   const TriangulateResult good = triangulate(detections, calibration, "drape_A", {});
   ASSERT_EQ(good.report.pairs.size(), 3u);
   for (const PairAgreement& pair : good.report.pairs) {
-    EXPECT_TRUE(pair.good()) << pair.first << " " << pair.second << " " << pair.rms_sigmas;
-    EXPECT_LT(pair.rms_sigmas, 1.5) << pair.first << " " << pair.second;
+    EXPECT_TRUE(pair.good()) << pair.first << " " << pair.second << " " << pair.median_sigmas;
+    EXPECT_LT(pair.median_sigmas, 1.5) << pair.first << " " << pair.second;
   }
   // A tenth of a degree, about five pixels.
   Camera& moved = calibration.cameras[1].camera;
@@ -183,7 +183,7 @@ TEST(Triangulate, ACameraThatMovedSinceItsCalibrationMissesTheOthers) {
   for (const PairAgreement& pair :
        triangulate(detections, calibration, "drape_A", {}).report.pairs) {
     EXPECT_EQ(pair.good(), pair.first == "cam0" && pair.second == "cam2")
-        << pair.first << " " << pair.second << " " << pair.rms_sigmas;
+        << pair.first << " " << pair.second << " " << pair.median_sigmas;
   }
 }
 

@@ -2,19 +2,17 @@
 #include "triangulate/guards/epipolar.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 namespace drape::triangulate {
 namespace {
 
-/// Root mean square of normal deviations by their median: creases and wrong labels, two of fourteen
-/// marks on a drawn bench, are no matter of the cameras, and a camera that moved misses most marks.
-double robust_rms(std::vector<double> values) {
-  constexpr double kMedianOfNormal = 0.6745;
+/// Creases and wrong labels, two of fourteen marks on a drawn bench, are no matter of the cameras;
+/// a camera that moved misses most marks.
+double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  return std::abs(*middle) / kMedianOfNormal;
+  return *middle;
 }
 
 struct Misses {
@@ -44,7 +42,7 @@ std::vector<PairAgreement> pair_agreements(const std::vector<MarkViews>& marks,
   for (auto& [cameras, misses] : pairs) {
     if (static_cast<int>(misses.sigmas.size()) < least_marks) continue;
     result.push_back({cameras.first, cameras.second, static_cast<int>(misses.sigmas.size()),
-                      robust_rms(misses.sigmas), robust_rms(misses.px)});
+                      median(misses.sigmas), median(misses.px)});
   }
   return result;
 }
