@@ -353,7 +353,9 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
     // Below six repeats the number of modes is taken as one: fewer alarms, never more. Marks, hem
     // and spectrum together give fewer than asked for here (README, limits).
     EXPECT_LE(100.0 * alarms / kTrials, 6.5) << repeats;
-    if (repeats >= 6) EXPECT_NEAR(100.0 * alarms_of_marks / kTrials, 5, 1.5) << repeats;
+    if (repeats >= 6) {
+      EXPECT_NEAR(100.0 * alarms_of_marks / kTrials, 5, 1.5) << repeats;
+    }
     EXPECT_GE(100.0 * found / kTrials, 90) << repeats;
   }
 }
