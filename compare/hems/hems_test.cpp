@@ -246,6 +246,7 @@ TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
                   "3 0 3 4\n3 0 4 1\n");
   Json list;
   list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
   list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}},
                     {{"file", "start-01.ply"}, {"at_rest", false}, {"specimen_area_mm2", 70000}}};
   write_json(folder.path() / "cusick.json", list);

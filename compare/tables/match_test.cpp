@@ -48,10 +48,12 @@ DrapeInput laid(int layings, double sag_m) {
 
 /// As compare_session() has it, with this total uncertainty.
 Report judged(const DrapeInput& input, double expanded_m) {
-  Report report = compare_drape(input, {});
+  Options options;
+  options.max_sigma_ratio = 10;  // the drawn marks are uncertain beside distances of no interest
+  Report report = compare_drape(input, options);
   report.budget = Budget{};
   report.budget->expanded_m = expanded_m;
-  judge_repeats(input, {}, report);
+  judge_repeats(input, options, report);
   report.match = match_of(input, report);
   return report;
 }
