@@ -210,15 +210,19 @@ void find_scene(DrapeFiles& drape, const Simulation& simulation, const MadeBy& m
   }
 }
 
-/// Of branches that the measured sheet, as it is now, placed: it judged that sheet.
+/// Of branches whose maker read the measured sheet as it is now: it placed that sheet among them.
 void find_ensemble(DrapeFiles& drape, const Simulation& simulation) {
+  if (!simulation.branch || drape.input.ensemble) return;
+  const fs::path list = simulation.sheet.file.parent_path() / ".." / "branches.json";
   const SheetFile& measured = drape.input.measured;
+  const auto is_measured = [&](const std::string& sha256) {
+    return sha256 == measured.sha256 || sha256 == measured.ply_sha256;
+  };
   const auto& start = simulation.source().start_sha256;
-  if (!simulation.branch || drape.input.ensemble || !start ||
-      (*start != measured.sha256 && *start != measured.ply_sha256))
-    return;
-  drape.input.ensemble = read_ensemble(simulation.sheet.file.parent_path() / ".." / "branches.json",
-                                       simulation.branch->set_sha256);
+  bool placed = start && is_measured(*start);
+  if (const auto made_by = read_made_by(list))
+    for (const auto& [file, sha256] : made_by->inputs) placed = placed || is_measured(sha256);
+  if (placed) drape.input.ensemble = read_ensemble(list, simulation.branch->set_sha256);
 }
 
 void add_simulated(Simulation simulation, DrapeFiles& drape, Session& session) {

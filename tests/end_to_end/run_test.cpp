@@ -236,6 +236,10 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   const std::string report = drape::read_text(out / "report.html");
   EXPECT_THAT(report, HasSubstr("started from the real shape"));
   EXPECT_TRUE(fs::exists(out / "report/C-band.svg"));
+  const auto branch = list["measured"]["branch"];
+  EXPECT_THAT(first.text, HasSubstr(branch.is_null() ? "on no branch of the ensemble"
+                                                     : "the real drape is on branch"));
+  EXPECT_THAT(first.text, HasSubstr("it rests on U and the ensemble alone"));
   const Outcome stored = drape::test::run_line(
       drape::test::program("drape-results").string() +
       " --csv sql 'SELECT count(*) FROM v_branches' --store " + (out / "results.sqlite").string());
