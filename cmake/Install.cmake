@@ -31,6 +31,12 @@ foreach(use IN LISTS uses)
 endforeach()
 # The example bench and the paper's scenes; the programs only read them.
 install(DIRECTORY rigs DESTINATION share/drapebench COMPONENT tools REGEX "fabrics/published.csv$" EXCLUDE)
+if(TARGET drape-bench)
+  install(FILES tools/desktop/drapebench-console.desktop tools/desktop/drapebench-folder.desktop
+          DESTINATION share/applications COMPONENT tools)
+  install(FILES tools/desktop/drapebench-console.metainfo.xml DESTINATION share/metainfo COMPONENT tools)
+  install(FILES tools/desktop/drapebench.svg DESTINATION share/icons/hicolor/scalable/apps COMPONENT tools)
+endif()
 if(TARGET drape_simulate_cloth)
   install(FILES rigs/fabrics/published.csv DESTINATION share/drapebench/rigs/fabrics COMPONENT simulate)
   install(DIRECTORY tools/jobs DESTINATION share/drapebench COMPONENT simulate USE_SOURCE_PERMISSIONS)

@@ -52,6 +52,12 @@ std::string ucum(const std::string& unit) {
   return unit == "px" ? "{pixel}" : unit;
 }
 
+/// A time of ISO 8601 with its offset as a number, which validators of the profile look for.
+std::string with_offset(std::string time) {
+  if (time.ends_with("Z")) time.replace(time.size() - 1, 1, "+00:00");
+  return time;
+}
+
 Json reference(const std::string& id) {
   return {{"@id", id}};
 }
@@ -140,19 +146,31 @@ class CrateWriter {
     file["encodingFormat"] = media_type(name);
     file["contentSize"] = std::to_string(fs::file_size(out_ / name));
     file["sha256"] = sha256;
+    places_[uri_of(name)] = entities_.size();
     entities_.push_back(file);
     parts_.push_back(reference(uri_of(name)));
     ++crate_.files;
   }
 
+  /// Says who wrote each file of `list`, or who read it where nobody says more.
+  void describe(const Json& list, const std::string& by, bool written) {
+    for (const Json& item : list) {
+      Json& entity = entities_[places_.at(item["@id"].get<std::string>())];
+      if (written || !entity.contains("description"))
+        entity["description"] = (written ? "written by " : "read by ") + by;
+    }
+  }
+
   std::string software(const std::string& program, const std::string& version,
                        const std::string& sha256) {
-    const std::string id = fmt::format("#{}-{}", program, sha256.substr(0, 12));
+    // RFC 6920: a name made of the hash of the program's bytes, which needs no address.
+    const std::string id = "nih:sha-256;" + sha256;
     if (softwares_.insert(id).second)
       entities_.push_back({{"@id", id},
                            {"@type", "SoftwareApplication"},
                            {"name", program},
-                           {"softwareVersion", version},
+                           {"version", version},
+                           {"url", lab_.program_url.empty() ? id : lab_.program_url},
                            {"identifier", "sha256:" + sha256}});
     return id;
   }
@@ -175,13 +193,16 @@ class CrateWriter {
     action["name"] = "run of " + program;
     action["description"] =
         fmt::format("{} {}", program, fmt::join(record.texts("arguments"), " "));
-    action["startTime"] = record.text("started_utc");
-    action["endTime"] = record.text("ended_utc");
+    action["startTime"] = with_offset(record.text("started_utc"));
+    action["endTime"] = with_offset(record.text("ended_utc"));
     action["instrument"] =
         reference(software(program, record.text("version"), record.text("program_sha256")));
     action["object"] = references(record, "inputs", file.parent_path());
     action["result"] = references(record, "outputs", file.parent_path());
     action["agent"] = agents();
+    describe(action["result"], program, true);
+    describe(action["object"], program, false);
+    describe(Json::array({reference(ids_[file])}), program + ", record of the run", true);
     add_action(std::move(action));
   }
 
@@ -226,7 +247,8 @@ class CrateWriter {
     action["@id"] = "#export";
     action["@type"] = "CreateAction";
     action["name"] = "export of the results";
-    action["endTime"] = published_;
+    action["description"] = "tables made from the sheets and their store";
+    action["endTime"] = with_offset(published_);
     action["instrument"] =
         reference(software("drape-results", version(), sha256_of_file("/proc/self/exe")));
     action["object"] = sheets;
@@ -306,7 +328,7 @@ class CrateWriter {
     root["mentions"] = mentions_;
     roots_.push_back(root);
     roots_.push_back({{"@id", "https://w3id.org/ro/wfrun/process/0.6"},
-                      {"@type", "CreativeWork"},
+                      {"@type", {"CreativeWork", "Profile"}},
                       {"name", "Process Run Crate"},
                       {"version", "0.6"}});
     roots_.push_back({{"@id", lab_.license},
@@ -336,6 +358,7 @@ class CrateWriter {
   std::map<fs::path, std::string> sealed_;           ///< SHA-256
   std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated of each
   std::map<fs::path, std::string> ids_;              ///< of what was copied
+  std::map<std::string, std::size_t> places_;        ///< of the files, in entities_
   std::set<std::string> softwares_, columns_;
   std::string published_ = today();
   Json roots_ = Json::array(), entities_ = Json::array(), parts_ = Json::array(),
@@ -353,11 +376,11 @@ class CrateWriter {
 
 Lab read_lab(const fs::path& file) {
   const TomlTable root = TomlTable::open(file, "lab");
-  Lab lab{root.text("title"),
-          root.text("description"),
-          root.text("license"),
-          root.text("license_name"),
-          {}};
+  Lab lab{root.text("title"),        root.text("description"),        root.text("license"),
+          root.text("license_name"), root.text_or("program_url", ""), {}};
+  if (!lab.program_url.empty() && !lab.program_url.starts_with("https://") &&
+      !lab.program_url.starts_with("http://"))
+    root.reject("program_url", "this is not a URL", "write e.g. https://doi.org/...");
   if (!lab.license.starts_with("https://") && !lab.license.starts_with("http://"))
     root.reject("license", "the licence is not a URL",
                 "write e.g. https://creativecommons.org/licenses/by/4.0/");

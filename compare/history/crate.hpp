@@ -19,6 +19,7 @@ struct Lab {
   };
   std::string title, description;
   std::string license, license_name;  ///< URL and name
+  std::string program_url;  ///< where others find the programs; empty: named by their hash
   std::vector<Author> authors;
 };
 [[nodiscard]] Lab read_lab(const std::filesystem::path& file);

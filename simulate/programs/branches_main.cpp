@@ -48,6 +48,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     const fs::path file = args.out / fmt::format("branch-{:02}", k + 1) / "sheet.ply";
     write_sheet(file, result.sheets[k]);
     record.output(file);
+    record.output(fs::path(file).replace_extension(".json"));
     const Branch& branch = result.branches.found[k];
     ending.numbers.push_back(
         {fmt::format("branch {}", k + 1),

@@ -17,11 +17,12 @@ SCHEMA = "http://schema.org/"
 TERMS = {
     "File": SCHEMA + "MediaObject",
     "conformsTo": "http://purl.org/dc/terms/conformsTo",
+    "Profile": "http://www.w3.org/ns/dx/prof/Profile",
     **{
         term: SCHEMA + term
         for term in """CreativeWork Dataset SoftwareApplication CreateAction PropertyValue Person
         Organization about name description datePublished license author variableMeasured hasPart
-        mentions version affiliation encodingFormat contentSize sha256 softwareVersion identifier
+        mentions version affiliation encodingFormat contentSize sha256 url identifier
         startTime endTime instrument object result agent value unitCode unitText""".split()
     },
 }
@@ -56,7 +57,9 @@ def main():
     for term in ("name", "description", "datePublished", "license", "author"):
         expect(values(root, term), f"the root has no {term}")
     expect(re.fullmatch(r"\d{4}-\d{2}-\d{2}(T[\d:]+Z)?", values(root, "datePublished")[0]), "date")
-    expect("https://w3id.org/ro/wfrun/process/0.6" in values(root, "conformsTo"), "the profile")
+    profile = "https://w3id.org/ro/wfrun/process/0.6"
+    expect(profile in values(root, "conformsTo"), "the profile")
+    expect(TERMS["Profile"] in by_id[profile]["@type"], "the profile is no Profile")
     # Every reference is to an entity that is described.
     for entity in expanded:
         for term, items in entity.items():
@@ -74,6 +77,7 @@ def main():
         expect(values(entity, "sha256") == [sha256], f"bytes of {path}")
         expect(values(entity, "contentSize") == [str(path.stat().st_size)], f"size of {path}")
         expect(entity["@id"] in values(root, "hasPart"), f"{path} is no part")
+        expect(values(entity, "description"), f"{path} is not described")
     on_disk = sum(p.is_file() for p in folder.rglob("*")) - 1
     expect(on_disk == len(files), f"{on_disk} files, {len(files)} entities")
     # Every run of a program has its program and is mentioned.
@@ -82,7 +86,8 @@ def main():
     for action in actions:
         tool = by_id[values(action, "instrument")[0]]
         expect(TERMS["SoftwareApplication"] in tool["@type"], "the instrument is no software")
-        expect(values(tool, "softwareVersion"), "software without version")
+        for term in ("name", "url", "version"):
+            expect(values(tool, term), f"software without {term}")
         expect(action["@id"] in values(root, "mentions"), "an action is not mentioned")
         for result in values(action, "result"):
             made_by.setdefault(result, []).append(action)
