@@ -233,6 +233,8 @@ constexpr const char* kTables[] = {
 
 constexpr const char* kIndexes[] = {
     R"sql(CREATE INDEX comparison_by_simulation ON comparison (simulated_sha256))sql",
+    // All that the views of runs ask of a headline, without the numbers beside it.
+    R"sql(CREATE INDEX comparison_in_short ON comparison (sha256, mean_mm, simulated_sha256))sql",
     // All that the views ask of a simulation: its certificate makes the table's own tree deep.
     R"sql(CREATE INDEX simulation_in_short ON simulation (sheet_sha256, simulator, scene,
   fabric_sha256, fabric_stated, grid_rows, grid_cols, segments, model, solver, status))sql",

@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 KEYS = ("sha256", "measured_sha256", "simulated_sha256", "sheet_sha256", "headline_sha256", "pictures_sha256",
-        "first_sha256", "second_sha256")
+        "first_sha256", "second_sha256", "run_sha256", "match_sha256")
 
 
 def copy(db, table, where, change):
@@ -34,6 +34,8 @@ def lengthen(file, runs):
     comparisons = f"id IN (SELECT comparison_id FROM run_comparison WHERE run = {last})"
     sheets = (f"SELECT measured_sha256 FROM comparison WHERE {comparisons} UNION "
               f"SELECT simulated_sha256 FROM comparison WHERE {comparisons}")
+    (run_sha256,) = db.execute(f"SELECT sha256 FROM run WHERE number = {last}").fetchone()
+    matches = f"SELECT sha256 FROM run_match WHERE run_sha256 = '{run_sha256}'"
     (span,) = db.execute("SELECT max(id) FROM comparison").fetchone()
     for number in range(1, runs):
         def change(row):
@@ -55,11 +57,13 @@ def lengthen(file, runs):
 
         for table, where in [("sheet", f"sha256 IN ({sheets})"), ("simulation", f"sheet_sha256 IN ({sheets})"),
                              ("comparison", comparisons), ("run", f"number = {last}"), ("run_drape", f"run = {last}"),
-                             ("run_comparison", f"run = {last}"), ("run_value", f"run = {last}")]:
+                             ("run_comparison", f"run = {last}"), ("run_value", f"run = {last}"),
+                             ("run_match", f"run_sha256 = '{run_sha256}'"),
+                             ("match_basis", f"match_sha256 IN ({matches})")]:
             copy(db, table, where, change)
     db.commit()
     db.execute("VACUUM")
-    for table in ("run", "run_drape", "run_comparison", "run_value", "comparison", "sheet"):
+    for table in ("run", "run_drape", "run_comparison", "run_value", "run_match", "match_basis", "comparison", "sheet"):
         print(f"{table}: {db.execute(f'SELECT count(*) FROM {table}').fetchone()[0]} rows")
     (calibration,) = db.execute(f"SELECT calibration_sha256 FROM run WHERE number = {last}").fetchone()
     (comparison,) = db.execute(f"SELECT sha256 FROM comparison WHERE {comparisons} LIMIT 1").fetchone()
