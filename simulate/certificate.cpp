@@ -110,6 +110,12 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
   json["cols"] = options.cols;
   json["round_specimen"] = options.round;
   json["segments"] = options.segments;
+  if (const auto& reach = options.reach) {
+    Json& fitted = json["curves_fitted_up_to"];
+    fitted["strain_percent"] = {reach->tensile[0] / percent, reach->tensile[1] / percent};
+    fitted["shear_deg"] = reach->shear_rad / deg;
+    fitted["curvature_per_cm"] = reach->curvature_per_m / units::per_cm;
+  }
   json["model"] = options.model;
   json["solver"] = options.solver;
   json["mass"] = options.mass == MassRule::area && options.model != "paper" ? "area" : "paper";

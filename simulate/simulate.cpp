@@ -218,8 +218,9 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   SimulateResult result;
   SimulateReport& report = result.report;
   const GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
-  ClothLaws laws = make_laws(fabric, options.segments, report);
-  if (options.internal_friction) add_internal_friction(fabric, options.segments, laws, report);
+  ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
+  if (options.internal_friction)
+    add_internal_friction(fabric, options.segments, laws, report, options.reach);
   if (options.model == "paper") {
     laws.twist_n_m = report.twist_n_m = 0;
     report.warnings.clear();  // they are about the twist stiffness, which this model has not
@@ -236,6 +237,25 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   report.warnings.push_back("fell by Runge-Kutta: by implicit steps it ends " +
                             fallen.report.sentence);
   return simulate_by_motion(the_case, fabric, grid, options, result);
+}
+
+/// A curve that bends where its fit ends, and a drape that goes farther, are worth a warning.
+void judge_reach(const SimulateOptions& options, SimulateReport& report) {
+  if (!options.reach || options.segments == 1) return;
+  const Cloth::Strains& found = report.strains;
+  for (const CurveReport& curve : report.curves) {
+    const double most = curve.name == "tensile warp"         ? found.warp_most
+                        : curve.name == "tensile weft"       ? found.weft_most
+                        : curve.name.starts_with("bending ") ? found.curvature_most_per_m
+                                                             : found.shear_most_rad;
+    if (curve.segments == 1 || most <= curve.range ||
+        curve.name.find("friction") != std::string::npos)
+      continue;
+    report.warnings.push_back(fmt::format(
+        "{}: the cloth is strained {:.1f} times as far as its curve was fitted; --fit whole fits "
+        "all that was measured",
+        curve.name, most / curve.range));
+  }
 }
 
 }  // namespace
@@ -270,6 +290,7 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
   SimulateResult result = simulate_here(local.scene, fabric, print, local.measured, options);
   take_to_world(local, mass_kg(fabric, print, options), result);
+  judge_reach(options, result.report);
   return result;
 }
 

@@ -23,6 +23,7 @@ struct SimulateOptions {
   bool round = false;  ///< cut the specimen to the ellipse in the patch (Cusick's disc)
   int segments = 5;    ///< line segments per Kawabata curve; 1: G, B, first slope
   std::string model = "consistent";  ///< or "paper", which ignores `mass`
+  std::optional<CurveReach> reach;   ///< where the curves are fitted; absent: wherever measured
   bool internal_friction = false;    ///< both branches of bending and shear; "consistent" only
   std::string solver = "rk4";        ///< "rk4": motion with damping; "static": Newton's method
   MassRule mass = MassRule::area;
@@ -144,15 +145,25 @@ struct SimulateResult {
                                       const std::optional<Sheet>& measured,
                                       const SimulateOptions& options);
 
-/// Laws for the particle grid from the measured curves.
-[[nodiscard]] ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report);
+/// How far a drape strains its cloth: four times as far as a first run of the scene's own start at
+/// 15 particles per side, with the curves fitted wherever they are measured. All grids, solvers and numbers of
+/// segments of a scene are thereby fitted over the same range. Absent where that run diverges.
+[[nodiscard]] std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric,
+                                                   const Print& print,
+                                                   const std::optional<Sheet>& measured);
+
+/// Laws for the particle grid from the measured curves, fitted up to `reach` or, without one,
+/// wherever they are measured (a single line where the paper's section 5 takes it).
+[[nodiscard]] ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
+                                  const std::optional<CurveReach>& reach = std::nullopt);
 
 /// Splits the loops of bending and shear into an elastic curve and friction elements
 /// (laws.friction) and reports their fits. Tension stays on its loading branch: under a drape's own
 /// weight its loop holds no energy worth counting. Twist, of which KES measures no loop, stays
 /// elastic.
 void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
-                           SimulateReport& report);
+                           SimulateReport& report,
+                           const std::optional<CurveReach>& reach = std::nullopt);
 
 /// Column names of history.csv; inline, so that a reader of the file links no solver.
 [[nodiscard]] inline std::vector<std::string> history_columns() {

@@ -56,9 +56,9 @@ SheetSpec spec_of(const Sheet& sheet, const Fabric& fabric, const CertificateCla
   spec.patch_weft_m = sheet.patch_m.y();
   spec.paper_model = claim.model == "paper";
   spec.paper_mass = claim.paper_mass;
-  spec.laws = make_laws(fabric, claim.segments, ignored);
+  spec.laws = make_laws(fabric, claim.segments, ignored, claim.reach);
   if (claim.memory) {
-    add_internal_friction(fabric, claim.segments, spec.laws, ignored);
+    add_internal_friction(fabric, claim.segments, spec.laws, ignored, claim.reach);
     spec.memory = *claim.memory;
   }
   if (spec.paper_model) spec.laws.twist_n_m = 0;
@@ -291,6 +291,7 @@ CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& o
   claim.rows = options.rows;
   claim.cols = options.cols;
   claim.segments = options.segments;
+  claim.reach = options.reach;
   claim.model = options.model;
   claim.paper_mass = options.mass == MassRule::paper;
   claim.residual = report.residual;
@@ -328,6 +329,13 @@ CertificateClaim read_claim(const std::filesystem::path& folder) {
   claim.rows = options.integer("rows");
   claim.cols = options.integer("cols");
   claim.segments = options.integer("segments");
+  if (options.has("curves_fitted_up_to")) {
+    const JsonNode reach = options.at("curves_fitted_up_to");
+    const Eigen::Vector2d tensile = reach.vector2("strain_percent") * percent;
+    claim.reach = {.tensile = {tensile[0], tensile[1]},
+                   .shear_rad = reach.number("shear_deg") * units::deg,
+                   .curvature_per_m = reach.number("curvature_per_cm") * units::per_cm};
+  }
   claim.model = options.text("model");
   claim.paper_mass = options.text("mass") == "paper";
   claim.residual = root.number("largest_residual_per_particle_weight");

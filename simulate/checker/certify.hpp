@@ -17,6 +17,8 @@ namespace drape::simulate {
 struct CertificateClaim {
   bool at_rest = false;
   int rows = 0, cols = 0, segments = 0;
+  std::optional<CurveReach>
+      reach;                ///< to where the curves were fitted; absent: all that was measured
   std::string model;        ///< "consistent" or "paper"
   bool paper_mass = false;  ///< total / particles instead of area
   double residual = 0;      ///< of a particle's weight

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/layers.hpp"
 #include "simulate/checker/scene.hpp"
@@ -61,6 +62,28 @@ TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
       EXPECT_GT(report.contacts, 0);
     }
   }
+}
+
+TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
+  Case drape("A", "consistent");
+  drape.options.solver = "fall";
+  drape.options.reach = find_reach(drape.scene, drape.fabric, drape.print, std::nullopt);
+  ASSERT_TRUE(drape.options.reach);
+  drape.result = simulate(drape.scene, drape.fabric, drape.print, std::nullopt, drape.options);
+  const Cloth::Strains& strains = drape.result.report.strains;
+  EXPECT_LE(strains.warp_most, drape.options.reach->tensile[0]);
+  EXPECT_LE(strains.shear_most_rad, drape.options.reach->shear_rad);
+  EXPECT_LE(strains.curvature_most_per_m, drape.options.reach->curvature_per_m);
+  const test::TemporaryFolder folder;
+  write_certificate(folder.path() / "certificate.json", drape.result, drape.options);
+  write_durable(folder.path() / "history.csv", history_csv(drape.result.history));
+  if (!drape.result.contact_forces.empty())
+    write_durable(folder.path() / "contact_forces.csv",
+                  contact_forces_csv(drape.result.contact_forces));
+  drape.claim = read_claim(folder.path());
+  EXPECT_TRUE(drape.judge().accepted()) << told(drape.judge());
+  drape.claim.reach.reset();
+  EXPECT_FALSE(drape.judge().accepted()) << "the whole fit is another cloth";
 }
 
 TEST(Certify, AResultIsAtRestOnlyIfItIsAccepted) {

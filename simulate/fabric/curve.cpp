@@ -84,6 +84,25 @@ FittedCurve fit_knots(const SampledCurve& even, const std::vector<int>& knots) {
   return fit;
 }
 
+bool rises(const ForceCurve& curve) {
+  double slope = curve.slope;
+  bool rising = slope > 0;
+  for (const ForceCurve::Hinge& hinge : curve.hinges)
+    rising = rising && (slope += hinge.change) > 0;
+  return rising;
+}
+
+/// From the end of the fit straight to the end of the measurement.
+FittedCurve with_tail(FittedCurve fit, const SampledCurve& measured) {
+  const double rest = measured.x.back() - fit.range;
+  const double slope = (measured.f.back() - fit.curve.value(fit.range)) / rest;
+  double before = fit.curve.slope;
+  for (const ForceCurve::Hinge& hinge : fit.curve.hinges) before += hinge.change;
+  if (std::abs(slope - before) > kExact * before)
+    fit.curve.hinges.push_back({fit.range, slope - before});
+  return fit;
+}
+
 }  // namespace
 
 double SampledCurve::at(double position) const {
@@ -130,6 +149,22 @@ FittedCurve fit_segments(const SampledCurve& measured, int segments) {
     if (fit.rms_error <= kExact * std::abs(even.f.back())) break;
   }
   return fit;
+}
+
+FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach) {
+  FittedCurve line;
+  for (std::size_t i = 1; i < measured.x.size() && !(line.curve.slope > 0); ++i)
+    line = fit_line(measured, std::max(reach, measured.x[i]));
+  if (segments == 1) return line;
+  if (line.range >= measured.x.back()) return fit_segments(measured, segments);
+  const SampledCurve even = resampled(measured, line.range);
+  FittedCurve best = with_tail(line, measured);
+  for (int pieces = 1; pieces < segments; ++pieces) {
+    if (best.rms_error <= kExact * std::abs(even.f.back())) break;
+    const FittedCurve fit = with_tail(fit_knots(even, best_knots(even, pieces)), measured);
+    if (rises(fit.curve) && fit.rms_error < best.rms_error) best = fit;
+  }
+  return best;
 }
 
 }  // namespace drape::simulate

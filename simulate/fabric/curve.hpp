@@ -70,4 +70,18 @@ struct FittedCurve {
 /// minimise the squared error. Fewer pieces are used when they fit to 1e-5 of the largest force.
 [[nodiscard]] FittedCurve fit_segments(const SampledCurve& measured, int segments);
 
+/// The same where the cloth lives: the pieces lie in 0 .. reach, to where a drape strains its
+/// cloth, and the last goes on from there to the end of the measurement. In 0 .. reach the root
+/// mean square error is never above that of one line, and every slope is positive where the line's
+/// is. A reach below the measurement's first point, or too short for a rising line, is widened to
+/// the next point that is not.
+[[nodiscard]] FittedCurve fit_reached(const SampledCurve& measured, int segments, double reach);
+
+/// How far a drape strains its cloth, along warp and weft, by shear (rad) and bending (1/m).
+struct CurveReach {
+  double tensile[2] = {0, 0};
+  double shear_rad = 0;
+  double curvature_per_m = 0;
+};
+
 }  // namespace drape::simulate

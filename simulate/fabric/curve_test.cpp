@@ -65,6 +65,56 @@ TEST(Curve, KnotsAreTheBestOfAllChoices) {
   }
 }
 
+/// Root mean square error in 0 .. reach, on points that the fit does not look at.
+double rms_within(const ForceCurve& curve, const SampledCurve& measured, double reach) {
+  double sum = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = reach * (i + 0.5) / 1000;
+    sum += std::pow(curve.value(x) - measured.at(x), 2);
+  }
+  return std::sqrt(sum / 1000);
+}
+
+TEST(Curve, FiveSegmentsAreNeverFartherThanOneWhereTheClothLives) {
+  for (const double bow : {-40.0, -5.0, 0.0, 5.0, 47.65, 200.0}) {
+    for (const double reach : {1e-5, 4e-4, 3e-3, 0.02, 0.04, 1.0}) {
+      SampledCurve measured;
+      for (int i = 0; i <= 200; ++i) {
+        const double x = 0.04 * i / 200;
+        const double ripple = 1 + 0.02 * std::sin(3000 * x);  // as a chart is read
+        measured.x.push_back(x);
+        measured.f.push_back(ripple * (bow == 0 ? 4000 * x : 4000 / bow * std::expm1(bow * x)));
+      }
+      const FittedCurve line = fit_reached(measured, 1, reach);
+      const FittedCurve five = fit_reached(measured, 5, reach);
+      EXPECT_TRUE(line.curve.hinges.empty());
+      EXPECT_LE(five.curve.hinges.size(), 4U);
+      EXPECT_EQ(five.range, line.range);
+      const double noise = 1e-3 * std::abs(measured.at(five.range));
+      EXPECT_LE(rms_within(five.curve, measured, five.range),
+                rms_within(line.curve, measured, five.range) + noise)
+          << bow << ", " << reach;
+      EXPECT_NEAR(five.curve.value(0.04), measured.f.back(), 1e-9 * measured.f.back());
+    }
+  }
+}
+
+TEST(Curve, WhereTheClothLivesTheFirstSlopeIsTheMeasuredOne) {
+  // Loads of a drape are thousandths of those of the test; the slope at the origin is 4079 N/m.
+  const SampledCurve measured = sampled(tensile, 0.04);
+  const double whole = fit_segments(measured, 5).curve.slope;
+  const double reached = fit_reached(measured, 5, 4e-4).curve.slope;
+  EXPECT_GT(whole / 4079, 1.1);
+  EXPECT_NEAR(reached / 4079, 1, 0.02);
+}
+
+TEST(Curve, ALineThatFallsIsFittedFartherOut) {
+  const SampledCurve noisy{{0, 0.001, 0.002, 0.003, 0.004}, {0, -0.1, 3, 6, 9}};
+  const FittedCurve fit = fit_reached(noisy, 5, 1e-4);
+  EXPECT_DOUBLE_EQ(fit.range, 0.002);
+  EXPECT_GT(fit.curve.slope, 0);
+}
+
 TEST(Curve, EnergyIsTheIntegralOfTheForce) {
   const ForceCurve curve{2.0, {{0.1, 3.0}, {0.3, -1.0}}};
   double integral = 0;

@@ -12,15 +12,38 @@ namespace {
 
 // Where a single line is fitted (paper section 5): shear +-5 degrees, bending +-1.5 1/cm; the
 // tensile slope near the origin is taken over the first half percent of strain.
-constexpr double kFallbackShearRange = 5 * units::deg;
-constexpr double kFallbackBendingRange = 1.5 * units::per_cm;
-constexpr double kTensileRange = 0.5 * units::percent;
+constexpr double kShearLine = 5 * units::deg;
+constexpr double kBendingLine = 1.5 * units::per_cm;
+constexpr double kTensileLine = 0.5 * units::percent;
 
 // Median of J / (2 sqrt(Bwarp Bweft)) of 618 woven and knitted fabrics (after Feng et al. 2022).
 constexpr double kUsualTwistRatio = 0.86;
 
-FittedCurve fitted(const SampledCurve& merged, int segments, double line_range) {
-  return segments == 1 ? fit_line(merged, line_range) : fit_segments(merged, segments);
+/// Where a curve is fitted: up to `reach`, or wherever it is measured, but a single line up to
+/// `line`.
+struct FitRange {
+  double line = 0;
+  std::optional<double> reach;
+};
+
+FitRange tensile_range(const std::optional<CurveReach>& reach, int direction) {
+  if (!reach) return {kTensileLine, std::nullopt};
+  return {kTensileLine, reach->tensile[direction]};
+}
+
+FitRange shear_range(const std::optional<CurveReach>& reach) {
+  if (!reach) return {kShearLine, std::nullopt};
+  return {kShearLine, reach->shear_rad};
+}
+
+FitRange bending_range(const std::optional<CurveReach>& reach) {
+  if (!reach) return {kBendingLine, std::nullopt};
+  return {kBendingLine, reach->curvature_per_m};
+}
+
+FittedCurve fitted(const SampledCurve& merged, int segments, const FitRange& range) {
+  if (range.reach) return fit_reached(merged, segments, *range.reach);
+  return segments == 1 ? fit_line(merged, range.line) : fit_segments(merged, segments);
 }
 
 CurveReport report_of(const std::string& name, const std::string& unit, const FittedCurve& fit,
@@ -36,9 +59,9 @@ CurveReport report_of(const std::string& name, const std::string& unit, const Fi
 }
 
 ForceCurve law_of(const KawabataCurve& curve, const SampledCurve& merged, const std::string& name,
-                  const std::string& unit, int segments, double line_range,
+                  const std::string& unit, int segments, const FitRange& range,
                   SimulateReport& report) {
-  const FittedCurve fit = fitted(merged, segments, line_range);
+  const FittedCurve fit = fitted(merged, segments, range);
   double slope = fit.curve.slope;
   bool rising = slope > 0;
   for (const auto& hinge : fit.curve.hinges) rising = rising && (slope += hinge.change) > 0;
@@ -81,21 +104,22 @@ SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
 
 }  // namespace
 
-ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) {
+ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
+                    const std::optional<CurveReach>& reach) {
   static const char* const kDirections[2] = {"warp", "weft"};
   ClothLaws laws;
   laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
   for (int d = 0; d < 2; ++d) {
-    laws.tensile[d] =
-        law_of(fabric.tensile[d], merged_tensile(fabric.tensile[d]),
-               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments, kTensileRange, report);
+    laws.tensile[d] = law_of(fabric.tensile[d], merged_tensile(fabric.tensile[d]),
+                             fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
+                             tensile_range(reach, d), report);
     laws.bending[d] = law_of(fabric.bending[d], merged_loop(fabric.bending[d]),
                              fmt::format("bending {}", kDirections[d]), "gf cm/cm", segments,
-                             kFallbackBendingRange, report);
+                             bending_range(reach), report);
   }
   const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
   laws.shear = law_of(fabric.shear[0], shear, "shear (mean of warp and weft)", "gf/cm", segments,
-                      kFallbackShearRange, report);
+                      shear_range(reach), report);
   const double warp = laws.bending[0].slope;
   const double weft = laws.bending[1].slope;
   laws.twist_n_m = fabric.bias_bending_n_m ? 4 * *fabric.bias_bending_n_m - warp - weft
@@ -115,15 +139,14 @@ ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report) 
 }
 
 void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
-                           SimulateReport& report) {
+                           SimulateReport& report, const std::optional<CurveReach>& reach) {
   const auto split = [&](const KawabataCurve& curve, const SampledCurve& mean,
                          const HalfWidth& width, const std::string& name, const std::string& unit,
-                         double line_range, ForceCurve& elastic) {
+                         const FitRange& range, ForceCurve& elastic) {
     const FittedFriction fit =
         curve.slip ? friction_of_numbers(width, *curve.slip) : friction_of_loop(width);
     SimulateReport refit;
-    elastic =
-        law_of(curve, cut_at(mean, fit.elastic_range), name, unit, segments, line_range, refit);
+    elastic = law_of(curve, cut_at(mean, fit.elastic_range), name, unit, segments, range, refit);
     for (CurveReport& known : report.curves)
       if (known.name == name) known = refit.curves.front();
     report.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
@@ -134,15 +157,15 @@ void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
   ClothFriction friction;
   for (int d = 0; d < 2; ++d) {
     const KawabataCurve& curve = fabric.bending[d];
-    friction.bending[d] =
-        split(curve, merged_loop(curve), half_width(curve),
-              d == 0 ? "bending warp" : "bending weft", "gf cm/cm", kBendingRange, laws.bending[d]);
+    friction.bending[d] = split(curve, merged_loop(curve), half_width(curve),
+                                d == 0 ? "bending warp" : "bending weft", "gf cm/cm",
+                                bending_range(reach), laws.bending[d]);
   }
   const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
   const HalfWidth warp = half_width(fabric.shear[0]), weft = half_width(fabric.shear[1]);
   const SampledCurve widths = mean_of({warp.x, warp.h}, {weft.x, weft.h});
   friction.shear = split(fabric.shear[0], shear, {widths.x, widths.f},
-                         "shear (mean of warp and weft)", "gf/cm", kShearRange, laws.shear);
+                         "shear (mean of warp and weft)", "gf/cm", shear_range(reach), laws.shear);
   laws.friction = friction;
 }
 

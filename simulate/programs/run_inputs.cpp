@@ -6,12 +6,21 @@ namespace drape::simulate {
 
 namespace fs = std::filesystem;
 
+void add_fit_option(Command& app, std::string& fit) {
+  app.add_option("--fit", fit,
+                 "drape: the curves up to where a first run strains the cloth; whole: all that was "
+                 "measured, as the paper")
+      ->one_of({"drape", "whole"})
+      ->capture_default_str();
+}
+
 void add_run_options(Command& app, RunArguments& args, const std::string& out_holds) {
   app.add_option("SCENE", args.scene, "scene.toml: objects, table, pins, start");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
   app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
       ->capture_default_str();
+  add_fit_option(app, args.fit);
   app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
   app.add_option("--out", args.out, out_holds);
 }
@@ -26,6 +35,9 @@ RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   record.input(scene.print_file);
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
+  // The model of the paper and round specimens keep the paper's fit.
+  if (args.fit == "drape" && args.options.model == "consistent" && !args.options.round)
+    args.options.reach = find_reach(inputs.scene, inputs.fabric, inputs.print, inputs.measured);
   return inputs;
 }
 

@@ -20,8 +20,12 @@ struct RunArguments {
   std::filesystem::path scene, out;
   std::optional<std::filesystem::path> fabric, start;
   int grid = 21;
+  std::string fit = "drape";
   SimulateOptions options;
 };
+
+/// --fit, how the Kawabata curves are approximated.
+void add_fit_option(Command& app, std::string& fit);
 
 /// SCENE, --fabric, --grid, --segments, --start-from; --out with its own words.
 void add_run_options(Command& app, RunArguments& args, const std::string& out_holds);
@@ -34,7 +38,8 @@ struct RunInputs {
   std::optional<Sheet> measured;
 };
 
-/// Reads them, books them in the record and sets the grid of the options. Throws Error.
+/// Reads them, books them in the record and sets the grid of the options and, after a first
+/// run, the reach of the curves. Throws Error.
 [[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
 
 }  // namespace drape::simulate

@@ -6,6 +6,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
+#include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/split.hpp"
 
 namespace fs = std::filesystem;
@@ -20,6 +21,7 @@ struct Arguments {
   fs::path scene, out, reference;
   std::optional<fs::path> fabric, start;
   int grid = 21;
+  std::string fit = "drape";
   SimulateOptions options;
   SplitOptions split{.scene_values = true};
 };
@@ -66,6 +68,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";
   args.options.threads = thread_count(common);
+  if (args.fit == "drape") args.options.reach = find_reach(scene, fabric, print, start);
   const auto split = split_error(scene, fabric, print, start, reference, args.options, args.split);
   write_json(args.out / "sensitivity.json", sensitivity_json(split));
   write_durable(args.out / "error_split.csv", split_csv(split));
@@ -87,6 +90,7 @@ int main(int argc, char** argv) {
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
   app.add_option("--grid", args.grid, "particles per side")->capture_default_str();
   app.add_option("--segments", args.options.segments, "segments per curve")->capture_default_str();
+  add_fit_option(app, args.fit);
   app.add_option("--starts", args.split.starts, "seeded starts for the rows about the branch")
       ->range(1, 10000)
       ->capture_default_str();

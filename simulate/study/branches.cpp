@@ -406,7 +406,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   options.check();
   const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
-  const ClothLaws laws = make_laws(fabric, options.segments, report);
+  const ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
   const Surroundings surroundings(local.scene);
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};

@@ -149,7 +149,7 @@ class Bench {
 
   [[nodiscard]] ClothLaws laws_of(const Variant& variant) const {
     SimulateReport ignored;
-    ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored);
+    ClothLaws laws = make_laws(fabric_, variant.options.segments, ignored, variant.options.reach);
     if (!variant.twist) laws.twist_n_m = 0;
     return variant.scale ? scaled(laws, variant.scale->first, variant.scale->second) : laws;
   }
@@ -157,7 +157,7 @@ class Bench {
   /// Asks of the base what simulate_checked() asks of any drape.
   void judge_base(ErrorSplit& split) const {
     SimulateResult judged;
-    const ClothLaws laws = make_laws(fabric_, options_.segments, judged.report);
+    const ClothLaws laws = make_laws(fabric_, options_.segments, judged.report, options_.reach);
     const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
     SimulateOptions by_static = options_;
     by_static.solver = "static";
