@@ -146,8 +146,9 @@ struct SimulateResult {
                                       const SimulateOptions& options);
 
 /// How far a drape strains its cloth: four times as far as a first run of the scene's own start at
-/// 15 particles per side, with the curves fitted wherever they are measured. All grids, solvers and numbers of
-/// segments of a scene are thereby fitted over the same range. Absent where that run diverges.
+/// 15 particles per side, with the curves fitted wherever they are measured. All grids, solvers and
+/// numbers of segments of a scene are thereby fitted over the same range. Absent where that run
+/// diverges.
 [[nodiscard]] std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric,
                                                    const Print& print,
                                                    const std::optional<Sheet>& measured);

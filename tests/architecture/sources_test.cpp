@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "tests/architecture/source_files.hpp"
@@ -99,6 +100,48 @@ TEST(Sources, ASourceIncludesItsOwnHeaderFirst) {
     if (first == file.lines.end() || included(first->text) != header) findings.push_back(file.path);
   }
   EXPECT_GT(pairs, 100);
+  EXPECT_THAT(findings, IsEmpty());
+}
+
+/// Every match of group 1 in the code of a file, comments left out.
+std::set<std::string> names_in(const SourceFile& file, const std::regex& pattern) {
+  std::set<std::string> names;
+  for (const Line& line : file.lines) {
+    const std::string code = line.text.substr(0, line.text.find("//"));
+    for (std::sregex_iterator m(code.begin(), code.end(), pattern), end; m != end; ++m)
+      names.insert((*m)[1]);
+  }
+  return names;
+}
+
+// Sources are joined before they are compiled, so that a constant of a neighbour, in other units,
+// would be taken without a word.
+TEST(Sources, AConstantIsOfTheFileThatUsesIt) {
+  const std::regex declared(R"(\b(k[A-Z]\w*)\s*(?:=[^=]|=$|\[|\{))");
+  const std::regex made(R"([\w>]\s+(k[A-Z]\w*)\()");
+  const std::regex enumerated(R"(\benum\b[^{]*\{[^}]*?\b(k[A-Z]\w*))");
+  const std::regex used(R"((?:^|[^\w:])(k[A-Z]\w*)\b)");
+  const auto own_of = [&](const SourceFile& file) {
+    std::set<std::string> own = names_in(file, declared);
+    own.merge(names_in(file, made));
+    own.merge(names_in(file, enumerated));
+    return own;
+  };
+  std::set<std::string> in_headers, in_sources;
+  for (const SourceFile& file : cpp_files()) {
+    // Headers also hold enumerators and the like, so every name in one counts.
+    if (file.is_header()) in_headers.merge(names_in(file, used));
+    if (!file.is_header()) in_sources.merge(own_of(file));
+  }
+  EXPECT_GT(in_sources.size(), 300U);
+  std::vector<std::string> findings;
+  for (const SourceFile& file : cpp_files()) {
+    const std::set<std::string> own = own_of(file);
+    for (const std::string& name : names_in(file, used)) {
+      if (in_sources.contains(name) && !own.contains(name) && !in_headers.contains(name))
+        findings.push_back(file.path + ": " + name);
+    }
+  }
   EXPECT_THAT(findings, IsEmpty());
 }
 
