@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "core/error.hpp"
@@ -40,7 +41,21 @@ std::vector<std::string> words_of(const StudyCase& the_case, const StudyOptions&
   return words;
 }
 
-void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
+/// What outcome_from() reads of the certificate that write_outputs() leaves.
+StudyOutcome outcome_of(const StudyCase& the_case, const SimulateReport& report,
+                        const std::string& solver) {
+  const auto or_none = [](double value) { return std::isfinite(value) ? value : 0; };
+  StudyOutcome outcome;
+  outcome.the_case = the_case;
+  outcome.at_rest = report.status == RestStatus::at_rest;
+  outcome.sentence = report.sentence;
+  outcome.solver = solver;
+  outcome.residual = or_none(report.residual);
+  outcome.energy_j = 1e-6 * or_none(report.energy_end_j / 1e-6);
+  return outcome;
+}
+
+StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& options) {
   RunRecord record("drape-study", words_of(the_case, options),
                    run_record_path(the_case.folder / "sheet.ply"));
   SimulateOptions how = options.simulate;
@@ -69,6 +84,7 @@ void simulate_case(const StudyCase& the_case, const StudyOptions& options) {
   }
   write_outputs(the_case.folder, best, used, record);
   record.write(best.report.status == RestStatus::at_rest ? 0 : 1, "");
+  return outcome_of(the_case, best.report, used.solver);
 }
 
 bool is_row_of(int index, int rows, int other_rows, int& other) {
@@ -122,8 +138,7 @@ StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,
                       const fs::path& program) {
   const fs::path record = run_record_path(the_case.folder / "sheet.ply");
   const bool kept = is_up_to_date(record, program, words_of(the_case, options));
-  if (!kept) simulate_case(the_case, options);
-  StudyOutcome outcome = outcome_from(the_case);
+  StudyOutcome outcome = kept ? outcome_from(the_case) : simulate_case(the_case, options);
   outcome.kept = kept;
   return outcome;
 }
