@@ -35,12 +35,11 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
                                                base.distance_m / mm, split.marks.size())
                                  : "the base is a saddle: it has no first-order answer";
   if (split.sensitivities) {
-    for (const Sensitivity& one : *split.sensitivities) {
+    for (const Sensitivity& one : *split.sensitivities)
       ending.numbers.push_back(
           {name_of(one.value) + " +1 %",
            fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
                        0.01 * one.mean_way_m / mm)});
-    }
   }
   for (std::size_t k = 1; k < split.rows.size(); ++k) {
     const SplitRow& row = split.rows[k];
