@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <span>
+
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -41,13 +43,11 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
            fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
                        0.01 * one.mean_way_m / mm)});
   }
-  for (std::size_t k = 1; k < split.rows.size(); ++k) {
-    const SplitRow& row = split.rows[k];
+  for (const SplitRow& row : std::span(split.rows).subspan(1))
     ending.numbers.push_back(
         {row.what + (row.continued ? ", from the base" : ""),
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
                      row.way_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
-  }
   const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
   ending.next_command = fmt::format("less {}", (out / table).string());
   return ending;
