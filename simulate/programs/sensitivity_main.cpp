@@ -36,13 +36,12 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
                    : ending.go   ? fmt::format("mean distance {:.3f} mm over {} marks",
                                                base.distance_m / mm, split.marks.size())
                                  : "the base is a saddle: it has no first-order answer";
-  if (split.sensitivities) {
+  if (split.sensitivities)
     for (const Sensitivity& one : *split.sensitivities)
       ending.numbers.push_back(
           {name_of(one.value) + " +1 %",
            fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
                        0.01 * one.mean_way_m / mm)});
-  }
   for (const SplitRow& row : std::span(split.rows).subspan(1))
     ending.numbers.push_back(
         {row.what + (row.continued ? ", from the base" : ""),
