@@ -163,7 +163,7 @@ TomlTable TomlTable::open(const std::filesystem::path& file, const std::string& 
   } catch (const toml::parse_error& error) {
     throw bad_input(fmt::format("not a TOML file: {}", error.description()),
                     {.file = file.string(), .line = static_cast<int>(error.source().begin.line)},
-                    "correct the line");
+                    "correct the line: text in \"...\", numbers as 0.4, the file saved as UTF-8");
   }
   state->table = state->root.get();
   TomlTable table(state);

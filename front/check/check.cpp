@@ -192,6 +192,7 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
     if (!scene) continue;
     scenes.push_back(*scene);
     check_scene(*scene, rig, print ? &*print : nullptr, check);
+    check_stand_ins(file, "scene", check);
     for (const auto& [key, named] :
          {std::pair{"fabric", scene->fabric_file}, std::pair{"print", scene->print_file}})
       if (fs::is_directory(named))
@@ -255,7 +256,11 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
   const auto target = collecting(check, [&] { return read_target(rig->target_file); });
   const auto print = collecting(check, [&] { return read_print(rig->print_file); });
   if (target && print) check_tags(*rig, *target, *print, check);
-  if (print) check_print_size(*print, check);
+  if (target) check_target(rig->target_file, *target, check);
+  if (print) {
+    check_print_size(*print, check);
+    check_print(*print, check);
+  }
   if (rig->scenes.empty())
     add(check, rig->file, "scenes", "the rig names no scene",
         "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");

@@ -47,12 +47,25 @@ void add(BenchCheck& check, const std::filesystem::path& file, const std::string
 /// `print` may lack.
 void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check);
 
+/// The tag families that detect knows.
+[[nodiscard]] std::vector<std::string> known_tag_families();
+
+/// Tags of a family that is not known, and tags that would lie over a dot.
+void check_target(const std::filesystem::path& file, const Target& target, BenchCheck& check);
+void check_print(const Print& print, BenchCheck& check);
+
+/// Names in `stand_ins` of a scene or fabric that no value of the file has. Throws Error for what
+/// cannot be read.
+void check_stand_ins(const std::filesystem::path& file, const std::string& schema,
+                     BenchCheck& check);
+
 /// Density and bending of a fabric against what 618 measured fabrics show; its curves through
 /// `drape fabric`, the reader that the simulation uses, with each of these numbers of segments.
 void check_fabric(const std::filesystem::path& file, const std::vector<int>& segments,
                   BenchCheck& check);
 
-/// Sets and cameras that the rig and its scenes need, image sizes, pictures that stand there twice.
+/// Sets and cameras that the rig and its scenes need, image sizes, pictures that are not there or
+/// stand there twice.
 void check_recording(const Recording& recording, const Rig& rig, const std::vector<Scene>& scenes,
                      BenchCheck& check);
 

@@ -3,7 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <map>
+#include <set>
 
 #include "core/program/similar.hpp"
 #include "front/check/check.hpp"
@@ -45,6 +48,7 @@ std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
 
 void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig& rig,
                  std::map<std::string, bool>& named, BenchCheck& check) {
+  if (camera.width_px < 2 || camera.height_px < 2) return;  // named where it was read
   if (frame.width_px == camera.width_px && frame.height_px == camera.height_px) return;
   if (std::exchange(named[camera.name], true)) return;
   check.problems.push_back(bad_input(
@@ -57,6 +61,51 @@ void check_frame(const RecordedFrame& frame, const RigCamera& camera, const Rig&
         return where;
       }(),
       fmt::format("width_px = {}, height_px = {}", frame.width_px, frame.height_px)));
+}
+
+/// A picture that the list names and that is not there, or cannot be one: its first bytes say so.
+/// Whether it is the recorded one is asked of its hash when it is read.
+void check_file(const fs::path& folder, const FrameSet& set, const RecordedFrame& frame,
+                BenchCheck& check) {
+  static constexpr std::array<unsigned char, 8> kPng = {0x89, 'P',  'N',  'G',
+                                                        '\r', '\n', 0x1a, '\n'};
+  const fs::path file = folder / frame.file;
+  const Where where{.file = file.string(), .camera = frame.camera, .set = set.name};
+  std::error_code failed;
+  if (!fs::is_regular_file(file, failed)) {
+    std::string others;
+    if (fs::is_directory(file.parent_path(), failed))
+      for (const auto& entry : fs::directory_iterator(file.parent_path(), failed))
+        if (entry.is_regular_file(failed) && entry.path().extension() == file.extension())
+          others += (others.empty() ? "" : ", ") + entry.path().filename().string();
+    check.problems.push_back(bad_input(
+        "a picture of the recording is missing", where,
+        others.empty()
+            ? std::string("bring it back, or record the set again")
+            : fmt::format("bring it back, or give it its name again; there are {}", others)));
+    return;
+  }
+  std::array<char, 8> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(begin.data(), begin.size());
+  if (file.extension() == ".png" &&
+      !std::equal(kPng.begin(), kPng.end(), begin.begin(),
+                  [](unsigned char a, char b) { return a == static_cast<unsigned char>(b); }))
+    check.problems.push_back(
+        bad_input(fs::file_size(file, failed) == 0 ? "the picture is empty" : "this is no PNG file",
+                  where, "bring the recorded picture back, or record the set again"));
+}
+
+/// Cameras that were recorded and that the rig does not have: their pictures serve nothing.
+void advise_on_cameras(const Recording& recording, const Rig& rig, BenchCheck& check) {
+  std::set<std::string> others;
+  for (const FrameSet& set : recording.sets)
+    for (const RecordedFrame& frame : set.frames) others.insert(frame.camera);
+  for (const RigCamera& camera : rig.cameras) others.erase(camera.name);
+  if (others.empty()) return;
+  check.advice.push_back(
+      fmt::format("{}: no [[camera]] is called {}; the recording's pictures of it are not used",
+                  rig.file.string(), fmt::join(others, ", ")));
 }
 
 /// The same picture under two names: a camera that was copied, or a set that was.
@@ -105,6 +154,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
                        [&](const RecordedFrame& one) { return one.camera == camera.name; });
       if (frame != set->frames.end()) {
         check_frame(*frame, camera, rig, sizes_named, check);
+        check_file(recording.folder, *set, *frame, check);
       } else if (!std::exchange(cameras_named[camera.name], true)) {
         std::vector<std::string> cameras;
         for (const RecordedFrame& one : set->frames) cameras.push_back(one.camera);
@@ -116,6 +166,7 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
       }
     }
   }
+  advise_on_cameras(recording, rig, check);
   check_twice(recording, needs, check);
 }
 

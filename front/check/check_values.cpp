@@ -182,6 +182,28 @@ void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
         "give the height in mm from which the cloth was laid, a few mm");
 }
 
+/// A pin holds a mark or a point of the cloth, not one beside it.
+void check_pins(const Scene& scene, const Print* print, BenchCheck& check) {
+  if (print == nullptr) return;
+  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
+    const Pin& pin = scene.pins[i];
+    if (pin.at_material_m) {
+      const Eigen::Vector2d at = *pin.at_material_m;
+      if (at.minCoeff() >= 0 && (print->patch_m - at).minCoeff() >= 0) continue;
+      add(check, scene.file, "pin.at_material_mm",
+          fmt::format("pin {} is at ({:g}, {:g}) mm, the patch is {:g} x {:g} mm", i + 1,
+                      at.x() / mm, at.y() / mm, print->patch_m.x() / mm, print->patch_m.y() / mm),
+          "count along warp and weft from the corner beside mark (0, 0)", i);
+    } else if (pin.mark.row < 0 || pin.mark.row >= print->rows || pin.mark.col < 0 ||
+               pin.mark.col >= print->cols) {
+      add(check, scene.file, "pin.row",
+          fmt::format("pin {} holds mark ({}, {}), the print has {} x {} marks", i + 1,
+                      pin.mark.row, pin.mark.col, print->rows, print->cols),
+          "rows and columns count from 0", i);
+    }
+  }
+}
+
 /// A box's turn is a measured value where a real drape is compared; nothing says that it is 0.
 void check_yaw(const Scene& scene, BenchCheck& check) {
   if (scene.set.empty()) return;
@@ -221,6 +243,12 @@ void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCh
   else if (scene.gravity_m_per_s2.z() > -0.9 * gravity)
     add(check, scene.file, "gravity_m_per_s2", "gravity does not point down (-z)",
         "leave it out, or give [0, 0, -9.80665]");
+  if (scene.friction_uncertainty && *scene.friction_uncertainty >= scene.friction)
+    add(check, scene.file, "friction_uncertainty",
+        fmt::format("friction = {:g} with an uncertainty of {:g}: nothing would be known of it",
+                    scene.friction, *scene.friction_uncertainty),
+        "give one standard deviation, or leave it out and list friction in stand_ins");
+  check_pins(scene, print, check);
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     check_foot(scene, i, check);
     check_uncertainty(scene, i, check);
@@ -300,6 +328,16 @@ void check_curves(const TomlTable& root, BenchCheck& check) {
         continue;
       }
       const std::string text = read_text(curve);
+      const bool unix_ends = text.find('\n') != std::string::npos;
+      if (text.find('\0') != std::string::npos ||
+          (!unix_ends && text.find('\r') != std::string::npos)) {
+        check.problems.push_back(
+            bad_input(unix_ends ? "the curve is text of two bytes a letter (UTF-16)"
+                                : "the lines end as on an old Macintosh",
+                      {.file = curve.string(), .field = field},
+                      "save it as UTF-8 (CSV) with the line ends of Unix or Windows"));
+        continue;
+      }
       if (std::count(text.begin(), text.end(), '\n') < 3)
         check.problems.push_back(
             bad_input("the curve has no points", {.file = curve.string(), .field = field},
@@ -322,6 +360,7 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
           fmt::format("an areal density of {:g} g/m2; fabrics have {:.0f} to {:.0f}", density,
                       kLightest, kHeaviest),
           "weigh a piece of known area; is a decimal point lost, or is it kg/m2 or oz/yd2?");
+    check_stand_ins(file, "fabric", check);
     const std::size_t so_far = check.problems.size();
     check_curves(root, check);
     check_curve_names(root, check);

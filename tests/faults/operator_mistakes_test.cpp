@@ -5,8 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/ranges.h>
+
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/sheet.hpp"
+#include "detect/families/tag_family.hpp"
+#include "front/check/check.hpp"
 #include "tests/faults/operator_mistakes.hpp"
 
 namespace drape::test {
@@ -64,6 +69,18 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
 INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake,
                          testing::ValuesIn(drape::test::operator_mistakes()),
                          [](const auto& mistake) { return mistake.param.name; });
+
+TEST(KnownTagFamilies, AreThoseOfDetect) {
+  const auto known = drape::known_tag_families();
+  for (const std::string& family : known) EXPECT_NO_THROW(drape::detect::TagFamily(family, 1));
+  try {
+    drape::detect::TagFamily("none", 1);
+    FAIL();
+  } catch (const drape::Error& error) {
+    EXPECT_THAT(error.what_to_do(),
+                testing::StartsWith(fmt::format("use one of {};", fmt::join(known, ", "))));
+  }
+}
 
 TEST(NoMistake, GivesNoAlarm) {
   const SmallBench bench({"A", "C", "E"});

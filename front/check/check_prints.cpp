@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/program/similar.hpp"
+#include "core/units.hpp"
+#include "front/check/check.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using Eigen::Vector2d;
+using units::mm;
+
+/// Room between a dot and the black square of a tag; below zero one covers the other.
+double room_m(const Vector2d& dot, double radius_m, const PrintedTag& tag, double edge_m) {
+  const Vector2d beyond =
+      ((dot - tag.centre_m).cwiseAbs() - Vector2d::Constant(0.5 * edge_m)).cwiseMax(0.0);
+  return beyond.norm() - radius_m;
+}
+
+/// A tag that would be printed over a dot: its place or a size cannot be as typed.
+template <class At>
+void check_tag_places(const fs::path& file, const std::vector<PrintedTag>& tags, double edge_m,
+                      double diameter_m, int rows, int cols, const At& at, const char* key,
+                      BenchCheck& check) {
+  for (std::size_t k = 0; k < tags.size(); ++k) {
+    for (int row = 0; row < rows; ++row) {
+      for (int col = 0; col < cols; ++col) {
+        if (room_m(at({row, col}), 0.5 * diameter_m, tags[k], edge_m) >= 0) continue;
+        add(check, file, key,
+            fmt::format("tag {}, {:g} mm wide, would be printed over dot ({}, {})", tags[k].id,
+                        edge_m / mm, row, col),
+            "correct the tag's place, tags.edge_mm, dot_diameter_mm or pitch_mm; all are in mm", k);
+        return;
+      }
+    }
+  }
+}
+
+void check_family(const fs::path& file, const std::string& family, BenchCheck& check) {
+  const std::vector<std::string> known = known_tag_families();
+  if (family.empty() || std::find(known.begin(), known.end(), family) != known.end()) return;
+  std::string lower = family;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  add(check, file, "family",
+      fmt::format("the tag family `{}` is not known{}", family, did_you_mean(lower, known)),
+      fmt::format("use one of {}; OpenCV's own dictionaries are not read", fmt::join(known, ", ")));
+}
+
+}  // namespace
+
+std::vector<std::string> known_tag_families() {
+  return {"tag36h11", "tag36h10", "tag25h9", "tag16h5", "tagStandard41h12"};
+}
+
+void check_target(const fs::path& file, const Target& target, BenchCheck& check) {
+  check_family(file, target.tag_family, check);
+  if (target.kind != TargetKind::dot_grid) return;
+  check_tag_places(
+      file, target.tags, target.tag_edge_m, target.dot_diameter_m, target.rows, target.cols,
+      [&](MarkId dot) { return Vector2d(target.point_in_target(dot).head<2>()); }, "centre_mm",
+      check);
+}
+
+void check_print(const Print& print, BenchCheck& check) {
+  check_family(print.file, print.tag_family, check);
+  check_tag_places(
+      print.file, print.tags, print.tag_edge_m, print.dot_diameter_m, print.rows, print.cols,
+      [&](MarkId dot) { return print.material_m(dot); }, "edge_mm", check);
+}
+
+}  // namespace drape
