@@ -78,7 +78,9 @@ std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& sc
                        text_of({{"+x", 0, 1}, {"-x", 0, -1}, {"+y", 1, 1}, {"-y", 1, -1}}, half_mm,
                                "error of its place", "mm");
     if (box != nullptr)
-      text += "; " + text_of({{"+yaw", 3, 1}, {"-yaw", 3, -1}}, 45, "error of its turn", "degrees");
+      text += "; " +
+              text_of({{"+yaw", 3, 1}, {"-yaw", 3, -1}}, 45, "error of its turn", "degrees") +
+              "; a width stated too small would not be seen, for cloth need not touch the sides";
     texts.push_back(text + "; a plate of tags measures it (drape object)");
   }
   return texts;
