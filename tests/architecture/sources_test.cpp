@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 #include <map>
 #include <regex>
 #include <set>
@@ -192,11 +193,21 @@ TEST(Sources, LibrariesNeitherExitNorPrint) {
 
 TEST(Sources, AreFormatted) {
   ASSERT_EQ(std::system("command -v clang-format >/dev/null"), 0) << "install clang-format";
-  std::vector<std::string> findings;
-  for (const SourceFile& file : cpp_files()) {
-    const std::string command = fmt::format("clang-format --dry-run -Werror '{}' 2>/dev/null",
-                                            (source_root() / file.path).string());
-    if (std::system(command.c_str()) != 0) findings.push_back(file.path);
+  const auto formatted = [](const std::string& files) {
+    return std::system(("clang-format --dry-run -Werror" + files + " 2>/dev/null").c_str()) == 0;
+  };
+  // Starting the program takes longer than reading a file: one by one only where one is wrong.
+  constexpr std::size_t kAtOnce = 200;
+  std::vector<std::string> files, findings;
+  for (const SourceFile& file : cpp_files())
+    files.push_back(fmt::format(" '{}'", (source_root() / file.path).string()));
+  for (std::size_t i = 0; i < files.size(); i += kAtOnce) {
+    const auto begin = files.begin() + static_cast<std::ptrdiff_t>(i),
+               end =
+                   files.begin() + static_cast<std::ptrdiff_t>(std::min(i + kAtOnce, files.size()));
+    if (formatted(fmt::format("{}", fmt::join(begin, end, "")))) continue;
+    std::copy_if(begin, end, std::back_inserter(findings),
+                 [&](const std::string& file) { return !formatted(file); });
   }
   EXPECT_THAT(findings, IsEmpty()) << "run clang-format -i on these";
 }
