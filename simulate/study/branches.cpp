@@ -15,6 +15,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/study/linkage.hpp"
+#include "simulate/study/sensitivity.hpp"
 #include "simulate/study/valleys.hpp"
 #include "simulate/world.hpp"
 
@@ -308,9 +309,7 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                        const StaticOptions& options, const BranchOptions& how) {
   Branches branches;
   branches.round = is_round(the_case.scene);
-  const std::vector<std::string>& guessed = the_case.scene.stand_ins;
-  const bool friction_known =
-      std::find(guessed.begin(), guessed.end(), "friction") == guessed.end();
+  const bool friction_known = !names(the_case.scene.stand_ins, "friction");
   std::vector<StaticDrape> drapes(how.starts);
   std::vector<double> friction(how.starts);
   parallel_for(drapes.size(), options.threads, [&](std::size_t k) {

@@ -77,11 +77,20 @@ bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
 }
 
 bool is_stand_in(const Fabric& fabric, FabricValue value) {
-  if (value == FabricValue::twist && !fabric.bias_bending_n_m) return true;
   const std::string name = name_of(value);
-  return names(fabric.stand_ins, value == FabricValue::areal_density
-                                     ? "areal density"
-                                     : name.substr(0, name.find('_')) + " curves");
+  const std::string kind = name.substr(0, name.find('_'));
+  if (value == FabricValue::twist && !fabric.bias_bending_n_m) return true;
+  return std::any_of(fabric.stand_ins.begin(), fabric.stand_ins.end(),
+                     [&](const std::string& what) {
+                       const auto says = [&](const char* word) { return names({what}, word); };
+                       if (what == "all") return true;
+                       if (value == FabricValue::areal_density)
+                         return says("areal density") || says("areal_density");
+                       const bool bias = says("bias") || says("at 45") || says("twist");
+                       if (value == FabricValue::twist) return bias;
+                       // The curve's hysteresis is not the curve.
+                       return says(kind.c_str()) && !bias && !says("hysteresis");
+                     });
 }
 
 ClothLaws scaled(ClothLaws laws, FabricValue value, double factor) {
