@@ -195,6 +195,8 @@ void add_warnings(JointReport& report) {
 
 void JointOptions::check() const {
   common.check();
+  if (!(thickness_mm >= 0 && thickness_mm < 1000))
+    throw usage_error("--thickness-mm is no thickness of a board", "give it in mm, 0 or more");
 }
 
 JointResult calibrate_joint(const JointModel& model, double dot_diameter_m,
@@ -287,7 +289,8 @@ JointResult calibrate_joint(const Detections& detections, const Rig& rig, const 
   } else {
     check_places(model);
   }
-  const std::vector<std::string> dropped = start_joint(model, {options.known_lenses.has_value()});
+  const std::vector<std::string> dropped =
+      start_joint(model, {options.known_lenses.has_value(), options.thickness_mm * units::mm});
   notes.insert(notes.end(), dropped.begin(), dropped.end());
   JointOptions with_scale = options;
   with_scale.scale_uncertainty = scale_uncertainty(target);

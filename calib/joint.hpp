@@ -25,6 +25,7 @@ struct JointOptions {
   bool free_stages = false;                 ///< z stages but the first are free poses
   std::optional<Calibration> known_lenses;  ///< lenses calibrated before, by camera name
   double scale_uncertainty = 0;             ///< of the print (1), common to all cameras
+  double thickness_mm = 0;                  ///< between the two prints of a two-sided target
   void check() const;
 };
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <map>
 #include <regex>
 #include <set>
@@ -12,6 +13,7 @@
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
 #include "core/recording.hpp"
+#include "front/picture_names.hpp"
 #include "front/process.hpp"
 
 namespace drape {
@@ -38,22 +40,71 @@ bool has_folders(const fs::path& folder) {
   return false;
 }
 
-/// left01.jpg is camera `left`, view `01`.
-std::map<std::string, std::map<std::string, fs::path>> flat_images(const fs::path& folder) {
-  static const std::regex kName("(.*?)[-_. ]*([0-9]+)\\.(png|jpg|jpeg|tif|tiff)",
-                                std::regex::icase);
-  std::map<std::string, std::map<std::string, fs::path>> views;
+/// Pictures in a folder, by name.
+std::vector<fs::path> pictures_in(const fs::path& folder) {
+  static const std::regex kPicture(".*\\.(png|jpg|jpeg|tif|tiff)", std::regex::icase);
+  std::vector<fs::path> pictures;
   for (const auto& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    std::smatch parts;
-    if (!entry.is_regular_file() || !std::regex_match(name, parts, kName)) continue;
-    const std::string camera = parts[1].length() == 0 ? "camera" : parts[1].str();
-    if (!views["view_" + parts[2].str()].emplace(camera, fs::canonical(entry.path())).second) {
-      throw bad_input("two images of one camera and view", {.file = entry.path().string()},
-                      "keep one of them");
-    }
+    if (entry.is_regular_file() && name.front() != '.' && std::regex_match(name, kPicture))
+      pictures.push_back(fs::canonical(entry.path()));
+  }
+  std::sort(pictures.begin(), pictures.end());
+  return pictures;
+}
+
+std::vector<PictureName> names_of(const std::vector<fs::path>& pictures) {
+  std::vector<std::string> stems;
+  for (const fs::path& picture : pictures) stems.push_back(picture.stem().string());
+  return read_picture_names(stems);
+}
+
+/// By view, then camera.
+using Views = std::map<std::string, std::map<std::string, fs::path>>;
+
+void add_picture(Views& views, const std::string& view, const std::string& camera,
+                 const fs::path& picture) {
+  if (views["view_" + view].emplace(camera, picture).second) return;
+  throw bad_input("two images of one camera and view", {.file = picture.string()},
+                  "keep one of them");
+}
+
+/// left01.jpg is camera `left`, view `01`.
+Views flat_images(const fs::path& folder) {
+  Views views;
+  const std::vector<fs::path> pictures = pictures_in(folder);
+  const std::vector<PictureName> names = names_of(pictures);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    // A picture without a number is no view of a series.
+    if (pictures[i].stem().string().find_first_of("0123456789") == std::string::npos) continue;
+    add_picture(views, names[i].view, names[i].camera.empty() ? "camera" : names[i].camera,
+                pictures[i]);
   }
   return views;
+}
+
+/// left/01.jpg is camera `left`, view `01`.
+Views images_by_camera(const fs::path& folder) {
+  Views views;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    const std::vector<fs::path> pictures = pictures_in(entry.path());
+    const std::vector<PictureName> names = names_of(pictures);
+    for (std::size_t i = 0; i < pictures.size(); ++i)
+      add_picture(views, names[i].view, entry.path().filename().string(), pictures[i]);
+  }
+  return views;
+}
+
+/// There are more views than cameras: whether a folder is a camera's.
+bool are_cameras(const fs::path& folder) {
+  std::size_t folders = 0, most = 0;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (!entry.is_directory()) continue;
+    ++folders;
+    most = std::max(most, pictures_in(entry.path()).size());
+  }
+  return most > folders;
 }
 
 /// The folder in the layout of `drape import`: itself, or links in the output folder.
@@ -62,17 +113,21 @@ fs::path import_layout(const CalibImagesOptions& options) {
     throw bad_input("the folder of images is missing", {.file = options.folder.string()},
                     "name a folder of images such as left01.jpg, right01.jpg");
   }
-  if (has_folders(options.folder)) return options.folder;
-  const auto views = flat_images(options.folder);
+  const bool nested = has_folders(options.folder) && pictures_in(options.folder).empty();
+  const bool cameras = options.folders.empty() ? nested && are_cameras(options.folder)
+                                               : options.folders == "cameras";
+  if (nested && !cameras) return options.folder;
+  const Views views = nested ? images_by_camera(options.folder) : flat_images(options.folder);
   if (views.empty()) {
     throw bad_input("no image is named like left01.jpg", {.file = options.folder.string()},
-                    "name images <camera><number>.png|jpg|tif, or <view>/<camera>.png|jpg|tif");
+                    "name images <camera><number>.png|jpg|tif, <view>/<camera>.png|jpg|tif or "
+                    "<camera>/<number>.png|jpg|tif");
   }
   const fs::path staged = options.out / "images";
   fs::remove_all(staged);
-  for (const auto& [view, cameras] : views) {
+  for (const auto& [view, of_view] : views) {
     fs::create_directories(staged / view);
-    for (const auto& [camera, file] : cameras) {
+    for (const auto& [camera, file] : of_view) {
       fs::create_symlink(file, staged / view / (camera + file.extension().string()));
     }
   }
@@ -94,7 +149,7 @@ std::string rig_text(const Recording& recording) {
   std::vector<std::string> views;
   for (const FrameSet& set : recording.sets) views.push_back(set.name);
   std::string text = fmt::format(
-      "schema = \"drapebench/rig/1\"\nname = \"chessboard\"\ntarget = \"target.toml\"\n"
+      "schema = \"drapebench/rig/1\"\nname = \"pictures\"\ntarget = \"target.toml\"\n"
       "recording = \"recording\"\n\n[calibration]\nfree_poses = [\"{}\"]\n",
       fmt::join(views, "\", \""));
   std::map<std::string, RecordedFrame> cameras;
@@ -130,12 +185,18 @@ int run_stage(const std::string& stage, std::vector<std::string> arguments,
 }  // namespace
 
 int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common) {
-  const Board board = board_of(options.board);
+  if (options.target.empty() == (options.board.empty() || options.square_mm <= 0)) {
+    throw usage_error("the target is not stated, or twice",
+                      "give --board and --square-mm of a chessboard, or --target FILE");
+  }
+  const std::string target = options.target.empty()
+                                 ? target_text(board_of(options.board), options.square_mm)
+                                 : read_text(options.target);
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";
   const fs::path calibration = options.out / "calibration.json";
   claim(options.out);
-  write_durable(options.out / "target.toml", target_text(board, options.square_mm));
+  write_durable(options.out / "target.toml", target);
   fs::remove_all(recording);  // Ours alone, made from the folder of images each time.
   const std::string images = import_layout(options).string();
   if (const int code = run_stage(
@@ -157,6 +218,8 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
                                         calibration.string()};
   if (!options.lens_from.empty())
     arguments.insert(arguments.end(), {"--lens-from", options.lens_from.string()});
+  if (options.thickness_mm > 0)
+    arguments.insert(arguments.end(), {"--thickness-mm", fmt::format("{}", options.thickness_mm)});
   const int code = run_stage("calib", std::move(arguments), common);
   if (code > 1) return code;
   Ending ending;

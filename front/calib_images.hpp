@@ -12,16 +12,20 @@ struct CalibImagesOptions {
   std::filesystem::path folder;  ///< of the images
   std::string board;             ///< inner corners as COLSxROWS, e.g. "9x6"
   double square_mm = 0;          ///< side of a square
+  std::filesystem::path target;  ///< target.toml of any kind, instead of board and square
+  std::string folders;           ///< "views", "cameras", or "" to tell by their number
+  double thickness_mm = 0;       ///< of a two-sided target
   std::filesystem::path out;
   std::filesystem::path lens_from;  ///< calibration.json with known lenses, or empty
 };
 
 /// `drape calib-images`: a plain folder of chessboard pictures to calibration.json, in one command.
-/// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg: the same number is one
-/// view) or FOLDER/<view>/<camera>.<ending>; a view may lack a camera. Makes a recording and a rig
-/// in the output folder, then runs `drape import`, `drape detect` and `drape calib --method joint`
-/// on them. Returns the exit code. Throws Error(usage, bad_input) for a board or a folder that
-/// cannot be used, and for an output folder that holds anything but an earlier run's files.
+/// Images are FOLDER/<camera><number>.<ending> (left01.jpg, right01.jpg, cam2_07_int.png: of the
+/// numbers in the names that which changes most is the view), FOLDER/<view>/<camera>.<ending> or
+/// FOLDER/<camera>/<number>.<ending>; a view may lack a camera. Makes a recording and a rig in the
+/// output folder, then runs `drape import`, `drape detect` and `drape calib --method joint` on
+/// them. Returns the exit code. Throws Error(usage, bad_input) for a board or a folder that cannot
+/// be used, and for an output folder that holds anything but an earlier run's files.
 [[nodiscard]] int calibrate_images(const CalibImagesOptions& options, const CommonOptions& common);
 
 }  // namespace drape

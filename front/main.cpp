@@ -87,17 +87,26 @@ int check_command(int argc, char** argv) {
 int calib_images_command(int argc, char** argv) {
   Command app(
       "Calibrates cameras from a plain folder of chessboard pictures: left01.jpg, right01.jpg, "
-      "...\n"
-      "or <view>/<camera>.png. All cameras together; one camera alone is fine too.\n\n"
+      "...,\n"
+      "<view>/<camera>.png or <camera>/<number>.png. All cameras together; one alone is fine "
+      "too.\n\n"
       "  drape calib-images pictures --board 9x6 --square-mm 30 --out out/pictures",
       "drape calib-images");
   CalibImagesOptions options;
   CommonOptions common;
   app.add_option("FOLDER", options.folder, "folder of the pictures")->required();
-  app.add_option("--board", options.board, "inner corners as COLSxROWS, e.g. 9x6")->required();
-  app.add_option("--square-mm", options.square_mm, "side of a square, measured")
-      ->required()
+  app.add_option("--board", options.board, "of a chessboard: inner corners as COLSxROWS, e.g. 9x6");
+  app.add_option("--square-mm", options.square_mm, "of a chessboard: side of a square, measured")
       ->positive();
+  app.add_option("--target", options.target,
+                 "target.toml of another target, instead of --board and --square-mm");
+  app.add_option(
+         "--folders", options.folders,
+         "what a folder of FOLDER holds (default: views where these are fewer pictures each "
+         "than folders)")
+      ->one_of({"views", "cameras"});
+  app.add_option("--thickness-mm", options.thickness_mm,
+                 "how far a two-sided target's back lies behind its front");
   app.add_option("--out", options.out, "output folder")->required();
   app.add_option("--lens-from", options.lens_from,
                  "calibration.json whose cameras of the same names have these lenses");

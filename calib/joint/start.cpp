@@ -67,36 +67,31 @@ std::string name_of(const JointModel& model, std::size_t frame) {
   return fmt::format("set {}, {}", where.set, where.camera);
 }
 
-/// What a camera sees from behind: a minority of its views is labelled wrongly and dropped; a
-/// camera behind a see-through target sees it so in all views, which other cameras can confirm.
-void sort_out_mirrored(const JointModel& model, std::size_t camera, AloneCamera& alone,
-                       std::vector<bool>& behind, std::vector<std::string>& dropped) {
-  std::vector<std::size_t> front, back;
-  for (std::size_t f = 0; f < alone.views.size(); ++f) {
-    if (alone.views[f]) (alone.views[f]->from_behind ? back : front).push_back(f);
-  }
-  behind[camera] = back.size() > front.size();
-  for (const std::size_t f : behind[camera] ? front : back) {
-    alone.views[f].reset();
-    dropped.push_back(name_of(model, f) +
-                      ": not used, its labels are mirrored against the "
-                      "camera's other views");
-  }
-}
+/// Which side of the target is seen: by camera that of most of its views, by frame its own.
+struct Sides {
+  std::vector<bool> mostly_behind, behind;
 
-Poses poses_of_camera_views(JointModel& model, const StartOptions& options,
-                            std::vector<bool>& behind, std::vector<std::string>& dropped) {
+  [[nodiscard]] bool unusual(const JointModel& model, std::size_t frame) const {
+    return behind[frame] != mostly_behind[model.frames[frame].camera];
+  }
+};
+
+Poses poses_of_camera_views(JointModel& model, const StartOptions& options, Sides& sides,
+                            std::vector<std::string>& dropped) {
   Poses poses(model.frames.size());
-  behind.assign(model.cameras.size(), false);
+  sides.mostly_behind.assign(model.cameras.size(), false);
+  sides.behind.assign(model.frames.size(), false);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    AloneCamera alone = solve_alone(model, c, options.lens_known, dropped);
-    sort_out_mirrored(model, c, alone, behind, dropped);
+    const AloneCamera alone = solve_alone(model, c, options.lens_known, dropped);
+    int back = 0, front = 0;
     for (std::size_t f = 0; f < poses.size(); ++f) {
-      if (alone.views[f]) {
-        const CamFromTarget& pose = alone.views[f]->cam_from_target;
-        poses[f] = Motion{pose.rotation, pose.translation_m};
-      }
+      if (!alone.views[f]) continue;
+      const CamFromTarget& pose = alone.views[f]->cam_from_target;
+      poses[f] = Motion{pose.rotation, pose.translation_m};
+      sides.behind[f] = alone.views[f]->from_behind;
+      ++(sides.behind[f] ? back : front);
     }
+    sides.mostly_behind[c] = back > front;
   }
   return poses;
 }
@@ -131,11 +126,56 @@ double agreement(const Motion& best, const std::vector<Motion>& candidates) {
   return static_cast<double>(close) / static_cast<double>(candidates.size());
 }
 
+/// Takes out the views of a camera's less usual side that no other camera confirms: their labels
+/// are mirrored. Confirmed are those of a two-sided target.
+void drop_mirrored(const JointModel& model, const std::vector<Motion>& cameras, const Sides& sides,
+                   Poses& poses, std::vector<std::string>& dropped) {
+  std::vector<std::size_t> mirrored;
+  for (std::size_t f = 0; f < poses.size(); ++f) {
+    if (!poses[f] || !sides.unusual(model, f)) continue;
+    const JointFrame& frame = model.frames[f];
+    bool confirmed = false;
+    for (std::size_t other = 0; other < cameras.size(); ++other) {
+      const auto its =
+          other == frame.camera ? std::nullopt : frame_at(model, poses, other, frame.placement);
+      if (!its) continue;
+      const Motion seen = after(*poses[f], inverse(*poses[*its]));
+      const Motion found = after(cameras[frame.camera], inverse(cameras[other]));
+      confirmed = confirmed || apart(seen, found) < kAgree;
+    }
+    if (!confirmed) mirrored.push_back(f);
+  }
+  for (const std::size_t f : mirrored) {
+    poses[f].reset();
+    dropped.push_back(name_of(model, f) +
+                      ": not used, its labels are mirrored against the camera's other views");
+  }
+}
+
+/// What is seen from behind, for the reader: a camera through the target, or both sides of it.
+void note_sides(const JointModel& model, const Sides& sides, const Poses& poses,
+                std::vector<std::string>& notes) {
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    int back = 0, all = 0;
+    for (std::size_t f = 0; f < poses.size(); ++f) {
+      if (!poses[f] || model.frames[f].camera != c) continue;
+      ++all;
+      back += sides.behind[f];
+    }
+    const std::string& name = model.cameras[c].camera.name;
+    if (back > 0 && back == all) {
+      notes.push_back(fmt::format("{}: sees the target from behind in all its views", name));
+    } else if (back > 0) {
+      notes.push_back(
+          fmt::format("{}: sees the target's back in {} of its {} views", name, back, all));
+    }
+  }
+}
+
 /// camera-from-camera0 of all cameras, chained over placements that two cameras see; the pair with
 /// most placements in common comes first.
 std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses,
-                                     const std::vector<bool>& behind,
-                                     std::vector<std::string>& notes) {
+                                     const std::vector<bool>& behind) {
   std::vector<std::optional<Motion>> found(model.cameras.size());
   const auto front = std::find(behind.begin(), behind.end(), false);
   if (front == behind.end()) refuse_mirrored(model, 0);
@@ -164,8 +204,6 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
     if (behind[next]) {
       // A mirrored picture gives every view another pose; a see-through target gives one.
       if (most.size() < 3 || agreement(best, most) <= 0.5) refuse_mirrored(model, next);
-      notes.push_back(fmt::format("{}: sees the target from behind in all its views",
-                                  model.cameras[next].camera.name));
     }
     found[next] = best;
   }
@@ -288,25 +326,30 @@ void hold_the_world(JointModel& model, const Poses& poses) {
 }  // namespace
 
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options) {
-  std::vector<std::string> dropped, notes;
-  std::vector<bool> behind;
-  Poses poses = poses_of_camera_views(model, options, behind, dropped);
+  std::vector<std::string> dropped;
+  Sides sides;
+  Poses poses = poses_of_camera_views(model, options, sides, dropped);
+  drop_mirrored(model, relative_cameras(model, poses, sides.mostly_behind), sides, poses, dropped);
   for (;;) {
     hold_the_world(model, poses);
-    notes.clear();
-    const std::vector<Motion> cameras = relative_cameras(model, poses, behind, notes);
+    const std::vector<Motion> cameras = relative_cameras(model, poses, sides.mostly_behind);
     place_in_world(model, cameras, placements_before_camera0(model, poses, cameras));
     const std::vector<std::size_t> contradicting = contradicting_views(model, poses, dropped);
     for (const std::size_t f : contradicting) poses[f].reset();
     if (contradicting.empty()) break;
   }
   refuse_majority(model, poses);
+  note_sides(model, sides, poses, dropped);
   std::vector<JointFrame> kept;
-  for (std::size_t f = 0; f < model.frames.size(); ++f)
-    if (poses[f]) kept.push_back(std::move(model.frames[f]));
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    if (!poses[f]) continue;
+    if (sides.behind[f])
+      for (TargetPoint& point : model.frames[f].points)
+        point.point_in_target.z() -= options.thickness_m;
+    kept.push_back(std::move(model.frames[f]));
+  }
   model.frames = std::move(kept);
   drop_unseen_placements(model);
-  dropped.insert(dropped.end(), notes.begin(), notes.end());
   return dropped;
 }
 

@@ -19,12 +19,14 @@ namespace drape::calib {
 
 struct StartOptions {
   bool lens_known = false;  ///< the model's cameras have their lenses already
+  double thickness_m = 0;   ///< of a two-sided target: its back's points lie so far below z = 0
 };
 
 /// Start values of cameras and placements: each camera by itself (solve_alone), the cameras against
 /// each other by the majority of the views they have in common, chained where two never see the
 /// target together. Views that contradict the majority are taken out of the model; returns a line
-/// for each, with set, camera and reason, and for a camera that sees the target from behind. Throws
+/// for each, with set, camera and reason, and for a camera that sees the target from behind, where
+/// other cameras confirm it: through a target, or the back of a two-sided one. Throws
 /// Error(bad_input) naming the camera: no focal length to be had (parallel planes, one level view),
 /// all its labels mirrored, no view in common with the others.
 std::vector<std::string> start_joint(JointModel& model, const StartOptions& options = {});

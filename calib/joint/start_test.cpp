@@ -86,6 +86,59 @@ TEST(JointStart, ACameraBehindASeeThroughTargetIsPlaced) {
   EXPECT_LT(largest_centre_error_mm(model, truth), kNear_mm);
 }
 
+/// Two cameras face the bench's three; the board is turned towards one side or the other, and its
+/// back is `thickness_m` behind its front.
+JointModel around_a_two_sided_board(unsigned seed, double thickness_m) {
+  JointModel truth = SyntheticBench(seed, 14).true_model();
+  const Eigen::Matrix3d half_turn = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  truth.placements.erase(truth.placements.begin() + 1);
+  for (std::size_t p = 1; p < truth.placements.size(); p += 2)
+    truth.placements[p].world_from_target.rotation *= half_turn;
+  for (std::size_t c = 0; c < 2; ++c) {
+    JointCamera opposite = truth.cameras[c];
+    opposite.camera.name = "opposite" + std::to_string(c);
+    opposite.camera.cam_from_world.rotation *= half_turn;
+    truth.cameras.push_back(opposite);
+  }
+  // The bench sees flat points; those of views from behind lie deeper.
+  see(truth, 0.05, seed);
+  JointModel deeper = truth;
+  for (Placement& placement : deeper.placements)
+    placement.world_from_target.translation_m -=
+        thickness_m * placement.world_from_target.rotation.col(2);
+  see(deeper, 0.05, seed);
+  for (std::size_t f = 0; f < truth.frames.size(); ++f) {
+    const JointFrame& frame = truth.frames[f];
+    const WorldFromTarget& pose = truth.placements[frame.placement].world_from_target;
+    const Eigen::Vector3d towards =
+        centre_in_world(truth.cameras[frame.camera].camera) - pose.translation_m;
+    if (pose.rotation.col(2).dot(towards) < 0) truth.frames[f] = deeper.frames[f];
+  }
+  return truth;
+}
+
+TEST(JointStart, BothSidesOfABoardCalibrateCamerasAllAroundIt) {
+  const double thickness_m = 5 * mm;
+  for (unsigned seed = 0; seed < 3; ++seed) {
+    const JointModel truth = around_a_two_sided_board(seed, thickness_m);
+    JointModel model = forgotten(truth);
+    StartOptions options;
+    options.thickness_m = thickness_m;
+    const std::vector<std::string> notes = start_joint(model, options);
+    ASSERT_EQ(notes.size(), 5U);
+    EXPECT_THAT(notes, testing::Each(HasSubstr("sees the target's back in")));
+    const JointResult result = calibrate_joint(model, 0, {});
+    EXPECT_EQ(result.report.status, "good") << seed;
+    for (std::size_t c = 0; c < truth.cameras.size(); ++c) {
+      const double off_mm = (centre_in_world(result.calibration.cameras[c].camera) -
+                             centre_in_world(truth.cameras[c].camera))
+                                .norm() /
+                            mm;
+      EXPECT_LT(off_mm, 4 * result.report.cameras[c].position_sd_mm) << seed << " " << c;
+    }
+  }
+}
+
 TEST(JointStart, AMirroredPictureIsStillRefused) {
   JointModel model = SyntheticBench(4).noisy_views();
   for (JointFrame& frame : model.frames) {

@@ -25,11 +25,15 @@ void add_joint_options(Command& app, JointOptions& options) {
   app.add_flag("!--no-bow", options.estimate_bow, "joint: take the target's plate for flat");
   app.add_flag("--free-stages", options.free_stages,
                "joint: believe no stage's height but the first one's");
+  app.add_option("--thickness-mm", options.thickness_mm,
+                 "joint: how far a two-sided target's back lies behind its front")
+      ->capture_default_str();
 }
 
 void note_joint_options(RunRecord& record, const JointOptions& options) {
   record.option("bow", options.estimate_bow ? "true" : "false");
   record.option("free_stages", options.free_stages ? "true" : "false");
+  record.option("thickness_mm", fmt::format("{}", options.thickness_mm));
 }
 
 void note_options(RunRecord& record, const CalibOptions& options, const std::string& method) {

@@ -147,7 +147,7 @@ class CornerReader {
   FrameDetections& frame_;
 };
 
-FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
+FrameDetections detect_face(const GreyImage& image, const Target& target) {
   FrameDetections frame;
   frame.width_px = image.width_px;
   frame.height_px = image.height_px;
@@ -166,6 +166,41 @@ FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
   }
   set_corner_covariances(target, reader.points, frame);
   return frame;
+}
+
+GreyImage mirrored(const GreyImage& image) {
+  GreyImage result = image;
+  const auto width = static_cast<std::ptrdiff_t>(image.width_px);
+  for (std::ptrdiff_t y = 0; y < image.height_px; ++y) {
+    std::reverse(result.bytes.begin() + y * width, result.bytes.begin() + (y + 1) * width);
+    if (!result.levels.empty())
+      std::reverse(result.levels.begin() + y * width, result.levels.begin() + (y + 1) * width);
+  }
+  return result;
+}
+
+/// Measurements of the mirrored picture in the picture itself.
+void mirror(FrameDetections& frame) {
+  const double right = frame.width_px - 1;
+  for (Detection& corner : frame.detections) {
+    corner.centre_px.x() = right - corner.centre_px.x();
+    corner.covariance_px2(0, 1) *= -1;
+    corner.covariance_px2(1, 0) *= -1;
+  }
+  for (TagDetection& tag : frame.tags)
+    tag.corners_px.row(0) = right - tag.corners_px.row(0).array();
+  for (Rejection& rejection : frame.rejections)
+    if (rejection.centre_px) rejection.centre_px->x() = right - rejection.centre_px->x();
+}
+
+/// The back of a two-sided board is the front's mirror image: each corner lies behind its like.
+FrameDetections detect_tagged(const GreyImage& image, const Target& target) {
+  FrameDetections frame = detect_face(image, target);
+  if (!frame.tags.empty()) return frame;
+  FrameDetections back = detect_face(mirrored(image), target);
+  if (back.tags.size() < 2) return frame;
+  mirror(back);
+  return back;
 }
 
 }  // namespace

@@ -9,14 +9,14 @@ namespace drape::detect {
 
 inline constexpr int kLeastHalfWindow_px = 2;  ///< of a corner
 
-/// Inner corners of a chessboard target, all or none. OpenCV finds and orders them; each is then
-/// placed by Foerstner and Guelch's operator (1987) in a window of its own, a quarter of the
-/// distance to its nearest neighbour to each side: measured on real pictures, a window of 0.35
-/// already meets the neighbours' edges, and one of 0.15 wastes light.
+/// Inner corners of a chessboard target, or those of a part of it whose place on the board is
+/// certain. OpenCV finds and orders them; each is then placed by `find_corner_point` in a window of
+/// its own, a quarter of the distance to its nearest neighbour to each side: measured on real
+/// pictures, a window of 0.35 already meets the neighbours' edges, and one of 0.15 wastes light.
 /// Corner (0, 0) lies on a dark square of the board (see core/rig.hpp), so that the labels of two
-/// cameras agree however the board or a camera is turned. The covariance has the operator's shape
-/// and the size that the frame's corners show by their scatter along the board's lines.
-/// A frame without the whole board gets one rejection that says so.
+/// cameras agree however the board or a camera is turned. The covariance has the fit's shape and
+/// the size that the frame's corners show by their scatter about a smooth map of the board.
+/// A frame without a board gets one rejection that says so.
 [[nodiscard]] FrameDetections detect_chessboard(const GreyImage& image, const Target& target);
 
 /// True when the board looks the same upside down, so that no picture tells corner (0, 0) from the

@@ -99,14 +99,33 @@ TEST(Chessboard, TheStatedUncertaintyIsThatOfTheErrors) {
   EXPECT_NEAR(normalised / corners, 1, 0.5);
 }
 
-TEST(Chessboard, ABoardThatIsCutOffIsRefusedByName) {
+Eigen::Matrix3d shifted(Eigen::Matrix3d image_from_board, double right_px, double down_px) {
+  image_from_board.row(0) += right_px * image_from_board.row(2);
+  image_from_board.row(1) += down_px * image_from_board.row(2);
+  return image_from_board;
+}
+
+TEST(Chessboard, ThePartOfACutOffBoardKeepsItsLabels) {
   const Target target = board(6, 9);
-  Eigen::Matrix3d image_from_board = view(0, 36);
-  image_from_board.row(0) += 250 * image_from_board.row(2);
-  const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
+  // Columns are cut off on either side, upright and upside down.
+  for (const double angle_deg : {0.0, 180.0}) {
+    for (const double right_px : {250.0, -250.0}) {
+      const Eigen::Matrix3d image_from_board = shifted(view(angle_deg, 36), right_px, 0);
+      const FrameDetections frame = detect_chessboard(picture_of(target, image_from_board), target);
+      EXPECT_GE(frame.detections.size(), 24U) << angle_deg << " " << right_px;
+      EXPECT_LT(frame.detections.size(), 54U);
+      EXPECT_LT(rms_error_px(frame, image_from_board), 0.1) << angle_deg << " " << right_px;
+    }
+  }
+}
+
+TEST(Chessboard, APartWhosePlaceIsInDoubtIsRefusedByName) {
+  const Target target = board(6, 9);
+  // Neither end of the columns is seen.
+  const FrameDetections frame = detect_chessboard(picture_of(target, view(0, 100)), target);
   EXPECT_TRUE(frame.detections.empty());
   ASSERT_EQ(frame.rejections.size(), 1U);
-  EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("no whole chessboard"));
+  EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("no part of it whose place"));
 }
 
 TEST(Chessboard, KnowsWhenItsSidesLookAlike) {

@@ -7,6 +7,8 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "detect/targets/saddle_fit.hpp"
+
 namespace drape::detect {
 namespace {
 
@@ -61,10 +63,8 @@ Eigen::Matrix2d score_squares(const cv::Mat& window, int half_window_px) {
   return sum;
 }
 
-}  // namespace
-
-std::optional<CornerPoint> find_corner_point(const GreyImage& picture,
-                                             const Eigen::Vector2d& start_px, int half_window_px) {
+std::optional<CornerPoint> point_of_gradients(const GreyImage& picture,
+                                              const Eigen::Vector2d& start_px, int half_window_px) {
   // A view without a copy; OpenCV only reads it.
   const cv::Mat image(picture.height_px, picture.width_px, CV_8UC1,
                       const_cast<std::uint8_t*>(picture.bytes.data()));
@@ -90,6 +90,17 @@ std::optional<CornerPoint> find_corner_point(const GreyImage& picture,
     return corner;
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<CornerPoint> find_corner_point(const GreyImage& image,
+                                             const Eigen::Vector2d& start_px, int half_window_px) {
+  const auto start = point_of_gradients(image, start_px, half_window_px);
+  if (!start) return std::nullopt;
+  const auto fit = fit_saddle(image, start->centre_px, half_window_px + 0.5);
+  const bool agree = fit && (fit->centre_px - start->centre_px).norm() < 0.5 * half_window_px;
+  return agree ? fit : start;
 }
 
 }  // namespace drape::detect
