@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <ctime>
 #include <deque>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "capture/ending.hpp"
@@ -155,11 +157,19 @@ class SessionDesk {
     const auto line = keyboard_.line();
     if (!line) return keyboard_.ended ? end : wait;
     if (*line == "q") return end;
-    wanted_ = *line == "r" ? last_ : !line->empty() ? *line : to_take_.empty() ? "" : to_take_[0];
     try {
+      light_ = light_of(*line);
+      if (light_) return wait;
+      const bool again = *line == "r" || line->starts_with("r ");
+      wanted_ = again              ? (line->size() > 2 ? line->substr(2) : last_)
+                : !line->empty()   ? *line
+                : to_take_.empty() ? ""
+                                   : to_take_[0];
       require_set_name(wanted_);
-      if (journal.holds(wanted_) && *line != "r")
-        throw usage_error("set `" + wanted_ + "` is there", "r takes the last one once more");
+      if (journal.holds(wanted_) != again)
+        throw usage_error(
+            fmt::format("set `{}` is {}", wanted_, again ? "not there" : "there"),
+            again ? "type its name to take it" : fmt::format("`r {}` takes it once more", wanted_));
     } catch (const Error& error) {
       fmt::print(stderr, "  {}; to do: {}\n", error.what_failed(), error.what_to_do());
       wanted_.clear();
@@ -168,6 +178,22 @@ class SessionDesk {
     give_up_at_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                      std::chrono::duration<double>(patience_s_));
     return wanted_.empty() ? wait : take;
+  }
+
+  /// What was typed of exposure and gain; once.
+  std::optional<LiveOptions::Light> light() { return std::exchange(light_, std::nullopt); }
+
+  void lit(std::size_t camera, const CameraHost& host, const CameraHost::LightAnswer& answer) {
+    const std::string& name = cameras_.cameras[camera].name;
+    if (!answer.refused.empty()) {
+      fmt::print(stderr, "NO-GO: {}\n", line_of({name, answer.refused, answer.what_to_do}));
+      return;
+    }
+    std::string has;
+    for (const SettingReadBack& one : host.settings())
+      if (one.name.starts_with("exposure_") || one.name.starts_with("gain_"))
+        has += fmt::format(", {} = {}", one.name, one.value);
+    fmt::print(stderr, "GO: {} has {}\n", name, has.empty() ? has : has.substr(2));
   }
 
   void take(LiveSet set, const LiveReport& report) {
@@ -193,18 +219,47 @@ class SessionDesk {
     for (const LiveFault& fault : result.refused) fmt::print(stderr, "NO-GO: {}\n", line_of(fault));
     refused += result.refused.size();
     if (result.sets.empty()) return;
+    last_ = again ? storing.set.substr(0, storing.set.size() - 4) : storing.set;
     if (again) journal.replace(last_);
-    if (!again) last_ = storing.set;
     journal.publish();
     std::erase(to_take_, last_);
     fmt::print(stderr, "GO: {} stored\n", last_);
     ++stored;
   }
 
+  /// `exposure_us 3000 cam0`, `gain_db 2 cam0`: nothing where the line is another one.
+  [[nodiscard]] std::optional<LiveOptions::Light> light_of(const std::string& line) const {
+    std::istringstream words(line);
+    std::string what, camera;
+    double value = 0;
+    words >> what;
+    if (what != "exposure_us" && what != "gain_db") return std::nullopt;
+    LiveOptions::Light light;
+    std::optional<double>& to = what == "gain_db" ? light.wanted.gain_db : light.wanted.exposure_us;
+    if (words >> value >> std::ws) to = value;
+    std::getline(words, camera);
+    const auto& all = cameras_.cameras;
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const LiveCamera& one) { return one.name == camera; });
+    if (!to || found == all.end() || !std::isfinite(value) || value < 0 ||
+        (value == 0 && what == "exposure_us"))
+      throw usage_error(fmt::format("`{}` names no value and camera", line),
+                        fmt::format("type `{} VALUE CAMERA`", what));
+    if (what == "exposure_us" && cameras_.method == SyncMethod::free_run &&
+        1e-6 * value > 1 / cameras_.frame_rate_hz)
+      throw usage_error("a free-running camera exposes within its period",
+                        fmt::format("give at most {:.0f} us, or lower frame_rate_hz",
+                                    1e6 / cameras_.frame_rate_hz));
+    light.camera = static_cast<std::size_t>(found - all.begin());
+    return light;
+  }
+
   void ask() const {
-    fmt::print(stderr,
-               "next: {}   (Enter takes it; or type a name; r: the last one again; q: end)\n",
-               to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
+    fmt::print(
+        stderr,
+        "next: {}   (Enter takes it; or type a name; r: the last one again, r NAME: that one; "
+        "exposure_us or gain_db, VALUE, CAMERA: set it; q: end)\n",
+        to_take_.empty() ? "the rig names no more sets" : to_take_[0]);
   }
 
   const CamerasFile& cameras_;
@@ -213,6 +268,7 @@ class SessionDesk {
   double patience_s_;
   Clock::time_point give_up_at_;
   std::string wanted_, last_;
+  std::optional<LiveOptions::Light> light_;
   bool asked_ = false;
   Keyboard keyboard_;
 
@@ -234,13 +290,18 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   options.on_set = [&desk](LiveSet set, const LiveReport& report) {
     desk.take(std::move(set), report);
   };
+  options.light = [&desk] { return desk.light(); };
+  options.on_light = [&desk](std::size_t camera, const CameraHost& host,
+                             const CameraHost::LightAnswer& answer) {
+    desk.lit(camera, host, answer);
+  };
   options.ended = interrupted;
   options.on_camera = [](const LiveFault& fault) { fmt::print(stderr, "{}\n", line_of(fault)); };
   std::optional<PreviewWriter> screen;
   if (!command.preview.empty()) {
     screen.emplace(cameras, command.preview);
     options.on_frame = [&screen](std::size_t c, const HostFrame& frame, const CameraHost& host) {
-      screen->show(c, develop(frame, host.pixel_format()), host.settings());
+      screen->show(c, develop(frame, host.pixel_format()), host.settings(), host.wanted());
     };
   }
   catch_interrupts();

@@ -24,9 +24,12 @@ struct CaptureCommand {
 
 /// A session: the cameras stay open, Enter takes the next set of the rig's list. Whoever leads it,
 /// a person or the console, types lines to its standard input (the name of a set; nothing: the next
-/// of the rig; `r`: the last one again; `q` or the end of the input: end) and reads its standard
+/// of the rig; `r`: the last one again; `r NAME`: that one, what was there is kept as NAME.take1;
+/// `exposure_us 3000 CAMERA` or `gain_db 2 CAMERA`: set it, until the end; `q` or the end of the
+/// input: end) and reads its standard
 /// error: `next: ...` when it waits for a line, `GO: NAME stored` once the set is in
-/// recording.json, `NO-GO: reason; to do: ...`, and a line for each camera that is lost or back.
+/// recording.json, `GO: CAMERA has exposure_us = ...`, `NO-GO: reason; to do: ...`, and a line for
+/// each camera that is lost or back.
 int run_session(const CaptureCommand& command, std::vector<std::string> arguments,
                 const CommonOptions& common);
 

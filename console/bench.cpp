@@ -48,11 +48,15 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
             [this](const Job& job) { job_ended(job); }) {
   for (const fs::path& file : rig_.scenes) {
     const Scene scene = read_scene(file);
-    drapes_.push_back({scene, read_print(scene.print_file)});
+    drapes_.push_back({scene, read_print(scene.print_file), {}});
   }
+  read_layings();
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));
   read_log();
   if (options_.replay) return;
+  std::vector<std::string> cameras;
+  for (const RigCamera& camera : rig_.cameras) cameras.push_back(camera.name);
+  watch_.emplace(std::move(cameras));
   open_cameras();
   live_marks_ = std::make_unique<LiveMarks>(
       [this] { return newest_pictures(); },
@@ -71,7 +75,19 @@ Bench::~Bench() {
 void Bench::read_log() {
   Json open;
   for (const Json& entry : log_.entries()) {
-    if (entry.contains("taken")) taken_[entry.value("taken", "")] = true;
+    if (entry.contains("taken")) {
+      taken_[entry.value("taken", "")] = true;
+      held_out_.erase(entry.value("taken", ""));
+    }
+    if (entry.contains("laying"))
+      layings_.push_back({entry.value("drape", ""), entry.value("laying", ""),
+                          entry.value("repeat", ""), entry.value("face", ""), true});
+    if (entry.contains("face_of"))
+      for (Laying& one : layings_)
+        if (one.set == entry.value("face_of", "")) {
+          one.face = entry.value("face", "");
+          one.named = true;
+        }
     if (entry.contains("dropped")) taken_[entry.value("dropped", "")] = false;
     if (entry.contains("operator")) operator_name_ = entry.value("operator", "");
     if (entry.contains("held_out")) held_out_[entry.value("held_out", "")] = entry;
@@ -84,45 +100,6 @@ void Bench::read_log() {
   log_.add("bench", options_.replay ? "the console starts, on a recording" : "the console starts");
 }
 
-bool Bench::is_target_set(const std::string& set) const {
-  const std::vector<std::string> sets = target_sets();
-  return std::find(sets.begin(), sets.end(), set) != sets.end();
-}
-
-std::vector<std::string> Bench::target_sets() const {
-  std::vector<std::string> sets;
-  for (const TargetStage& stage : rig_.stages) sets.push_back(stage.set);
-  sets.insert(sets.end(), rig_.free_poses.begin(), rig_.free_poses.end());
-  return sets;
-}
-
-bool Bench::is_taken(const std::string& set) const {
-  const std::lock_guard lock(mutex_);
-  const auto found = taken_.find(set);
-  return found != taken_.end() && found->second;
-}
-
-std::vector<std::string> Bench::taken_target_sets() const {
-  std::vector<std::string> sets = target_sets();
-  std::erase_if(sets, [&](const std::string& set) { return !is_taken(set); });
-  return sets;
-}
-
-const Bench::Drape& Bench::drape(const std::string& name) const {
-  const auto found = std::find_if(drapes_.begin(), drapes_.end(),
-                                  [&](const Drape& one) { return one.scene.name == name; });
-  if (found == drapes_.end())
-    throw bad_input("the rig has no such drape", {.field = name}, "reload the page");
-  return *found;
-}
-
-void Bench::require_set(const std::string& set) const {
-  const bool of_drape = std::any_of(drapes_.begin(), drapes_.end(),
-                                    [&](const Drape& one) { return one.scene.set == set; });
-  if (!of_drape && !is_target_set(set))
-    throw bad_input("the rig has no such set", {.field = set}, "reload the page");
-}
-
 std::string Bench::operator_name() const {
   const std::lock_guard lock(mutex_);
   return operator_name_.empty() ? "operator" : operator_name_;
@@ -132,7 +109,15 @@ void Bench::act(const Json& request) {
   if (!request.is_object()) throw bad_input("the request is no object", {}, "reload the page");
   const std::string what = field(request, "do");
   if (what == "take") {
-    take(field(request, "set"));
+    const std::string set = field(request, "set");
+    require_set(set);
+    if (request.contains("face") && plate_of(set) == nullptr && !drape_of(set).empty())
+      name_face(set, field(request, "face"));
+    take(set);
+  } else if (what == "lay") {
+    lay(field(request, "drape"));
+  } else if (what == "light") {
+    set_light(request);
   } else if (what == "drop") {
     drop(field(request, "set"));
   } else if (what == "calibrate") {
@@ -180,6 +165,7 @@ void Bench::taken(const std::string& set) {
   {
     const std::lock_guard lock(mutex_);
     taken_[set] = true;
+    held_out_.erase(set);
   }
   tell_("shot", {{"set", set}});
   jobs_.add("detect", set, {detect_call(set)});
@@ -230,13 +216,28 @@ void Bench::measure(const std::string& name) {
   const std::string& set = one.scene.set;
   if (!is_taken(set)) throw bad_input("the drape's set was not taken", {.set = set}, "take it");
   if (!calibration()) throw bad_input("there is no calibration yet", {}, "calibrate first");
-  std::vector<Call> calls;
+  std::vector<Call> calls = object_calls(one);
+  const std::size_t plates = calls.size();
   if (!detections(set)) calls.push_back(detect_call(set));
-  calls.push_back({{"triangulate", detections_file(set).string(), "--calibration",
-                    calibration_file().string(), "--set", set, "--scene", one.scene.file.string(),
-                    "--out", fs::path(sheet_file(name)).replace_extension(".ply").string()}});
+  Call measured{{"triangulate", detections_file(set).string(), "--calibration",
+                 calibration_file().string(), "--set", set, "--scene",
+                 scene_file(one, plates).string(), "--out",
+                 fs::path(sheet_file(name)).replace_extension(".ply").string()}};
+  for (const Plate& plate : one.plates)
+    if (is_taken(plate.set))
+      measured.words.insert(measured.words.end(),
+                            {"--object", object_file(name, plate.object).string()});
+  calls.push_back(std::move(measured));
   log_.add(operator_name(), "pressed measure " + name);
   jobs_.add("measure", name, std::move(calls));
+}
+
+/// Where an object stands, as soon as its plate is measured.
+void Bench::show_object(const std::string& set) {
+  if (!calibration()) return;
+  const std::string name = drape_of(set);
+  if (std::vector<Call> calls = object_calls(drape(name)); !calls.empty())
+    jobs_.add("object", name, std::move(calls));
 }
 
 void Bench::run() {
@@ -262,12 +263,16 @@ void Bench::note(const std::string& text) {
   log_.add(operator_name(), "note", {{"note", text}});
 }
 
-void Bench::name_operator(const std::string& name) {
+void Bench::require_short_text(const std::string& text) {
   const bool plain =
-      std::none_of(name.begin(), name.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  if (name.size() > kLongestName || !plain)
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (text.size() > kLongestName || !plain)
     throw bad_input("a name has at most 80 bytes and no control characters", {},
                     "write it shorter");
+}
+
+void Bench::name_operator(const std::string& name) {
+  require_short_text(name);
   log_.add(name.empty() ? "operator" : name, "is at the bench", {{"operator", name}});
   const std::lock_guard lock(mutex_);
   operator_name_ = name;
@@ -302,6 +307,7 @@ void Bench::job_ended(const Job& job) {
       }
     }
     if (job.kind == "detect" && is_target_set(job.what)) looked_at(job.what);
+    if (job.kind == "detect" && plate_of(job.what) != nullptr) show_object(job.what);
     if (job.kind == "calibrate") calibrated();
   } catch (const Error& error) {
     const std::lock_guard lock(mutex_);

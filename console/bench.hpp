@@ -72,19 +72,52 @@ class Bench {
   void act(const Json& request);
 
  private:
+  /// A plate of tags on an object of a scene (tags_set in its [[object]]).
+  struct Plate {
+    int object = 1;  ///< number in the scene, from 1
+    std::string set;
+    std::filesystem::path target;
+    std::vector<std::string> lies;  ///< options of `drape object`
+  };
   struct Drape {
     Scene scene;
     Print print;
+    std::vector<Plate> plates;
+  };
+  /// One laying of a drape's cloth; the first one's set is the scene's.
+  struct Laying {
+    std::string drape, set, repeat, face;
+    bool named = false;  ///< in rig.toml, or by the operator
+  };
+  struct KeptFile {
+    std::string stamp;
+    std::shared_ptr<const void> content;
+    std::uint64_t used = 0;  ///< the larger, the later
+  };
+  using KeptFiles = std::map<std::filesystem::path, KeptFile>;
+  /// What the pages show of a set's detections; it stays small, whatever was detected.
+  struct SetFacts {
+    Json detected;
+    std::string verdict, sentence;
   };
   [[nodiscard]] bool is_target_set(const std::string& set) const;
   [[nodiscard]] bool is_stage(const std::string& set) const;
   [[nodiscard]] std::vector<std::string> target_sets() const;  ///< stages, then free poses
   [[nodiscard]] std::vector<std::string> taken_target_sets() const;
   [[nodiscard]] const Drape& drape(const std::string& name) const;
+  [[nodiscard]] const Plate* plate_of(const std::string& set) const;
+  [[nodiscard]] std::vector<Laying> layings(const std::string& drape = {}) const;
+  [[nodiscard]] std::string drape_of(const std::string& set) const;  ///< empty: of the target
+  [[nodiscard]] std::vector<std::string> sets_of(const Drape& drape) const;
+  [[nodiscard]] std::vector<std::string> earlier_takes(const std::string& set) const;
   [[nodiscard]] bool is_taken(const std::string& set) const;
+  void read_layings();
   void require_set(const std::string& set) const;
 
   void take(const std::string& set);
+  void lay(const std::string& drape);  ///< the same cloth once more
+  void name_face(const std::string& set, const std::string& face);
+  void set_light(const Json& request);
   void taken(const std::string& set);  ///< it is stored
   void take_live(const std::string& set);
   void open_cameras();
@@ -96,13 +129,16 @@ class Bench {
   void automatic(bool on);
   void end_automatic(const std::string& words, bool good);
   [[nodiscard]] std::map<std::string, std::string> newest_pictures() const;
-  void look(const std::string& camera);    ///< a picture of it is there
+  void look(const std::string& camera);  ///< a picture of it is there
+  [[nodiscard]] Json still_json() const;
   void looked_at(const std::string& set);  ///< its marks are measured
   void calibrated();
   void drop(const std::string& set);
   [[nodiscard]] bool can_calibrate() const;
   void calibrate();
   void measure(const std::string& drape);
+  void show_object(const std::string& set);
+  static void require_short_text(const std::string& text);
   void run();
   void note(const std::string& text);
   void name_operator(const std::string& name);
@@ -120,6 +156,11 @@ class Bench {
   }
   [[nodiscard]] std::filesystem::path store_file() const { return out_ / "results.sqlite"; }
   [[nodiscard]] std::filesystem::path sheet_file(const std::string& drape) const;
+  [[nodiscard]] std::filesystem::path object_file(const std::string& drape, int object) const;
+  [[nodiscard]] std::filesystem::path scene_file(const Drape& drape, std::size_t plates) const;
+  /// Of the plates that were taken, in their order.
+  [[nodiscard]] std::vector<Call> object_calls(const Drape& drape) const;
+  [[nodiscard]] Scene measured_scene(const Drape& drape) const;  ///< as far as plates show it
   [[nodiscard]] Call detect_call(const std::string& set) const;
   [[nodiscard]] std::string rig_text() const;
   [[nodiscard]] std::string live_rig_text(
@@ -128,15 +169,18 @@ class Bench {
   void write_rig() const;
   void merge_detections(const std::vector<std::string>& sets) const;
   template <class T>
-  [[nodiscard]] std::shared_ptr<const T> kept(const std::filesystem::path& file,
+  [[nodiscard]] std::shared_ptr<const T> kept(KeptFiles& files, const std::filesystem::path& file,
                                               T (*read)(const std::filesystem::path&)) const;
+  [[nodiscard]] std::shared_ptr<const SetFacts> facts(const std::string& set) const;
   [[nodiscard]] std::shared_ptr<const Detections> detections(const std::string& set) const;
   [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
   [[nodiscard]] std::shared_ptr<const Recording> recording() const;
   [[nodiscard]] std::shared_ptr<const Calibration> calibration() const;
   [[nodiscard]] Json results(const std::vector<std::string>& words) const;
 
+  static SetFacts read_set_facts(const std::filesystem::path& file);
   [[nodiscard]] Json set_json(const std::string& set) const;
+  [[nodiscard]] Json outlines(const Drape& drape) const;  ///< of its objects, in every picture
   [[nodiscard]] Json drape_json(const Drape& drape) const;
   [[nodiscard]] Json calibration_json() const;
   [[nodiscard]] Json capture_json() const;
@@ -155,19 +199,20 @@ class Bench {
   std::map<std::string, bool> taken_;
   std::map<std::string, Json> held_out_;  ///< of sets, by the calibration before them
   std::string operator_name_;
-  std::string trouble_;  ///< of the log or the disk, for the page
-  struct KeptFile {
-    std::string stamp;
-    std::shared_ptr<const void> content;
-  };
-  mutable std::map<std::filesystem::path, KeptFile> kept_;
+  std::string trouble_;      ///< of the log or the disk, for the page
+  mutable KeptFiles kept_;   ///< of those that were used last
+  mutable KeptFiles facts_;  ///< SetFacts of every set
+  mutable std::uint64_t uses_ = 0;
+  std::vector<Laying> layings_;
   mutable std::map<std::string, Json> kept_results_;
   mutable std::string kept_results_stamp_;
   mutable PictureShelf pictures_;
   mutable std::mutex live_mutex_;  ///< so that many pages cost one scaling
   mutable std::map<std::string, LivePicture> live_;
   mutable std::mutex watch_mutex_;
-  std::optional<StillWatch> watch_;        ///< while free poses are taken without a key
+  std::optional<StillWatch> watch_;        ///< of live cameras
+  bool automatic_ = false;                 ///< free poses are taken without a key
+  mutable double still_asked_s_ = -1e9;    ///< when a page asked last how still it is
   std::string taking_;                     ///< set that the capture was asked for
   std::vector<std::string> camera_words_;  ///< what the capture said last
   bool cameras_ready_ = false;

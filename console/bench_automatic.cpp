@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "console/bench.hpp"
 #include "core/error.hpp"
@@ -13,6 +14,7 @@ namespace drape::console {
 namespace {
 
 constexpr int kLeastViews = 2;
+constexpr double kAskedFor_s = 3;  ///< a page that shows how still it is asks every second
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -22,12 +24,8 @@ double now_s() {
 
 /// A stage stands on its height, which nobody but the operator knows; so stages have a key.
 std::string Bench::next_free_pose() const {
-  const auto recorded = recording();
-  for (const std::string& set : rig_.free_poses) {
-    const bool there = std::any_of(recorded->sets.begin(), recorded->sets.end(),
-                                   [&](const FrameSet& one) { return one.name == set; });
-    if (!is_taken(set) && (!there || recorded->sets.back().name == set)) return set;
-  }
+  for (const std::string& set : rig_.free_poses)
+    if (!is_taken(set)) return set;
   return {};
 }
 
@@ -37,23 +35,21 @@ void Bench::automatic(bool on) {
     throw bad_input("the rig has no free pose that was not taken", {},
                     "add names to free_poses in rig.toml");
   log_.add(operator_name(), on ? "lets poses be taken by themselves" : "takes poses by key");
-  std::vector<std::string> cameras;
-  for (const RigCamera& camera : rig_.cameras) cameras.push_back(camera.name);
   const std::lock_guard lock(watch_mutex_);
-  watch_.reset();
-  if (on) watch_.emplace(std::move(cameras));
+  automatic_ = on;
+  watch_->forget_last_set();
 }
 
 bool Bench::is_automatic() const {
   const std::lock_guard lock(watch_mutex_);
-  return watch_.has_value();
+  return automatic_;
 }
 
 void Bench::end_automatic(const std::string& words, bool good) {
   {
     const std::lock_guard lock(watch_mutex_);
-    if (!watch_) return;
-    watch_.reset();
+    if (!automatic_) return;
+    automatic_ = false;
   }
   log_.add("bench", words);
   tell_("ended", {{"words", words}, {"good", good}});
@@ -61,10 +57,14 @@ void Bench::end_automatic(const std::string& words, bool good) {
 
 /// A picture of a live camera is there.
 void Bench::look(const std::string& camera) {
-  if (!is_automatic() || !jobs_.idle()) return;
+  bool takes = is_automatic() && jobs_.idle();
   {
     const std::lock_guard lock(mutex_);
-    if (!cameras_ready_ || !taking_.empty()) return;
+    takes = takes && cameras_ready_ && taking_.empty();
+  }
+  {
+    const std::lock_guard lock(watch_mutex_);
+    if (!takes && now_s() - still_asked_s_ > kAskedFor_s) return;
   }
   std::string bytes;
   {
@@ -76,7 +76,9 @@ void Bench::look(const std::string& camera) {
     const std::span<const unsigned char> pixels(
         reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
     const std::lock_guard lock(watch_mutex_);
-    if (bytes.empty() || !watch_ || !watch_->see(camera, pixels, now_s())) return;
+    if (bytes.empty() || !watch_) return;
+    watch_->see(camera, pixels, now_s());
+    if (!takes || !watch_->is_due(now_s())) return;
   }
   try {
     const std::string set = next_free_pose();
@@ -85,6 +87,17 @@ void Bench::look(const std::string& camera) {
     const std::lock_guard lock(mutex_);
     trouble_ = error.what();
   }
+}
+
+/// For how long nothing has moved in each camera's pictures; asks for more looks, for some seconds.
+Json Bench::still_json() const {
+  Json json = Json::object();
+  const std::lock_guard lock(watch_mutex_);
+  still_asked_s_ = now_s();
+  if (!watch_) return json;
+  for (const auto& [camera, still_s] : watch_->still_s(now_s()))
+    json[camera] = std::round(10 * still_s) / 10;
+  return json;
 }
 
 /// The marks of a set are measured.

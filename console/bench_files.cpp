@@ -16,6 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Contents of files in memory: a calibration has some twenty sets. Were all kept that were ever
+/// read, 600 sets would take 60 MB.
+constexpr std::size_t kMostKept = 64;
+
 /// Which content a file name stands for: it changes with every write and every replacement.
 std::string stamp_of(const fs::path& file) {
   struct stat status {};
@@ -54,10 +58,44 @@ fs::path Bench::sheet_file(const std::string& drape) const {
   return own_ / drape / "sheet.json";
 }
 
+fs::path Bench::object_file(const std::string& drape, int object) const {
+  return own_ / drape / fmt::format("object_{}.json", object);
+}
+
+fs::path Bench::scene_file(const Drape& drape, std::size_t plates) const {
+  return plates == 0 ? drape.scene.file
+                     : own_ / drape.scene.name / fmt::format("scene_{}.toml", plates);
+}
+
 Call Bench::detect_call(const std::string& set) const {
-  return {{"detect", recording_folder_.string(), "--rig", rig_.file.string(), "--surface",
-           is_target_set(set) ? "target" : "cloth", "--sets", set, "--out",
-           detections_file(set).string(), "--threads", "1"}};
+  const Plate* plate = plate_of(set);
+  Call call{{"detect", recording_folder_.string(), "--rig", rig_.file.string(), "--surface",
+             plate != nullptr || is_target_set(set) ? "target" : "cloth", "--sets", set, "--out",
+             detections_file(set).string(), "--threads", "1"}};
+  if (plate != nullptr) call.words.insert(call.words.end(), {"--target", plate->target.string()});
+  return call;
+}
+
+std::vector<Call> Bench::object_calls(const Drape& drape) const {
+  std::vector<Call> calls;
+  for (const Plate& plate : drape.plates) {
+    if (!is_taken(plate.set)) continue;
+    Call call{{"object", detections_file(plate.set).string(), "--calibration",
+               calibration_file().string(), "--set", plate.set, "--scene",
+               scene_file(drape, calls.size()).string(), "--object", std::to_string(plate.object),
+               "--scene-out", scene_file(drape, calls.size() + 1).string(), "--out",
+               object_file(drape.scene.name, plate.object).string()}};
+    call.words.insert(call.words.end(), plate.lies.begin(), plate.lies.end());
+    calls.push_back(std::move(call));
+  }
+  return calls;
+}
+
+Scene Bench::measured_scene(const Drape& drape) const {
+  for (std::size_t plates = drape.plates.size(); plates > 0; --plates)
+    if (fs::is_regular_file(scene_file(drape, plates)))
+      return read_scene(scene_file(drape, plates));
+  return drape.scene;
 }
 
 /// The rig with what was taken only, so that a bench is measured from the sets it has.
@@ -85,6 +123,12 @@ std::string Bench::rig_text() const {
     if (taken(stage.set))
       text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
                           stage.z_m / units::mm);
+  for (const Laying& one : layings())
+    if (one.named && taken(one.set) && taken(drape(one.drape).scene.set)) {
+      text += fmt::format("\n[[repeat]]\nscene = {}\nset = {}\nrepeat = {}\n", quoted(one.drape),
+                          quoted(one.set), quoted(one.repeat));
+      if (!one.face.empty()) text += fmt::format("face = {}\n", quoted(one.face));
+    }
   for (const RigCamera& camera : rig_.cameras)
     text += fmt::format(
         "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
@@ -122,6 +166,13 @@ void Bench::write_rig() const {
   const std::string text = rig_text();
   if (!fs::is_regular_file(rig_file()) || read_text(rig_file()) != text)
     write_durable(rig_file(), text);
+  // `drape run` looks for it beside the rig.
+  const fs::path accepted = rig_.file.parent_path() / "acceptance.json";
+  const fs::path copy = own_ / "acceptance.json";
+  if (fs::is_regular_file(accepted))
+    write_durable(copy, read_text(accepted));
+  else
+    fs::remove(copy);
 }
 
 void Bench::merge_detections(const std::vector<std::string>& sets) const {
@@ -138,13 +189,16 @@ void Bench::merge_detections(const std::vector<std::string>& sets) const {
 /// Read once for each content; nothing while the file, or the record that is written after it, is
 /// not there.
 template <class T>
-std::shared_ptr<const T> Bench::kept(const fs::path& file, T (*read)(const fs::path&)) const {
+std::shared_ptr<const T> Bench::kept(KeptFiles& files, const fs::path& file,
+                                     T (*read)(const fs::path&)) const {
   const std::string stamp = stamp_of(file);
   if (stamp.empty()) return nullptr;
   {
     const std::lock_guard lock(mutex_);
-    if (const auto found = kept_.find(file); found != kept_.end() && found->second.stamp == stamp)
+    if (const auto found = files.find(file); found != files.end() && found->second.stamp == stamp) {
+      found->second.used = ++uses_;
       return std::static_pointer_cast<const T>(found->second.content);
+    }
   }
   std::shared_ptr<const T> content;
   try {
@@ -155,29 +209,39 @@ std::shared_ptr<const T> Bench::kept(const fs::path& file, T (*read)(const fs::p
     throw;
   }
   const std::lock_guard lock(mutex_);
-  kept_[file] = {stamp, content};
+  files[file] = {stamp, content, ++uses_};
+  if (&files == &kept_ && files.size() > kMostKept)
+    files.erase(std::min_element(files.begin(), files.end(), [](const auto& a, const auto& b) {
+      return a.second.used < b.second.used;
+    }));
   return content;
+}
+
+std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) const {
+  const fs::path file = detections_file(set);
+  if (!fs::is_regular_file(run_record_path(file))) return nullptr;
+  return kept<SetFacts>(facts_, file, read_set_facts);
 }
 
 std::shared_ptr<const Detections> Bench::detections(const std::string& set) const {
   const fs::path file = detections_file(set);
   if (!fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<Detections>(file, read_detections);
+  return kept<Detections>(kept_, file, read_detections);
 }
 
 std::shared_ptr<const Calibration> Bench::calibration() const {
   if (!fs::is_regular_file(run_record_path(calibration_file()))) return nullptr;
-  return kept<Calibration>(calibration_file(), read_calibration);
+  return kept<Calibration>(kept_, calibration_file(), read_calibration);
 }
 
 std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
   if (file.empty() || !fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<Sheet>(file, read_sheet);
+  return kept<Sheet>(kept_, file, read_sheet);
 }
 
 std::shared_ptr<const Recording> Bench::recording() const {
   const auto read = [](const fs::path& file) { return read_recording(file.parent_path()); };
-  if (auto found = kept<Recording>(recording_folder_ / "recording.json", read)) return found;
+  if (auto found = kept<Recording>(kept_, recording_folder_ / "recording.json", read)) return found;
   return std::make_shared<const Recording>(Recording{recording_folder_, "capture", {}, {}});
 }
 

@@ -12,6 +12,7 @@ namespace drape::console {
 namespace {
 
 constexpr std::size_t kKeptWords = 12;
+constexpr double kLargestLight = 1e9;  ///< us
 
 /// X of "GO: X stored".
 std::string stored_in(const std::string& line) {
@@ -87,9 +88,6 @@ void Bench::take_live(const std::string& set) {
   const auto recorded = recording();
   const bool again = std::any_of(recorded->sets.begin(), recorded->sets.end(),
                                  [&](const FrameSet& one) { return one.name == set; });
-  if (again && recorded->sets.back().name != set)
-    throw bad_input("only the set that was taken last can be taken again", {.set = set},
-                    "leave it out, and take another");
   {
     const std::lock_guard lock(mutex_);
     if (!cameras_ready_)
@@ -101,12 +99,40 @@ void Bench::take_live(const std::string& set) {
   const std::lock_guard lock(capture_mutex_);
   try {
     if (!capture_) throw Error(ErrorKind::device, "the cameras are not open", {}, "open them");
-    capture_->type(again ? "r" : set);
+    capture_->type(again ? "r " + set : set);
   } catch (const Error&) {
     const std::lock_guard words(mutex_);
     taking_.clear();
     throw;
   }
+}
+
+/// Exposure or gain of a camera, until the cameras are closed. What it has then comes with its
+/// pictures.
+void Bench::set_light(const Json& request) {
+  if (options_.replay)
+    throw bad_input("a recording is exposed already: exposure and gain can only be read", {},
+                    "open the rig without --replay");
+  const auto camera = request.find("camera");
+  if (camera == request.end() || !camera->is_string())
+    throw bad_input("the request lacks `camera`", {}, "reload the page");
+  static_cast<void>(rig_.camera(camera->get<std::string>()));
+  const std::string name = request.contains("gain_db") ? "gain_db" : "exposure_us";
+  const auto value = request.find(name);
+  if (value == request.end() || !value->is_number() || !(value->get<double>() >= 0) ||
+      value->get<double>() > kLargestLight)
+    throw bad_input("the request lacks a value", {.field = name}, "write a number");
+  const std::string line =
+      fmt::format("{} {} {}", name, value->get<double>(), camera->get<std::string>());
+  {
+    const std::lock_guard lock(mutex_);
+    if (!cameras_ready_ || !taking_.empty())
+      throw bad_input("the cameras are not ready", {}, "wait, or open them again");
+  }
+  log_.add(operator_name(), "pressed " + line);
+  const std::lock_guard lock(capture_mutex_);
+  if (!capture_) throw Error(ErrorKind::device, "the cameras are not open", {}, "open them");
+  capture_->type(line);
 }
 
 void Bench::heard(const std::string& line) {
@@ -128,7 +154,7 @@ void Bench::heard(const std::string& line) {
   if (!refused.empty()) {
     tell_("refused", {{"set", refused}, {"why", why}});
     const std::lock_guard lock(watch_mutex_);
-    if (watch_) watch_->forget_last_set();
+    watch_->forget_last_set();
   }
   try {
     if (!set.empty()) {

@@ -82,7 +82,8 @@ Json Bench::sheet(const std::string& name) const {
   const Drape& one = drape(name);
   Json json = {{"drape", name},         {"marks", Json::array()},   {"gaps", Json::array()},
                {"real", Json::array()}, {"virtual", Json::array()}, {"objects", Json::array()}};
-  for (const Obstacle& object : one.scene.obstacles)
+  json["outlines"] = outlines(one);
+  for (const Obstacle& object : measured_scene(one).obstacles)
     json["objects"].push_back(std::visit(ObjectJson{}, object));
   auto measured = sheet_in(sheet_file(name));
   if (!measured) measured = sheet_in(out_ / name / "sheet.json");

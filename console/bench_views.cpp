@@ -16,6 +16,12 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 constexpr std::size_t kShownEntries = 200;
+constexpr const char* kAcceptances =
+    "SELECT date, verdict, valid_until, positions, cause FROM acceptance ORDER BY date";
+constexpr const char* kCalibrations =
+    "SELECT r.number AS run, r.date, c.camera, c.points, c.rms_px, c.max_px, c.object_rms_mm FROM "
+    "run AS r JOIN calibration_camera AS c USING (calibration_sha256) ORDER BY r.number DESC, "
+    "c.camera LIMIT 60";
 
 double rounded(double value, double steps) {
   return std::round(value * steps) / steps + 0.0;
@@ -101,22 +107,31 @@ const Json* of_scene(const Json& rows, const std::string& scene) {
   return found;
 }
 
+Bench::SetFacts Bench::read_set_facts(const fs::path& file) {
+  SetFacts facts{detection_json(read_detections(file)), {}, {}};
+  const Json ending = ending_of(file);
+  if (!ending.is_object()) return facts;
+  facts.verdict = ending.value("verdict", "");
+  facts.sentence = ending.value("sentence", "");
+  return facts;
+}
+
 Json Bench::set_json(const std::string& set) const {
   Json json = {{"name", set}, {"taken", is_taken(set)}};
   for (const TargetStage& stage : rig_.stages)
     if (stage.set == set) json["z_mm"] = rounded(stage.z_m / mm, 1000);
-  for (const Drape& one : drapes_)
-    if (one.scene.set == set) json["drape"] = one.scene.name;
+  if (const std::string drape = drape_of(set); !drape.empty()) json["drape"] = drape;
+  if (const Plate* plate = plate_of(set)) json["plate"] = plate->object;
   const auto recorded = recording();
   const bool there = std::any_of(recorded->sets.begin(), recorded->sets.end(),
                                  [&](const FrameSet& one) { return one.name == set; });
   json["recorded"] = there;
   json["takeable"] = there || !options_.replay;
-  const auto seen = detections(set);
-  json["detected"] = seen ? detection_json(*seen) : Json();
-  const Json ending = seen ? ending_of(detections_file(set)) : Json();
-  json["verdict"] = ending.is_object() ? ending.value("verdict", "") : "";
-  json["sentence"] = ending.is_object() ? ending.value("sentence", "") : "";
+  json["earlier"] = earlier_takes(set);
+  const auto seen = facts(set);
+  json["detected"] = seen ? seen->detected : Json();
+  json["verdict"] = seen ? seen->verdict : "";
+  json["sentence"] = seen ? seen->sentence : "";
   const std::lock_guard lock(mutex_);
   const auto held = held_out_.find(set);
   json["held_out"] = held == held_out_.end() ? Json() : held->second;
@@ -153,6 +168,19 @@ Json Bench::drape_json(const Drape& one) const {
                      {"gaps", measured->gaps.size()}};
     if (measured->error_budget) json["sheet"]["sd_mm"] = measured->error_budget->total_m / mm;
   }
+  json["layings"] = Json::array();
+  for (const Laying& laying : layings(name))
+    json["layings"].push_back(
+        {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}});
+  json["plates"] = Json::array();
+  for (const Plate& plate : one.plates) {
+    const Json ending = ending_of(object_file(name, plate.object));
+    json["plates"].push_back(
+        {{"object", plate.object},
+         {"set", plate.set},
+         {"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
+         {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}});
+  }
   json["simulations"] = Json::array();
   for (const int grid : rig_.grids)
     for (const int segment : rig_.segments) {
@@ -181,7 +209,8 @@ Json Bench::state() const {
         {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}});
   json["sets"] = Json::array();
   for (const std::string& set : target_sets()) json["sets"].push_back(set_json(set));
-  for (const Drape& one : drapes_) json["sets"].push_back(set_json(one.scene.set));
+  for (const Drape& one : drapes_)
+    for (const std::string& set : sets_of(one)) json["sets"].push_back(set_json(set));
   json["calibration"] = calibration_json();
   json["drapes"] = Json::array();
   const Json distances = results({"trend", "--by", "fabric"});
@@ -194,12 +223,8 @@ Json Bench::state() const {
   json["report"] = fs::is_regular_file(report());
   json["jobs"] = Json::array();
   for (const Job& job : jobs_.list()) json["jobs"].push_back(job.json());
-  const std::vector<Json> entries = log_.entries();
-  json["log"] = Json::array();
-  for (std::size_t k = entries.size() - std::min(entries.size(), kShownEntries); k < entries.size();
-       ++k)
-    json["log"].push_back(entries[k]);
-  json["log_entries"] = entries.size();
+  json["log"] = log_.last(kShownEntries);
+  json["log_entries"] = log_.size();
   json["log_torn"] = log_.torn();
   json["capture"] = capture_json();
   const std::lock_guard lock(mutex_);
@@ -216,7 +241,7 @@ Json Bench::marks(const std::string& set) const {
 }
 
 Json Bench::live_marks(bool of_cloth) const {
-  Json json = {{"cameras", Json::object()}};
+  Json json = {{"cameras", Json::object()}, {"still_s", still_json()}};
   const auto seen =
       live_marks_ ? live_marks_->look(of_cloth ? Surface::cloth : Surface::target) : nullptr;
   if (!seen) return json;
@@ -320,7 +345,12 @@ Json Bench::history() const {
   json["runs"] = results({"runs"});
   json["comparisons"] = results({"list"});
   json["trend"] = results({"trend"});
+  json["acceptances"] = results({"sql", kAcceptances});
+  json["calibrations"] = results({"sql", kCalibrations});
   json["distances"] = results({"trend", "--by", "fabric"});
+  json["commands"] = Json::array();
+  for (const char* query : {kAcceptances, kCalibrations})
+    json["commands"].push_back(Call{{"results", "sql", query, "--store", store}}.shown());
   return json;
 }
 

@@ -90,6 +90,8 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
   look_closely(browser, "calibration");
 
   page(browser, "3", "drape");
+  browser.tab_to("face");
+  browser.type("printed");
   browser.press_button("take-drape");
   browser.wait_for(std::string(kIdle) + " && document.querySelectorAll('ellipse').length > 200");
   browser.press_button("measure");
@@ -101,6 +103,10 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
   browser.wait_for(drawn + " || document.body.innerText.includes('WebGL is off')");
   const bool in_space = browser.value_of(drawn) == true;
   EXPECT_TRUE(in_space || GetParam() == open_firefox);
+  EXPECT_THAT(browser.value_of("document.body.innerText").get<std::string>(),
+              HasSubstr("1 of at least 3 layings"));
+  EXPECT_GT(browser.value_of("document.querySelectorAll('svg polyline').length"), 11)
+      << "edges of the box over the pictures";
   browser.press_button("run");
   browser.wait_for("document.getElementById('result')");
   browser.wait_for(kIdle);
@@ -125,6 +131,8 @@ TEST_P(Page, TheWholePathByKeyboardFromStartToReport) {
   browser.wait_for("document.querySelectorAll('table tbody tr').length > 0");
   browser.press_button("diff");
   browser.wait_for("document.body.innerText.includes('Their drapes')");
+  EXPECT_THAT(browser.value_of("document.body.innerText").get<std::string>(),
+              HasSubstr("The rig was never accepted"));
   look_closely(browser, "history");
 
   page(browser, "5", "log");

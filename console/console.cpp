@@ -5,7 +5,10 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <cstdlib>
+#include <mutex>
 
 #include "console/bench.hpp"
 #include "console/server/gate.hpp"
@@ -89,7 +92,7 @@ class Console::Impl {
       bench_.act(act);
       response.body = "{}";
     } else if (route == "/api/state") {
-      response.body = dumped(bench_.state());
+      response.body = state();
     } else if (route == "/api/marks") {
       response.body = dumped(bench_.marks(asked("set")));
     } else if (route == "/api/live-marks") {
@@ -134,8 +137,25 @@ class Console::Impl {
     return response;
   }
 
+  /// Many pages ask at once whenever something changed: one text answers all that asked before it
+  /// was begun.
+  std::string state() {
+    const std::uint64_t mine = ++asked_;
+    const std::lock_guard lock(state_mutex_);
+    if (state_of_ < mine) {
+      const std::uint64_t begun = asked_;
+      state_ = dumped(bench_.state());
+      state_of_ = begun;
+    }
+    return state_;
+  }
+
   Events events_;
   Bench bench_;
+  std::atomic<std::uint64_t> asked_ = 0;
+  std::mutex state_mutex_;
+  std::uint64_t state_of_ = 0;  ///< the last that had asked when the text was begun
+  std::string state_;
   WebServer server_;
 };
 

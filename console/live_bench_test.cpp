@@ -112,6 +112,132 @@ TEST_F(LiveConsole, TakesABoardThatIsHeldStillAndCalibrates) {
   EXPECT_EQ(server.idle_state()["capture"]["automatic"], false);
 }
 
+/// What comes with a live picture.
+Json facts_of(const RunningBench& server, int camera) {
+  const CurlAnswer picture = curl(fmt::format(
+      "-o /dev/null -D - '{}api/live?camera=cam{}&width=80'", server.address(), camera));
+  const std::size_t at = picture.body.find("X-Facts: ");
+  if (at == std::string::npos) return {};
+  return Json::parse(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+}
+
+TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  exposure_step_us = 1000;
+  begin("software_trigger");
+  const RunningBench server(bench.rig(), out(), 0, false);
+  await(server, is_ready);
+  const auto light = [&](const char* name, double value) {
+    return server.act({{"do", "light"}, {"camera", "cam1"}, {name, value}});
+  };
+  const auto await_setting = [&](const char* name, const std::string& value) {
+    Json facts;
+    for (int k = 0; k < 600 && (!facts.is_object() || facts["settings"][name] != value); ++k) {
+      facts = facts_of(server, 1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+    EXPECT_EQ(facts["settings"][name], value) << facts.dump();
+    return facts;
+  };
+  ASSERT_EQ(light("exposure_us", 3000), 200);
+  EXPECT_EQ(await_setting("exposure_us", "3000")["asked"]["exposure_us"], 3000.0);
+  ASSERT_EQ(light("gain_db", 6), 200);
+  await_setting("gain_db", "6");
+  EXPECT_EQ(facts_of(server, 0)["settings"]["exposure_us"], "2000") << "of this camera alone";
+  // The camera takes whole milliseconds, and says nothing.
+  ASSERT_EQ(light("exposure_us", 1500), 200);
+  await(server,
+        [](const Json& state) { return words(state).find("NO-GO: ") != std::string::npos; });
+  await_setting("exposure_us", "3000");
+  // A camera that was away has it again.
+  devices[1]->unplug();
+  await(server,
+        [](const Json& state) { return words(state).find("`cam1`: ") != std::string::npos; });
+  devices[1]->plug_in();
+  await(server, [](const Json& state) {
+    return words(state).find("it sends frames again") != std::string::npos;
+  });
+  await_setting("exposure_us", "3000");
+  take(server, "stage_z000");
+  const Json stored = Json::parse(read_text(out() / "recording" / "stage_z000" / "capture.json"));
+  EXPECT_THAT(stored.dump(), HasSubstr("\"exposure_us\":\"3000\"")) << stored.dump(1);
+  EXPECT_EQ(light("exposure_us", -1), 400);
+  EXPECT_EQ(server.act({{"do", "light"}, {"camera", "../cam1"}, {"gain_db", 1}}), 400);
+  EXPECT_EQ(server.act({{"do", "light"}, {"camera", "cam1"}}), 400);
+}
+
+TEST_F(LiveConsole, AnySetIsTakenAgainAndNothingThatWasStoredIsLost) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin("software_trigger");
+  const auto hash_of = [this](const std::string& set) {
+    return read_recording(out() / "recording").set(set).frames.front().sha256;
+  };
+  std::string first;
+  {
+    const RunningBench server(bench.rig(), out(), 0, false);
+    await(server, is_ready);
+    take(server, "stage_z000");
+    take(server, "stage_z030");
+    first = hash_of("stage_z000");
+    const cv::Mat other = frame_of_bench1(0, "stage_z060");
+    devices[0]->show({other.data, other.data + other.total()});
+    await(server, is_ready);
+    ASSERT_EQ(server.act({{"do", "take"}, {"set", "stage_z000"}}), 200);
+    const auto is_superseded = [](const Json& state) {
+      return state["sets"][0]["earlier"] == Json::array({"stage_z000.take1"});
+    };
+    await(server, [&](const Json& state) {
+      if (!is_superseded(state) && is_ready(state))
+        static_cast<void>(server.act({{"do", "take"}, {"set", "stage_z000"}}));
+      return is_superseded(state);
+    });
+    await(server, is_ready);
+    take(server, "pose_00");
+  }
+  EXPECT_EQ(hash_of("stage_z000.take1"), first);
+  EXPECT_NE(hash_of("stage_z000"), first);
+  EXPECT_EQ(read_recording(out() / "recording").sets.size(), 4U);
+}
+
+TEST_F(LiveConsole, FurtherLayingsAndTheirFacesAreAskedForAndKept) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  begin("software_trigger");
+  const auto faces = [](const Json& state) {
+    std::string text;
+    for (const Json& one : state["drapes"][0]["layings"])
+      text += one["set"].get<std::string>() + " " + one["face"].get<std::string>() + "; ";
+    return text;
+  };
+  {
+    RunningBench server(bench.rig(), out(), 0, false);
+    await(server, is_ready);
+    EXPECT_EQ(server.act({{"do", "lay"}, {"drape", "C"}}), 400) << "the first one is not there";
+    ASSERT_EQ(server.act({{"do", "take"}, {"set", "drape_C"}, {"face", "printed"}}), 200);
+    await(server, [&](const Json& state) {
+      const bool there = is_recorded(state, "drape_C");
+      if (!there && is_ready(state))
+        static_cast<void>(server.act({{"do", "take"}, {"set", "drape_C"}}));
+      return there;
+    });
+    ASSERT_EQ(server.act({{"do", "lay"}, {"drape", "C"}}), 200);
+    await(server, is_ready);
+    take(server, "drape_C_2");
+    server.kill();
+  }
+  const RunningBench again(bench.rig(), out(), 0, false);
+  const Json state = await(again, is_ready);
+  EXPECT_EQ(faces(state), "drape_C printed; drape_C_2 printed; ");
+  EXPECT_TRUE(is_recorded(state, "drape_C_2"));
+  // How still it is lies in the same answer as the live marks.
+  Json seen;
+  for (int k = 0; k < 600 && seen.value("still_s", Json::object()).size() < 3; ++k) {
+    seen = again.get("api/live-marks?surface=cloth");
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  for (int c = 0; c < kCameras; ++c)
+    EXPECT_GE(seen["still_s"][fmt::format("cam{}", c)].get<double>(), 0) << seen.dump();
+}
+
 TEST_F(LiveConsole, AFullDiskIsSaidAndWhatWasStoredStays) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   begin("software_trigger");

@@ -47,6 +47,7 @@ class LiveConsole : public testing::Test {
       options.width_px = size.width;
       options.height_px = size.height;
       options.clock_offset_s = c - 1;
+      options.exposure_step_us = exposure_step_us;
       devices.push_back(std::make_unique<GigeCamera>(options));
       const cv::Mat image = frame_of_bench1(c % kCameras)({{}, size}).clone();
       devices.back()->show({image.data, image.data + image.total()});
@@ -109,6 +110,7 @@ class LiveConsole : public testing::Test {
     });
   }
 
+  double exposure_step_us = 0;  ///< of the cameras that begin() makes; 0: any
   SmallBench bench{{"C"}};
   std::vector<std::unique_ptr<GigeCamera>> devices;
 };

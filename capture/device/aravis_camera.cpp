@@ -119,6 +119,10 @@ class AravisCamera final : public CameraDevice {
     return read_back;
   }
 
+  [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings& s) override {
+    return set_aravis_light(features_, s);
+  }
+
   [[nodiscard]] FrameIdRange frame_ids() const override {
     return is_gige_ ? FrameIdRange{1, 65535} : FrameIdRange{0, 0x7FFFFFFFFFFFFFFF};
   }

@@ -44,6 +44,12 @@ class Configuration {
     return std::move(read_back_);
   }
 
+  std::vector<SettingReadBack> run_light() {
+    set_exposure();
+    set_gain();
+    return std::move(read_back_);
+  }
+
  private:
   void note(const std::string& setting, const std::string& value) {
     read_back_.push_back({setting, value});
@@ -294,6 +300,11 @@ std::optional<double> tick_rate_hz(const AravisFeatures& features, bool is_gige)
 std::vector<SettingReadBack> configure_aravis(const AravisFeatures& features,
                                               const CameraSettings& settings, bool is_gige) {
   return Configuration(features, settings, is_gige).run();
+}
+
+std::vector<SettingReadBack> set_aravis_light(const AravisFeatures& features,
+                                              const CameraSettings& settings) {
+  return Configuration(features, settings, false).run_light();
 }
 
 }  // namespace drape::capture

@@ -18,4 +18,8 @@ namespace drape::capture {
                                                             const CameraSettings& settings,
                                                             bool is_gige);
 
+/// The same of exposure and gain alone.
+[[nodiscard]] std::vector<SettingReadBack> set_aravis_light(const AravisFeatures& features,
+                                                            const CameraSettings& settings);
+
 }  // namespace drape::capture

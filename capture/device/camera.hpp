@@ -90,6 +90,9 @@ class CameraDevice {
   /// value than it was told (exposure, gain, rate: by more than 2 %).
   /// "pixel_format" of what is returned names the format of the frames.
   [[nodiscard]] virtual std::vector<SettingReadBack> configure(const CameraSettings& settings) = 0;
+  /// Writes the exposure and the gain that are there, also while it streams, and reads both back;
+  /// throws as configure() does.
+  [[nodiscard]] virtual std::vector<SettingReadBack> set_light(const CameraSettings& settings) = 0;
   [[nodiscard]] virtual FrameIdRange frame_ids() const = 0;
   [[nodiscard]] virtual std::size_t frame_bytes() const = 0;  ///< at most, after configure()
   virtual void start() = 0;

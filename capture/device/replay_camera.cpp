@@ -40,6 +40,10 @@ class ReplayCamera final : public CameraDevice {
             {"pixel_format", deep_ ? "Mono16" : "Mono8"}};
   }
 
+  [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings&) override {
+    throw device_error("a recording is exposed already", camera_, "record it again");
+  }
+
   [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 1'000'000'000}; }
   [[nodiscard]] std::size_t frame_bytes() const override { return bytes_; }
   void start() override { running_ = true; }

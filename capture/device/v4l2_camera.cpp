@@ -117,6 +117,12 @@ class V4l2Camera final : public CameraDevice {
     return read_back_;
   }
 
+  [[nodiscard]] std::vector<SettingReadBack> set_light(const CameraSettings& s) override {
+    read_back_.clear();
+    set_exposure_and_gain(s);
+    return read_back_;
+  }
+
   [[nodiscard]] FrameIdRange frame_ids() const override { return {0, 0xFFFFFFFF}; }
   [[nodiscard]] std::size_t frame_bytes() const override { return frame_bytes_; }
 
@@ -298,10 +304,7 @@ class V4l2Camera final : public CameraDevice {
     turn_off(V4L2_CID_AUTOBRIGHTNESS, 0, "BrightnessAuto");
     turn_off(V4L2_CID_FOCUS_AUTO, 0, "FocusAuto");
     turn_off(V4L2_CID_BACKLIGHT_COMPENSATION, 0, "BacklightCompensation");
-    if (s.exposure_us)
-      set_control(V4L2_CID_EXPOSURE_ABSOLUTE, *s.exposure_us / kExposureUnit_us, kExposureUnit_us,
-                  "exposure_us");
-    if (s.gain_db) set_control(V4L2_CID_GAIN, *s.gain_db, 1, "gain_camera_units");
+    set_exposure_and_gain(s);
     // 100 is a straight line (UVC 1.5, 4.2.2.3.7); a camera that cannot says what it does.
     v4l2_queryctrl gamma{};
     gamma.id = V4L2_CID_GAMMA;
@@ -312,6 +315,13 @@ class V4l2Camera final : public CameraDevice {
     device_.require(VIDIOC_S_CTRL, &control, "setting gamma");
     device_.require(VIDIOC_G_CTRL, &control, "reading gamma");
     note("gamma_percent", fmt::format("{}", control.value));
+  }
+
+  void set_exposure_and_gain(const CameraSettings& s) {
+    if (s.exposure_us)
+      set_control(V4L2_CID_EXPOSURE_ABSOLUTE, *s.exposure_us / kExposureUnit_us, kExposureUnit_us,
+                  "exposure_us");
+    if (s.gain_db) set_control(V4L2_CID_GAIN, *s.gain_db, 1, "gain_camera_units");
   }
 
   /// Only EINVAL means that the camera has no such control.

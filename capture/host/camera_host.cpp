@@ -111,6 +111,26 @@ void CameraHost::command(const char* what) {
   if (control_.get() >= 0) send_message(control_.get(), {{"do", what}});
 }
 
+void CameraHost::set_light(const CameraSettings& wanted) {
+  light_wanted_ = wanted;
+  if (!ready_ || fault_) {
+    light_answer_ = LightAnswer{"the camera is lost", "wait until it sends frames again"};
+    return;
+  }
+  send_message(control_.get(), {{"do", "light"}, {"settings", json_of(wanted)}});
+}
+
+void CameraHost::take_light(const Json& message) {
+  for (const Json& one : message.at("settings"))
+    for (SettingReadBack& known : read_back_)
+      if (known.name == one[0]) known.value = one[1];
+  light_answer_ = LightAnswer{message.value("what", ""), message.value("do", "")};
+  if (!light_answer_->refused.empty()) return;
+  // A camera that is opened again gets them, too.
+  if (light_wanted_.exposure_us) settings_.exposure_us = light_wanted_.exposure_us;
+  if (light_wanted_.gain_db) settings_.gain_db = light_wanted_.gain_db;
+}
+
 void CameraHost::pump() {
   if (fault_ || control_.get() < 0) return;
   Json message;
@@ -141,6 +161,7 @@ void CameraHost::take(const Json& message) {
   if (is == "started") started_ = true;
   if (is == "stopped") started_ = false;
   if (is == "frame") take_frame(message);
+  if (is == "light") take_light(message);
   if (is == "error") fail(message.at("what"), message.at("do"));
   if (is == "alive" && message.contains("clock")) take_clock(message.at("clock"));
   if (!message.contains("counters")) return;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/host/channel.hpp"
@@ -52,6 +53,14 @@ class CameraHost {
   void stop() { command("stop"); }
   void trigger() { command("trigger"); }
   void set_settings(const CameraSettings& settings) { settings_ = settings; }
+  /// Exposure and gain that are there, while it streams; light_answer() says what came of it.
+  void set_light(const CameraSettings& wanted);
+  struct LightAnswer {
+    std::string refused, what_to_do;  ///< empty: taken, and settings() says what the camera has
+  };
+  [[nodiscard]] std::optional<LightAnswer> light_answer() {
+    return std::exchange(light_answer_, std::nullopt);
+  }
 
   /// Why the camera cannot go on: it said so, its process ended, or it went silent.
   [[nodiscard]] const std::optional<std::string>& fault() const { return fault_; }
@@ -64,6 +73,7 @@ class CameraHost {
 
   [[nodiscard]] const CameraIdentity& identity() const { return identity_; }
   [[nodiscard]] const std::vector<SettingReadBack>& settings() const { return read_back_; }
+  [[nodiscard]] const CameraSettings& wanted() const { return settings_; }
   [[nodiscard]] std::string pixel_format() const;
   [[nodiscard]] FrameIdRange frame_ids() const { return ids_; }
   [[nodiscard]] bool on_host_clock() const { return on_host_clock_; }
@@ -85,6 +95,7 @@ class CameraHost {
   void take_ready(const Json& message);
   void take_frame(const Json& message);
   void take_clock(const Json& samples);
+  void take_light(const Json& message);
   void fail(std::string what, std::string what_to_do);
   void spawn(int control, int memory);
 
@@ -106,6 +117,8 @@ class CameraHost {
   CameraCounters counters_, counters_before_;
   std::int64_t no_slot_ = 0;
   std::deque<Waiting> frames_;
+  CameraSettings light_wanted_;
+  std::optional<LightAnswer> light_answer_;
 };
 
 /// drape-camera-host beside the running program.

@@ -91,6 +91,7 @@ class Server {
       send_message(control_.get(), {{"is", "stopped"}});
     }
     if (what == "trigger" && camera_) camera_->trigger();
+    if (what == "light" && camera_) set_light(settings_of(message.at("settings")));
     if (what == "free") {
       const std::lock_guard lock(mutex_);
       free_.push_back(message.at("slot"));
@@ -101,6 +102,7 @@ class Server {
     camera_ = open_(address_of(message.at("address")));
     const CameraSettings wanted = settings_of(message.at("settings"));
     const auto settings = camera_->configure(wanted);
+    add_light(settings);
     // Then frames are paired by time, and a set waits for a reading after its frames.
     by_time_ =
         (wanted.trigger == TriggerSource::free_run || wanted.trigger == TriggerSource::line) &&
@@ -122,6 +124,41 @@ class Server {
     ready["clock"] = Json::array();
     for (int i = 0; i < kFirstClockReadings; ++i) add_clock(ready["clock"]);
     send_message(control_.get(), ready);
+  }
+
+  /// A camera that refuses keeps what it had.
+  void set_light(const CameraSettings& wanted) {
+    Json answer{{"is", "light"}, {"settings", Json::array()}};
+    std::vector<SettingReadBack> now;
+    try {
+      now = camera_->set_light(wanted);
+      add_light(now);
+    } catch (const Error& error) {
+      answer["what"] = error.what_failed();
+      answer["do"] = error.what_to_do();
+      now = light_before(wanted);
+    }
+    for (const SettingReadBack& s : now) answer["settings"].push_back({s.name, s.value});
+    send_message(control_.get(), answer);
+  }
+
+  std::vector<SettingReadBack> light_before(const CameraSettings& refused) {
+    CameraSettings before;
+    if (refused.exposure_us) before.exposure_us = light_.exposure_us;
+    if (refused.gain_db) before.gain_db = light_.gain_db;
+    try {
+      return camera_->set_light(before);
+    } catch (const Error&) {  // the answer says already what was refused
+      return {};
+    }
+  }
+
+  /// What the camera says that it has.
+  void add_light(const std::vector<SettingReadBack>& settings) {
+    for (const SettingReadBack& s : settings) {
+      if (s.name == "exposure_us") light_.exposure_us = std::stod(s.value);
+      if (s.name == "gain_db" || s.name == "gain_camera_units") light_.gain_db = std::stod(s.value);
+    }
   }
 
   void add_clock(Json& to) {
@@ -228,6 +265,7 @@ class Server {
   std::atomic<bool> ended_{false}, failed_{false}, by_time_{false}, clock_due_{false};
   std::atomic<std::int64_t> no_slot_{0};
   int alive_count_ = 0;
+  CameraSettings light_;  ///< exposure and gain as they were taken last
 };
 
 }  // namespace

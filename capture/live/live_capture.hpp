@@ -34,6 +34,16 @@ struct LiveOptions {
   /// frames are in no set.
   std::function<void(std::size_t camera, const HostFrame& frame, const CameraHost& host)> on_frame =
       {};
+  /// Exposure and gain that the operator of a session wants of a camera: asked for while no set is
+  /// wanted; on_light hears what came of it.
+  struct Light {
+    std::size_t camera = 0;
+    CameraSettings wanted;
+  };
+  std::function<std::optional<Light>()> light = {};
+  std::function<void(std::size_t camera, const CameraHost& host,
+                     const CameraHost::LightAnswer& answer)>
+      on_light = {};
   /// Told at once when a camera is lost, and when it is back.
   std::function<void(const struct LiveFault&)> on_camera = {};
 

@@ -107,7 +107,8 @@ PreviewWriter::PreviewWriter(const CamerasFile& cameras, fs::path folder)
     : cameras_(cameras), folder_(std::move(folder)), focus_(cameras.cameras.size()) {}
 
 void PreviewWriter::show(std::size_t c, const LiveFrame& frame,
-                         const std::vector<SettingReadBack>& settings) {
+                         const std::vector<SettingReadBack>& settings,
+                         const CameraSettings& asked) {
   if (frame.pixels.empty()) return;
   const LiveCamera& camera = cameras_.cameras[c];
   const std::int64_t now = utc_ns();
@@ -119,8 +120,8 @@ void PreviewWriter::show(std::size_t c, const LiveFrame& frame,
                 {"dot_sigma_px", json_or_null(focus.dot_sigma_px)},
                 {"settings", Json::object()},
                 {"asked",
-                 {{"exposure_us", json_or_null(camera.settings.exposure_us)},
-                  {"gain_db", json_or_null(camera.settings.gain_db)}}}};
+                 {{"exposure_us", json_or_null(asked.exposure_us)},
+                  {"gain_db", json_or_null(asked.gain_db)}}}};
   for (const SettingReadBack& one : settings) facts["settings"][one.name] = one.value;
   const fs::path file = folder_ / (camera.name + ".pgm"), whole = folder_ / ("." + camera.name);
   std::ofstream out(whole, std::ios::binary);

@@ -19,14 +19,14 @@ namespace drape::capture {
 ///   saturated_percent  of the sensor's pixels, at the largest value
 ///   dot_sigma_px       see dot_sigma_px(); null where the picture has no contrast
 ///   settings           what the camera says of its settings, by name
-///   asked              exposure_us and gain_db of cameras.toml; null where it has none
+///   asked              exposure_us and gain_db that were asked for last; null where none was
 class PreviewWriter {
  public:
   PreviewWriter(const CamerasFile& cameras, std::filesystem::path folder);
 
   /// Throws Error(bad_input) when the file cannot be written.
   void show(std::size_t camera, const LiveFrame& frame,
-            const std::vector<SettingReadBack>& settings);
+            const std::vector<SettingReadBack>& settings, const CameraSettings& asked);
 
  private:
   const CamerasFile& cameras_;

@@ -156,6 +156,8 @@ void Session::take_in() {
     Running& r = running_[c];
     r.host->pump();
     take_readings(c);
+    if (const auto answer = r.host->light_answer(); answer && options_.on_light)
+      options_.on_light(c, *r.host, *answer);
     // One of each camera at a time: the others wait in shared memory, which is bounded.
     if (auto frame = r.host->next_frame()) take_frame(c, std::move(*frame));
     look_after(c);

@@ -109,6 +109,8 @@ class Session {
   /// Until the operator wants a set; false when none is wanted any more.
   bool await_demand();
 
+  void set_light();
+
   /// A trigger whose frames are for a screen alone.
   void trigger_for_screen();
 

@@ -78,6 +78,7 @@ void Session::run_free() {
       const auto demand = options_.demand();
       if (demand == LiveOptions::Demand::end) return;
       if (demand == LiveOptions::Demand::wait) {
+        set_light();
         forget_unsettled();
         continue;
       }
@@ -144,6 +145,7 @@ bool Session::await_demand() {
     const auto demand = options_.demand();
     if (demand == LiveOptions::Demand::end) return false;
     if (demand == LiveOptions::Demand::take) return true;
+    set_light();
     if (options_.on_frame && by_trigger() && now_ns() >= next_ns) {
       next_ns = now_ns() + std::llround(1e9 / file_.frame_rate_hz);
       trigger_for_screen();
@@ -153,6 +155,12 @@ bool Session::await_demand() {
     forget_unsettled();
   }
   return false;
+}
+
+void Session::set_light() {
+  if (!options_.light) return;
+  while (const auto light = options_.light())
+    running_[light->camera].host->set_light(light->wanted);
 }
 
 /// It keeps its number, so that a late frame of it never passes for one of the next.
@@ -245,8 +253,8 @@ void Session::await_answers(double within_s, double quiet_s) {
   std::vector<std::int64_t> before;
   for (const Running& r : running_) before.push_back(r.newest);
   double exposure_s = 0;
-  for (const LiveCamera& c : file_.cameras)
-    exposure_s = std::max(exposure_s, 1e-6 * c.settings.exposure_us.value_or(0));
+  for (const Running& r : running_)
+    exposure_s = std::max(exposure_s, 1e-6 * r.host->wanted().exposure_us.value_or(0));
   // A line is pulsed from outside whenever it likes.
   const double allowed =
       report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + within_s;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
@@ -71,6 +72,17 @@ void SessionLog::add(const std::string& who, const std::string& what, Json more)
 std::vector<Json> SessionLog::entries() const {
   const std::lock_guard lock(mutex_);
   return entries_;
+}
+
+std::vector<Json> SessionLog::last(std::size_t most) const {
+  const std::lock_guard lock(mutex_);
+  const std::size_t count = std::min(most, entries_.size());
+  return {entries_.end() - static_cast<std::ptrdiff_t>(count), entries_.end()};
+}
+
+std::size_t SessionLog::size() const {
+  const std::lock_guard lock(mutex_);
+  return entries_.size();
 }
 
 std::string SessionLog::utc_now() {

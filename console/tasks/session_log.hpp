@@ -27,6 +27,8 @@ class SessionLog {
   void add(const std::string& who, const std::string& what, Json more = Json::object());
 
   [[nodiscard]] std::vector<Json> entries() const;
+  [[nodiscard]] std::vector<Json> last(std::size_t most) const;  ///< oldest first
+  [[nodiscard]] std::size_t size() const;
   [[nodiscard]] int torn() const { return torn_; }  ///< lines that were no whole entry
 
   [[nodiscard]] static std::string utc_now();  ///< "2026-01-31T12:00:00Z"

@@ -13,6 +13,7 @@ namespace drape::console {
 namespace {
 
 constexpr int kLevels = 256;
+constexpr double kLost_s = 2;  ///< without a picture
 constexpr double kMedianToSigma = 1.4826;
 using Counts = std::array<std::int64_t, kLevels>;
 
@@ -74,18 +75,18 @@ bool StillWatch::is_new(const Grey& before, const Grey& now) const {
   return changed > options_.new_fraction * blocks;
 }
 
-bool StillWatch::see(const std::string& camera, std::span<const unsigned char> bytes, double at_s) {
+void StillWatch::see(const std::string& camera, std::span<const unsigned char> bytes, double at_s) {
   const auto found = views_.find(camera);
-  if (found == views_.end()) return false;
+  if (found == views_.end()) return;
   const cv::Mat raw(1, static_cast<int>(bytes.size()), CV_8UC1,
                     const_cast<unsigned char*>(bytes.data()));
   cv::Mat image;
   try {
     image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE);
   } catch (const cv::Exception&) {
-    return false;
+    return;
   }
-  if (image.empty()) return false;
+  if (image.empty()) return;
   View& view = found->second;
   Grey now{image.cols, image.rows, {image.begin<unsigned char>(), image.end<unsigned char>()}};
   if (moved(view.last, now)) {
@@ -94,7 +95,18 @@ bool StillWatch::see(const std::string& camera, std::span<const unsigned char> b
   }
   ++view.still_pictures;
   view.last = std::move(now);
+  view.seen_s = at_s;
+}
 
+std::map<std::string, double> StillWatch::still_s(double at_s) const {
+  std::map<std::string, double> all;
+  for (const auto& [name, view] : views_)
+    if (at_s - view.seen_s < kLost_s && !view.last.pixels.empty())
+      all[name] = view.seen_s - view.still_since_s;
+  return all;
+}
+
+bool StillWatch::is_due(double at_s) {
   int new_views = 0;
   for (const std::string& name : cameras_) {
     const View& one = views_[name];

@@ -27,10 +27,13 @@ class StillWatch {
  public:
   explicit StillWatch(std::vector<std::string> cameras, StillOptions options = {});
 
-  /// A picture (8 bits, any format that OpenCV reads) of a camera at a time in s. True when a set
-  /// is due; the pictures seen last are then those of the set.
-  [[nodiscard]] bool see(const std::string& camera, std::span<const unsigned char> bytes,
-                         double at_s);
+  /// A picture (8 bits, any format that OpenCV reads) of a camera at a time in s.
+  void see(const std::string& camera, std::span<const unsigned char> bytes, double at_s);
+  /// A set is due; the pictures seen last are then those of the set.
+  [[nodiscard]] bool is_due(double at_s);
+  /// For how long nothing has moved in the pictures of each camera; those without some are left
+  /// out.
+  [[nodiscard]] std::map<std::string, double> still_s(double at_s) const;
   /// The set was refused: the same pose is due again.
   void forget_last_set();
 
@@ -41,7 +44,7 @@ class StillWatch {
   };
   struct View {
     Grey last, of_set;
-    double still_since_s = 0;
+    double still_since_s = 0, seen_s = 0;
     int still_pictures = 0;
   };
   [[nodiscard]] bool moved(const Grey& before, const Grey& now) const;

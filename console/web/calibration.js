@@ -30,13 +30,12 @@ function coachWords(coach) {
   return parts;
 }
 
-function setRows(sets, state) {
-  const taken = sets.filter(set => set.taken);
+function setRows(sets) {
   return sets.map(set => [set.name, set.z_mm === undefined ? 'free pose' : `stage, z = ${set.z_mm} mm`,
-    set.taken ? 'taken' : '', (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '),
+    (set.taken ? 'taken' : '') + (set.earlier.length ? `; superseded: ${set.earlier.join(', ')}` : ''), (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '),
     h('td', {class: 'number'}, set.held_out ? number(set.held_out.rms_mm, 4) : ''),
     h('td', {}, set.taken ? [
-      h('button', {type: 'button', id: `again-${set.name}`, disabled: !state.replay && set !== taken[taken.length - 1], click: () => act({do: 'take', set: set.name})}, `Retake ${set.name}`), ' ',
+      h('button', {type: 'button', id: `again-${set.name}`, click: () => act({do: 'take', set: set.name})}, `Retake ${set.name}`), ' ',
       h('button', {type: 'button', id: `drop-${set.name}`, click: () => act({do: 'drop', set: set.name})}, `Leave out ${set.name}`)] : '')]);
 }
 
@@ -84,7 +83,7 @@ export async function draw(state, redraw) {
     coverage.points_mm.length ? h('h2', {}, 'Covered space') : null,
     h('div', {class: 'views'}, [projection(coverage.points_mm, [0, 1], 'from above'), projection(coverage.points_mm, [0, 2], 'from the side')].filter(Boolean)),
     h('h2', {}, 'Sets'),
-    table('sets of the calibration', ['set', 'target', '', 'points', 'held-out, mm', ''], setRows(sets, state)),
+    table('sets of the calibration', ['set', 'target', '', 'points', 'held-out, mm', ''], setRows(sets)),
     h('p', {}, 'Held-out: the target measured in space by the calibration that did not know the set, against its drawing; root mean square.'),
     command(state.jobs.filter(job => job.kind === 'calibrate').pop()?.commands.slice(-1)[0]),
   ];

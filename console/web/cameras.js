@@ -13,6 +13,13 @@ export function nextSet(state) {
 const LIVE = 'live';
 let showsLive = false;
 
+const STILL_S = 0.8;  // as for the poses that are taken by themselves
+
+function stillWords(still_s) {
+  if (still_s === undefined) return '';
+  return still_s < STILL_S ? ', moving' : `, still for ${still_s.toFixed(1)} s`;
+}
+
 let marksOf = '';  // surface whose marks are drawn over live pictures
 
 /// The pages that show what the cameras see now say so, and whose marks they draw over it.
@@ -24,13 +31,21 @@ export function showLive(shows, surface = '') {
 /// Marks in the live pictures, as detect finds them in what the page shows.
 async function drawMarks() {
   const surface = marksOf;
-  const found = surface && marks ? await ask('live-marks', {surface}).catch(() => ({cameras: {}})) : {cameras: {}};
+  const none = {cameras: {}, still_s: {}};
+  const found = surface ? await ask('live-marks', {surface}).catch(() => none) : none;
   if (surface !== marksOf) return;
   for (const [name, shot] of shots) {
-    const seen = found.cameras[name];
+    const seen = marks ? found.cameras[name] : null;
     shot.over.replaceChildren(...markDrawings(seen));
-    shot.counts.textContent = seen ? `, ${seen.measured} of ${found.printed} marks, ${seen.tags} tags` : '';
+    shot.counts.textContent = (seen ? `, ${seen.measured} of ${found.printed} marks, ${found.printed - seen.measured} missing, ${seen.tags} tags` : '') +
+      stillWords(found.still_s[name]);
   }
+  const still = document.getElementById('still');
+  if (!still) return;
+  const times = Object.values(found.still_s);
+  still.textContent = times.length === 0 ? '' : Math.min(...times) < STILL_S
+    ? `${Object.keys(found.still_s).filter(name => found.still_s[name] < STILL_S).join(', ')}: something moves.`
+    : `Still for ${Math.min(...times).toFixed(1)} s in all pictures.`;
 }
 setInterval(drawMarks, 1000);
 
@@ -88,6 +103,24 @@ function doctorTable(checks) {
     [one.check, h('td', {}, verdict(one.verdict)), one.found, one.to_do ?? '']));
 }
 
+/// A field and its button; both stay while the page is drawn again.
+function lightField(camera, name, words) {
+  const input = h('input', {type: 'number', min: 0, step: 'any', id: `${name}-${camera}`, size: 8});
+  return h('span', {class: 'light'}, h('label', {for: input.id}, `${camera} ${words} `), input, ' ',
+    h('button', {type: 'button', id: `set-${name}-${camera}`, click: () => act({do: 'light', camera, [name]: input.value === '' ? null : Number(input.value)})},
+      `Set ${words.split(',')[0]} of ${camera}`));
+}
+
+/// Exposure and gain of every live camera; what it has then stands under its picture.
+function lightFields(state) {
+  return [h('h2', {}, 'Exposure and gain'), h('div', {class: 'acts'}, state.cameras.map(camera => {
+    liveView(camera);
+    const shot = shots.get(camera.name);
+    shot.light ??= [lightField(camera.name, 'exposure_us', 'exposure, us'), lightField(camera.name, 'gain_db', 'gain, dB')];
+    return shot.light;
+  }).flat()), h('p', {}, 'They hold until the cameras are closed; cameras.toml has those of every session.')];
+}
+
 /// With drawings over the picture, in the sensor's pixels.
 export function liveView(camera, drawings = []) {
   if (!shots.has(camera.name)) {
@@ -119,7 +152,8 @@ async function drawLive(state, known, redraw) {
     h('div', {class: 'acts'}, ...tools(state, known, LIVE, next, redraw)),
     h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))),
     ...captureWords(state.capture),
-    command(state.capture.command),
+    ...state.capture.ready ? lightFields(state) : [],
+    command(state.capture.command, state.capture.ready ? 'exposure_us 3000 cam0 (a line typed to it)' : ''),
   ];
 }
 
@@ -140,7 +174,7 @@ export async function draw(state, redraw) {
   if (state.capture) known.unshift(LIVE);
   const shown = known.includes(chosen) ? chosen : state.capture ? LIVE : nextSet(state) || known[0];
   const set = state.sets.find(one => one.name === (shown === LIVE ? nextSet(state) : shown));
-  showLive(shown === LIVE, set?.drape ? 'cloth' : 'target');
+  showLive(shown === LIVE, set?.drape && !set.plate ? 'cloth' : 'target');
   if (showsLive) return drawLive(state, known, redraw);
   const [facts, found] = await Promise.all([ask('frame', {set: shown}), ask('marks', {set: shown})]);
   const views = state.cameras.map(camera => {
@@ -157,6 +191,7 @@ export async function draw(state, redraw) {
     h('h1', {}, 'Cameras'),
     h('div', {class: 'acts'}, ...tools(state, known, shown, next, redraw)),
     ...captureWords(state.capture),
+    state.replay ? h('p', {id: 'exposed'}, 'A recording is exposed already: exposure and gain are set with live cameras only.') : null,
     h('div', {class: 'views'}, views),
     set?.detected
       ? table('marks of the set', ['camera', 'measured', 'missing', 'tags', 'sigma of a dot, px', 'not used'], rows)

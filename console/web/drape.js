@@ -4,7 +4,8 @@ import {act, ask, cameraView, command, figure, h, markDrawings, number, table, t
 import {liveView, showLive} from './cameras.js';
 import {sheetView} from './sheet_view.js';
 
-let chosen = '';
+let chosen = '', laying = '';
+const faces = new Map();  // of a set: what was typed and not taken yet
 
 function resultWords(drape) {
   const result = drape.result;
@@ -13,14 +14,50 @@ function resultWords(drape) {
     verdict(result.measurement), ', match ', verdict(result.match), '.');
 }
 
+/// Of the objects, over a picture: as their plates show them, or dashed as the scene states them.
+function outlineDrawings(outlines, camera) {
+  return (outlines?.cameras[camera] ?? []).map(line => h('polyline', {points: line.map(point => point.join(',')).join(' '), fill: 'none',
+    stroke: '#ff4fd8', 'stroke-width': 4, 'stroke-dasharray': outlines.measured ? null : '16 12'}));
+}
+
+function plateRows(state, drape) {
+  return drape.plates.map(plate => {
+    const set = state.sets.find(one => one.name === plate.set);
+    return [`object ${plate.object}`, plate.set, plate.sentence ? h('td', {}, verdict(plate.verdict), `: ${plate.sentence}`) : set.taken ? 'taken' : 'put its plate of tags on it',
+      h('td', {}, h('button', {type: 'button', id: `plate-${plate.object}`, disabled: !set.takeable, click: () => act({do: 'take', set: plate.set})},
+        `${set.taken ? 'Retake' : 'Take'} ${plate.set}`))];
+  });
+}
+
+function layingRows(state, drape) {
+  return drape.layings.map(laying => {
+    const set = state.sets.find(one => one.name === laying.set);
+    return [laying.repeat, laying.set, laying.face || 'not stated', set.taken ? 'taken' : '',
+      (set.detected?.cameras ?? []).map(one => `${one.camera} ${one.measured}`).join(', '), set.earlier.join(', ')];
+  });
+}
+
+const LEAST_LAYINGS = 3;  // that a match rests on
+
+function layingWords(state, drape) {
+  const count = drape.layings.filter(one => state.sets.find(set => set.name === one.set).taken).length;
+  return count >= LEAST_LAYINGS ? `The match rests on ${count} layings.`
+    : `The match rests on ${count} of at least ${LEAST_LAYINGS} layings: take the cloth off, lay it on again, and take it as a further laying. State which face lies up.`;
+}
+
 export async function draw(state, redraw) {
   const names = state.drapes.map(drape => drape.name);
   if (names.length === 0) return [h('h1', {}, 'Drape'), h('p', {}, 'The rig has no drape.')];
   const name = names.includes(chosen) ? chosen : names[0];
   const drape = state.drapes.find(one => one.name === name);
-  const set = state.sets.find(one => one.name === drape.set);
+  const layings = drape.layings.map(one => one.set);
+  const open = layings.find(one => state.sets.some(set => set.name === one && !set.taken && set.takeable));
+  const shown = layings.includes(laying) ? laying : open ?? drape.set;
+  const set = state.sets.find(one => one.name === shown);
+  const first = state.sets.find(one => one.name === drape.set);
+  const face = faces.get(shown) ?? drape.layings.find(one => one.set === shown).face;
   const busy = kind => state.jobs.some(job => job.kind === kind && ['running', 'waiting'].includes(job.state));
-  const [found, sheet] = await Promise.all([ask('marks', {set: drape.set}), ask('sheet', {drape: name})]);
+  const [found, sheet] = await Promise.all([ask('marks', {set: shown}), ask('sheet', {drape: name})]);
   const done = drape.simulations.filter(one => one.there).length;
   const live = Boolean(state.capture?.runs) && !set.taken;
   showLive(live, 'cloth');
@@ -29,22 +66,39 @@ export async function draw(state, redraw) {
     h('h1', {}, `Drape ${name}`),
     h('div', {class: 'acts'},
       h('label', {for: 'drape'}, 'Drape '),
-      h('select', {id: 'drape', change: event => { chosen = event.target.value; redraw(); }},
+      h('select', {id: 'drape', change: event => { chosen = event.target.value; laying = ''; redraw(); }},
         names.map(one => h('option', {value: one, selected: one === name}, one))),
-      ...takeButtons('take-drape', set.taken ? `Retake ${drape.set}` : `Take ${drape.set}`, !set.takeable, () => act({do: 'take', set: drape.set})),
-      h('button', {type: 'button', class: 'main', id: 'measure', disabled: !set.taken || !calibrated || busy('measure'),
+      h('label', {for: 'laying'}, 'Laying '),
+      h('select', {id: 'laying', change: event => { laying = event.target.value; redraw(); }},
+        layings.map(one => h('option', {value: one, selected: one === shown}, one))),
+      h('label', {for: 'face'}, 'Face up '),
+      h('input', {id: 'face', value: face, maxlength: 80, size: 10, input: event => { faces.set(shown, event.target.value); }}),
+      ...takeButtons('take-drape', set.taken ? `Retake ${shown}` : `Take ${shown}`, !set.takeable, () => {
+        laying = shown;
+        act({do: 'take', set: shown, face: faces.get(shown) ?? face});
+      }),
+      h('button', {type: 'button', id: 'lay', disabled: state.replay || !first.taken || Boolean(open), click: async () => {
+        if (await act({do: 'lay', drape: name})) laying = '';
+      }}, 'Lay it once more'),
+      h('button', {type: 'button', class: 'main', id: 'measure', disabled: !first.taken || !calibrated || busy('measure'),
         click: () => act({do: 'measure', drape: name})}, 'Measure'),
-      h('button', {type: 'button', class: 'main', id: 'run', disabled: !set.taken || !calibrated || busy('run'),
+      h('button', {type: 'button', class: 'main', id: 'run', disabled: !first.taken || !calibrated || busy('run'),
         click: () => act({do: 'run'})}, 'Simulate and compare'),
       state.report ? h('a', {class: 'main', id: 'report', href: 'report.html', target: '_blank', rel: 'noopener'}, 'Report') : null),
     calibrated ? null : h('p', {}, 'Calibrate first: a drape is measured with a calibration.'),
-    live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera))) : null,
+    live ? h('p', {id: 'still'}) : null,
+    live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera, outlineDrawings(sheet.outlines, camera.name)))) : null,
     set.recorded && !live && h('div', {class: 'views'}, state.cameras.map(camera => {
       const count = set.detected?.cameras.find(one => one.camera === camera.name);
-      return cameraView(camera, drape.set, true, markDrawings(found.cameras[camera.name]),
+      return cameraView(camera, shown, true, [...markDrawings(found.cameras[camera.name]), ...outlineDrawings(sheet.outlines, camera.name)],
         count ? `${camera.name}: ${count.measured} marks measured, ${count.missing} of ${set.detected.printed} missing, ${count.tags} tags` : camera.name);
     })),
     set.sentence ? h('p', {}, verdict(set.verdict), `: ${set.sentence}`) : null,
+    Object.keys(sheet.outlines?.cameras ?? {}).length ? h('p', {}, sheet.outlines.measured ? 'Drawn over the pictures: the objects where their plates of tags show them.' : 'Dashed over the pictures: the objects where the scene states them.') : null,
+    drape.plates.length ? table('objects by their plates of tags', ['object', 'set', 'place', ''], plateRows(state, drape)) : null,
+    h('h2', {}, 'Layings'),
+    h('p', {id: 'layings'}, layingWords(state, drape)),
+    table('layings', ['laying', 'set', 'face up', '', 'marks', 'superseded'], layingRows(state, drape)),
     resultWords(drape),
     h('h2', {}, 'Measured sheet'),
     drape.sheet ? h('p', {id: 'sheet'}, verdict(drape.sheet.verdict), `: ${drape.sheet.sentence}`,

@@ -28,6 +28,11 @@ function bySeries(rows) {
   return [...all];
 }
 
+function sqlTable(caption, rows) {
+  const names = Object.keys(rows[0]);
+  return table(caption, names, rows.map(row => names.map(name => name === 'verdict' ? h('td', {}, verdict(row[name])) : row[name] === null ? '–' : String(row[name]))));
+}
+
 export async function draw(state, redraw) {
   const data = await ask('history');
   const runs = Array.isArray(data.runs) ? data.runs : [];
@@ -51,10 +56,16 @@ export async function draw(state, redraw) {
     }}, 'Side by side')) : null,
     ...(Array.isArray(difference) ? difference.filter(part => part.rows.length).map(part => [h('h2', {}, part.title),
       table(part.title, Object.keys(part.rows[0]), part.rows.map(row => Object.values(row).map(value => value === null ? '–' : String(value))))]).flat() : []),
+    h('h2', {}, 'Calibration health'),
+    Array.isArray(data.calibrations) && data.calibrations.length ? sqlTable('calibrations of the runs', data.calibrations) : h('p', {}, 'No run was stored yet.'),
+    h('h2', {}, 'Acceptance'),
+    Array.isArray(data.acceptances) && data.acceptances.length ? sqlTable('acceptances', data.acceptances)
+      : h('p', {id: 'acceptance'}, 'The rig was never accepted: ', h('code', {}, 'drape accept'), ' measures lengths, flatness and noise against their limits, with uncertainty.'),
     h('h2', {}, 'Trends'),
     h('p', {}, 'Dashed: mean and three standard deviations of the values before the last, from the fifth on.'),
     h('div', {class: 'views'}, bySeries(data.trend).map(([series, rows]) => chart(series, rows))),
     command(`drape results runs --store ${data.store}`, `drape results trend --store ${data.store}`,
+      ...data.commands ?? [],
       `drape results diff ${sides[0] || 1} ${sides[1] || 1} --store ${data.store}`),
   ];
 }
