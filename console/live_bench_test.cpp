@@ -149,15 +149,6 @@ TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
   await(server,
         [](const Json& state) { return words(state).find("NO-GO: ") != std::string::npos; });
   await_setting("exposure_us", "3000");
-  // A camera that was away has it again.
-  devices[1]->unplug();
-  await(server,
-        [](const Json& state) { return words(state).find("`cam1`: ") != std::string::npos; });
-  devices[1]->plug_in();
-  await(server, [](const Json& state) {
-    return words(state).find("it sends frames again") != std::string::npos;
-  });
-  await_setting("exposure_us", "3000");
   take(server, "stage_z000");
   const Json stored = Json::parse(read_text(out() / "recording" / "stage_z000" / "capture.json"));
   EXPECT_THAT(stored.dump(), HasSubstr("\"exposure_us\":\"3000\"")) << stored.dump(1);
@@ -229,7 +220,7 @@ TEST_F(LiveConsole, FurtherLayingsAndTheirFacesAreAskedForAndKept) {
   EXPECT_EQ(faces(state), "drape_C printed; drape_C_2 printed; ");
   EXPECT_TRUE(is_recorded(state, "drape_C_2"));
   // How still it is lies in the same answer as the live marks.
-  Json seen;
+  Json seen = Json::object();
   for (int k = 0; k < 600 && seen.value("still_s", Json::object()).size() < 3; ++k) {
     seen = again.get("api/live-marks?surface=cloth");
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
