@@ -37,7 +37,7 @@ async function drawMarks() {
   for (const [name, shot] of shots) {
     const seen = marks ? found.cameras[name] : null;
     shot.over.replaceChildren(...markDrawings(seen));
-    shot.counts.textContent = (seen ? `, ${seen.measured} of ${found.printed} marks, ${found.printed - seen.measured} missing, ${seen.tags} tags` : '') +
+    shot.counts.textContent = (seen ? `, ${seen.measured} of ${found.printed} marks, ${seen.tags} tags, ${found.printed - seen.measured} missing` : '') +
       stillWords(found.still_s[name]);
   }
   const still = document.getElementById('still');
