@@ -87,12 +87,20 @@ void copy_sheet(const SheetFile& sheet, Copies& copies) {
                read_text(fs::path(sheet.file).replace_extension(extension)));
 }
 
+/// The list that says which equilibrium a sheet is, under its own hash.
+void copy_list(const Simulation& simulation, Copies& copies) {
+  const std::string& sha256 = simulation.branch->set_sha256;
+  copies.add(sha256.substr(0, 2) + '/' + sha256 + ".json",
+             read_text(simulation.sheet.file.parent_path() / ".." / "branches.json"));
+}
+
 }  // namespace
 
 std::vector<fs::path> keep_copies(const fs::path& store, const Session& session) {
   Copies copies(store.string() + kFolder);
   const auto add = [&](const Simulation& simulation) {
     if (!simulation.other_simulator) copy_sheet(simulation.sheet, copies);
+    if (simulation.branch) copy_list(simulation, copies);
   };
   for (const DrapeFiles& drape : session.drapes) {
     copy_sheet(drape.input.measured, copies);

@@ -8,9 +8,9 @@
 
 namespace drape::compare {
 
-/// Copies every sheet of the session into `<store>.files/`, named by its content, so that its
-/// comparisons can be recomputed when a later run has replaced the sheet or a folder is gone. What
-/// is there already stays. Returns the copies.
+/// Copies every sheet of the session, and every list of branches, into `<store>.files/`, named by
+/// its content, so that its comparisons can be recomputed when a later run has replaced the sheet
+/// or a folder is gone. What is there already stays. Returns the copies.
 std::vector<std::filesystem::path> keep_copies(const std::filesystem::path& store,
                                                const Session& session);
 

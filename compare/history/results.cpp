@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <regex>
+
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
 #include "core/program/similar.hpp"
@@ -25,7 +27,21 @@ std::string grid_text(const std::string& grid) {
   return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
 }
 
+/// "2026", "2026-03" or "2026-03-01": the beginning of a date as the store writes it.
+void check_date(const char* option, const std::string& date) {
+  static const std::regex form("[0-9]{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12][0-9]|3[01]))?)?");
+  if (date.empty() || std::regex_match(date, form)) return;
+  throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
+                    "give year-month-day, e.g. 2026-03-01");
+}
+
+void check_filter(const ResultFilter& filter) {
+  check_date("--since", filter.since);
+  check_date("--until", filter.until);
+}
+
 Condition condition_of(const ResultFilter& filter) {
+  check_filter(filter);
   Condition condition;
   condition.add("scene", filter.scene);
   condition.add("fabric", filter.fabric);
@@ -255,6 +271,7 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
 }
 
 Table list_runs(const StoreReader& store, const ResultFilter& filter) {
+  check_filter(filter);
   std::string sql = "SELECT * FROM v_run WHERE 1";
   std::vector<std::string> parameters;
   const auto add = [&](const std::string& condition, const std::string& value, int times) {

@@ -35,6 +35,11 @@ TEST_F(Results, ListFilters) {
   EXPECT_EQ(list_results(reader, {}).rows.size(), 4U);
   EXPECT_EQ(list_results(reader, {.scene = "A"}).rows.size(), 4U);
   EXPECT_EQ(list_results(reader, {.scene = "C"}).rows.size(), 0U);
+  EXPECT_NO_THROW(static_cast<void>(list_results(reader, {.since = "2026-03"})));
+  for (const char* date : {"24.11.2026", "2026-13-01", "yesterday"}) {
+    EXPECT_THROW(static_cast<void>(list_results(reader, {.since = date})), Error) << date;
+    EXPECT_THROW(static_cast<void>(list_runs(reader, {.until = date})), Error) << date;
+  }
   EXPECT_EQ(list_results(reader, {.fabric = "cotton-like"}).rows.size(), 4U);
   EXPECT_EQ(list_results(reader, {.grid = "21"}).rows.size(), 2U);
   EXPECT_EQ(list_results(reader, {.grid = "21x21", .segments = 5}).rows.size(), 1U);

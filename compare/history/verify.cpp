@@ -78,7 +78,7 @@ void check_files(const fs::path& folder, const Seal& seal, Verification& result)
   }
 }
 
-/// Sheets of the seal by the hash that the store knows them by.
+/// Sheets and lists of branches of the seal by the hash that the store knows them by.
 using SheetFiles = std::map<std::string, fs::path>;
 
 double number(const std::string& text) {
@@ -225,16 +225,15 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
       "SELECT sheet_sha256, branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch "
       "ORDER BY sheet_sha256");
   for (const auto& row : facts.rows) {
-    const auto sheet = sheets.find(row[0]);
-    if (sheet == sheets.end()) continue;
-    const auto listed = branch_of(sheet->second);
-    const bool same =
-        listed && listed->branch.set_sha256 == row[1] && listed->branch.number == number(row[2]) &&
-        listed->branch.energy_j / 1e-6 == number(row[3]) &&
-        listed->branch.starts == number(row[4]) && listed->branch.hem_nodes == number(row[5]);
+    const auto list = sheets.find(row[1]);  // lists are sealed as sheets are, by their hash
+    if (list == sheets.end()) continue;
+    const auto listed = branch_in(list->second, static_cast<int>(number(row[2])));
+    const bool same = listed && listed->set_sha256 == row[1] &&
+                      listed->energy_j / 1e-6 == number(row[3]) &&
+                      listed->starts == number(row[4]) && listed->hem_nodes == number(row[5]);
     if (!same)
       result.findings.push_back(
-          fmt::format("branch {} of {} is not what its list says", row[2], sheet->second.string()));
+          fmt::format("branch {} is not what its list {} says", row[2], list->second.string()));
   }
   const Table turns = reader.query(
       "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, t.turned_mean_mm "

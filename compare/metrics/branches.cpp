@@ -67,7 +67,30 @@ double refined(const Pairs& pairs, double middle, double step) {
   return (low + high) / 2;
 }
 
+Branch branch_from(const JsonNode& entry, const JsonNode& root, std::size_t of,
+                   const fs::path& list) {
+  Branch branch;
+  branch.set_sha256 = sha256_of_file(list);
+  branch.number = entry.integer("branch");
+  branch.of = static_cast<int>(of);
+  branch.energy_j = entry.number("energy_uJ") * 1e-6;
+  branch.residual = entry.number("largest_residual_per_particle_weight");
+  branch.stable = entry.boolean("stable");
+  branch.starts = static_cast<int>(entry.at("starts").raw().size());
+  branch.hem_nodes = entry.integer("hem_nodes");
+  branch.round = root.boolean("scene_round_about_the_vertical");
+  return branch;
+}
+
 }  // namespace
+
+std::optional<Branch> branch_in(const fs::path& list, int number) {
+  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
+  const std::vector<JsonNode> entries = root.items("branches");
+  for (const JsonNode& entry : entries)
+    if (entry.integer("branch") == number) return branch_from(entry, root, entries.size(), list);
+  return std::nullopt;
+}
 
 std::optional<ListedBranch> branch_of(const fs::path& sheet) {
   const fs::path folder = sheet.parent_path();
@@ -81,17 +104,7 @@ std::optional<ListedBranch> branch_of(const fs::path& sheet) {
     const fs::path listed =
         name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
     if (!fs::equivalent(listed, ply, unreadable)) continue;
-    Branch branch;
-    branch.set_sha256 = sha256_of_file(list);
-    branch.number = entry.integer("branch");
-    branch.of = static_cast<int>(entries.size());
-    branch.energy_j = entry.number("energy_uJ") * 1e-6;
-    branch.residual = entry.number("largest_residual_per_particle_weight");
-    branch.stable = entry.boolean("stable");
-    branch.starts = static_cast<int>(entry.at("starts").raw().size());
-    branch.hem_nodes = entry.integer("hem_nodes");
-    branch.round = root.boolean("scene_round_about_the_vertical");
-    return ListedBranch{list.lexically_normal(), branch};
+    return ListedBranch{list.lexically_normal(), branch_from(entry, root, entries.size(), list)};
   }
   return std::nullopt;
 }

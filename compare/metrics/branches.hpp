@@ -37,6 +37,9 @@ struct ListedBranch {
 };
 [[nodiscard]] std::optional<ListedBranch> branch_of(const std::filesystem::path& sheet);
 
+/// The entry of that number in a list, wherever the list lies; nothing when it has none.
+[[nodiscard]] std::optional<Branch> branch_in(const std::filesystem::path& list, int number);
+
 /// Where the vertical axis of a round scene meets the table: the middle of its first object.
 [[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);
 

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "compare/history/copies.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"
@@ -216,6 +217,16 @@ TEST(Branches, AreFoundBelowTheDrapeStoredOnceAndVerified) {
     EXPECT_EQ(paper_tables(reader, {}).back().rows.size(), 2U);
   }
   EXPECT_THAT(verify_store(store).findings, IsEmpty());
+  {  // With its copies, whose folders hold no list, and after the originals are gone.
+    const Session session = read_session(sheets_in(given), {});
+    auto files = files_of(session);
+    for (const fs::path& copy : keep_copies(store, session)) files.push_back(copy);
+    seal_store(StoreLock(store, StoreLock::Kind::alone), store, files);
+    EXPECT_THAT(verify_store(store).findings, IsEmpty());
+    fs::rename(given.front() / "branches", given.front() / "gone");
+    EXPECT_THAT(verify_store(store).findings, IsEmpty());
+    fs::rename(given.front() / "gone", given.front() / "branches");
+  }
   const fs::path list = given.front() / "branches" / "branches.json";
   std::string text = read_text(list);
   text.replace(text.find("7189"), 4, "7180");

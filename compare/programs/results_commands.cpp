@@ -42,6 +42,12 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
   if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
   if (!arguments.file.empty()) return write_durable(arguments.file, text);
   print_text(json || csv ? text : printable(std::move(text)));
+  const bool empty = std::all_of(tables.begin(), tables.end(),
+                                 [](const Table* table) { return table->rows.empty(); });
+  if (empty && !json && !csv && !common.quiet)
+    fmt::print(stderr,
+               "nothing in {} matches; `drape results runs` and `list --all` show what is there\n",
+               arguments.store);
 }
 
 void write_list(const ResultsArguments& arguments, const CommonOptions& common,
