@@ -72,6 +72,8 @@ void AcceptanceOptions::check() const {
   if (!(shift_uncertainty_mm >= 0))
     throw usage_error("--shift-uncertainty-mm is negative", "give zero or more");
   if (!bow_mm.allFinite()) throw usage_error("--bow-mm is not a number", "give two in mm");
+  if (!bow_sd_mm.allFinite() || bow_sd_mm.minCoeff() < 0)
+    throw usage_error("--bow-sd-mm is no uncertainty", "give two in mm, zero or more");
   if (!(false_no_go > 0 && false_no_go < 0.1))
     throw usage_error("the probability of a false NO-GO is not between 0 and 0.1", "");
   if (draws < 500) throw usage_error("fewer than 500 draws", "give more");
@@ -112,8 +114,9 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   context.draws = &draws;
   context.false_no_go = options.false_no_go / (7 + static_cast<double>(calibration.cameras.size()));
   context.scale_uncertainty = options.own_target ? 0 : print;
-  const Changes changes = changes_since(centres, calibration, plate, positions, draws.root(),
-                                        context.scale_uncertainty, context.false_no_go);
+  const Changes changes =
+      changes_since(centres, calibration, plate, positions, draws.root(),
+                    {context.scale_uncertainty, options.bow_sd_mm}, context.false_no_go);
   context.noise_variance = changes.noise_variance;
   acceptance.figures = {length_error(positions, plate, context, options),
                         flatness(positions, plate, context, options),

@@ -25,7 +25,8 @@ struct AcceptanceOptions {
   double max_noise_ratio = 1.5;        ///< scatter of repeats over the stated standard deviation
   double shift_uncertainty_mm = 0.01;  ///< standard uncertainty of a height in rig.toml
   int least_positions = 7;             ///< of the target, five lengths each
-  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< of the plate, edges above the middle
+  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();     ///< of the plate, edges above the middle
+  Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< its standard uncertainty
   bool own_target = true;      ///< the plate measured here is the one that calibrated
   double false_no_go = 0.005;  ///< of instruments without a fault, all figures together
   int draws = 2000;            ///< of the uncertainty's Monte Carlo

@@ -367,6 +367,23 @@ TEST(Acceptance, LimitsOfTheOperatorPermitASmallChangeAndSayIt) {
   EXPECT_FALSE(accepted(made, input, options).good());
 }
 
+TEST(Acceptance, ABowThatIsKnownToATenthPermitsATenth) {
+  const Instrument made = instrument(6);
+  const AcceptanceInput input = recorded(made, [](JointModel& model) {
+    model.bow.edge_rise_mm = {0.1, -0.05};
+  });
+  EXPECT_THAT(accepted(made, input).cause, HasSubstr("the plate is bowed"));
+  AcceptanceOptions options;
+  options.bow_sd_mm = {0.1, 0.1};
+  const Acceptance permitted = accepted(made, input, options);
+  EXPECT_TRUE(permitted.good()) << permitted.cause;
+  // Twenty standard deviations are no uncertainty.
+  const AcceptanceInput far = recorded(made, [](JointModel& model) {
+    model.bow.edge_rise_mm = {2, 0};
+  });
+  EXPECT_THAT(accepted(made, far, options).cause, HasSubstr("the plate is bowed"));
+}
+
 TEST(Acceptance, ABallOfAnotherSizeIsNoGo) {
   const Instrument made = instrument(8);
   AcceptanceInput input = recorded(made, no_fault);

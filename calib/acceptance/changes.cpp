@@ -31,11 +31,11 @@ Matrix3d cross(const Vector3d& v) {
 }
 
 /// Unknowns after the position's own pose: the calibration's error in units of its root, that of
-/// the plate's size in units of its uncertainty where there is one, the plate's growth (1), its two
-/// bows (mm), and each camera's turn (rad) and shift (mm).
+/// the plate's size and of its two bows in units of their uncertainties where these are stated, the
+/// plate's growth (1), its two bows (mm), and each camera's turn (rad) and shift (mm).
 struct Unknowns {
-  Index calibration = 0, cameras = 0;  ///< the first with the plate's size
-  double scale_uncertainty = 0;
+  Index calibration = 0, cameras = 0;  ///< the first with the plate's size and bow
+  PlateUncertainty plate;
   [[nodiscard]] Index growth() const { return calibration; }
   [[nodiscard]] Index bow() const { return calibration + 1; }
   [[nodiscard]] Index camera(std::size_t c) const {
@@ -86,11 +86,15 @@ std::optional<Evidence> evidence_of(const Position& position, const Detections& 
           row.middleCols(kPose, root.cols()) =
               whiten * *by_parameters * root.middleRows(parameter, own);
         row.col(kPose + unknowns.growth()) = by_world * turned;
-        if (unknowns.scale_uncertainty > 0)
-          row.col(kPose + root.cols()) = unknowns.scale_uncertainty * by_world * turned;
-        row.middleCols<2>(kPose + unknowns.bow()) =
+        if (unknowns.plate.scale > 0)
+          row.col(kPose + root.cols()) = unknowns.plate.scale * by_world * turned;
+        const Eigen::Matrix2d by_bow =
             by_world * position.pose.rotation.col(2) * mm *
             plate.bow.shape(plate.target.point_in_target(seen.mark)).transpose();
+        row.middleCols<2>(kPose + unknowns.bow()) = by_bow;
+        if (unknowns.plate.has_bow())
+          row.middleCols<2>(kPose + unknowns.calibration - 2) =
+              by_bow * unknowns.plate.bow_mm.asDiagonal();
         row.middleCols<3>(kPose + unknowns.camera(c)) = -by_camera * cross(in_camera);
         row.middleCols<3>(kPose + unknowns.camera(c) + 3) = by_camera * mm;
         residuals.segment<2>(at) = whiten * (seen.centre_px - image->px);
@@ -260,7 +264,9 @@ AcceptanceFigure bow_figure(const Found& found, double false_no_go) {
       fmt::format("{:+.3f} mm along x, {:+.3f} mm along y", found.estimate[0], found.estimate[1]);
   figure.cause = fmt::format(
       "the plate is bowed: its edges stand {} above its middle, beside the stated bow; mount it on "
-      "a flat plate, or state the bow that `drape calib` found with --bow-mm",
+      "a flat plate, or state the bow that `drape calib` found and its standard deviation with "
+      "--bow-mm and "
+      "--bow-sd-mm",
       figure.where);
   return figure;
 }
@@ -322,9 +328,11 @@ std::string likeliest(std::vector<std::pair<double, std::string>> explanations, 
 
 Changes changes_since(const Detections& detections, const Calibration& calibration,
                       const Plate& plate, const std::vector<Position>& positions,
-                      const MatrixXd& root, double scale_uncertainty, double false_no_go) {
-  const Unknowns unknowns{root.cols() + (scale_uncertainty > 0),
-                          static_cast<Index>(calibration.cameras.size()), scale_uncertainty};
+                      const MatrixXd& root, const PlateUncertainty& plate_uncertainty,
+                      double false_no_go) {
+  const Unknowns unknowns{
+      root.cols() + (plate_uncertainty.scale > 0) + 2 * plate_uncertainty.has_bow(),
+      static_cast<Index>(calibration.cameras.size()), plate_uncertainty};
   std::vector<Evidence> all;
   for (const Position& position : positions) {
     auto evidence = evidence_of(position, detections, calibration, plate, root, unknowns);

@@ -17,12 +17,19 @@ struct Changes {
   double noise_variance = 1;  ///< of the detections over what they state, never below 1
 };
 
+/// What is not exactly known of the plate, as standard uncertainties.
+struct PlateUncertainty {
+  double scale = 0;                                  ///< of its size (1)
+  Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();  ///< of its stated bow along x and y
+  [[nodiscard]] bool has_bow() const { return bow_mm.maxCoeff() > 0; }
+};
+
 /// Every point of every position against the calibrated cameras, by generalised least squares: each
 /// position has a pose of its own, the calibration errs by its covariance (`root` root'), the
 /// points by theirs, enlarged where the positions scatter more. `false_no_go`: of one figure.
 [[nodiscard]] Changes changes_since(const Detections& detections, const Calibration& calibration,
                                     const Plate& plate, const std::vector<Position>& positions,
-                                    const Eigen::MatrixXd& root, double scale_uncertainty,
-                                    double false_no_go);
+                                    const Eigen::MatrixXd& root,
+                                    const PlateUncertainty& plate_uncertainty, double false_no_go);
 
 }  // namespace drape::calib

@@ -153,6 +153,10 @@ AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& p
   AcceptanceFigure figure = figure_named("flatness of the plate", "mm");
   Largest largest;
   unsigned seed = 100;
+  Eigen::Matrix2Xd bow(2, context.draws->count());
+  for (const Index axis : {0, 1})
+    bow.row(axis) =
+        options.bow_sd_mm[axis] * context.draws->standard_normal(3 + static_cast<unsigned>(axis));
   for (const Position& position : positions) {
     ++seed;
     if (position.points.size() < kLeastOfPlane) continue;
@@ -169,7 +173,11 @@ AcceptanceFigure flatness(const std::vector<Position>& positions, const Plate& p
     }
     keep_worst(figure, range_of(beside(heights, shapes)).value(), "set " + position.set);
     const MatrixXd errors = context.draws->errors_mm(points, context.noise_variance, seed);
-    largest.take(range_of(beside(part_along(errors, normal.replicate(1, count)), shapes)));
+    MatrixXd along = part_along(errors, normal.replicate(1, count));
+    i = 0;
+    for (const auto& [mark, point] : position.points)
+      along.row(i++) += plate.bow.shape(plate.target.point_in_target(mark)).transpose() * bow;
+    largest.take(range_of(beside(along, shapes)));
   }
   if (figure.where.empty()) {
     figure.not_measured = fmt::format(

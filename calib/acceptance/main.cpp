@@ -47,6 +47,8 @@ int main(int argc, char** argv) {
                                  arguments.sphere_uncertainty_mm};
     AcceptanceOptions options = arguments.options;
     if (arguments.bow_mm.size() == 2) options.bow_mm = {arguments.bow_mm[0], arguments.bow_mm[1]};
+    if (arguments.bow_sd_mm.size() == 2)
+      options.bow_sd_mm = {arguments.bow_sd_mm[0], arguments.bow_sd_mm[1]};
     options.own_target = !arguments.target.has_value();
     Acceptance acceptance = accept(input, read_calibration(arguments.calibration), rig,
                                    read_target(target_file), options);

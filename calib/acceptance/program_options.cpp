@@ -21,6 +21,9 @@ void add_acceptance_options(Command& app, AcceptanceArguments& arguments) {
                  "how far the plate's edges stand above its middle along x and y, as `drape calib` "
                  "found it (default: flat)")
       ->expected(2);
+  app.add_option("--bow-sd-mm", arguments.bow_sd_mm,
+                 "standard uncertainty of that bow along x and y (default: exact)")
+      ->expected(2);
   app.add_option("--repeats", arguments.repeats, "sets of the target at rest, for the noise floor")
       ->delimiter(',');
   app.add_option("--sphere", arguments.sphere,

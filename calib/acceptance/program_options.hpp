@@ -21,7 +21,7 @@ struct AcceptanceArguments {
   std::optional<std::filesystem::path> target, sphere;
   double sphere_diameter_mm = 0, sphere_uncertainty_mm = 0.01;
   std::vector<std::string> repeats;
-  std::vector<double> bow_mm;
+  std::vector<double> bow_mm, bow_sd_mm;
   std::string date;
   int valid_days = 365;
 };

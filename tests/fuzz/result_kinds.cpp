@@ -6,6 +6,7 @@
 
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/silhouette.hpp"
+#include "compare/history/acceptance.hpp"
 #include "compare/history/crate.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
@@ -46,6 +47,13 @@ constexpr const char* kSensitivity = R"({"schema": "drapebench/sensitivity/1", "
  "down_mm": [[0, 0, -1.5], [0, 0, -2]], "up_mm": [[0, 0, 1], [0.5, 0, 1]]}],
  "variants": [{"what": "mass rule paper", "from": "base", "at_rest": true, "mean_distance_mm": 1.75,
  "change_mm": 0.25, "mean_way_of_marks_mm": 0.5, "hem_folds": 4}]})";
+constexpr const char* kAcceptance = R"({"schema": "drapebench/acceptance/1", "go": false,
+ "rig": "bench1", "calibration_sha256": "a1b2", "date": "2026-01-31", "valid_until": "2027-01-31",
+ "cause": "cam1 moved since the calibration", "positions": 8,
+ "figures": [{"name": "length error", "unit": "mm", "where": "set pose_03", "value": 0.012,
+ "expanded_uncertainty": 0.02, "limit": 0.05, "go": true},
+ {"name": "known shift", "unit": "mm", "where": "", "value": null, "expanded_uncertainty": null,
+ "limit": null, "go": false}]})";
 constexpr const char* kLab =
     "schema = \"drapebench/lab/1\"\ntitle = \"A cloth\"\ndescription = \"one drape\"\nlicense = "
     "\"https://example.org\"\nlicense_name = \"free\"\n[[author]]\nname = \"Ada\"\norcid = "
@@ -147,6 +155,8 @@ std::vector<Kind> result_kinds() {
        [](const fs::path& f) {
          static_cast<void>(simulate::read_plan(f, "out", f.parent_path() / "program"));
        }},
+      {"acceptance", result_file("acceptance.json", kAcceptance),
+       [](const fs::path& f) { static_cast<void>(compare::read_acceptance(f)); }},
       {"certificate", make_certificate, read_claim_of},
       {"history", make_history, read_claim_of},
       {"lab", result_file("lab.toml", kLab),
