@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include "console/console.hpp"
 #include "core/files/json_file.hpp"
@@ -32,6 +33,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {
+    // Some 50 threads answer in turn, and each arena of memory keeps room for its largest answer.
+    ::mallopt(M_ARENA_MAX, 2);
     console::Console bench(options);
     if (common.json) {
       print_text(pretty(Json{{"address", bench.address()}}));

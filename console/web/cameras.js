@@ -114,8 +114,7 @@ function lightField(camera, name, words) {
 /// Exposure and gain of every live camera; what it has then stands under its picture.
 function lightFields(state) {
   return [h('h2', {}, 'Exposure and gain'), h('div', {class: 'acts'}, state.cameras.map(camera => {
-    liveView(camera);
-    const shot = shots.get(camera.name);
+    const shot = shots.get(camera.name);  // liveView() made it; a second view would take its picture
     shot.light ??= [lightField(camera.name, 'exposure_us', 'exposure, us'), lightField(camera.name, 'gain_db', 'gain, dB')];
     return shot.light;
   }).flat()), h('p', {}, 'They hold until the cameras are closed; cameras.toml has those of every session.')];
