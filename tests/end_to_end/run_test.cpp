@@ -244,6 +244,10 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
       drape::test::program("drape-results").string() +
       " --csv sql 'SELECT count(*) FROM v_branches' --store " + (out / "results.sqlite").string());
   EXPECT_THAT(stored.text, HasSubstr(std::to_string(list["branches"].size())));
+  const Outcome verified =
+      drape::test::run_line(drape::test::program("drape-results").string() + " verify --store " +
+                            (out / "results.sqlite").string());
+  EXPECT_EQ(verified.exit_code, 0) << verified.text;
   EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 7 up to date"));
   const Outcome single = bench.run("out");
   EXPECT_THAT(single.text, HasSubstr("1 made, 5 up to date"));
