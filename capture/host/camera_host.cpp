@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "core/error.hpp"
@@ -121,9 +122,14 @@ void CameraHost::set_light(const CameraSettings& wanted) {
 }
 
 void CameraHost::take_light(const Json& message) {
-  for (const Json& one : message.at("settings"))
-    for (SettingReadBack& known : read_back_)
-      if (known.name == one[0]) known.value = one[1];
+  for (const Json& one : message.at("settings")) {
+    const auto known = std::find_if(read_back_.begin(), read_back_.end(),
+                                    [&](const SettingReadBack& s) { return s.name == one[0]; });
+    if (known == read_back_.end())  // cameras.toml leaves it to the camera
+      read_back_.push_back({one[0], one[1]});
+    else
+      known->value = one[1];
+  }
   light_answer_ = LightAnswer{message.value("what", ""), message.value("do", "")};
   if (!light_answer_->refused.empty()) return;
   // A camera that is opened again gets them, too.
