@@ -79,18 +79,30 @@ endfunction()
 # Ends a test that hangs, and nothing else: a machine may be slow, and busy with other things.
 set(DRAPE_TEST_TIMEOUT_S 3000)
 
-# drape_test(<name> SOURCES ... LINK ...) builds a GoogleTest program and registers its tests.
+# drape_test(<name> [PARTS n] SOURCES ... LINK ...) builds a GoogleTest program and registers its tests: each by its
+# name, or, where all rest on a set-up that takes seconds, as n parts whose tests have it in common.
 function(drape_test name)
   if(NOT DRAPE_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "PARTS" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::core drapebench::test_support
                                         GTest::gmock GTest::gtest_main)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT ${DRAPE_TEST_TIMEOUT_S}
-                       PROPERTIES TIMEOUT ${DRAPE_TEST_TIMEOUT_S})
+  # A fifth of the time of compiling; what takes long in a test is the code under test.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(NOT arg_PARTS)
+    gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT ${DRAPE_TEST_TIMEOUT_S}
+                         PROPERTIES TIMEOUT ${DRAPE_TEST_TIMEOUT_S})
+    return()
+  endif()
+  math(EXPR last "${arg_PARTS} - 1")
+  foreach(part RANGE ${last})
+    add_test(NAME ${name}/part_${part} COMMAND ${name})
+    set_tests_properties(${name}/part_${part} PROPERTIES TIMEOUT ${DRAPE_TEST_TIMEOUT_S} COST 100
+                         ENVIRONMENT "GTEST_TOTAL_SHARDS=${arg_PARTS};GTEST_SHARD_INDEX=${part}")
+  endforeach()
 endfunction()
 
 # drape_benchmark(<name> SOURCES ... LINK ...) builds a Google Benchmark program into <build>/bench
