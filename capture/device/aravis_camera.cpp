@@ -165,6 +165,11 @@ class AravisCamera final : public CameraDevice {
   [[nodiscard]] std::optional<CameraFrame> next(double timeout_s) override {
     give_back();
     if (!stream_) return std::nullopt;
+    // Its power was off for a moment, or no sign of life reached it: it belongs to nobody, answers,
+    // and sends nothing.
+    if (is_gige_ && !arv_gv_device_is_controller(gige()))
+      throw device_error("the camera no longer belongs to this program", name_,
+                         "check cable and power of the camera");
     current_ = arv_stream_timeout_pop_buffer(stream_.get(), static_cast<guint64>(timeout_s * 1e6));
     if (current_ == nullptr) return std::nullopt;
     CameraFrame frame;

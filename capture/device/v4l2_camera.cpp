@@ -318,10 +318,8 @@ class V4l2Camera final : public CameraDevice {
   }
 
   void set_exposure_and_gain(const CameraSettings& s) {
-    if (s.exposure_us)
-      set_control(V4L2_CID_EXPOSURE_ABSOLUTE, *s.exposure_us / kExposureUnit_us, kExposureUnit_us,
-                  "exposure_us");
-    if (s.gain_db) set_control(V4L2_CID_GAIN, *s.gain_db, 1, "gain_camera_units");
+    set_control(V4L2_CID_EXPOSURE_ABSOLUTE, s.exposure_us, kExposureUnit_us, "exposure_us");
+    set_control(V4L2_CID_GAIN, s.gain_db, 1, "gain_camera_units");
   }
 
   /// Only EINVAL means that the camera has no such control.
@@ -339,11 +337,16 @@ class V4l2Camera final : public CameraDevice {
     note(name, "Off");
   }
 
-  void set_control(std::uint32_t id, double value, double unit, const std::string& name) {
-    v4l2_control control{id, static_cast<int>(std::lround(value))};
-    device_.require(VIDIOC_S_CTRL, &control, fmt::format("setting {}", name));
+  /// A value that is not wanted is left to the camera, and read where it has one.
+  void set_control(std::uint32_t id, const std::optional<double>& wanted, double unit,
+                   const std::string& name) {
+    v4l2_control control{id, static_cast<int>(std::lround(wanted.value_or(0) / unit))};
+    if (wanted)
+      device_.require(VIDIOC_S_CTRL, &control, fmt::format("setting {}", name));
+    else if (!device_.call(VIDIOC_G_CTRL, &control))
+      return;
     device_.require(VIDIOC_G_CTRL, &control, fmt::format("reading {}", name));
-    require_taken(name, value * unit, control.value * unit, name_);
+    if (wanted) require_taken(name, *wanted, control.value * unit, name_);
     note(name, fmt::format("{:g}", control.value * unit));
   }
 

@@ -129,6 +129,23 @@ TEST_F(V4l2Camera, RefusesWhatTheDriverDoesNotTake) {
   EXPECT_THAT(refusal([&] { static_cast<void>(camera_->configure(s)); }), HasSubstr("exposure_us"));
 }
 
+/// Of exposure and gain this driver has the gain alone.
+TEST_F(V4l2Camera, GainIsSetWhileItStreamsAndReadBack) {
+  EXPECT_EQ(value_of(read_back_, "gain_camera_units"), std::to_string(VividNode(kNode).get("Gain")))
+      << "nobody asked for one";
+  EXPECT_EQ(value_of(read_back_, "exposure_us"), "absent");
+  camera_->start();
+  CameraSettings light;
+  light.gain_db = 40;
+  EXPECT_EQ(value_of(camera_->set_light(light), "gain_camera_units"), "40");
+  EXPECT_EQ(VividNode(kNode).get("Gain"), 40);
+  EXPECT_TRUE(frame_of(*camera_).complete);
+  light.gain_db = 300;  // its largest is 255
+  EXPECT_THAT(refusal([&] { static_cast<void>(camera_->set_light(light)); }),
+              HasSubstr("gain_camera_units"));
+  EXPECT_TRUE(frame_of(*camera_).complete);
+}
+
 TEST_F(V4l2Camera, ASecondProgramIsRefused) {
   camera_->start();
   static_cast<void>(frame_of(*camera_));

@@ -89,6 +89,18 @@ TEST_F(Debian, ACameraWithoutTimeAnswersLate) {
                   sets);
 }
 
+TEST_F(Debian, ACameraWithoutPowerForAMomentIsBack) {
+  DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  set_up(2, SyncMethod::software_trigger);
+  const int triggers = 12;
+  const LiveResult live = capture(triggers, [&](int done) {
+    if (done == 3) devices_[1]->switch_off_and_on();
+  });
+  EXPECT_GT(live.report.cameras[1].host_launches, 1) << test::all_faults(live);
+  EXPECT_EQ(live.pairing.sets.back().trigger, triggers - 1) << test::all_faults(live);
+}
+
 TEST_F(Debian, FreeRunPairsByArrivalOnlyWhenAskedTo) {
   DRAPE_REQUIRE_DEBIAN_CAMERA();  // which may have to be downloaded first
   DRAPE_REQUIRE_PRIVATE_NETWORK();

@@ -11,6 +11,7 @@
 #include "capture/live/live_bench.hpp"
 #include "core/error.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape::capture {
 namespace {
@@ -176,6 +177,63 @@ TEST(LiveCapture, AnUnpluggedCameraIsNoticedAndBack) {
       "was back\n",
       live.report.cameras[1].longest_unnoticed_s,
       1e-9 * static_cast<double>(first->host_ns - back_ns));
+}
+
+/// Of a triggered capture, during which camera 1 is troubled after three sets and well again after
+/// the trigger that it missed.
+LiveResult troubled(const HostsBench& bench, const std::function<void()>& trouble,
+                    const std::function<void()>& mend) {
+  bool troubled = false, mended = false;
+  return bench.capture(12, 60, true, [&](int triggers) {
+    if (triggers >= 6 && !std::exchange(mended, true)) mend();
+    if (triggers >= 3 && !std::exchange(troubled, true)) trouble();
+  });
+}
+
+void expect_back(const LiveResult& live) {
+  EXPECT_GT(live.report.cameras[1].host_launches, 1);
+  EXPECT_EQ(live.report.cameras[0].host_launches, 1);
+  EXPECT_THAT(all_faults(live), AllOf(HasSubstr("cam1: "), HasSubstr("it is opened again")));
+  EXPECT_EQ(live.pairing.sets.back().trigger, 11) << all_faults(live);
+}
+
+class Triggered : public testing::TestWithParam<SyncMethod> {
+ protected:
+  void SetUp() override {
+    if (GetParam() != SyncMethod::software_trigger && test::trial_count(0, 1) == 0)
+      GTEST_SKIP() << "the other methods need DRAPE_LONG_TESTS=1";
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Methods, Triggered,
+                         testing::Values(SyncMethod::software_trigger, SyncMethod::action,
+                                         SyncMethod::scheduled_action),
+                         [](const auto& p) { return to_string(p.param); });
+
+/// For so short that no heartbeat is missed.
+TEST_P(Triggered, ACameraWithoutPowerForAMomentIsNoticedAndBack) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const HostsBench bench(2, GetParam(), 320, 240, 4);
+  bench.devices[1]->obey_controller_alone();
+  const auto off_and_on = [&] {
+    bench.devices[1]->unplug();
+    bench.devices[1]->plug_in();
+  };
+  const LiveResult live = troubled(bench, off_and_on, [] {});
+  expect_right_sets(bench, live);
+  expect_back(live);
+}
+
+TEST_P(Triggered, ACameraThatObeysAndSendsNothingIsOpenedAgain) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  const HostsBench bench(2, GetParam(), 320, 240, 4);
+  const auto send = [&](double nothing) {
+    return [&bench, nothing] { bench.devices[1]->set_faults({.skip_frame = nothing}); };
+  };
+  const LiveResult live = troubled(bench, send(1), send(0));
+  expect_right_sets(bench, live);
+  expect_back(live);
+  EXPECT_THAT(all_faults(live), HasSubstr("it stopped sending frames"));
 }
 
 }  // namespace

@@ -35,6 +35,9 @@ struct Running {
   std::int64_t retry_ns = 0;
   std::int64_t began_ns = 0;  ///< host time at which it was commanded to stream
   std::int64_t begin_ns = 0;  ///< not commanded to stream again before
+  /// The first trigger since its last frame, and how many there were; of those of the session.
+  std::int64_t asked_ns = 0;
+  int unanswered = 0;
   bool started = false, fresh = true;
   double longest_gap_s = 0, longest_unnoticed_s = 0;
   /// Readings of the clock; a camera that was opened again, or whose clock jumped, has a new one.

@@ -125,6 +125,7 @@ void Session::start(Running& r) {
   r.counted.reset();
   r.clocks.emplace_back();
   r.last_reading.reset();
+  r.unanswered = 0;
   r.last_frame_ns = r.began_ns = now_ns();
   r.host->start();
 }
@@ -242,7 +243,7 @@ void Session::take_frame(std::size_t c, HostFrame frame) {
           ""});
     r.failed_ns = 0;
   }
-  r.opened_in_vain = 0;
+  r.opened_in_vain = r.unanswered = 0;
   if (frame.complete) {
     ++r.complete;
   } else {
@@ -313,15 +314,23 @@ std::string Session::remedy_for_silence(const CameraHost& host) {
       host.identity().address);
 }
 
+bool Session::is_silent(std::size_t c) const {
+  const Running& r = running_[c];
+  const bool live = file_.cameras[c].address.backend != Backend::replay;
+  if (!live || !r.started || !r.host->ready() || r.host->fault()) return false;
+  const std::int64_t now = now_ns();
+  if (report_.method == SyncMethod::free_run)
+    return seconds(now - r.last_frame_ns) > 2 / file_.frame_rate_hz + 0.5;
+  // One trigger may be lost, and the answer to one be late.
+  const double exposure_s = 1e-6 * r.host->wanted().exposure_us.value_or(0);
+  return r.unanswered > 1 && seconds(now - r.asked_ns) > exposure_s + kLateAnswer_s &&
+         seconds(now - trigger_ns_.back()) > exposure_s + kAnswer_s;
+}
+
 void Session::look_after(std::size_t c) {
   Running& r = running_[c];
   const std::int64_t now = now_ns();
-  const double quiet_s = 2 / file_.frame_rate_hz + 0.5;
-  const bool streaming = r.started && r.host->ready() && !r.host->fault();
-  const bool live = file_.cameras[c].address.backend != Backend::replay;
-  const bool quiet = report_.method == SyncMethod::free_run && streaming && live &&
-                     seconds(now - r.last_frame_ns) > quiet_s;
-  if (r.host->fault() || quiet) {
+  if (r.host->fault() || is_silent(c)) {
     if (r.started) {
       const LiveFault fault = {name(c), r.host->fault().value_or("it stopped sending frames"),
                                r.host->fault()

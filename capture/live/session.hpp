@@ -71,6 +71,9 @@ class Session {
   /// frame fewer may be a late frame or an exposure left out: then nobody knows.
   std::optional<std::int64_t> count_trigger(Running& r, std::int64_t index) const;
 
+  /// Whether it streams and sends nothing, although its time came or it was triggered.
+  [[nodiscard]] bool is_silent(std::size_t c) const;
+
   static std::string remedy_for(const CameraHost& host);
   static std::string remedy_for_silence(const CameraHost& host);
 

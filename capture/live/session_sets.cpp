@@ -200,6 +200,8 @@ void Session::run_triggered() {
 void Session::fire() {
   ++report_.triggers;
   std::int64_t at = now_ns();
+  for (Running& r : running_)
+    if (streaming_since_ns_ > 0 && r.unanswered++ == 0) r.asked_ns = at;
   if (report_.method == SyncMethod::software_trigger) {
     for (Running& r : running_) r.host->trigger();
   } else if (report_.method == SyncMethod::action) {
@@ -260,8 +262,12 @@ void Session::await_answers(double within_s, double quiet_s) {
       report_.method == SyncMethod::line_trigger ? options_.patience_s : exposure_s + within_s;
   const std::int64_t until = now_ns() + std::llround(1e9 * allowed);
   const auto answered = [&] {
-    for (std::size_t c = 0; c < running_.size(); ++c)
-      if (running_[c].newest == before[c] && !running_[c].host->fault()) return false;
+    for (std::size_t c = 0; c < running_.size(); ++c) {
+      const Running& r = running_[c];
+      // A session goes on with the others; a counted trigger waits for one that is opened again.
+      const bool away = r.host->fault() || (options_.demand && !r.started);
+      if (r.newest == before[c] && !away) return false;
+    }
     return true;
   };
   std::int64_t quiet_from = now_ns();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -69,6 +70,44 @@ TEST(V4l2Capture, ADisconnectedCameraIsBackWithItsSettings) {
   EXPECT_FALSE(live.report.faults.empty());
   std::printf("disconnected: frames again after %.2f s; %s", camera.longest_gap_s,
               all_faults(live).c_str());
+}
+
+/// cameras.toml leaves it open. Refused, it is what it was; a camera that was away gets it again.
+TEST(V4l2Capture, GainIsAskedForReadBackAndKept) {
+  LiveOptions options;
+  options.opening_s = kPatience_s;
+  options.host_program = test::program("drape-camera-host");
+  std::vector<std::string> refused, gains;
+  bool back = false;
+  std::size_t asked = 0;
+  options.light = [&]() -> std::optional<LiveOptions::Light> {
+    constexpr double values[] = {40, 300};
+    if (asked == std::size(values) || asked > gains.size()) return std::nullopt;
+    LiveOptions::Light light;
+    light.wanted.gain_db = values[asked++];
+    return light;
+  };
+  options.on_light = [&](std::size_t, const CameraHost& host,
+                         const CameraHost::LightAnswer& answer) {
+    refused.push_back(answer.refused);
+    for (const SettingReadBack& one : host.settings())
+      if (one.name == "gain_camera_units") gains.push_back(one.value);
+    if (gains.size() < 2) return;
+    VividNode(kCaptureNode).set("Gain", 7);  // as a power cycle would
+    VividNode(kCaptureNode).set("Disconnect");
+  };
+  options.on_camera = [&](const LiveFault& what) {
+    back = back || what.what.find("it sends frames again") != std::string::npos;
+  };
+  options.demand = [&] { return back ? LiveOptions::Demand::end : LiveOptions::Demand::wait; };
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(300);
+  options.ended = [&] { return std::chrono::steady_clock::now() > until; };
+  const CamerasFile file = one_webcam();
+  static_cast<void>(capture_live(file, options));
+  EXPECT_THAT(gains, testing::ElementsAre("40", "40"));
+  EXPECT_THAT(refused, testing::ElementsAre("", HasSubstr("gain_camera_units")));
+  EXPECT_TRUE(back);
+  EXPECT_EQ(VividNode(kCaptureNode).get("Gain"), 40);
 }
 
 TEST(V4l2Capture, TheLedgerCountsFaultyAndMissingFrames) {

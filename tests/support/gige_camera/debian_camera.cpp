@@ -76,16 +76,21 @@ std::optional<std::string> DebianCamera::cannot() {
   return std::nullopt;
 }
 
-DebianCamera::DebianCamera(const std::string& address, const std::string& serial) {
+DebianCamera::DebianCamera(const std::string& address, const std::string& serial)
+    : address_(address), serial_(serial) {
   if (address != "127.0.0.1") add_loopback_address(address);
+  switch_on();
+}
+
+void DebianCamera::switch_on() {
   const int before = control_sockets();
   process_ = ::fork();
   if (process_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     const int nowhere = ::open("/dev/null", O_RDWR);
     for (const int d : {0, 1, 2}) ::dup2(nowhere, d);
-    ::execl(prepared().program.c_str(), "arv-fake-gv-camera-0.8", "-i", address.c_str(), "-s",
-            serial.c_str(), static_cast<char*>(nullptr));
+    ::execl(prepared().program.c_str(), "arv-fake-gv-camera-0.8", "-i", address_.c_str(), "-s",
+            serial_.c_str(), static_cast<char*>(nullptr));
     ::_exit(127);
   }
   // It listens once it has one socket for itself and one for searches of the whole network.
@@ -100,6 +105,12 @@ DebianCamera::~DebianCamera() {
   if (starved_.joinable()) starved_.join();
   ::kill(process_, SIGKILL);
   ::waitpid(process_, nullptr, 0);
+}
+
+void DebianCamera::switch_off_and_on() {
+  ::kill(process_, SIGKILL);
+  ::waitpid(process_, nullptr, 0);
+  switch_on();
 }
 
 void DebianCamera::starve(double seconds) {

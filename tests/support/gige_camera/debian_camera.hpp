@@ -30,8 +30,13 @@ class DebianCamera {
 
   /// As on a machine that gives it no time: stopped for so long. Returns at once.
   void starve(double seconds);
+  /// As after a power cycle.
+  void switch_off_and_on();
 
  private:
+  void switch_on();
+
+  std::string address_, serial_;
   std::thread starved_;
   pid_t process_ = -1;
 };

@@ -110,12 +110,17 @@ void GigeCamera::fill_registers() {
     bank_.set_word(address, static_cast<std::uint32_t>(value));
   bank_.set_word(reg::pixel_format, p.pixel_formats.front().second);
   set_payload_size();
-  bank_.set_word(reg::exposure_auto, 2);  // as cameras come: everything automatic
+  set_light_to_automatic();
+  bank_.set_real(reg::frame_rate_hz, 25);
+  bank_.set_text(reg::xml, xml);
+}
+
+/// As cameras come.
+void GigeCamera::set_light_to_automatic() {
+  bank_.set_word(reg::exposure_auto, 2);
   bank_.set_word(reg::gain_auto, 2);
   bank_.set_real(reg::exposure_us, 10'000);
   bank_.set_real(reg::gain_db, 0);
-  bank_.set_real(reg::frame_rate_hz, 25);
-  bank_.set_text(reg::xml, xml);
 }
 
 void GigeCamera::show(std::vector<std::uint8_t> pixels) {
@@ -162,6 +167,7 @@ void GigeCamera::set_faults(const GigeFaults& faults) {
 void GigeCamera::plug_in() {
   const std::lock_guard lock(mutex_);
   release_control();
+  set_light_to_automatic();
   kept_.clear();
   next_id_ = options_.first_frame_id;
   plugged_ = true;

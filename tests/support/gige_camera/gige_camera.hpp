@@ -94,6 +94,8 @@ class GigeCamera {
   void unplug() { plugged_ = false; }
   /// Back, as after a power cycle: nobody controls it, nothing streams.
   void plug_in();
+  /// From now on it takes nothing from others than its controller but the request for control.
+  void obey_controller_alone() { obeys_anyone_ = false; }
   void jump_clock(double seconds);
   /// A pulse on the trigger line.
   void pulse_line();
@@ -129,6 +131,7 @@ class GigeCamera {
   };
 
   void fill_registers();
+  void set_light_to_automatic();
   void serve_control();
   void receive(int socket);
   void handle(const Request& request);
@@ -140,7 +143,7 @@ class GigeCamera {
   void write_memory(const Request& request);
   void resend(const Request& request);
   void act(const Request& request);
-  [[nodiscard]] bool may_write(const Request& request) const;
+  [[nodiscard]] bool may_write(const Request& request, std::uint32_t address) const;
   [[nodiscard]] bool takes(std::uint32_t address, const std::uint8_t* value) const;
   bool store(const Request& request, std::uint32_t address, const std::uint8_t* from,
              std::size_t bytes);
@@ -166,7 +169,7 @@ class GigeCamera {
   RegisterBank bank_;
   int control_socket_ = -1, broadcast_socket_ = -1, global_socket_ = -1, stream_socket_ = -1;
   std::int64_t started_ns_ = 0;
-  std::atomic<bool> stop_{false}, plugged_{true};
+  std::atomic<bool> stop_{false}, plugged_{true}, obeys_anyone_{true};
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;

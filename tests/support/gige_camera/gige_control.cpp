@@ -97,9 +97,10 @@ void GigeCamera::answer(const Request& request, std::uint32_t status,
            reinterpret_cast<const sockaddr*>(&request.from), sizeof request.from);
 }
 
-bool GigeCamera::may_write(const Request& request) const {
+bool GigeCamera::may_write(const Request& request, std::uint32_t address) const {
   const std::lock_guard lock(mutex_);
-  return !controller_ || same(*controller_, request.from);
+  if (!controller_) return obeys_anyone_ || address == reg::privilege;
+  return same(*controller_, request.from);
 }
 
 void GigeCamera::read_registers(const Request& request) {
@@ -180,7 +181,7 @@ bool GigeCamera::store(const Request& request, std::uint32_t address, const std:
     answer(request, kBadAddress, {});
     return false;
   }
-  if (!may_write(request)) {
+  if (!may_write(request, address)) {
     answer(request, kDenied, {});
     const std::lock_guard lock(mutex_);
     ++counts_.commands_refused;
