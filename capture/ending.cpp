@@ -47,10 +47,10 @@ Ending ending_of(const VerifyReport& report) {
 }
 
 std::string line_of(const LiveFault& fault) {
-  return fmt::format("{}{}{}; to do: {}",
+  return fmt::format("{}{}{}{}{}",
                      fault.camera.empty() ? "" : "camera `" + fault.camera + "`: ", fault.what,
                      fault.times > 1 ? fmt::format(" ({} times)", fault.times) : "",
-                     fault.what_to_do);
+                     fault.what_to_do.empty() ? "" : "; to do: ", fault.what_to_do);
 }
 
 namespace {

@@ -21,6 +21,19 @@ std::string stored_in(const std::string& line) {
   return line.substr(begin.size(), line.size() - begin.size() - end.size());
 }
 
+/// Of a camera that was lost or is back: its name, and which of both.
+struct Turn {
+  std::string camera;
+  bool back = false;
+};
+std::optional<Turn> turn_of(const std::string& line) {
+  const std::string begin = "camera `";
+  const std::size_t end = line.find("`: ");
+  if (!line.starts_with(begin) || end == std::string::npos) return std::nullopt;
+  return Turn{line.substr(begin.size(), end - begin.size()),
+              line.find("`: it sends frames again") == end};
+}
+
 /// Of a PGM file: its second line, without the mark.
 std::string comment_of(const std::string& pgm) {
   const std::string begin = "P5\n# ";
@@ -156,6 +169,8 @@ void Bench::heard(const std::string& line) {
     const std::lock_guard lock(watch_mutex_);
     watch_->forget_last_set();
   }
+  if (const auto turn = turn_of(line))
+    tell_("camera", {{"camera", turn->camera}, {"back", turn->back}, {"words", line}});
   try {
     if (!set.empty()) {
       log_.add("bench", "stored " + set, {{"taken", set}});

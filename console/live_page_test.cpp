@@ -62,12 +62,16 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   if (GetParam() == open_chromium) shoot(browser, "cameras.png");
 
   devices[1]->unplug();
+  browser.wait_for("document.getElementById('banner').textContent === 'cam1 is lost'");
+  browser.wait_for(
+      "document.getElementById('trouble').textContent.includes('check cable and power')");
   browser.press("t");
   browser.wait_for("document.getElementById('banner').textContent === 'stage_z030 is not taken'");
   browser.wait_for("document.getElementById('trouble').textContent.includes('no whole set came')");
   EXPECT_EQ(browser.value_of("document.getElementById('banner').className"), "bad");
   devices[1]->plug_in();
   browser.wait_for("document.body.innerText.includes('it sends frames again')");
+  browser.wait_for("document.getElementById('banner').textContent === 'cam1 is back'");
   EXPECT_THAT(browser.errors(), IsEmpty());
 }
 

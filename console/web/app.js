@@ -12,7 +12,7 @@ const pages = {cameras, calibration, drape, history, log};
 const names = Object.keys(pages);
 const main = document.getElementById('main');
 let state = null;
-let drawn = '';
+let drawn = '', drawings = 0;
 let asking = false, again = false;
 
 function current() {
@@ -34,12 +34,17 @@ async function draw(forced = false) {
   const text = page + JSON.stringify(state);
   if (!forced && text === drawn) return;
   drawn = text;
+  const mine = drawings += 1;
   cameras.showLive(false);
   const content = await pages[page].draw(state, () => draw(true));
-  if (page !== current()) return;
-  const focused = document.activeElement?.id;
+  if (page !== current() || mine !== drawings) return;  // another drawing began meanwhile
+  const {id: focused, selectionStart: from, selectionEnd: to} = document.activeElement ?? {};
   main.replaceChildren(...content.filter(part => part));
-  if (focused && document.activeElement?.id !== focused) document.getElementById(focused)?.focus();
+  if (focused && document.activeElement?.id !== focused) {
+    const field = document.getElementById(focused);
+    field?.focus();
+    if (typeof from === 'number') field?.setSelectionRange?.(from, to);
+  }
   main.dataset.page = page;
 }
 
@@ -120,6 +125,11 @@ function listen() {
     const {words, good} = JSON.parse(event.data);
     say(words, good ? 'good' : 'bad', good ? [660, 880, 1100] : [330, 220]);
   });
+  events.addEventListener('camera', event => {
+    const {camera, back, words} = JSON.parse(event.data);
+    say(back ? `${camera} is back` : `${camera} is lost`, back ? 'good' : 'bad', back ? [660, 880] : [330, 220]);
+    document.getElementById('trouble').textContent = back ? '' : words;
+  });
   events.addEventListener('frame', event => cameras.frame(JSON.parse(event.data).camera));
   events.addEventListener('error', () => {
     document.getElementById('trouble').textContent = 'The server does not answer; the page tries again. What was stored is whole.';
@@ -127,7 +137,7 @@ function listen() {
 }
 
 document.addEventListener('keydown', event => {
-  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
   if (event.target.closest('input, textarea, select')) return;
   const name = names[Number(event.key) - 1];
   if (name) location.hash = name;

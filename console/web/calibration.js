@@ -66,9 +66,9 @@ export async function draw(state, redraw) {
       state.capture ? h('button', {type: 'button', id: 'automatic', 'aria-pressed': String(state.capture.automatic), 'aria-keyshortcuts': 'a',
         disabled: !state.capture.ready && !state.capture.automatic, click: () => act({do: 'automatic', on: !state.capture.automatic})},
       h('kbd', {'aria-hidden': 'true'}, 'a'), 'Poses by themselves') : null,
-      h('button', {type: 'button', id: 'take-all', disabled: !next || !state.replay, click: async () => {
+      state.replay ? h('button', {type: 'button', id: 'take-all', disabled: !next, click: async () => {
         for (const set of sets.filter(one => !one.taken && one.takeable)) if (!await act({do: 'take', set: set.name})) break;
-      }}, 'Take all'),
+      }}, 'Take all') : null,
       h('button', {type: 'button', class: 'main', id: 'calibrate', disabled: taken.length < 3 || busy,
         click: () => act({do: 'calibrate'})}, `Calibrate with ${taken.length} sets`),
       h('button', {type: 'button', id: 'ghost', 'aria-pressed': String(ghost), click: () => { ghost = !ghost; redraw(); }}, 'Next pose')),

@@ -74,14 +74,16 @@ export async function frame(camera) {
 
 /// A setting as the camera says it, and as cameras.toml asks where that is another value.
 function setting(facts, name, unit) {
-  const is = facts.settings[name] ?? facts.settings[name.replace('gain_db', 'gain_camera_units')];
+  const raw = name === 'gain_db' ? facts.settings.gain_camera_units : undefined;
+  const is = facts.settings[name] ?? raw;
   if (is === undefined) return '';
+  if (raw !== undefined) unit = 'of the camera';
   const asked = facts.asked[name];
   return `, ${name.split('_')[0]} ${is} ${unit}${asked !== null && Number(is) !== asked ? ` (asked: ${asked})` : ''}`;
 }
 
 function liveWords(facts) {
-  const focus = facts.dot_sigma_px === null ? 'no contrast' : `a dot of 10 px radius to ${facts.dot_sigma_px.toFixed(4)} px`;
+  const focus = facts.dot_sigma_px === null ? 'no contrast' : `a dot's centre to ${facts.dot_sigma_px.toFixed(4)} px (predicted)`;
   return `${facts.saturated_percent.toFixed(3)} % saturated, ${focus}${setting(facts, 'exposure_us', 'us')}${setting(facts, 'gain_db', 'dB')}`;
 }
 
