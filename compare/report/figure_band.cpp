@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "compare/metrics/friction_band.hpp"
 #include "compare/report/band.hpp"
 #include "core/units.hpp"
 
@@ -57,6 +58,19 @@ class Frame {
   Vector2d corner_, origin_;
 };
 
+/// What friction leaves open, as a box about each mark.
+void draw_friction(Svg& svg, const Frame& frame, const FrictionBand& band) {
+  for (std::size_t k = 0; k < band.marks.size(); ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    const Vector2d low = frame.at(band.low_in_world.row(row).transpose()),
+                   high = frame.at(band.high_in_world.row(row).transpose());
+    svg.rectangle(
+        low.x(), high.y(), high.x() - low.x(), low.y() - high.y(),
+        "fill=\"none\" stroke=\"#b07a00\" stroke-width=\"0.7\"",
+        fmt::format("row {}, col {}: left open by friction", band.marks[k].row, band.marks[k].col));
+  }
+}
+
 void draw(Svg& svg, const Frame& frame, const Ensemble& ensemble, const Sheet& measured) {
   for (const BandMark& one : ensemble.band) {
     svg.circle(frame.at(one.mean_in_world), std::max(0.5, frame.size(one.radius95_m)),
@@ -75,26 +89,34 @@ void draw(Svg& svg, const Frame& frame, const Ensemble& ensemble, const Sheet& m
   }
 }
 
+std::filesystem::path list_of(const DrapeInput& input, const BranchSet& set) {
+  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
+  return first.sheet.file.parent_path() / ".." / "branches.json";
+}
+
 }  // namespace
 
 std::optional<Ensemble> ensemble_of(const DrapeInput& input, const BranchSet& set) {
-  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
-  return read_ensemble(first.sheet.file.parent_path() / ".." / "branches.json", set.sha256);
+  return read_ensemble(list_of(input, set), set.sha256);
 }
 
 std::optional<Figure> band_figure(const std::string& drape, const DrapeInput& input,
                                   const BranchSet& set) {
   const auto ensemble = ensemble_of(input, set);
   if (!ensemble || ensemble->band.empty()) return std::nullopt;
+  const std::optional<FrictionBand> friction = read_friction_band(list_of(input, set), set.sha256);
   Svg svg(2 * kSide, kSide + kHead, "Bands of the marks of drape " + drape);
   for (std::size_t k = 0; k < kViews.size(); ++k) {
     const double left = kSide * static_cast<double>(k);
     svg.text({left + kMargin, 14}, kViews[k].title, 12);
-    draw(svg, Frame(ensemble->band, kViews[k], left), *ensemble, input.measured.sheet);
+    const Frame frame(ensemble->band, kViews[k], left);
+    draw(svg, frame, *ensemble, input.measured.sheet);
+    if (friction) draw_friction(svg, frame, *friction);
   }
   return Figure{drape + "-band",
                 "Where the ensemble's drapes have each mark: 95 % of them within the disc. Dots "
-                "are the real marks, green in their band, red outside.",
+                "are the real marks, green in their band, red outside; boxes are "
+                "what friction leaves open of the scene's own drape.",
                 svg.finish()};
 }
 

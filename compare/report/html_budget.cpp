@@ -47,6 +47,8 @@ std::string html_budget(const DrapeFiles& drape, const Report& report) {
     text += html_table(budget_table(*report.budget)) + "<p>" +
             xml(budget_sentence(*report.budget)) + ".</p>\n";
   }
+  if (const auto error = grid_error_of(drape.input, report))
+    text += "<p>The grid's error: " + xml(grid_sentence(*error)) + ".</p>\n";
   if (const auto& budget = drape.input.measured.sheet.error_budget) {
     text += fmt::format(
         "<p class=\"soft\">Of a mark, RMS over the sheet: noise of the dots' centres {:.4f} mm, "
@@ -67,9 +69,8 @@ std::string html_budget(const DrapeFiles& drape, const Report& report) {
          "to the virtual point and C the covariance of the mark. U is half of what holds "
          "95 of 100 means when all that the mean rests on is drawn together (JCGM 101); each line "
          "of the table is the spread where it alone is drawn. It holds no repeat of the real drape "
-         "and "
-         "no "
-         "other equilibrium.</p>\n";
+         "and no other equilibrium, and what friction leaves open only where an ensemble was "
+         "made.</p>\n";
 }
 
 }  // namespace drape::compare

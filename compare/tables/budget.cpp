@@ -20,6 +20,7 @@ using Eigen::MatrixX3d;
 /// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
+constexpr double kOpposite = 1e-6;  // of a push; two that differ by less but in sign are a pair
 
 const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];
@@ -76,6 +77,44 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
                    input.simulations[other->simulation].run_label(),
                    (other->statistics.mean_m - headline.statistics.mean_m) / mm),
        true, -change_m, change_m});
+}
+
+/// Friction holds the cloth somewhere between what pushes from two sides leave.
+void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const std::optional<FrictionBand> band = friction_band_of(input, report);
+  if (!band) return;
+  const std::vector<MarkError>& marks = headline_of(report).marks.marks;
+  std::vector<Index> rows;
+  for (const MarkError& mark : marks) {
+    const auto at = std::find(band->marks.begin(), band->marks.end(), mark.mark);
+    if (at == band->marks.end()) {
+      inputs.missing.emplace_back("friction's interval: the ensemble lacks a mark");
+      return;
+    }
+    rows.push_back(at - band->marks.begin());
+  }
+  const auto moves_of = [&](const FrictionPush& push) -> MatrixX3d {
+    if (push.moves_m) return (*push.moves_m)(rows, Eigen::all);
+    return MatrixX3d::Zero(static_cast<Index>(rows.size()), 3);
+  };
+  for (std::size_t k = 0; k < band->pushes.size(); ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      const FrictionPush &down = band->pushes[j], &up = band->pushes[k];
+      const Eigen::Vector3d& p = up.push_per_weight;
+      if ((p + down.push_per_weight).norm() > kOpposite * p.norm()) continue;
+      if (!down.moves_m && !up.moves_m) {
+        inputs.missing.emplace_back("friction's interval: two pushes end elsewhere");
+        continue;
+      }
+      inputs.effects.push_back(
+          {fmt::format("friction's interval, push {}", k / 2 + 1),
+           fmt::format("where pushes of ({:+.2f}, {:+.2f}, {:+.2f}) and its opposite, per weight, "
+                       "leave the ensemble's drape{}",
+                       p.x(), p.y(), p.z(),
+                       down.moves_m && up.moves_m ? "" : "; one ends elsewhere"),
+           true, moves_of(down), moves_of(up)});
+    }
+  }
 }
 
 void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
@@ -196,6 +235,48 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
 
 }  // namespace
 
+std::optional<FrictionBand> friction_band_of(const DrapeInput& input, const Report& report) {
+  if (report.branch_sets.empty()) return std::nullopt;
+  const BranchSet& set = report.branch_sets.front();
+  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
+  return read_friction_band(first.sheet.file.parent_path() / ".." / "branches.json", set.sha256);
+}
+
+std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report) {
+  if (!report.headline) return std::nullopt;
+  const RealVirtual& headline = headline_of(report);
+  const RealVirtual* other = neighbour_of(input, report, true);
+  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
+  if (!places) return std::nullopt;
+  const Simulation& coarse = input.simulations[other->simulation];
+  GridError error{coarse.run_label(),
+                  (*places - *places_on(headline, headline)).rowwise().norm().mean(), std::nullopt,
+                  std::nullopt};
+  if (!input.ensemble || !input.ensemble->reach_m) return error;
+  error.reach_m = input.ensemble->reach_m;
+  const auto square_of = [](const Simulation& simulation) {
+    const double spacings = simulation.sheet.sheet.rows - 1;
+    return 1 / (spacings * spacings);
+  };
+  const double fine = square_of(input.simulations[headline.simulation]), rough = square_of(coarse);
+  if (error.apart_m <= *error.reach_m && rough > fine)
+    error.left_m = error.apart_m * fine / (rough - fine);
+  return error;
+}
+
+std::string grid_sentence(const GridError& error) {
+  std::string text =
+      fmt::format("the marks lie {:.3f} mm from those of {}", error.apart_m / mm, error.coarser);
+  if (error.left_m)
+    return fmt::format("{:.3f} mm are left to a grid without end (order 2): {}, on one branch",
+                       *error.left_m / mm, text);
+  if (!error.reach_m) return text + "; without an ensemble nothing says whether on one branch";
+  return text + fmt::format(
+                    ", farther than members of one branch ({:.3f} mm): other folds, which "
+                    "no extrapolation bounds",
+                    *error.reach_m / mm);
+}
+
 BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                               const std::optional<ErrorSplitFile>& split) {
   BudgetInputs inputs;
@@ -203,6 +284,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   if (input.simulations[headline_of(report).simulation].other_simulator) return inputs;
   add_neighbour(input, report, true, inputs);
   add_neighbour(input, report, false, inputs);
+  add_friction_band(input, report, inputs);
   add_sensitivities(input, report, split, inputs);
   return inputs;
 }

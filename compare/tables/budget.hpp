@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/metrics/friction_band.hpp"
 #include "compare/tables/error_split.hpp"
 #include "compare/tables/propagation.hpp"
 #include "compare/tables/tables.hpp"
@@ -21,6 +22,23 @@ struct BudgetInputs {
 /// `report` has a headline.
 [[nodiscard]] BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                                             const std::optional<ErrorSplitFile>& split);
+
+/// What the list behind the first set of branches says of friction; nothing without one.
+[[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input,
+                                                           const Report& report);
+
+/// What the headline's grid leaves, by the next coarser one (Richardson 1911; the model is of order
+/// 2). That holds where both end on one branch: no farther apart than the ensemble's members are
+/// linked by.
+struct GridError {
+  std::string coarser;            ///< "21x21, 5 segments"
+  double apart_m = 0;             ///< mean over the marks
+  std::optional<double> reach_m;  ///< of the ensemble's branches; absent: no ensemble
+  std::optional<double> left_m;   ///< mean over the marks; absent: not on one branch, or not known
+};
+[[nodiscard]] std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report);
+/// For people, without a full stop.
+[[nodiscard]] std::string grid_sentence(const GridError& error);
 
 /// Total uncertainty of the headline's mean distance by propagation of distributions (JCGM 101)
 /// over all inputs together, each mark followed in space.

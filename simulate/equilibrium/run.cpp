@@ -109,7 +109,8 @@ namespace {
 /// Drapes once. A sheet that meets itself stays on its grid: another one's rest may pass through
 /// itself there.
 StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
-                       const StaticOptions& options, const StartChange& change) {
+                       const StaticOptions& options, const StartChange& change,
+                       const AfterRest& after) {
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
   if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured ||
@@ -155,6 +156,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
     drape.iterations += drape.report.iterations;
     drape.memory = cloth.memory();
     drape.dissipated_j = cloth.dissipated_j();
+    if (last && after && drape.report.status == StaticStatus::at_rest) after(solver, drape.report);
     coarser = coarse;
     coarse = here;
     if (drape.report.status == StaticStatus::diverged) break;
@@ -166,8 +168,9 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
 }  // namespace
 
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
-                             const StaticOptions& options, const StartChange& change) {
-  StaticDrape drape = drape_once(the_case, grid, options, change);
+                             const StaticOptions& options, const StartChange& change,
+                             const AfterRest& after) {
+  StaticDrape drape = drape_once(the_case, grid, options, change, after);
   if (options.cloth_thickness_m <= 0 || drape.report.status == StaticStatus::diverged ||
       self_distance(grid, drape.position).crossings == 0)
     return drape;
@@ -175,7 +178,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   meets.meets_itself = true;
   std::vector<std::string> warnings;
   meets.cloth_thickness_m = thickness_on(grid, options.cloth_thickness_m, warnings);
-  drape = drape_once(the_case, grid, meets, change);
+  drape = drape_once(the_case, grid, meets, change, after);
   std::vector<std::string>& all = drape.start.report.warnings;
   all.insert(all.end(), warnings.begin(), warnings.end());
   return drape;

@@ -36,6 +36,9 @@ struct StaticCase {
 /// Changes the start positions of the coarsest grid.
 using StartChange = std::function<void(const GridSpec& grid, Field& position)>;
 
+/// Sees the solver of the finest grid where it came to rest.
+using AfterRest = std::function<void(StaticSolver& solver, const StaticReport& report)>;
+
 struct StaticDrape {
   StartState start;  ///< of the coarsest grid
   Field position;
@@ -53,7 +56,8 @@ struct StaticDrape {
 /// is the grid's own.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
-                                           const StartChange& change = {});
+                                           const StartChange& change = {},
+                                           const AfterRest& after = {});
 
 [[nodiscard]] StaticOptions static_options(const Scene& scene, const SimulateOptions& options);
 

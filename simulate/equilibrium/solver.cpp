@@ -43,6 +43,7 @@ constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: 
 constexpr double kSaddle = 1;        // residual below which definiteness is decided in double
 constexpr double kPinned = 1e-9;     // m
 constexpr double kGapDone = 2e-9;    // m
+constexpr double kLoadStep_s = 0.1;  // first pseudo-time step after a change of gravity
 
 }  // namespace
 
@@ -119,6 +120,12 @@ void StaticSolver::lean(double reach_m) {
   contacts_.begin(position, reach_m);
   find_forces(position, force_);
   contacts_.lean_on(position, force_, reach_m);
+}
+
+void StaticSolver::load(const Vector3d& gravity_m_per_s2) {
+  options_.gravity_m_per_s2 = gravity_m_per_s2;
+  options_.falls = false;
+  mu_ = 1 / (kLoadStep_s * kLoadStep_s);
 }
 
 /// Contacts, forces and potential at the start of a step.

@@ -93,6 +93,9 @@ class StaticSolver {
   /// Goes to rest from `position`. Of internal friction this is one step, in which no element turns
   /// back: fall() settles it at each of its own.
   StaticReport solve();
+  /// Changes gravity under a sheet at rest, which the next solve() follows from where it stands:
+  /// contacts and friction keep what they hold.
+  void load(const Eigen::Vector3d& gravity_m_per_s2);
 
   [[nodiscard]] double gravity_energy_j() const;
   [[nodiscard]] double mean_weight_n() const { return weight_n_; }

@@ -35,6 +35,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   const GridSpec grid{args.options.rows, args.options.cols, inputs.print.patch_m};
   const std::vector<MarkBand> band = band_of(result.branches, grid, inputs.print);
   add_band(band, members_at_rest(result.branches), json);
+  if (result.branches.friction_band)
+    add_friction_band(*result.branches.friction_band, grid, inputs.print, json);
   if (inputs.measured) {
     add_measured(assign(*inputs.measured, result.branches, grid, band),
                  start_from_measured(inputs.scene, inputs.fabric, inputs.print, *inputs.measured,

@@ -319,9 +319,15 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
     alone.friction *= variation.friction_factor;
     alone.damping_per_s = variation.damping_per_s.value_or(options.damping_per_s);
     friction[k] = alone.friction;
-    drapes[k] = drape_statically(the_case, grid, alone, [&](const GridSpec& here, Field& position) {
+    const auto change = [&](const GridSpec& here, Field& position) {
       if (k > 0) apply(variation, here, position);
-    });
+    };
+    const auto push = [&](StaticSolver& solver, const StaticReport& found) {
+      branches.friction_band.reset();
+      if (found.touching + found.between > 0) branches.friction_band = push_at_rest(solver, alone);
+    };
+    drapes[k] =
+        drape_statically(the_case, grid, alone, change, k == 0 ? AfterRest(push) : AfterRest());
   });
   branches.members.resize(how.starts);
   std::vector<Branch> rests;
@@ -414,14 +420,14 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   branches = find_branches(the_case, grid, static_options(local.scene, options), how);
   SimulateOptions by_static = options;
   if (by_static.solver == "rk4") by_static.solver = "static";
-  const auto judge = [&](const Branch& rest) {
+  const auto judge = [&](const Field& position, const StaticReport& found, double friction) {
     SimulateResult judged;
     judged.report = report;
-    finish_static(the_case, fabric, grid, by_static,
-                  {{}, rest.position, rest.report, rest.report.iterations}, judged);
+    finish_static(the_case, fabric, grid, by_static, {{}, position, found, found.iterations},
+                  judged);
     take_to_world(local, mass_kg(fabric, print, options), judged);
     Scene as_run = scene;
-    as_run.friction = rest.friction;
+    as_run.friction = friction;
     judge_rest(judged, as_run, fabric, print, by_static);
     return judged;
   };
@@ -430,7 +436,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   std::vector<std::pair<Branch, Sheet>> accepted;
   for (Branch& branch : found) {
     for (;;) {
-      SimulateResult judged = judge(branch);
+      SimulateResult judged = judge(branch.position, branch.report, branch.friction);
       if (judged.report.status == RestStatus::at_rest) {
         const double higher_j = local.gravity_offset_j(mass_kg(fabric, print, options));
         branch.energy_j += higher_j;
@@ -449,12 +455,31 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
     branches.found.push_back(std::move(branch));
     result.sheets.push_back(std::move(sheet));
   }
+  if (branches.members.front().empty()) branches.friction_band.reset();
+  if (branches.friction_band) {
+    for (FrictionPush& push : branches.friction_band->pushes) {
+      if (!push.counts()) continue;
+      const SimulateResult judged = judge(push.position, push.report, scene.friction);
+      if (judged.report.status != RestStatus::at_rest) push.ending = judged.report.sentence;
+      if (mean_distance_m(grid, push.position, branches.friction_band->rest, branches.round) >
+          how.same_m)
+        push.ending = "on another branch";
+    }
+  }
   const auto take_there = [&](Field& field) {
     for (int i = 0, n = static_cast<int>(field.size() / 3); i < n; ++i)
       put_at(field, i, local.to_world(at(field, i)));
   };
   for (Branch& branch : branches.found) take_there(branch.position);
   for (Field& member : branches.members) take_there(member);
+  if (branches.friction_band) {
+    take_there(branches.friction_band->rest);
+    for (FrictionPush& push : branches.friction_band->pushes) {
+      take_there(push.position);
+      push.push_per_weight =
+          local.to_world(push.push_per_weight) - local.to_world(Vector3d::Zero());
+    }
+  }
   return result;
 }
 

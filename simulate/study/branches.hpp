@@ -7,6 +7,7 @@
 
 #include "core/files/json_file.hpp"
 #include "simulate/equilibrium/run.hpp"
+#include "simulate/study/friction_band.hpp"
 
 namespace drape::simulate {
 
@@ -73,6 +74,9 @@ struct Branches {
   double linked_m = 0;  ///< rests nearer than this to any member of a branch are on it
   /// By start; empty where it did not rest or was refused.
   std::vector<Field> members;
+  /// About the rest of the scene's own start; absent where that is none or touches nothing. A push
+  /// that leaves it BranchOptions::same_m or more away on average has taken it to another branch.
+  std::optional<FrictionBand> friction_band;
 
   /// Takes a branch's lowest member out, so that the next one names it; returns its start, none of
   /// one that was sought.

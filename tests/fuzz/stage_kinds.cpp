@@ -2,6 +2,7 @@
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/ensemble.hpp"
+#include "compare/metrics/friction_band.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/fabric/fabric.hpp"
@@ -33,6 +34,10 @@ constexpr const char* kOtherPly =
 constexpr const char* kBranches = R"({"schema": "drapebench/branches/1",
  "scene_round_about_the_vertical": false, "members_at_rest": 3,
  "band": [{"row": 0, "col": 1, "mean_mm": [1, 2, 3], "radius95_mm": 0.5}],
+ "friction_band": {"friction": 0.4,
+ "pushes": [{"push_per_weight": [0.2, 0, 0], "ending": "at rest", "moves_mm": [[0.1, 0, 0]]}],
+ "marks": [{"row": 0, "col": 1, "rest_mm": [1, 2, 3], "low_mm": [1, 2, 3],
+ "high_mm": [1.1, 2, 3]}]},
  "measured": {"nearest_branch": 1, "branch": null, "distance_mm": 2.5, "reach_mm": 1,
  "fraction_of_marks_in_band": 0.5, "started_there": "at rest", "started_there_distance_mm": 0.1},
  "branches": [{"branch": 1, "sheet": "branch-01/sheet.ply", "energy_uJ": 7188.8,
@@ -93,6 +98,7 @@ std::vector<Kind> stage_kinds() {
        [](const fs::path& f) {
          static_cast<void>(compare::branch_of(f.parent_path() / "branch-01/sheet.ply"));
          static_cast<void>(compare::read_ensemble(f, sha256_of_file(f)));
+         static_cast<void>(compare::read_friction_band(f, sha256_of_file(f)));
        }},
   };
 }

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/study/friction_band.hpp"
+
+#include <Eigen/Geometry>
+#include <array>
+
+#include "core/units.hpp"
+#include "simulate/equilibrium/mixture.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+using units::mm;
+
+/// Two horizontals and the vertical, x nearest to the first.
+std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
+  const Vector3d up = -gravity.normalized();
+  const Vector3d beside = std::abs(up.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitY();
+  const Vector3d first = (beside - beside.dot(up) * up).normalized();
+  return {first, up.cross(first), up};
+}
+
+/// Follows gravity to `most` and back in equal steps; the report of the last.
+StaticReport there_and_back(StaticSolver& solver, const Vector3d& gravity, const Vector3d& most,
+                            int steps) {
+  StaticReport report;
+  for (int k = 1; k <= 2 * steps; ++k) {
+    const double part = static_cast<double>(k <= steps ? k : 2 * steps - k) / steps;
+    solver.load(gravity + part * most);
+    report = solver.solve();
+    if (report.status != StaticStatus::at_rest) break;
+  }
+  return report;
+}
+
+}  // namespace
+
+FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
+                          const PushOptions& how) {
+  FrictionBand band;
+  band.friction = options.friction;
+  band.rest = solver.position;
+  const double per_weight = how.part * options.friction;
+  if (per_weight <= 0) return band;
+  const Vector3d gravity = options.gravity_m_per_s2;
+  const StaticContacts contacts = solver.contacts();
+  for (const Vector3d& axis : axes_of(gravity)) {
+    for (const double sign : {-1.0, 1.0}) {
+      FrictionPush push;
+      push.push_per_weight = sign * per_weight * axis;
+      push.report =
+          there_and_back(solver, gravity, gravity.norm() * push.push_per_weight, how.steps);
+      push.position = solver.position;
+      if (push.report.status != StaticStatus::at_rest) push.ending = "it does not come to rest";
+      band.pushes.push_back(std::move(push));
+      solver.contacts() = contacts;
+      solver.position = band.rest;
+    }
+  }
+  solver.load(gravity);
+  return band;
+}
+
+void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,
+                       Json& json) {
+  Json pushes = Json::array();
+  for (const FrictionPush& push : band.pushes) {
+    pushes.push_back(
+        {{"push_per_weight", to_json_vector(push.push_per_weight)}, {"ending", push.ending}});
+    if (push.counts()) pushes.back()["moves_mm"] = Json::array();
+  }
+  Json marks = Json::array();
+  for (int k = 0; k < print.rows * print.cols; ++k) {
+    const MarkId mark{k / print.cols, k % print.cols};
+    const Hold place = hold_at(grid, print.material_m(mark));
+    const Vector3d rest = mix(band.rest, place);
+    Vector3d low = rest, high = rest;
+    for (std::size_t i = 0; i < band.pushes.size(); ++i) {
+      if (!band.pushes[i].counts()) continue;
+      const Vector3d there = mix(band.pushes[i].position, place);
+      low = low.cwiseMin(there);
+      high = high.cwiseMax(there);
+      pushes[i]["moves_mm"].push_back(to_json_vector((there - rest) / mm));
+    }
+    marks.push_back({{"row", mark.row},
+                     {"col", mark.col},
+                     {"rest_mm", to_json_vector(rest / mm)},
+                     {"low_mm", to_json_vector(low / mm)},
+                     {"high_mm", to_json_vector(high / mm)}});
+  }
+  json["friction_band"] = {{"friction", band.friction}, {"pushes", pushes}, {"marks", marks}};
+}
+
+}  // namespace drape::simulate

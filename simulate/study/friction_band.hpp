@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/files/json_file.hpp"
+#include "core/rig.hpp"
+#include "simulate/equilibrium/solver.hpp"
+
+namespace drape::simulate {
+
+/// How a rest is pushed.
+struct PushOptions {
+  /// Of the push that slides a sheet over a flat table, which is friction times its weight. Half of
+  /// it: what lies as a whole stays, and what friction holds locally is tried from every side.
+  double part = 0.5;
+  int steps = 2;  ///< in which the push grows, and in which it goes again
+};
+
+/// Where a sheet rests after a push that grew and went again.
+struct FrictionPush {
+  Eigen::Vector3d push_per_weight = Eigen::Vector3d::Zero();  ///< at its largest
+  std::string ending = "at rest";                             ///< or why it counts for nothing
+  Field position;
+  StaticReport report;
+  [[nodiscard]] bool counts() const { return ending == "at rest"; }
+};
+
+/// Friction holds a sheet anywhere in an interval. Rests of it that are found: the one that the
+/// scene's start came to, and those that pushes leave behind; the interval is at least as wide.
+struct FrictionBand {
+  double friction = 0;
+  Field rest;  ///< before any push
+  std::vector<FrictionPush> pushes;
+};
+
+/// Pushes the sheet, which `solver` has brought to rest, along two horizontals, up and down by
+/// slow changes of gravity, each time from the same rest. The solver is left as it was. Without
+/// friction there is nothing to try and no push.
+[[nodiscard]] FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
+                                        const PushOptions& how = {});
+
+/// Adds `friction_band` to branches.json: each push with the displacement that it leaves at each
+/// mark of the print, and per mark what they span. Everything in world coordinates.
+void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,
+                       Json& json);
+
+}  // namespace drape::simulate
