@@ -268,8 +268,10 @@ std::string grid_sentence(const GridError& error) {
   std::string text =
       fmt::format("the marks lie {:.3f} mm from those of {}", error.apart_m / mm, error.coarser);
   if (error.left_m)
-    return fmt::format("{:.3f} mm are left to a grid without end (order 2): {}, on one branch",
-                       *error.left_m / mm, text);
+    return fmt::format(
+        "{:.3f} mm may be left to a grid without end, if the error falls by order 2: {}, on one "
+        "branch",
+        *error.left_m / mm, text);
   if (!error.reach_m) return text + "; without an ensemble nothing says whether on one branch";
   return text + fmt::format(
                     ", farther than members of one branch ({:.3f} mm): other folds, which "
