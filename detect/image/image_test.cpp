@@ -52,6 +52,33 @@ TEST(DecodeImage, ReadsGreyColourAndSixteenBit) {
   EXPECT_NEAR(image.level(0, 0), 1000 * 255.0 / 65535, 1e-4);
 }
 
+/// The same JPEG with an EXIF orientation, as a telephone writes it.
+std::vector<unsigned char> with_orientation(std::vector<unsigned char> jpeg, unsigned char turn) {
+  const std::vector<unsigned char> exif = {
+      0xFF, 0xE1, 0, 34, 'E', 'x', 'i', 'f', 0, 0,           // APP1
+      'M',  'M',  0, 42, 0,   0,   0,   8,   0, 1,           // TIFF, one entry
+      0x01, 0x12, 0, 3,  0,   0,   0,   1,   0, turn, 0, 0,  // Orientation
+      0,    0,    0, 0};
+  jpeg.insert(jpeg.begin() + 2, exif.begin(), exif.end());
+  return jpeg;
+}
+
+// A lens is calibrated in the sensor's pixels, however the camera was held and whatever it wrote
+// about that into one picture or another.
+TEST(DecodeImage, KeepsTheSensorsPixelsWhateverTurnExifAsksFor) {
+  cv::Mat grey(16, 24, CV_8U, cv::Scalar(40));
+  grey(cv::Rect(0, 0, 8, 8)).setTo(220);
+  const std::vector<unsigned char> plain = encoded(grey, ".jpg");
+  const std::vector<std::uint8_t> expected = decode_image(plain, 24, 16, kWhere).bytes;
+  for (unsigned char turn = 2; turn <= 8; ++turn) {
+    const std::vector<unsigned char> turned = with_orientation(plain, turn);
+    // The picture does ask for a turn: who does not ignore it sees another one.
+    const cv::Mat obeyed = cv::imdecode(turned, cv::IMREAD_GRAYSCALE);
+    EXPECT_TRUE(obeyed.rows != 16 || obeyed.at<std::uint8_t>(2, 2) < 100) << int{turn};
+    EXPECT_EQ(decode_image(turned, 24, 16, kWhere).bytes, expected) << int{turn};
+  }
+}
+
 TEST(DecodeImage, RefusesWhatIsNoImageOfTheCamera) {
   const cv::Mat grey(6, 8, CV_8U, cv::Scalar(77));
   EXPECT_THAT(complaint(encoded(grey), 8, 7), HasSubstr("8x6 px, the rig's camera has 8x7 px"));

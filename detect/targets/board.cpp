@@ -14,6 +14,7 @@
 #include "detect/targets/board_map.hpp"
 #include "detect/targets/chessboard.hpp"
 #include "detect/targets/corner_covariance.hpp"
+#include "detect/targets/corner_point.hpp"
 #include "detect/targets/light_growth.hpp"
 
 namespace drape::detect {
@@ -132,7 +133,7 @@ class CornerReader {
     }
     points.push_back(*point);
     frame_.detections.push_back({mark, point->centre_px, Eigen::Matrix2d::Identity(),
-                                 Vector2d::Constant(half_window), 0, *contrast, 0});
+                                 Vector2d::Constant(point->half_window_px), 0, *contrast, 0});
   }
 
   std::vector<CornerPoint> points;

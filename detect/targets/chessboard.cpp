@@ -126,7 +126,8 @@ FrameDetections detect_chessboard(const GreyImage& image, const Target& target) 
       }
       points.push_back(*point);
       frame.detections.push_back({mark, point->centre_px, Eigen::Matrix2d::Identity(),
-                                  Eigen::Vector2d::Constant(half_window), 0, contrast, 0});
+                                  Eigen::Vector2d::Constant(point->half_window_px), 0, contrast,
+                                  0});
     }
   }
   set_corner_covariances(target, points, frame);

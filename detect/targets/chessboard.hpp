@@ -7,8 +7,6 @@
 
 namespace drape::detect {
 
-inline constexpr int kLeastHalfWindow_px = 2;  ///< of a corner
-
 /// Inner corners of a chessboard target, or those of a part of it whose place on the board is
 /// certain. OpenCV finds and orders them; each is then placed by `find_corner_point` in a window of
 /// its own, a quarter of the distance to its nearest neighbour to each side: measured on real

@@ -2,6 +2,7 @@
 #include "detect/targets/corner_point.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -41,10 +42,13 @@ void for_each_gradient(const cv::Mat& window, int half_window_px, const Visit& v
   }
 }
 
-bool leaves(const cv::Mat& image, const Eigen::Vector2d& centre_px, int half_window_px) {
-  const double margin = half_window_px + 1;
-  return !centre_px.allFinite() || centre_px.x() < margin || centre_px.y() < margin ||
-         centre_px.x() > image.cols - 1 - margin || centre_px.y() > image.rows - 1 - margin;
+/// The largest half window, up to the one asked for, that stays in the image.
+int half_window_within(const cv::Mat& image, const Eigen::Vector2d& px, int half_window_px) {
+  if (!px.allFinite()) return 0;
+  const double free_px =
+      std::min({px.x(), px.y(), image.cols - 1 - px.x(), image.rows - 1 - px.y()});
+  // Gradients reach one pixel farther.
+  return free_px < 1 ? 0 : std::min(half_window_px, static_cast<int>(std::floor(free_px - 1)));
 }
 
 /// Score per direction: neighbouring pixels have correlated noise, so each eighth is one
@@ -64,13 +68,15 @@ Eigen::Matrix2d score_squares(const cv::Mat& window, int half_window_px) {
 }
 
 std::optional<CornerPoint> point_of_gradients(const GreyImage& picture,
-                                              const Eigen::Vector2d& start_px, int half_window_px) {
+                                              const Eigen::Vector2d& start_px, int most_px) {
   // A view without a copy; OpenCV only reads it.
   const cv::Mat image(picture.height_px, picture.width_px, CV_8UC1,
                       const_cast<std::uint8_t*>(picture.bytes.data()));
-  CornerPoint corner{start_px, Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero()};
+  CornerPoint corner{start_px, Eigen::Matrix2d::Zero(), Eigen::Matrix2d::Zero(), most_px};
+  int& half_window_px = corner.half_window_px;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    if (leaves(image, corner.centre_px, half_window_px)) return std::nullopt;
+    half_window_px = half_window_within(image, corner.centre_px, half_window_px);
+    if (half_window_px < kLeastHalfWindow_px) return std::nullopt;
     const cv::Mat window = window_at(image, corner.centre_px, half_window_px);
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
@@ -83,7 +89,7 @@ std::optional<CornerPoint> point_of_gradients(const GreyImage& picture,
     if (trace <= 0 || normal.determinant() < 1e-4 * trace * trace) return std::nullopt;
     const Eigen::Vector2d step = normal.inverse() * right;
     corner.centre_px += step;
-    if ((corner.centre_px - start_px).cwiseAbs().maxCoeff() > half_window_px) return std::nullopt;
+    if ((corner.centre_px - start_px).cwiseAbs().maxCoeff() > most_px) return std::nullopt;
     if (step.norm() > kConverged_px) continue;
     corner.normal_matrix = normal;
     corner.score_squares = score_squares(window, half_window_px);
@@ -98,9 +104,11 @@ std::optional<CornerPoint> find_corner_point(const GreyImage& image,
                                              const Eigen::Vector2d& start_px, int half_window_px) {
   const auto start = point_of_gradients(image, start_px, half_window_px);
   if (!start) return std::nullopt;
-  const auto fit = fit_saddle(image, start->centre_px, half_window_px + 0.5);
-  const bool agree = fit && (fit->centre_px - start->centre_px).norm() < 0.5 * half_window_px;
-  return agree ? fit : start;
+  const int used_px = start->half_window_px;
+  auto fit = fit_saddle(image, start->centre_px, used_px + 0.5);
+  if (!fit || (fit->centre_px - start->centre_px).norm() >= 0.5 * used_px) return start;
+  fit->half_window_px = used_px;
+  return fit;
 }
 
 }  // namespace drape::detect
