@@ -25,7 +25,7 @@ using testing::IsEmpty;
 
 /// Drawn cases of each kind: a slice in every run, 200 with DRAPE_LONG_TESTS=1.
 int cases() {
-  return test::trial_count(6, 200);
+  return test::trial_count(3, 200);
 }
 
 /// A bench of free poses in the order of time, each a step after the one before; all seen `lag`

@@ -139,7 +139,7 @@ JointSolution fit_joint(const JointModel& start, const JointFit& fit,
   solution.model = start;
   int iterations = 0;
   for (int round = 0; round < kRounds; ++round) {
-    solution = solve_joint(std::move(solution.model), fit);
+    solution = solve_joint(std::move(solution.model), fit, round > 0);
     iterations += solution.iterations;
     if (!solution.converged) break;
     const double shift = cleaning.dot_diameter_m > 0
@@ -226,7 +226,7 @@ HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
     std::vector<bool> in_group(all.placements.size(), false);
     for (std::size_t i = 0; i < candidates.size(); ++i)
       in_group[candidates[i]] = static_cast<int>(i) % groups == group;
-    JointSolution trained = solve_joint(part_of(all, in_group, false), fit);
+    JointSolution trained = solve_joint(part_of(all, in_group, false), fit, true);
     JointModel unseen = part_of(all, in_group, true);
     unseen.cameras = trained.model.cameras;
     unseen.bow = trained.model.bow;

@@ -34,7 +34,12 @@ PlacementBlock block_of(const Placement& placement) {
   return {0, 0, 0, t.x(), t.y(), t.z()};
 }
 
-/// All points of one frame: one virtual call for a hundred residuals.
+/// Of a product of two columns over their lengths.
+constexpr double kRounding = 1e-14;
+constexpr int kColumns = camera_parameters + placement_parameters + bow_parameters;
+
+/// All points of one frame. However many there are, the solver gets no more rows than columns: a
+/// factor F of [J r]'[J r], which has the same cost, gradient and Gauss-Newton matrix.
 class FrameResidual : public ceres::CostFunction {
  public:
   FrameResidual(const JointModel& model, const JointFrame& frame)
@@ -42,7 +47,7 @@ class FrameResidual : public ceres::CostFunction {
         placement_(model.placements[frame.placement]),
         bow_(model.bow),
         frame_(frame) {
-    set_num_residuals(2 * static_cast<int>(frame.points.size()));
+    set_num_residuals(kColumns + 1);
     *mutable_parameter_block_sizes() = {camera_parameters, placement_parameters, bow_parameters};
     for (const TargetPoint& point : frame.points)
       whiteners_.emplace_back(std::sqrt(point.weight) * whitener(point.covariance_px2));
@@ -53,36 +58,69 @@ class FrameResidual : public ceres::CostFunction {
     const Placement placement = moved(placement_, p[1]);
     BoardBow bow = bow_;
     bow.edge_rise_mm = Eigen::Map<const Vector2d>(p[2]);
+    Eigen::Map<Eigen::Matrix<double, kColumns + 1, 1>> result(residuals);
+    if (jacobians == nullptr) {
+      double squares = 0;
+      for (std::size_t i = 0; i < frame_.points.size(); ++i) {
+        const TargetPoint& point = frame_.points[i];
+        const auto px = pixel_of(camera, placement, bow, point.point_in_target);
+        if (!px) return false;  // the solver takes a shorter step
+        squares += (whiteners_[i] * (*px - point.px())).squaredNorm();
+      }
+      result.setZero();
+      result[0] = std::sqrt(squares);
+      return true;
+    }
     // d exp(w) q / dw = -[exp(w) q]x J(w): columns of turns are multiplied with J.
     const Matrix3d camera_turn = left_jacobian(Eigen::Map<const Vector3d>(p[0] + lens_parameters));
     const Matrix3d placement_turn = left_jacobian(Eigen::Map<const Vector3d>(p[1]));
+    Eigen::MatrixXd rows(2 * frame_.points.size(), kColumns + 1);
     for (std::size_t i = 0; i < frame_.points.size(); ++i) {
       const TargetPoint& point = frame_.points[i];
-      if (jacobians == nullptr) {
-        const auto px = pixel_of(camera, placement, bow, point.point_in_target);
-        if (!px) return false;  // the solver takes a shorter step
-        Eigen::Map<Vector2d>(residuals + 2 * i) = whiteners_[i] * (*px - point.px());
-        continue;
-      }
       auto image = image_of(camera, placement, bow, point.point_in_target);
       if (!image) return false;
-      Eigen::Map<Vector2d>(residuals + 2 * i) = whiteners_[i] * (image->px - point.px());
       image->by_camera.middleCols<3>(lens_parameters) *= camera_turn;
       image->by_placement.leftCols<3>() *= placement_turn;
-      write<camera_parameters>(jacobians[0], i, image->by_camera);
-      write<placement_parameters>(jacobians[1], i, image->by_placement);
-      write<bow_parameters>(jacobians[2], i, image->by_bow);
+      Eigen::Matrix<double, 2, kColumns + 1> both;
+      both << image->by_camera, image->by_placement, image->by_bow, image->px - point.px();
+      rows.middleRows<2>(2 * static_cast<Eigen::Index>(i)) = whiteners_[i] * both;
     }
+    const Factor factor = factor_of(rows);
+    result = factor.col(kColumns);
+    write<camera_parameters>(jacobians[0], factor, 0);
+    write<placement_parameters>(jacobians[1], factor, camera_parameters);
+    write<bow_parameters>(jacobians[2], factor, camera_parameters + placement_parameters);
     return true;
   }
 
  private:
+  using Factor = Eigen::MatrixXd;
+
+  /// F with F'F = A'A: Cholesky's factor, the largest pivot first, each in units of its column.
+  /// Columns of A do depend on each other: to move the camera is to move its target.
+  static Factor factor_of(const Eigen::MatrixXd& a) {
+    Factor products = Factor::Zero(kColumns + 1, kColumns + 1);
+    products.selfadjointView<Eigen::Lower>().rankUpdate(a.transpose());
+    const Eigen::VectorXd unit = products.diagonal().cwiseSqrt();
+    const Eigen::VectorXd by = unit.unaryExpr([](double u) { return u > 0 ? 1 / u : 0; });
+    Factor left = products.selfadjointView<Eigen::Lower>();
+    left = (by.asDiagonal() * left * by.asDiagonal()).eval();
+    Factor factor = Factor::Zero(kColumns + 1, kColumns + 1);
+    for (Eigen::Index row = 0; row < kColumns + 1; ++row) {
+      Eigen::Index pivot = 0;
+      const double largest = left.diagonal().maxCoeff(&pivot);
+      if (!(largest > kRounding)) break;
+      factor.row(row) = left.row(pivot) / std::sqrt(largest);
+      left.noalias() -= factor.row(row).transpose() * factor.row(row);
+    }
+    return factor * unit.asDiagonal();
+  }
+
   template <int columns>
-  void write(double* jacobian, std::size_t i,
-             const Eigen::Matrix<double, 2, columns>& by_block) const {
+  static void write(double* jacobian, const Factor& factor, int at) {
     if (jacobian == nullptr) return;
-    Eigen::Map<Eigen::Matrix<double, 2, columns, Eigen::RowMajor>>(jacobian + 2 * columns * i) =
-        whiteners_[i] * by_block;
+    Eigen::Map<Eigen::Matrix<double, kColumns + 1, columns, Eigen::RowMajor>> out(jacobian);
+    out = factor.middleCols<columns>(at);
   }
 
   const JointCamera& camera_;
@@ -97,6 +135,9 @@ class FrameResidual : public ceres::CostFunction {
   FLAGS_minloglevel = google::GLOG_FATAL;
   return true;
 }();
+
+/// Of the trust region, so large that the damping is rounding.
+constexpr double kNearRadius = 1e12;
 
 ceres::Solver::Options solver_options(int max_iterations) {
   ceres::Solver::Options options;
@@ -177,7 +218,7 @@ std::vector<int> moved_camera_parameters(const JointFit& fit) {
   return moved;
 }
 
-JointSolution solve_joint(JointModel start, const JointFit& fit) {
+JointSolution solve_joint(JointModel start, const JointFit& fit, bool near) {
   Blocks blocks;
   for (const JointCamera& camera : start.cameras) blocks.cameras.push_back(block_of(camera));
   for (const Placement& p : start.placements) blocks.placements.push_back(block_of(p));
@@ -188,6 +229,7 @@ JointSolution solve_joint(JointModel start, const JointFit& fit) {
     add_frames(problem, start, blocks);
     hold_what_is_kept(problem, start, fit, blocks);
     ceres::Solver::Options options = solver_options(fit.max_iterations);
+    if (near) options.initial_trust_region_radius = kNearRadius;
     options.linear_solver_ordering.reset(placements_first(problem, blocks));
     ceres::Solver::Summary summary;
     ceres::Solve(options, &problem, &summary);

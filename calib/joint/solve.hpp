@@ -29,7 +29,9 @@ struct JointSolution {
 
 /// Least squares over all cameras, unknown placements and the bow together (Levenberg-Marquardt,
 /// the placements eliminated first), signed residuals weighted by the points' covariances.
-[[nodiscard]] JointSolution solve_joint(JointModel start, const JointFit& fit);
+/// `near`: the start is a solution of nearly the same problem, so that full Gauss-Newton steps are
+/// tried from the first on.
+[[nodiscard]] JointSolution solve_joint(JointModel start, const JointFit& fit, bool near = false);
 
 /// Number of parameters that the fit moves.
 [[nodiscard]] int free_parameters(const JointModel& model, const JointFit& fit);
