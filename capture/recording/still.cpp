@@ -58,7 +58,8 @@ std::optional<double> shift_of(const LiveFrame& now, const Recording& reference,
   const FrameSet& set = reference.set(set_name);
   for (const RecordedFrame& frame : set.frames) {
     if (frame.camera != camera) continue;
-    const cv::Mat image = cv::imdecode(read_frame(reference, set, frame), cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = cv::imdecode(read_frame(reference, set, frame),
+                                       cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
     if (image.cols != now.width_px || image.rows != now.height_px) return std::nullopt;
     return background_shift_px({{image.data, image.total()}, image.cols, image.rows}, view(now));
   }

@@ -77,7 +77,7 @@ std::shared_ptr<const Detections> LiveMarks::look_now(Surface surface) {
   std::map<std::string, std::pair<int, int>> sizes;
   for (const auto& [camera, pgm] : newest_()) {
     const cv::Mat raw(1, static_cast<int>(pgm.size()), CV_8UC1, const_cast<char*>(pgm.data()));
-    const cv::Mat image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE);
+    const cv::Mat image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
     if (image.empty()) return nullptr;
     std::vector<unsigned char> png;
     cv::imencode(".png", image, png, {cv::IMWRITE_PNG_COMPRESSION, 1});

@@ -21,7 +21,8 @@ cv::Mat decoded(std::span<const unsigned char> bytes) {
                     const_cast<unsigned char*>(bytes.data()));
   cv::Mat image;
   try {
-    image = cv::imdecode(raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE);
+    image = cv::imdecode(
+        raw, cv::IMREAD_ANYDEPTH | cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     image.release();
   }

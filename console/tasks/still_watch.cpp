@@ -82,7 +82,7 @@ void StillWatch::see(const std::string& camera, std::span<const unsigned char> b
                     const_cast<unsigned char*>(bytes.data()));
   cv::Mat image;
   try {
-    image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE);
+    image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
     return;
   }
