@@ -187,6 +187,31 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
   return best;
 }
 
+/// Which camera moved after the placement `last`, all else fitted along: the votes, which hold all
+/// else, can accuse a neighbour of a small move.
+Change moved_camera(const JointModel& model, const JointFit& fit, Change change, std::size_t last) {
+  double most = 0;
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    const MoreColumns pose{
+        6, [&](const JointFrame& frame) {
+          MatrixXd d = MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 6);
+          if (frame.camera != c || frame.placement <= last) return d;
+          for (std::size_t i = 0; i < frame.points.size(); ++i) {
+            const auto image = image_of(model.cameras[c], model.placements[frame.placement],
+                                        model.bow, frame.points[i].point_in_target);
+            if (image) d.middleRows<2>(2 * static_cast<Index>(i)) = image->by_camera.rightCols<6>();
+          }
+          return d;
+        }};
+    const MoreParameters moved = fit_more(information_by_view(model, fit, pose), pose.count);
+    if (!(moved.explained > most)) continue;
+    most = moved.explained;
+    change.camera = c;
+    change.step = moved.estimate;
+  }
+  return change;
+}
+
 /// How the target moves from set to set at a placement (rad and mm per set), by its neighbours.
 std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement) {
   if (placement == 0 || placement + 1 >= model.placements.size() || is_stage(model, placement))
@@ -267,13 +292,14 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
   const auto change =
       find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
   if (change && (!skew || find_change(model, fit, views, lags.step(), causes, after_lags))) {
+    const Change moved = moved_camera(model, fit, *change, last);
     causes.fatal = fmt::format(
         "{} moved after {}: by {:.3f} deg and {:.2f} mm against the other views, {:.2f} px in its "
         "images; take the sets before or after it out of the rig file, or record again with the "
         "camera clamped",
-        model.cameras[change->camera].camera.name, model.placements[last].set,
-        change->step.head<3>().norm() / units::deg, change->step.tail<3>().norm(),
-        effect_px(model, change->camera, change->step));
+        model.cameras[moved.camera].camera.name, model.placements[last].set,
+        moved.step.head<3>().norm() / units::deg, moved.step.tail<3>().norm(),
+        effect_px(model, moved.camera, moved.step));
   } else if (skew) {
     causes.warnings.push_back(fmt::format(
         "{} sees the target {:.4f} +- {:.4f} of the time between two sets {} than the other "

@@ -71,11 +71,11 @@ void expect_coverage(double share) {
       "share %.2f: inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d rigs\n",
       share, focal.share(), principal.share(), position.share(), turn.share(), rigs);
   // Six numbers of a kind per rig; three standard deviations of the slice's share beside the
-  // issue's 93 to 97 %.
+  // 92 to 98 % that are asked for.
   const double slack = rigs < 200 ? 3 * std::sqrt(0.95 * 0.05 / (6.0 * rigs)) : 0;
   for (const Coverage& kind : {focal, principal, position, turn}) {
-    EXPECT_GE(kind.share(), 0.93 - slack);
-    EXPECT_LE(kind.share(), 0.97 + slack);
+    EXPECT_GE(kind.share(), 0.92 - slack);
+    EXPECT_LE(kind.share(), 0.98 + slack);
   }
   // A true stage is seen off by four standard deviations in one of 16,000 figures.
   EXPECT_EQ(stage_alarms, 0);

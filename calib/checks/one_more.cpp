@@ -56,6 +56,7 @@ MoreParameters fit_more(const std::vector<ViewInformation>& views, Index count) 
   out.estimate = estimate;
   out.covariance = covariance;
   out.others = others;
+  out.explained = estimate.dot(information * estimate);
   out.p = f_tail(t2 / static_cast<double>(count), static_cast<double>(count),
                  static_cast<double>(n - count));
   return out;

@@ -16,6 +16,7 @@ struct MoreParameters {
   Eigen::VectorXd estimate;    ///< empty where the views cannot tell
   Eigen::MatrixXd covariance;  ///< by the views' own scatter
   double p = 1;                ///< probability of all as far from 0 (Hotelling 1931)
+  double explained = 0;        ///< what the weighted sum of squares loses by them
   Eigen::MatrixXd others;      ///< how far the other parameters move without each, per unit
 
   /// Change of all parameters of the views' information, these last.

@@ -12,6 +12,7 @@
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "tests/support/trials.hpp"
 
 namespace drape {
 namespace {
@@ -22,6 +23,7 @@ using test::real_board;
 using test::RealBoard;
 using test::see;
 using test::SyntheticBench;
+using test::trial_count;
 using testing::AllOf;
 using testing::Contains;
 using testing::HasSubstr;
@@ -140,17 +142,31 @@ TEST(JointStart, BothSidesOfABoardCalibrateCamerasAllAroundIt) {
 }
 
 TEST(JointStart, AMirroredPictureIsStillRefused) {
-  JointModel model = SyntheticBench(4).noisy_views();
-  for (JointFrame& frame : model.frames) {
-    if (frame.camera != 1) continue;
-    for (TargetPoint& point : frame.points) point.measured_px.x() = 1599 - point.measured_px.x();
+  const int cases = trial_count(6, 200);
+  int named = 0;
+  for (int seed = 0; seed < cases; ++seed) {
+    JointModel model = SyntheticBench(static_cast<unsigned>(seed)).noisy_views();
+    const std::size_t camera = static_cast<std::size_t>(seed) % 3;
+    const bool upside_down = seed % 2 == 1;
+    for (JointFrame& frame : model.frames) {
+      if (frame.camera != camera) continue;
+      for (TargetPoint& point : frame.points) {
+        if (upside_down)
+          point.measured_px.y() = 1199 - point.measured_px.y();
+        else
+          point.measured_px.x() = 1599 - point.measured_px.x();
+      }
+    }
+    try {
+      start_joint(model);
+      ADD_FAILURE() << "accepted " << seed;
+    } catch (const Error& error) {
+      const std::string name = "cam" + std::to_string(camera);
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("mirrored"), HasSubstr(name))) << seed;
+      named += std::string(error.what()).find("mirrored") != std::string::npos;
+    }
   }
-  try {
-    start_joint(model);
-    ADD_FAILURE() << "accepted";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("mirrored"), HasSubstr("cam1")));
-  }
+  EXPECT_EQ(named, cases);
 }
 
 TEST(JointStart, OneBadViewOfARealBoardIsDroppedByName) {

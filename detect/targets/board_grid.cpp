@@ -91,6 +91,21 @@ double BoardGrid::nearest_neighbour_px(int row, int col) const {
   return nearest;
 }
 
+bool BoardGrid::is_regular() const {
+  const auto bends = [](const Vector2d& before, const Vector2d& here, const Vector2d& after) {
+    return ((before + after) / 2 - here).norm() > (after - before).norm() / 6;
+  };
+  for (int row = 0; row < rows; ++row) {
+    for (int col = 0; col < cols; ++col) {
+      if (row > 0 && row + 1 < rows && bends(at(row - 1, col), at(row, col), at(row + 1, col)))
+        return false;
+      if (col > 0 && col + 1 < cols && bends(at(row, col - 1), at(row, col), at(row, col + 1)))
+        return false;
+    }
+  }
+  return true;
+}
+
 BoardGrid BoardGrid::turned() const {
   BoardGrid result{cols, rows, {}, 0, 0};
   for (int row = 0; row < cols; ++row)

@@ -24,6 +24,9 @@ struct BoardGrid {
   /// either axis.
   [[nodiscard]] Eigen::Vector2d near(double row, double col) const;
   [[nodiscard]] double nearest_neighbour_px(int row, int col) const;
+  /// Whether every corner lies where its neighbours to both sides let one expect it: a third of
+  /// their distance is more than perspective and lens bend, and less than a wrong corner is off.
+  [[nodiscard]] bool is_regular() const;
 
   /// Turned by a quarter: the last row becomes the first column.
   [[nodiscard]] BoardGrid turned() const;

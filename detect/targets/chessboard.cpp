@@ -58,8 +58,9 @@ std::optional<BoardGrid> part_of_board(const GreyImage& image, const Target& tar
         corners.size() != pattern.total()) {
       continue;
     }
-    if (auto placed = placed_on_board(image, target, grid_of(pattern.rows, pattern.cols, corners)))
-      return placed;
+    const BoardGrid grid = grid_of(pattern.rows, pattern.cols, corners);
+    if (!grid.is_regular()) continue;
+    if (auto placed = placed_on_board(image, target, grid)) return placed;
   }
   return std::nullopt;
 }

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/trials.hpp"
+
 namespace drape::detect {
 namespace {
 
@@ -168,6 +170,29 @@ TEST(Chessboard, APartWhosePlaceIsInDoubtIsRefusedByName) {
   EXPECT_TRUE(frame.detections.empty());
   ASSERT_EQ(frame.rejections.size(), 1U);
   EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("no part of it whose place"));
+}
+
+// Whoever counts squares states one row and one column too many.
+TEST(Chessboard, SquaresCountedForCornersAreNamed) {
+  const int cases = test::trial_count(4, 200);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> turn(0, 360), size(17, 23), off(-15, 15);
+  std::uniform_int_distribution<int> rows(4, 7), cols(5, 8);
+  for (int i = 0; i < cases; ++i) {
+    const Target printed = board(rows(random), cols(random));
+    const Target stated = board(printed.rows + 1, printed.cols + 1);
+    Eigen::Matrix3d centred = Eigen::Matrix3d::Identity();
+    centred(0, 2) = 4 - (printed.cols - 1) / 2.0;
+    centred(1, 2) = 2.5 - (printed.rows - 1) / 2.0;
+    const Eigen::Matrix3d image_from_board =
+        shifted(halved(view(turn(random), 1.6 * size(random))), off(random), off(random)) * centred;
+    const FrameDetections frame =
+        detect_chessboard(small_picture_of(printed, image_from_board), stated);
+    EXPECT_TRUE(frame.detections.empty()) << i << ": " << printed.rows << " x " << printed.cols
+                                          << ", " << frame.detections.size() << " corners";
+    ASSERT_EQ(frame.rejections.size(), 1U) << i;
+    EXPECT_THAT(frame.rejections[0].reason, testing::HasSubstr("squares counted for corners")) << i;
+  }
 }
 
 TEST(Chessboard, KnowsWhenItsSidesLookAlike) {
