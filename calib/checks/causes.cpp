@@ -205,7 +205,7 @@ Change moved_camera(const JointModel& model, const JointFit& fit, Change change,
         }};
     const MoreParameters moved = fit_more(information_by_view(model, fit, pose), pose.count);
     if (!(moved.explained > most)) continue;
-    most = moved.explained;
+    most = change.explained = moved.explained;
     change.camera = c;
     change.step = moved.estimate;
   }
@@ -228,6 +228,7 @@ std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement)
 struct TimeSkew {
   std::size_t camera = 0;
   double sets = 0, sd_sets = 0;  ///< of the time between two sets; negative: earlier
+  double explained = 0;          ///< of the weighted sum of squares
   double effect_px = 0;          ///< RMS on the moving target
 };
 
@@ -274,32 +275,59 @@ std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParame
     const double effect = std::abs(sets) * motion_px(model, c);
     if (explained <= best_explained || effect < causes.alone_px[c] / 2 || std::abs(sets) > 1)
       continue;
-    best = TimeSkew{c, sets, 1 / std::sqrt(information), effect};
+    best = TimeSkew{c, sets, 1 / std::sqrt(information), explained, effect};
     best_explained = explained;
   }
   return best;
 }
 
+/// The camera whose lag explains most, all else fitted along.
+TimeSkew late_camera(const JointModel& model, const JointFit& fit) {
+  TimeSkew late;
+  for (std::size_t c = 0; c < model.cameras.size(); ++c) {
+    const MoreColumns lag{
+        1, [&](const JointFrame& frame) {
+          const auto v = velocity(model, frame.placement);
+          if (frame.camera != c || !v)
+            return MatrixXd(MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 1));
+          return MatrixXd(by_placement(model, frame) * *v);
+        }};
+    const MoreParameters more = fit_more(information_by_view(model, fit, lag), lag.count);
+    if (!(more.explained > late.explained)) continue;
+    late = {c, more.estimate[0], std::sqrt(more.covariance(0, 0)), more.explained, 0};
+  }
+  late.effect_px = std::abs(late.sets) * motion_px(model, late.camera);
+  return late;
+}
+
 /// A camera that moved or one that is out of step: it moved where its change stays after the lags
-/// are taken out.
+/// are taken out, and explains more than any one lag.
 void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& causes) {
   const MoreColumns columns = lags_of(model);
   const std::vector<ViewInformation> views = information_by_view(model, fit, columns);
   if (views.empty()) return;
   const MoreParameters lags = fit_more(views, columns.count);
-  const auto skew = find_time_skew(model, lags, causes);
+  auto skew = find_time_skew(model, lags, causes);
   std::size_t last = 0, after_lags = 0;
-  const auto change =
-      find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
-  if (change && (!skew || find_change(model, fit, views, lags.step(), causes, after_lags))) {
-    const Change moved = moved_camera(model, fit, *change, last);
+  auto change = find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
+  if (change && skew && !find_change(model, fit, views, lags.step(), causes, after_lags))
+    change = std::nullopt;
+  if (change) {
+    change = moved_camera(model, fit, *change, last);
+    const TimeSkew late = late_camera(model, fit);
+    if (late.explained > change->explained) {
+      change = std::nullopt;
+      skew = late;
+    }
+  }
+  if (change) {
     causes.fatal = fmt::format(
         "{} moved after {}: by {:.3f} deg and {:.2f} mm against the other views, {:.2f} px in its "
         "images; take the sets before or after it out of the rig file, or record again with the "
         "camera clamped",
-        model.cameras[moved.camera].camera.name, model.placements[last].set,
-        moved.step.head<3>().norm() / units::deg, moved.step.tail<3>().norm(),
-        effect_px(model, moved.camera, moved.step));
+        model.cameras[change->camera].camera.name, model.placements[last].set,
+        change->step.head<3>().norm() / units::deg, change->step.tail<3>().norm(),
+        effect_px(model, change->camera, change->step));
   } else if (skew) {
     causes.warnings.push_back(fmt::format(
         "{} sees the target {:.4f} +- {:.4f} of the time between two sets {} than the other "
