@@ -411,11 +411,12 @@ void compare_alone_with_together(const JointModel& model, Causes& causes) {
 Causes causes_of(const JointModel& model, const JointFit& fit) {
   Causes causes;
   alone_and_together(model, causes);
-  if (model.cameras.size() > 1) {
+  // First: what a lens leaves of far points can look like a camera that moved after such views.
+  if (!fit.lens_known) causes.fatal = wide_lens(model, fit);
+  if (causes.fatal.empty() && model.cameras.size() > 1) {
     find_moved_or_late(model, fit, causes);
     compare_alone_with_together(model, causes);
   }
-  if (causes.fatal.empty() && !fit.lens_known) causes.fatal = wide_lens(model, fit);
   return causes;
 }
 
