@@ -201,7 +201,7 @@ class Triggered : public testing::TestWithParam<SyncMethod> {
  protected:
   void SetUp() override {
     if (GetParam() != SyncMethod::software_trigger && test::trial_count(0, 1) == 0)
-      GTEST_SKIP() << "the other methods need DRAPE_LONG_TESTS=1";
+      GTEST_SKIP() << "missing: DRAPE_LONG_TESTS=1, for both methods by action commands";
   }
 };
 
