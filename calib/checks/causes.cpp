@@ -188,8 +188,9 @@ std::optional<Change> find_change(const JointModel& model, const JointFit& fit,
 }
 
 /// Which camera moved after the placement `last`, all else fitted along: the votes, which hold all
-/// else, can accuse a neighbour of a small move.
-Change moved_camera(const JointModel& model, const JointFit& fit, Change change, std::size_t last) {
+/// else, can accuse a neighbour of a small move. Nothing where the views are too few for that.
+std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit, Change change,
+                                   std::size_t last) {
   double most = 0;
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
     const MoreColumns pose{
@@ -209,7 +210,7 @@ Change moved_camera(const JointModel& model, const JointFit& fit, Change change,
     change.camera = c;
     change.step = moved.estimate;
   }
-  return change;
+  return most > 0 ? std::optional(change) : std::nullopt;
 }
 
 /// How the target moves from set to set at a placement (rad and mm per set), by its neighbours.
@@ -312,8 +313,8 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
   auto change = find_change(model, fit, views, VectorXd::Zero(views[0].score.size()), causes, last);
   if (change && skew && !find_change(model, fit, views, lags.step(), causes, after_lags))
     change = std::nullopt;
-  if (change) {
-    change = moved_camera(model, fit, *change, last);
+  if (const auto moved = change ? moved_camera(model, fit, *change, last) : std::nullopt) {
+    change = moved;
     const TimeSkew late = late_camera(model, fit);
     if (late.explained > change->explained) {
       change = std::nullopt;
