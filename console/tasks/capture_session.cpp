@@ -27,20 +27,12 @@ constexpr int kEnding_ms = 5000;  ///< until a session that was asked to end is 
 
 }  // namespace
 
-fs::path folder_in_memory() {
-  std::string name =
-      fs::is_directory("/dev/shm") ? "/dev/shm/drape-bench-XXXXXX" : "/tmp/drape-bench-XXXXXX";
-  if (::mkdtemp(name.data()) == nullptr)
-    throw bad_input(fmt::format("cannot be made: {}", std::strerror(errno)), {.file = name},
-                    "free memory, or the disk");
-  return name;
-}
-
 CaptureSession::CaptureSession(fs::path rig, fs::path recording, Reports reports)
-    : previews_(folder_in_memory()), reports_(std::move(reports)) {
-  words_ = {"capture", rig.string(), "--out", recording.string(), "--preview", previews_.string()};
+    : reports_(std::move(reports)) {
+  words_ = {"capture",          rig.string(), "--out",
+            recording.string(), "--preview",  previews_.path().string()};
   const int watch = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-  if (watch < 0 || ::inotify_add_watch(watch, previews_.c_str(), IN_MOVED_TO) < 0)
+  if (watch < 0 || ::inotify_add_watch(watch, previews_.path().c_str(), IN_MOVED_TO) < 0)
     throw internal_error(fmt::format("cannot watch a folder: {}", std::strerror(errno)));
   std::array<int, 2> in{}, out{};
   if (::pipe2(in.data(), O_CLOEXEC) != 0 || ::pipe2(out.data(), O_CLOEXEC) != 0)
@@ -61,8 +53,6 @@ CaptureSession::~CaptureSession() {
   for (int waited = 0; pid_ > 0 && waited < kEnding_ms; waited += 50) ::usleep(50000);
   if (const pid_t pid = pid_; pid > 0) ::kill(pid, SIGTERM);
   thread_.join();
-  std::error_code ignored;
-  fs::remove_all(previews_, ignored);
 }
 
 std::string CaptureSession::shown() const {
@@ -84,7 +74,7 @@ std::string CaptureSession::picture(const std::string& camera, std::uint64_t& nu
     if (found == numbers_.end()) return {};
     number = found->second;
   }
-  return read_text(previews_ / (camera + ".pgm"));
+  return read_text(previews_.path() / (camera + ".pgm"));
 }
 
 void CaptureSession::listen(int lines, int watch) {

@@ -13,11 +13,9 @@
 #include <thread>
 #include <vector>
 
-namespace drape::console {
+#include "console/tasks/memory_folder.hpp"
 
-/// A folder of its own for what need not last, in memory where there is such a place. Only its
-/// owner may look into it.
-[[nodiscard]] std::filesystem::path folder_in_memory();
+namespace drape::console {
 
 /// The resident session of `drape capture RIG --out RECORDING --preview FOLDER`: the cameras stay
 /// open, a name typed to it takes a set. Its pictures come as files in a folder in memory. Safe
@@ -49,7 +47,7 @@ class CaptureSession {
   void listen(int lines, int watch);
 
   std::vector<std::string> words_;
-  std::filesystem::path previews_;
+  MemoryFolder previews_;
   Reports reports_;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint64_t> numbers_;

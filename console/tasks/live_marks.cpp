@@ -7,7 +7,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "console/tasks/capture_session.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
@@ -26,18 +25,13 @@ constexpr int kLowest = 19;
 }  // namespace
 
 LiveMarks::LiveMarks(Newest newest, RigOf rig_of)
-    : newest_(std::move(newest)),
-      rig_of_(std::move(rig_of)),
-      folder_(folder_in_memory()),
-      thread_([this] { work(); }) {}
+    : newest_(std::move(newest)), rig_of_(std::move(rig_of)), thread_([this] { work(); }) {}
 
 LiveMarks::~LiveMarks() {
   ending_ = true;
   wake_.notify_all();
   while (child_ > 0 && ::kill(child_, SIGKILL) != 0) std::this_thread::yield();
   thread_.join();
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
 }
 
 std::shared_ptr<const Detections> LiveMarks::look(Surface surface) {
@@ -72,7 +66,7 @@ void LiveMarks::work() {
 }
 
 std::shared_ptr<const Detections> LiveMarks::look_now(Surface surface) {
-  Recording recording{folder_ / "recording", "live pictures", {}, {}};
+  Recording recording{folder_.path() / "recording", "live pictures", {}, {}};
   FrameSet set{"live", {}};
   std::map<std::string, std::pair<int, int>> sizes;
   for (const auto& [camera, pgm] : newest_()) {
@@ -91,14 +85,15 @@ std::shared_ptr<const Detections> LiveMarks::look_now(Surface surface) {
   if (set.frames.empty()) return nullptr;
   recording.sets.push_back(set);
   write_recording(recording);
-  write_durable(folder_ / "rig.toml", rig_of_(folder_, sizes));
-  const Call call{{"detect", recording.folder.string(), "--rig", (folder_ / "rig.toml").string(),
-                   "--surface", surface == Surface::target ? "target" : "cloth", "--sets", "live",
-                   "--out", (folder_ / "marks.json").string(), "--threads", "1"}};
+  write_durable(folder_.path() / "rig.toml", rig_of_(folder_.path(), sizes));
+  const Call call{{"detect", recording.folder.string(), "--rig",
+                   (folder_.path() / "rig.toml").string(), "--surface",
+                   surface == Surface::target ? "target" : "cloth", "--sets", "live", "--out",
+                   (folder_.path() / "marks.json").string(), "--threads", "1"}};
   const CallEnd end = run_call(
       call, [](double, const std::string&) {}, child_);
   if (end.exit_code > 1) return nullptr;
-  return std::make_shared<const Detections>(read_detections(folder_ / "marks.json"));
+  return std::make_shared<const Detections>(read_detections(folder_.path() / "marks.json"));
 }
 
 }  // namespace drape::console

@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "console/tasks/memory_folder.hpp"
 #include "console/tasks/process.hpp"
 #include "core/detections.hpp"
 
@@ -42,7 +43,7 @@ class LiveMarks {
 
   Newest newest_;
   RigOf rig_of_;
-  std::filesystem::path folder_;
+  MemoryFolder folder_;
   std::mutex mutex_;
   std::condition_variable wake_;
   std::chrono::steady_clock::time_point asked_ = {};
