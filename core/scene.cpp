@@ -108,6 +108,7 @@ Pin read_pin(const TomlTable& table) {
 
 Start read_start(const TomlTable& table) {
   Start start;
+  if (table.has("history")) start.history = table.texts("history");
   const std::string mode = table.text("mode");
   if (mode == "measured") start.mode = StartMode::measured;
   if (mode == "measured") return start;

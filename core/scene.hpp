@@ -84,6 +84,7 @@ struct Start {
   double clearance_m = 0;                          ///< height above the highest obstacle
   std::optional<Eigen::Vector3d> centre_in_world;  ///< only for flat
   double yaw_rad = 0;                              ///< only for flat: from +x to the weft direction
+  std::vector<std::string> history = {};           ///< what it went through, read by simulate
 };
 
 /// One drape (scene.toml): what the cloth lies on, how it starts, which fabric it is.

@@ -156,6 +156,14 @@ void MotionRun::go(SimulateResult& result) {
   certify(report);
 }
 
+void MotionRun::load(const Vector3d& gravity_m_per_s2, SimulateReport& report) {
+  const double before_j = total_energy_j();
+  motion_.load(gravity_m_per_s2);
+  report.energy_start_j += total_energy_j() - before_j;
+  report.status = RestStatus::step_limit;
+  report.hold_error_m = 0;
+}
+
 void MotionRun::certify(SimulateReport& report) {
   report.time_s = time_s_;
   report.backtracked_steps = motion_.backtracked_steps();

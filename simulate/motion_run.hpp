@@ -25,6 +25,8 @@ class MotionRun {
 
   void start(const StartState& state, bool relaxed, SimulateReport& report);
   void go(SimulateResult& result);
+  /// Replaces gravity; what that adds to the energy counts as there from the start.
+  void load(const Eigen::Vector3d& gravity_m_per_s2, SimulateReport& report);
 
   [[nodiscard]] const Field& position() const { return motion_.position; }
   [[nodiscard]] const Motion& motion() const { return motion_; }

@@ -25,6 +25,8 @@ void measure_gaps(const GridSpec& grid, const Surroundings& surroundings, const 
                   SimulateReport& report) {
   constexpr int kSamples = 8;  // per cell side
   report.least_gap_table_m = 1e9;
+  report.least_gap_object_m.reset();
+  report.deepest_between_m = 0;
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     double least = 1e9;
     for (int i = 0; i < grid.count(); ++i) {

@@ -14,6 +14,7 @@
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/motion_run.hpp"
 #include "simulate/overlaps.hpp"
+#include "simulate/start/history.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/world.hpp"
 
@@ -173,10 +174,26 @@ Field polish(const StaticCase& the_case, const SimulateOptions& options, const S
   return solver.position;
 }
 
-/// By Runge-Kutta; with the solver "fall" then polished.
-SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabric,
-                                  const GridSpec& grid, const SimulateOptions& options,
-                                  SimulateResult result) {
+/// Lets gravity grow and shrink under a sheet that motion has brought to rest.
+void shake(MotionRun& run, const PastEvent& shakes, const Vector3d& gravity,
+           SimulateResult& result) {
+  const auto go = [&](double load) {
+    if (result.report.status != RestStatus::at_rest) return;
+    run.load(load * gravity, result.report);
+    run.go(result);
+  };
+  for (int k = 0; k < shakes.times; ++k) {
+    go(1 + shakes.part);
+    go(1 - shakes.part);
+  }
+  if (shakes.times > 0) go(1);
+}
+
+/// By Runge-Kutta; with the solver "fall" then polished. `memory`: what a cloth with internal
+/// friction brings along.
+SimulateResult move_once(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
+                         const SimulateOptions& options, SimulateResult result,
+                         const std::optional<ClothMemory>& memory, const PastEvent& shakes) {
   SimulateReport& report = result.report;
   const Scene& scene = the_case.scene;
   const Surroundings& surroundings = the_case.surroundings;
@@ -187,9 +204,11 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   SimulateOptions how = options;
   how.cloth_thickness_m = thickness_on(grid, options.cloth_thickness_m, report.warnings);
   report.cloth_thickness_m = how.cloth_thickness_m;
+  if (memory) cloth.remember(*memory);
   MotionRun run(cloth, surroundings, scene, how);
   run.start(start, scene.start.mode == StartMode::measured, report);
   run.go(result);
+  shake(run, shakes, scene.gravity_m_per_s2, result);
   report.clamped_springs = cloth.clamped_springs(run.position());
   if (report.clamped_springs > 0) {
     report.warnings.push_back(fmt::format(
@@ -211,6 +230,30 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   return result;
 }
 
+/// move_once(), after what the cloth went through.
+SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabric,
+                                  const GridSpec& grid, const SimulateOptions& options,
+                                  const SimulateResult& result) {
+  const std::vector<PastEvent> history = history_of(the_case.scene);
+  if (history.empty() || !the_case.laws.friction)
+    return move_once(the_case, fabric, grid, options, result, std::nullopt, {});
+  SimulateOptions by_motion = options;
+  by_motion.solver = "rk4";
+  SimulateResult drape;
+  int number = 0;
+  const auto before = [&](const ClothMemory& memory) -> std::optional<ClothMemory> {
+    drape = move_once(the_case, fabric, grid, by_motion, result, memory, {});
+    ++number;
+    if (drape.report.status == RestStatus::at_rest) return drape.memory;
+    drape.report.warnings.push_back(not_at_rest_before(number));
+    return std::nullopt;
+  };
+  const std::optional<ClothMemory> memory = memory_after(
+      history, *the_case.laws.friction, Cloth(grid, the_case.laws, options.mass).memory(), before);
+  if (!memory) return drape;
+  return move_once(the_case, fabric, grid, options, result, memory, shakes_of(history));
+}
+
 /// In the frame of `scene`. A sheet that falls by implicit steps knows neither itself nor sharp
 /// edges: where it would end in one of them, or nowhere, it falls by Runge-Kutta instead.
 SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Print& print,
@@ -225,6 +268,9 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
     laws.twist_n_m = report.twist_n_m = 0;
     report.warnings.clear();  // they are about the twist stiffness, which this model has not
   }
+  if (!options.internal_friction && !history_of(scene).empty())
+    report.warnings.emplace_back(
+        "start.history leaves no trace: without --internal-friction the cloth has no memory");
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
   const Surroundings surroundings(scene);
   const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};

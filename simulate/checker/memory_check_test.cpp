@@ -70,6 +70,34 @@ TEST(MemoryCheck, RestsWithInternalFrictionAreAcceptedAndSpoiltMemoriesAreNot) {
   }
 }
 
+TEST(MemoryCheck, RestsAfterAHistoryAreAcceptedAndDifferByIt) {
+  for (const char* solver : {"fall", "static", "rk4"}) {
+    RememberedDrape fresh("C", solver, true, 11), worn = fresh;
+    worn.scene.start.history = {"bent 1 per cm along warp", "shaken 1 times by 30 %"};
+    if (solver != std::string("rk4"))
+      worn.scene.start.history.insert(worn.scene.start.history.begin() + 1, "draped 1 times");
+    worn.result = simulate(worn.scene, worn.fabric, worn.print, std::nullopt, worn.options);
+    ASSERT_EQ(worn.result.report.status, RestStatus::at_rest)
+        << solver << ": " << worn.result.report.sentence;
+    const CertifyReport report = worn.judge();
+    EXPECT_TRUE(report.accepted()) << solver << "\n" << what_fails(report);
+    EXPECT_NE(worn.result.memory->bending[0], fresh.result.memory->bending[0]) << solver;
+    double farthest = 0;
+    for (std::size_t i = 0; i < worn.result.sheet.marks.size(); ++i)
+      farthest = std::max(farthest, (worn.result.sheet.marks[i].point_in_world -
+                                     fresh.result.sheet.marks[i].point_in_world)
+                                        .norm());
+    EXPECT_GT(farthest, 0.05 * units::mm) << solver;
+  }
+  RememberedDrape plain("C", "static", false, 11);
+  plain.scene.start.history = {"draped 1 times"};
+  plain.result = simulate(plain.scene, plain.fabric, plain.print, std::nullopt, plain.options);
+  const auto& warnings = plain.result.report.warnings;
+  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& text) {
+    return text.find("start.history leaves no trace") == 0;
+  }));
+}
+
 /// The interval: what friction holds is another rest than that without, and both are accepted.
 TEST(MemoryCheck, FrictionMovesTheRest) {
   const RememberedDrape with("C", "fall", true, 11), without("C", "fall", false, 11);

@@ -55,6 +55,10 @@ class Motion {
   [[nodiscard]] double stable_step_s(double share);
   /// Replaces the damping from here on; damping never changes an equilibrium.
   void set_damping_per_s(double damping_per_s) { options_.damping_per_s = damping_per_s; }
+  /// Replaces gravity from here on.
+  void load(const Eigen::Vector3d& gravity_m_per_s2) {
+    options_.gravity_m_per_s2 = gravity_m_per_s2;
+  }
   /// Zeroes all velocities.
   void stop();
 

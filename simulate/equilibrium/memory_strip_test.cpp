@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Strips with internal friction against closed form and boundary-value problem.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/equilibrium/solver.hpp"
+#include "simulate/equilibrium/run.hpp"
+#include "simulate/start/history.hpp"
+#include "simulate/start/local_frame.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -178,6 +182,128 @@ TEST(MemoryStrip, HeavyCantileverLoadedAndUnloaded) {
   // What friction holds: unloaded to a tenth, an elastic strip would hang far higher.
   EXPECT_GT(-exact.z, 0.5 * loaded_height);
   EXPECT_GT(cloth.dissipated_j(), 0);
+}
+
+/// A strip of `rows` x 2 particles at that spacing, clamped in its first two rows, drapes from flat
+/// after a history.
+StaticDrape clamped_strip(const std::vector<std::string>& history, double gravity, bool across,
+                          int rows, double spacing, double tolerance) {
+  Scene scene;
+  scene.file = "strip.toml";
+  scene.gravity_m_per_s2 =
+      across ? Eigen::Vector3d(gravity, 0, 0) : Eigen::Vector3d(0, 0, -gravity);
+  Print print;
+  print.rows = print.cols = 2;
+  print.patch_m = {spacing * (rows - 1), spacing};
+  print.margin_m.setZero();
+  scene.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0), 0, history};
+  StartReport ignored;
+  const FlatPose flat = flat_start(scene, std::nullopt, 0, ignored);
+  for (const double u : {0.0, spacing})
+    for (const double v : {0.0, spacing})
+      scene.pins.push_back({{}, flat.point_in_world({u, v}, print.patch_m), Eigen::Vector2d(u, v)});
+  const GridSpec grid{rows, 2, print.patch_m};
+  const Surroundings nothing;
+  const ClothLaws laws = cotton(print.patch_m.x(), kFrictionMoment);
+  const std::optional<Sheet> unmeasured;
+  StaticOptions options;
+  options.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  options.residual_tolerance = tolerance;
+  options.first_step_s = 0.1;
+  return drape_statically({scene, print, unmeasured, nothing, laws}, grid, options);
+}
+
+/// Signed by the side of the printed face that the free end stands on.
+double curl_of(const std::vector<std::string>& history) {
+  constexpr int kRows = 41;
+  constexpr double kSpacing = 1e-3;
+  const StaticDrape drape = clamped_strip(history, 1e-4 * kGravity, true, kRows, kSpacing, 1e-3);
+  EXPECT_EQ(drape.report.status, StaticStatus::at_rest);
+  const double size =
+      mean_curvature({kRows, 2, {kSpacing * (kRows - 1), kSpacing}}, drape.position);
+  return std::copysign(size, at(drape.position, 2 * kRows - 1).z());
+}
+
+/// Laid flat, its elements are at their limit: they and the elastic curve share what is left.
+TEST(History, AStripThatWasBentAndLaidFlatKeepsWhatItsElementsHold) {
+  const double exact = kFrictionMoment / (kStiffness + kFrictionMoment / kSlipCurvature);
+  EXPECT_NEAR(curl_of({"bent 1.5 per cm along warp"}), exact, 1e-3 * exact);
+  EXPECT_NEAR(curl_of({"bent -1.5 per cm along warp"}), -exact, 1e-3 * exact);
+  EXPECT_NEAR(curl_of({"bent 1.5 per cm along warp", "bent -2 per cm along warp"}), -exact,
+              1e-3 * exact);
+  EXPECT_NEAR(curl_of({"bent 1.5 per cm along warp", "flat"}), 0, 1e-3 * exact);
+  EXPECT_NEAR(curl_of({"bent 1.5 per cm along weft"}), 0, 1e-3 * exact);
+}
+
+/// Loops close, so a strip that was laid flat comes back to where it hung; shaken, it sags to where
+/// the law's boundary-value problem has it after the same loads.
+TEST(History, ADrapedStripComesBackAndAShakenOneSags) {
+  constexpr double kLength = 0.08;
+  constexpr int kRows = 162;
+  const double spacing = kLength / (kRows - 1.5);
+  const auto height_after = [&](const std::vector<std::string>& history) {
+    const StaticDrape drape = clamped_strip(history, kGravity, false, kRows, spacing, 1e-5);
+    EXPECT_EQ(drape.report.status, StaticStatus::at_rest);
+    return -at(drape.position, 2 * kRows - 1).z();
+  };
+  HeavyStrip exact(kLength);
+  exact.load(kDensity * kGravity);
+  const double fresh = -exact.z;
+  for (const double load : {1.5, 0.5, 1.5, 0.5, 1.0}) exact.load(load * kDensity * kGravity);
+  const double shaken = -exact.z;
+  EXPECT_GT(shaken, 1.02 * fresh);
+  EXPECT_NEAR(height_after({}), fresh, 3e-3 * fresh);
+  EXPECT_NEAR(height_after({"draped 1 times"}), fresh, 3e-3 * fresh);
+  EXPECT_NEAR(height_after({"draped 1 times", "shaken 2 times"}), shaken, 3e-3 * shaken);
+}
+
+TEST(History, WhatIsNoEventIsRefusedWithFileAndField) {
+  Scene scene;
+  scene.file = "scenes/C.toml";
+  for (const char* text : {"",
+                           "folded",
+                           "bent",
+                           "bent 1.5",
+                           "bent 1.5 per mm along warp",
+                           "bent x per cm along warp",
+                           "bent nan per cm along warp",
+                           "bent 0 per cm along warp",
+                           "bent 21 per cm along warp",
+                           "bent 1e999 per cm along weft",
+                           "bent 1.5 per cm along bias",
+                           "draped",
+                           "draped 0 times",
+                           "draped -1 times",
+                           "draped 1.5 times",
+                           "draped 51 times",
+                           "draped 1e9 times",
+                           "shaken 3 times by 0 %",
+                           "shaken 3 times by 96 %",
+                           "shaken 3 times by -5 %",
+                           "shaken 3 times by 40",
+                           "flat flat",
+                           "Flat"}) {
+    scene.start.history = {"flat", text};
+    try {
+      static_cast<void>(history_of(scene));
+      ADD_FAILURE() << "`" << text << "` is taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().file, "scenes/C.toml");
+      EXPECT_EQ(error.where().field, "start.history");
+      EXPECT_THAT(error.what(), ::testing::HasSubstr(text));
+    }
+  }
+  scene.start.history = {"shaken 3 times", "flat"};
+  EXPECT_THROW(static_cast<void>(history_of(scene)), Error) << "shaken before something else";
+  scene.start.history = {"flat", "bent -0.5 per cm along weft", "draped 3 times",
+                         "shaken 5 times by 40 %"};
+  const std::vector<PastEvent> events = history_of(scene);
+  ASSERT_EQ(events.size(), 4U);
+  EXPECT_EQ(events[1].direction, 1);
+  EXPECT_DOUBLE_EQ(events[1].curvature_per_m, -50);
+  EXPECT_EQ(events[2].times, 3);
+  EXPECT_EQ(shakes_of(events).times, 5);
+  EXPECT_DOUBLE_EQ(shakes_of(events).part, 0.4);
 }
 
 /// A sheet pinned at two corners falls by Runge-Kutta, undamped: what it loses is what friction

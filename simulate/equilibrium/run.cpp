@@ -11,10 +11,13 @@
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/prolong.hpp"
+#include "simulate/start/history.hpp"
 #include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
 namespace {
+
+using Eigen::Vector3d;
 
 constexpr int kDirect = 41;    // particles per side; without a coarser grid before
 constexpr int kCoarsest = 21;  // particles per side
@@ -106,11 +109,35 @@ std::vector<GridSpec> static_levels(const GridSpec& grid) {
 
 namespace {
 
+/// What a cloth brings along.
+struct Past {
+  std::optional<ClothMemory> memory;
+  PastEvent shakes;  ///< once it rests
+};
+
+/// Follows gravity up and down from a rest, and back to where it was.
+StaticReport shake(StaticSolver& solver, const PastEvent& shakes, const Vector3d& gravity,
+                   StaticReport report) {
+  std::vector<double> loads;
+  for (int k = 0; k < shakes.times; ++k)
+    loads.insert(loads.end(), {1 + shakes.part, 1 - shakes.part});
+  if (shakes.times > 0) loads.push_back(1);
+  for (const double load : loads) {
+    if (report.status != StaticStatus::at_rest) break;
+    solver.load(load * gravity);
+    StaticReport next = solver.solve();
+    next.iterations += report.iterations;
+    next.history.insert(next.history.begin(), report.history.begin(), report.history.end());
+    report = std::move(next);
+  }
+  return report;
+}
+
 /// Drapes once. A sheet that meets itself stays on its grid: another one's rest may pass through
 /// itself there.
 StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
                        const StaticOptions& options, const StartChange& change,
-                       const AfterRest& after) {
+                       const AfterRest& after, const Past& past) {
   const Scene& scene = the_case.scene;
   std::vector<GridSpec> levels = static_levels(grid);
   if (larger_side(grid) <= kDirect || scene.start.mode == StartMode::measured ||
@@ -150,7 +177,8 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
     }
     const int lifted = lift_out(the_case.surroundings, solver.position);
     if (first && lifted > 0) drape.start.report.warnings.push_back(told_of_lifted(lifted));
-    drape.report = solver.solve();
+    if (past.memory) cloth.remember(*past.memory);
+    drape.report = shake(solver, past.shakes, now.gravity_m_per_s2, solver.solve());
     before.swap(drape.position);
     drape.position = solver.position;
     drape.iterations += drape.report.iterations;
@@ -165,12 +193,34 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
   return drape;
 }
 
+/// Drapes a cloth that remembers after what it went through; else once.
+StaticDrape drape_after_history(const StaticCase& the_case, const GridSpec& grid,
+                                const StaticOptions& options, const StartChange& change,
+                                const AfterRest& after) {
+  const std::vector<PastEvent> history = history_of(the_case.scene);
+  if (history.empty() || !the_case.laws.friction)
+    return drape_once(the_case, grid, options, change, after, {});
+  StaticDrape drape;
+  int number = 0;
+  const auto before = [&](const ClothMemory& memory) -> std::optional<ClothMemory> {
+    drape = drape_once(the_case, grid, options, change, {}, {memory, {}});
+    ++number;
+    if (drape.report.status == StaticStatus::at_rest) return drape.memory;
+    drape.start.report.warnings.push_back(not_at_rest_before(number));
+    return std::nullopt;
+  };
+  const std::optional<ClothMemory> memory = memory_after(
+      history, *the_case.laws.friction, Cloth(grid, the_case.laws, the_case.mass).memory(), before);
+  if (!memory) return drape;
+  return drape_once(the_case, grid, options, change, after, {memory, shakes_of(history)});
+}
+
 }  // namespace
 
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change,
                              const AfterRest& after) {
-  StaticDrape drape = drape_once(the_case, grid, options, change, after);
+  StaticDrape drape = drape_after_history(the_case, grid, options, change, after);
   if (options.cloth_thickness_m <= 0 || drape.report.status == StaticStatus::diverged ||
       self_distance(grid, drape.position).crossings == 0)
     return drape;
@@ -178,7 +228,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
   meets.meets_itself = true;
   std::vector<std::string> warnings;
   meets.cloth_thickness_m = thickness_on(grid, options.cloth_thickness_m, warnings);
-  drape = drape_once(the_case, grid, meets, change, after);
+  drape = drape_after_history(the_case, grid, meets, change, after);
   std::vector<std::string>& all = drape.start.report.warnings;
   all.insert(all.end(), warnings.begin(), warnings.end());
   return drape;

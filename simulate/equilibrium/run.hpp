@@ -53,7 +53,7 @@ struct StaticDrape {
 /// because a coarse grid folds otherwise; beyond, to rest on a coarse grid first and from its
 /// interpolation over finer ones, each only as near to rest as the next needs. A start from the
 /// measured sheet stays on the finest grid, and so does a cloth with internal friction, whose state
-/// is the grid's own.
+/// is the grid's own; that one first goes through the scene's history.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {},

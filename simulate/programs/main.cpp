@@ -81,8 +81,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--round", args.options.round,
                "cut the specimen to the disc in the patch (Cusick's drapemeter)");
-  app.add_flag("--internal-friction", args.options.internal_friction,
-               "use both branches of the bending and shear loops: the cloth remembers");
+  app.add_flag(
+      "--internal-friction", args.options.internal_friction,
+      "use both branches of the bending and shear loops: the cloth remembers, also the scene's "
+      "start.history");
   app.add_flag("!--particles-only", args.options.contact_between_particles,
                "no contact between the particles");
   return run_program(app, argc, argv, common,
