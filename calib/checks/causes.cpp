@@ -213,16 +213,32 @@ std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit,
   return most > 0 ? std::optional(change) : std::nullopt;
 }
 
-/// How the target moves from set to set at a placement (rad and mm per set), by its neighbours.
+/// How the target moves from set to set at a placement (rad and mm per set): slope of the
+/// polynomial through it and up to two neighbours on each side. A placement known from rig.toml has
+/// none and is no neighbour: the target was put there.
 std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement) {
-  if (placement == 0 || placement + 1 >= model.placements.size() || is_stage(model, placement))
-    return std::nullopt;
-  const WorldFromTarget &before = model.placements[placement - 1].world_from_target,
-                        &after = model.placements[placement + 1].world_from_target;
-  const Eigen::AngleAxisd turn(after.rotation * before.rotation.transpose());
-  Vector6d v;
-  v << turn.angle() * turn.axis(), (after.translation_m - before.translation_m) / units::mm;
-  return Vector6d(0.5 * v);
+  const Placement& here = model.placements[placement];
+  if (here.known) return std::nullopt;
+  std::vector<std::pair<double, Vector6d>> neighbours;  // sets from here, change of the pose
+  for (const int sets : {-2, -1, 1, 2}) {
+    const std::size_t at = placement + static_cast<std::size_t>(sets);  // wraps to beyond the end
+    if (at >= model.placements.size() || model.placements[at].known) continue;
+    const WorldFromTarget &from = here.world_from_target,
+                          &to = model.placements[at].world_from_target;
+    const Eigen::AngleAxisd turn(to.rotation * from.rotation.transpose());
+    Vector6d change;
+    change << turn.angle() * turn.axis(), (to.translation_m - from.translation_m) / units::mm;
+    neighbours.emplace_back(sets, change);
+  }
+  if (neighbours.size() < 2) return std::nullopt;
+  Vector6d slope = Vector6d::Zero();
+  for (const auto& [sets, change] : neighbours) {
+    double weight = 1 / sets;
+    for (const auto& [other, unused] : neighbours)
+      if (other != sets) weight *= other / (other - sets);
+    slope += weight * change;
+  }
+  return slope;
 }
 
 /// A camera that sees the moving target later than the others.
