@@ -213,14 +213,18 @@ std::optional<Change> moved_camera(const JointModel& model, const JointFit& fit,
   return most > 0 ? std::optional(change) : std::nullopt;
 }
 
+constexpr int kReach = 2;  ///< sets to each side that say how the target moves
+
 /// How the target moves from set to set at a placement (rad and mm per set): slope of the
-/// polynomial through it and up to two neighbours on each side. A placement known from rig.toml has
-/// none and is no neighbour: the target was put there.
-std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement) {
+/// polynomial through it and up to `reach` neighbours on each side. A placement known from rig.toml
+/// has none and is no neighbour: the target was put there.
+std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement,
+                                 int reach = kReach) {
   const Placement& here = model.placements[placement];
   if (here.known) return std::nullopt;
   std::vector<std::pair<double, Vector6d>> neighbours;  // sets from here, change of the pose
-  for (const int sets : {-2, -1, 1, 2}) {
+  for (int sets = -reach; sets <= reach; ++sets) {
+    if (sets == 0) continue;
     const std::size_t at = placement + static_cast<std::size_t>(sets);  // wraps to beyond the end
     if (at >= model.placements.size() || model.placements[at].known) continue;
     const WorldFromTarget &from = here.world_from_target,
@@ -230,7 +234,7 @@ std::optional<Vector6d> velocity(const JointModel& model, std::size_t placement)
     change << turn.angle() * turn.axis(), (to.translation_m - from.translation_m) / units::mm;
     neighbours.emplace_back(sets, change);
   }
-  if (neighbours.size() < 2) return std::nullopt;
+  if (neighbours.size() < static_cast<std::size_t>(reach)) return std::nullopt;
   Vector6d slope = Vector6d::Zero();
   for (const auto& [sets, change] : neighbours) {
     double weight = 1 / sets;
@@ -298,23 +302,36 @@ std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParame
   return best;
 }
 
-/// The camera whose lag explains most, all else fitted along.
+/// The lag of one camera alone, all else fitted along.
+MoreParameters lag_of(const JointModel& model, const JointFit& fit, std::size_t camera,
+                      int reach = kReach) {
+  const MoreColumns lag{1, [&](const JointFrame& frame) {
+                          MatrixXd d =
+                              MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 1);
+                          const auto v = velocity(model, frame.placement, reach);
+                          if (frame.camera == camera && v) d = by_placement(model, frame) * *v;
+                          return d;
+                        }};
+  return fit_more(information_by_view(model, fit, lag), lag.count);
+}
+
+/// The camera whose lag explains most.
 TimeSkew late_camera(const JointModel& model, const JointFit& fit) {
   TimeSkew late;
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    const MoreColumns lag{
-        1, [&](const JointFrame& frame) {
-          const auto v = velocity(model, frame.placement);
-          if (frame.camera != c || !v)
-            return MatrixXd(MatrixXd::Zero(2 * static_cast<Index>(frame.points.size()), 1));
-          return MatrixXd(by_placement(model, frame) * *v);
-        }};
-    const MoreParameters more = fit_more(information_by_view(model, fit, lag), lag.count);
-    if (!(more.explained > late.explained)) continue;
-    late = {c, more.estimate[0], std::sqrt(more.covariance(0, 0)), more.explained, 0};
+    const MoreParameters lag = lag_of(model, fit, c);
+    if (!(lag.explained > late.explained)) continue;
+    late = {c, lag.estimate[0], std::sqrt(lag.covariance(0, 0)), lag.explained, 0};
   }
   late.effect_px = std::abs(late.sets) * motion_px(model, late.camera);
   return late;
+}
+
+/// By how much the lag differs on a path through the next sets alone: about what the path leaves
+/// unsaid of the target's motion between two sets.
+double error_of_path(const JointModel& model, const JointFit& fit, const TimeSkew& skew) {
+  const MoreParameters coarse = lag_of(model, fit, skew.camera, 1);
+  return coarse.estimate.size() > 0 ? coarse.estimate[0] - skew.sets : 0;
 }
 
 /// A camera that moved or one that is out of step: it moved where its change stays after the lags
@@ -350,7 +367,8 @@ void find_moved_or_late(const JointModel& model, const JointFit& fit, Causes& ca
         "{} sees the target {:.4f} +- {:.4f} of the time between two sets {} than the other "
         "cameras ({:.2f} px RMS on the moving target): expose all cameras by one trigger, or hold "
         "the target still",
-        model.cameras[skew->camera].camera.name, std::abs(skew->sets), skew->sd_sets,
+        model.cameras[skew->camera].camera.name, std::abs(skew->sets),
+        std::hypot(skew->sd_sets, error_of_path(model, fit, *skew)),
         skew->sets < 0 ? "earlier" : "later", skew->effect_px));
   }
 }
