@@ -12,6 +12,7 @@
 #include "calib/test_hand_motion.hpp"
 #include "calib/test_real_boards.hpp"
 #include "calib/test_rigs.hpp"
+#include "core/error.hpp"
 #include "core/units.hpp"
 #include "tests/support/trials.hpp"
 
@@ -137,18 +138,25 @@ JointModel hand_held(unsigned seed, double period_s, std::size_t late, double la
   return on_time;
 }
 
+/// Calibrated from such sets. A hand that hardly tilts the board in two seconds is refused for
+/// that, and another motion is drawn.
+JointResult by_hand(unsigned seed, double period_s, std::size_t late, double lag_s) {
+  try {
+    return calibrated(hand_held(seed, period_s, late, lag_s));
+  } catch (const Error& refused) {
+    if (std::string(refused.what()).find("same tilt") == std::string::npos) throw;
+    return by_hand(seed + 100000, period_s, late, lag_s);
+  }
+}
+
 // The neighbours of a set say little of a hand's speed at it where sets are a second apart; the
 // camera is named all the same, by the views that it alone contradicts.
 TEST(Causes, ALateCameraIsNamedOnABoardThatAHandMoves) {
-  if (cases() < 200)
-    GTEST_SKIP() << "missing: DRAPE_LONG_TESTS=1; the goal itself is missed, one of six cases is "
-                    "named as a camera that moved (docs/notebook/2026-11-24-acceptance.md)";
   int named = 0, camera_named = 0, accused = 0;
   for (int seed = 0; seed < cases(); ++seed) {
     const double period_s = seed % 3 == 0 ? 0.1 : seed % 3 == 1 ? 0.33 : 1.0;
     const std::size_t late = static_cast<std::size_t>(seed) % 3;
-    const JointResult result =
-        calibrated(hand_held(static_cast<unsigned>(seed), period_s, late, 0.010));
+    const JointResult result = by_hand(static_cast<unsigned>(seed), period_s, late, 0.010);
     std::string said = result.report.status;
     for (const std::string& warning : result.report.warnings) said += "\n  " + warning;
     const std::string name = "cam" + std::to_string(late);
@@ -158,8 +166,7 @@ TEST(Causes, ALateCameraIsNamedOnABoardThatAHandMoves) {
     camera_named += said.find(name + " sees the target") != std::string::npos ||
                     said.find(name + " disagrees") != std::string::npos;
     if (!found) std::printf("seed %d, %g s: %s\n", seed, period_s, said.c_str());
-    const JointResult good =
-        calibrated(hand_held(static_cast<unsigned>(seed) + 5000, period_s, late, 0));
+    const JointResult good = by_hand(static_cast<unsigned>(seed) + 5000, period_s, late, 0);
     const bool wrong =
         !good.report.good() ||
         testing::Value(good.report.warnings,
