@@ -7,34 +7,13 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "simulate/equilibrium/run.hpp"
 #include "simulate/start/history.hpp"
-#include "simulate/start/local_frame.hpp"
+#include "tests/support/heavy_strip.hpp"
 
 namespace drape::simulate {
 namespace {
 
-/// Cotton broad of Matsudaira et al. 2015: B, 2HB and density.
-constexpr double kStiffness = 0.118 * units::gf_cm2_per_cm;          // N m
-constexpr double kFrictionMoment = 0.124 / 2 * units::gf_cm_per_cm;  // N
-constexpr double kSlipCurvature = 0.1 * units::per_cm;               // 1/m
-constexpr double kDensity = 0.1238;                                  // kg/m2
-constexpr double kGravity = 9.80665;                                 // m/s2
-
-FrictionStack stack_of(double friction_moment) {
-  return {{{friction_moment / kSlipCurvature, friction_moment, 0}}};
-}
-
-ClothLaws cotton(double length, double friction_moment) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = kDensity;
-  laws.tensile[0] = laws.tensile[1] = {3e4 * kDensity * kGravity * length, {}};
-  laws.shear = {1, {}};
-  laws.bending[0] = laws.bending[1] = {kStiffness, {}};
-  laws.twist_n_m = 2 * kStiffness;
-  laws.friction = ClothFriction{{stack_of(friction_moment), stack_of(friction_moment)}, {}};
-  return laws;
-}
+using namespace test;
 
 /// Goes to rest with the first two rows held; how it ends.
 StaticStatus settle_down(Cloth& cloth, const Eigen::Vector3d& gravity, Field& x,
@@ -98,63 +77,6 @@ TEST(MemoryStrip, ReleasedStripKeepsItsResidualCurvature) {
   }
 }
 
-/// A heavy inextensible strip with the same law, clamped horizontally: theta' = curvature(M),
-/// M' = -w (L - s) cos theta, theta(0) = 0, M(L) = 0, by shooting with Heun's rule; every place
-/// remembers its slip from load to load.
-class HeavyStrip {
- public:
-  explicit HeavyStrip(double length) : length_(length), slip_(kPieces + 1, 0.0) {}
-
-  void load(double weight_n_per_m2) {
-    weight_ = weight_n_per_m2;
-    double low = -1, high = 1;  // N, of the moment at the clamp
-    for (int k = 0; k < 100; ++k) {
-      const double middle = 0.5 * (low + high);
-      (shoot(middle) > 0 ? high : low) = middle;
-    }
-    (void)shoot(low);
-    for (int j = 0; j <= kPieces; ++j) slip_[j] = element_.settled(curvature_[j], slip_[j]);
-  }
-  double x = 0, z = 0;  ///< of the tip
-
- private:
-  static constexpr int kPieces = 2000;
-
-  /// The curvature at which the law gives a moment; the law rises everywhere.
-  [[nodiscard]] double curvature_of(double moment, double slip) const {
-    const double sticking =
-        (moment + element_.stiffness * slip) / (kStiffness + element_.stiffness);
-    const double pull = element_.stiffness * (sticking - slip);
-    if (std::abs(pull) <= element_.threshold) return sticking;
-    return (moment - std::copysign(element_.threshold, pull)) / kStiffness;
-  }
-  /// The moment at the tip.
-  double shoot(double root_moment) {
-    const double h = length_ / kPieces;
-    double theta = 0, moment = root_moment;
-    x = z = 0;
-    curvature_.assign(kPieces + 1, 0.0);
-    for (int j = 0; j <= kPieces; ++j) {
-      curvature_[j] = curvature_of(moment, slip_[j]);
-      if (j == kPieces) break;
-      const double fall = -weight_ * (length_ - j * h) * std::cos(theta);
-      const double ahead = theta + h * curvature_[j];
-      const double fall_ahead = -weight_ * (length_ - (j + 1) * h) * std::cos(ahead);
-      const double next =
-          theta + 0.5 * h * (curvature_[j] + curvature_of(moment + h * fall, slip_[j + 1]));
-      moment += 0.5 * h * (fall + fall_ahead);
-      x += 0.5 * h * (std::cos(theta) + std::cos(next));
-      z -= 0.5 * h * (std::sin(theta) + std::sin(next));
-      theta = next;
-    }
-    return moment;
-  }
-
-  double length_, weight_ = 0;
-  SlipElement element_ = stack_of(kFrictionMoment).elements.front();
-  std::vector<double> slip_, curvature_;
-};
-
 TEST(MemoryStrip, HeavyCantileverLoadedAndUnloaded) {
   constexpr double kLength = 0.08;
   constexpr int kRows = 162, kSteps = 10;
@@ -184,40 +106,12 @@ TEST(MemoryStrip, HeavyCantileverLoadedAndUnloaded) {
   EXPECT_GT(cloth.dissipated_j(), 0);
 }
 
-/// A strip of `rows` x 2 particles at that spacing, clamped in its first two rows, drapes from flat
-/// after a history.
-StaticDrape clamped_strip(const std::vector<std::string>& history, double gravity, bool across,
-                          int rows, double spacing, double tolerance) {
-  Scene scene;
-  scene.file = "strip.toml";
-  scene.gravity_m_per_s2 =
-      across ? Eigen::Vector3d(gravity, 0, 0) : Eigen::Vector3d(0, 0, -gravity);
-  Print print;
-  print.rows = print.cols = 2;
-  print.patch_m = {spacing * (rows - 1), spacing};
-  print.margin_m.setZero();
-  scene.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0), 0, history};
-  StartReport ignored;
-  const FlatPose flat = flat_start(scene, std::nullopt, 0, ignored);
-  for (const double u : {0.0, spacing})
-    for (const double v : {0.0, spacing})
-      scene.pins.push_back({{}, flat.point_in_world({u, v}, print.patch_m), Eigen::Vector2d(u, v)});
-  const GridSpec grid{rows, 2, print.patch_m};
-  const Surroundings nothing;
-  const ClothLaws laws = cotton(print.patch_m.x(), kFrictionMoment);
-  const std::optional<Sheet> unmeasured;
-  StaticOptions options;
-  options.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  options.residual_tolerance = tolerance;
-  options.first_step_s = 0.1;
-  return drape_statically({scene, print, unmeasured, nothing, laws}, grid, options);
-}
-
 /// Signed by the side of the printed face that the free end stands on.
 double curl_of(const std::vector<std::string>& history) {
   constexpr int kRows = 41;
   constexpr double kSpacing = 1e-3;
-  const StaticDrape drape = clamped_strip(history, 1e-4 * kGravity, true, kRows, kSpacing, 1e-3);
+  const StaticDrape drape =
+      ClampedStrip(history, {1e-4 * kGravity, 0, 0}, kRows, kSpacing).drape(1e-3);
   EXPECT_EQ(drape.report.status, StaticStatus::at_rest);
   const double size =
       mean_curvature({kRows, 2, {kSpacing * (kRows - 1), kSpacing}}, drape.position);
@@ -242,7 +136,7 @@ TEST(History, ADrapedStripComesBackAndAShakenOneSags) {
   constexpr int kRows = 162;
   const double spacing = kLength / (kRows - 1.5);
   const auto height_after = [&](const std::vector<std::string>& history) {
-    const StaticDrape drape = clamped_strip(history, kGravity, false, kRows, spacing, 1e-5);
+    const StaticDrape drape = ClampedStrip(history, {0, 0, -kGravity}, kRows, spacing).drape(1e-5);
     EXPECT_EQ(drape.report.status, StaticStatus::at_rest);
     return -at(drape.position, 2 * kRows - 1).z();
   };

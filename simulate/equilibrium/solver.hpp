@@ -83,6 +83,8 @@ class StaticSolver {
 
   Field position;  ///< blocks x, y, z (m)
 
+  [[nodiscard]] Cloth& cloth() { return cloth_; }
+  [[nodiscard]] const StaticOptions& options() const { return options_; }
   [[nodiscard]] StaticContacts& contacts() { return contacts_; }
   [[nodiscard]] const LayerContacts& layers() const { return layers_; }
   /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the

@@ -37,6 +37,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   add_band(band, members_at_rest(result.branches), json);
   if (result.branches.friction_band)
     add_friction_band(*result.branches.friction_band, grid, inputs.print, json);
+  if (result.branches.memory_band)
+    add_memory_band(*result.branches.memory_band, grid, inputs.print, json);
   if (inputs.measured) {
     add_measured(assign(*inputs.measured, result.branches, grid, band),
                  start_from_measured(inputs.scene, inputs.fabric, inputs.print, *inputs.measured,
@@ -86,6 +88,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
       ->capture_default_str();
+  app.add_flag(
+      "--internal-friction", args.options.internal_friction,
+      "use both branches of the bending and shear loops; also the interval that they leave");
   return run_program(app, argc, argv, common,
                      [&] { return run(args, arguments_of(argc, argv), common); });
 }

@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <cstdint>
 #include <numbers>
 
@@ -26,8 +25,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kFold = 3e-3;  // m; by which a fold of the hem stands out
-constexpr int kHemSamples = 256;
 constexpr double kSameAxis = 1e-6;    // m
 constexpr double kSameEnergy = 1e-9;  // of the energy
 constexpr double kPlace = 2e-3;       // m; by which a hand lays a sheet beside its place
@@ -45,36 +42,6 @@ Vector3d middle_of(const Field& x) {
   Vector3d sum = Vector3d::Zero();
   for (int i = 0; i < n; ++i) sum += at(x, i);
   return sum / n;
-}
-
-/// Particles along the border, once round.
-std::vector<int> border_of(const GridSpec& grid) {
-  std::vector<int> border;
-  for (int c = 0; c + 1 < grid.cols; ++c) border.push_back(grid.index(0, c));
-  for (int r = 0; r + 1 < grid.rows; ++r) border.push_back(grid.index(r, grid.cols - 1));
-  for (int c = grid.cols - 1; c > 0; --c) border.push_back(grid.index(grid.rows - 1, c));
-  for (int r = grid.rows - 1; r > 0; --r) border.push_back(grid.index(r, 0));
-  return border;
-}
-
-/// Maxima that stand out by kFold from the lowest value towards a higher one on both sides.
-int count_folds(const std::vector<double>& radius) {
-  const auto n = static_cast<int>(radius.size());
-  const auto value = [&](int i) { return radius[((i % n) + n) % n]; };
-  int folds = 0;
-  for (int i = 0; i < n; ++i) {
-    if (value(i) <= value(i - 1) || value(i) < value(i + 1)) continue;
-    double drop[2] = {0, 0};
-    for (int side = 0; side < 2; ++side) {
-      for (int k = 1; k < n; ++k) {
-        const double other = value(side == 0 ? i - k : i + k);
-        if (other > value(i)) break;
-        drop[side] = std::max(drop[side], value(i) - other);
-      }
-    }
-    folds += std::min(drop[0], drop[1]) > kFold;
-  }
-  return folds;
 }
 
 std::optional<Vector2d> axis_of(const Obstacle& obstacle) {
@@ -158,32 +125,6 @@ void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
   }
 }
 
-HemLabel label_hem(const GridSpec& grid, const Field& position) {
-  const std::vector<int> border = border_of(grid);
-  const Vector2d middle = middle_of(position).head<2>();
-  const auto count = static_cast<double>(border.size());
-  HemLabel label;
-  std::vector<double> radius(kHemSamples);
-  for (int k = 0; k < kHemSamples; ++k) {
-    const double place = k * count / kHemSamples;
-    const auto first = static_cast<std::size_t>(place);
-    const double share = place - static_cast<double>(first);
-    const Vector3d p = (1 - share) * at(position, border[first]) +
-                       share * at(position, border[(first + 1) % border.size()]);
-    radius[k] = (p.head<2>() - middle).norm();
-  }
-  for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {
-    std::complex<double> sum = 0;
-    for (int k = 0; k < kHemSamples; ++k) {
-      sum +=
-          std::polar(radius[k], -2 * std::numbers::pi * static_cast<double>(m) * k / kHemSamples);
-    }
-    label.amplitude_m[m] = (m == 0 ? 1.0 : 2.0) * std::abs(sum) / kHemSamples;
-  }
-  label.nodes = count_folds(radius);
-  return label;
-}
-
 bool is_round(const Scene& scene) {
   if (!scene.pins.empty()) return false;
   std::optional<Vector2d> common;
@@ -236,6 +177,7 @@ Branch branch_of(StaticDrape drape, const GridSpec& grid, int start, double fric
   branch.energy_j = drape.report.history.back().sum_j();
   branch.hem = label_hem(grid, drape.position);
   branch.position = std::move(drape.position);
+  branch.memory = std::move(drape.memory);
   branch.report = std::move(drape.report);
   branch.own_start = start;
   if (start >= 0) branch.starts = {start};
@@ -325,6 +267,8 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
     const auto push = [&](StaticSolver& solver, const StaticReport& found) {
       branches.friction_band.reset();
       if (found.touching + found.between > 0) branches.friction_band = push_at_rest(solver, alone);
+      if (the_case.laws.friction)
+        branches.memory_band = ends_of_memory(the_case, grid, solver, alone, found);
     };
     drapes[k] =
         drape_statically(the_case, grid, alone, change, k == 0 ? AfterRest(push) : AfterRest());
@@ -344,7 +288,8 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
   // By energy, so that each branch is named by its lowest.
   std::stable_sort(rests.begin(), rests.end(), is_lower);
   group(std::move(rests), grid, how.same_m, branches);
-  if (how.kicks > 0) seek_lower(the_case, grid, options, how.kicks, branches);
+  if (how.kicks > 0 && !the_case.laws.friction)
+    seek_lower(the_case, grid, options, how.kicks, branches);
   return branches;
 }
 
@@ -411,7 +356,9 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   options.check();
   const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
-  const ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
+  ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
+  if (options.internal_friction)
+    add_internal_friction(fabric, options.segments, laws, report, options.reach);
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
   const Surroundings surroundings(local.scene);
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};
@@ -420,23 +367,27 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   branches = find_branches(the_case, grid, static_options(local.scene, options), how);
   SimulateOptions by_static = options;
   if (by_static.solver == "rk4") by_static.solver = "static";
-  const auto judge = [&](const Field& position, const StaticReport& found, double friction) {
+  const auto judge_as = [&](const SimulateOptions& as, const ClothLaws& its, const Field& position,
+                            const ClothMemory& memory, const StaticReport& found, double friction) {
     SimulateResult judged;
     judged.report = report;
-    finish_static(the_case, fabric, grid, by_static, {{}, position, found, found.iterations},
-                  judged);
+    finish_static({local.scene, print, local.measured, surroundings, its, options.mass}, fabric,
+                  grid, as, {{}, position, found, found.iterations, memory}, judged);
     take_to_world(local, mass_kg(fabric, print, options), judged);
     Scene as_run = scene;
     as_run.friction = friction;
-    judge_rest(judged, as_run, fabric, print, by_static);
+    judge_rest(judged, as_run, fabric, print, as);
     return judged;
+  };
+  const auto judge = [&](const auto& rest, double friction) {
+    return judge_as(by_static, laws, rest.position, rest.memory, rest.report, friction);
   };
   std::vector<Branch> found;
   found.swap(branches.found);
   std::vector<std::pair<Branch, Sheet>> accepted;
   for (Branch& branch : found) {
     for (;;) {
-      SimulateResult judged = judge(branch.position, branch.report, branch.friction);
+      SimulateResult judged = judge(branch, branch.friction);
       if (judged.report.status == RestStatus::at_rest) {
         const double higher_j = local.gravity_offset_j(mass_kg(fabric, print, options));
         branch.energy_j += higher_j;
@@ -455,14 +406,37 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
     branches.found.push_back(std::move(branch));
     result.sheets.push_back(std::move(sheet));
   }
-  if (branches.members.front().empty()) branches.friction_band.reset();
+  if (branches.members.front().empty()) {
+    branches.friction_band.reset();
+    branches.memory_band.reset();
+  }
+  double same_m = how.same_m;
+  if (branches.memory_band) {
+    ClothLaws elastic = laws;
+    elastic.friction.reset();
+    SimulateOptions without = by_static;
+    without.internal_friction = false;
+    MemoryBand& band = *branches.memory_band;
+    same_m = band.reach_m(how.same_m);
+    const int folds = label_hem(grid, band.rest).nodes;
+    for (MemoryEnd& end : band.ends) {
+      if (!end.counts()) continue;
+      const SimulateResult judged =
+          end.remembers ? judge(end, scene.friction)
+                        : judge_as(without, elastic, end.position, {}, end.report, scene.friction);
+      if (judged.report.status != RestStatus::at_rest) end.ending = judged.report.sentence;
+      if (mean_distance_m(grid, end.position, band.rest, branches.round) > same_m ||
+          label_hem(grid, end.position).nodes != folds)
+        end.ending = "on another branch";
+    }
+  }
   if (branches.friction_band) {
     for (FrictionPush& push : branches.friction_band->pushes) {
       if (!push.counts()) continue;
-      const SimulateResult judged = judge(push.position, push.report, scene.friction);
+      const SimulateResult judged = judge(push, scene.friction);
       if (judged.report.status != RestStatus::at_rest) push.ending = judged.report.sentence;
       if (mean_distance_m(grid, push.position, branches.friction_band->rest, branches.round) >
-          how.same_m)
+          same_m)
         push.ending = "on another branch";
     }
   }
@@ -470,14 +444,23 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
     for (int i = 0, n = static_cast<int>(field.size() / 3); i < n; ++i)
       put_at(field, i, local.to_world(at(field, i)));
   };
+  const auto turn = [&](Vector3d& direction) {
+    direction = local.to_world(direction) - local.to_world(Vector3d::Zero());
+  };
   for (Branch& branch : branches.found) take_there(branch.position);
   for (Field& member : branches.members) take_there(member);
+  if (branches.memory_band) {
+    take_there(branches.memory_band->rest);
+    for (MemoryEnd& end : branches.memory_band->ends) {
+      take_there(end.position);
+      if (end.push_per_weight) turn(*end.push_per_weight);
+    }
+  }
   if (branches.friction_band) {
     take_there(branches.friction_band->rest);
     for (FrictionPush& push : branches.friction_band->pushes) {
       take_there(push.position);
-      push.push_per_weight =
-          local.to_world(push.push_per_weight) - local.to_world(Vector3d::Zero());
+      turn(push.push_per_weight);
     }
   }
   return result;

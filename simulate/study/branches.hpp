@@ -8,6 +8,7 @@
 #include "core/files/json_file.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/study/friction_band.hpp"
+#include "simulate/study/memory_band.hpp"
 
 namespace drape::simulate {
 
@@ -44,6 +45,7 @@ struct HemLabel {
 /// One equilibrium, found from one or more starts.
 struct Branch {
   Field position;
+  ClothMemory memory = {};  ///< of internal friction
   StaticReport report;
   double energy_j = 0;  ///< gravity, elastic and contact, against the world origin
   HemLabel hem;
@@ -77,6 +79,9 @@ struct Branches {
   /// About the rest of the scene's own start; absent where that is none or touches nothing. A push
   /// that leaves it BranchOptions::same_m or more away on average has taken it to another branch.
   std::optional<FrictionBand> friction_band;
+  /// The same of internal friction, for a cloth that has it; farther than MemoryBand::reach_m() or
+  /// with other folds of the hem is another branch.
+  std::optional<MemoryBand> memory_band;
 
   /// Takes a branch's lowest member out, so that the next one names it; returns its start, none of
   /// one that was sought.
@@ -90,7 +95,8 @@ struct Branches {
 [[nodiscard]] double mean_distance_m(const GridSpec& grid, const Field& a, const Field& b,
                                      bool round);
 /// The ensemble's; where it touches nothing, lower ones too, if seek_valleys() finds any: what
-/// hangs free is held on its valley by nothing but its history.
+/// hangs free is held on its valley by nothing but its history. Not with internal friction: there
+/// the history decides.
 [[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
                                      const StaticOptions& options, const BranchOptions& how);
 /// Schema drapebench/branches/1, without what EnsembleReport adds.

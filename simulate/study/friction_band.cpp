@@ -36,30 +36,37 @@ StaticReport there_and_back(StaticSolver& solver, const Vector3d& gravity, const
 
 }  // namespace
 
-FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
-                          const PushOptions& how) {
-  FrictionBand band;
-  band.friction = options.friction;
-  band.rest = solver.position;
-  const double per_weight = how.part * options.friction;
-  if (per_weight <= 0) return band;
-  const Vector3d gravity = options.gravity_m_per_s2;
+std::vector<FrictionPush> push_along(StaticSolver& solver, const Vector3d& per_weight, int steps) {
+  std::vector<FrictionPush> pushes;
+  const Vector3d gravity = solver.options().gravity_m_per_s2;
+  const Field rest = solver.position;
+  const ClothMemory memory = solver.cloth().memory();
   const StaticContacts contacts = solver.contacts();
-  for (const Vector3d& axis : axes_of(gravity)) {
+  const std::array<Vector3d, 3> axes = axes_of(gravity);
+  for (int k = 0; k < 3; ++k) {
+    if (per_weight[k] <= 0) continue;
     for (const double sign : {-1.0, 1.0}) {
       FrictionPush push;
-      push.push_per_weight = sign * per_weight * axis;
-      push.report =
-          there_and_back(solver, gravity, gravity.norm() * push.push_per_weight, how.steps);
+      push.push_per_weight = sign * per_weight[k] * axes[k];
+      push.report = there_and_back(solver, gravity, gravity.norm() * push.push_per_weight, steps);
       push.position = solver.position;
+      push.memory = solver.cloth().memory();
       if (push.report.status != StaticStatus::at_rest) push.ending = "it does not come to rest";
-      band.pushes.push_back(std::move(push));
+      pushes.push_back(std::move(push));
       solver.contacts() = contacts;
-      solver.position = band.rest;
+      solver.position = rest;
+      solver.cloth().remember(memory);
     }
   }
   solver.load(gravity);
-  return band;
+  return pushes;
+}
+
+FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
+                          const PushOptions& how) {
+  const double per_weight = how.part * options.friction;
+  return {options.friction, solver.position,
+          push_along(solver, Vector3d::Constant(per_weight), how.steps)};
 }
 
 void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,

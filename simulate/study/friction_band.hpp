@@ -24,6 +24,7 @@ struct FrictionPush {
   Eigen::Vector3d push_per_weight = Eigen::Vector3d::Zero();  ///< at its largest
   std::string ending = "at rest";                             ///< or why it counts for nothing
   Field position;
+  ClothMemory memory;  ///< of internal friction
   StaticReport report;
   [[nodiscard]] bool counts() const { return ending == "at rest"; }
 };
@@ -35,6 +36,11 @@ struct FrictionBand {
   Field rest;  ///< before any push
   std::vector<FrictionPush> pushes;
 };
+
+/// Pushes the sheet to both sides along two horizontals and the vertical by so much of its weight,
+/// 0: not. Each push begins at the rest, with what friction and the cloth itself remember there.
+[[nodiscard]] std::vector<FrictionPush> push_along(StaticSolver& solver,
+                                                   const Eigen::Vector3d& per_weight, int steps);
 
 /// Pushes the sheet, which `solver` has brought to rest, along two horizontals, up and down by
 /// slow changes of gravity, each time from the same rest. The solver is left as it was. Without

@@ -9,6 +9,7 @@
 #include "simulate/start/start.hpp"
 #include "simulate/study/band.hpp"
 #include "simulate/study/branches.hpp"
+#include "tests/support/heavy_strip.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
@@ -96,7 +97,7 @@ TEST(FrictionBand, WithoutFrictionThereIsNone) {
 }
 
 BranchResult drapes(const std::string& scene, int threads) {
-  Scene drawn = read_scene(test::source_root() / "rigs/bench1/scenes" / (scene + ".toml"));
+  Scene drawn = read_scene(drape::test::source_root() / "rigs/bench1/scenes" / (scene + ".toml"));
   drawn.start.mode = StartMode::flat;
   drawn.start.centre_in_world = Vector3d(0.005, -0.004, Surroundings(drawn).top_z_m() + 0.003);
   SimulateOptions options;
@@ -109,7 +110,7 @@ BranchResult drapes(const std::string& scene, int threads) {
 }
 
 TEST(FrictionBand, HoldsTheRestAndIsTheSameOnTwoThreads) {
-  const Print print = read_print(test::source_root() / "rigs/bench1/print.toml");
+  const Print print = read_print(drape::test::source_root() / "rigs/bench1/print.toml");
   const GridSpec grid{11, 11, print.patch_m};
   Json one, two;
   const BranchResult first = drapes("C", 1);
@@ -127,6 +128,86 @@ TEST(FrictionBand, HoldsTheRestAndIsTheSameOnTwoThreads) {
       EXPECT_GE(mark["high_mm"][axis].get<double>(), mark["rest_mm"][axis].get<double>());
     }
   }
+}
+
+/// The tip of a heavy cantilever after other pasts, against the boundary-value problem with the
+/// same law through the same loads.
+TEST(MemoryBand, OfACantileverIsThatOfTheLawsBoundaryValueProblem) {
+  constexpr double kStripLength = 0.08;
+  constexpr int kRows = 162;
+  const double spacing = kStripLength / (kRows - 1.5);
+  const test::ClampedStrip strip({}, {0, 0, -kGravity}, kRows, spacing);
+  std::optional<MemoryBand> found;
+  const StaticDrape drape =
+      strip.drape(1e-5, [&](StaticSolver& solver, const StaticReport& report) {
+        found = ends_of_memory(strip.the_case(), strip.grid(), solver, strip.options(1e-5), report,
+                               {0.5, 1});
+        EXPECT_EQ(solver.position, found->rest) << "the solver is left as it was";
+      });
+  ASSERT_TRUE(found);
+  EXPECT_EQ(drape.position, found->rest);
+  const auto height = [&](const Field& x) { return -at(x, 2 * kRows - 1).z(); };
+  const auto exact_after = [&](const std::vector<double>& loads, double friction_moment) {
+    test::HeavyStrip exact(kStripLength, friction_moment);
+    for (const double load : loads) exact.load(load * test::kDensity * kGravity);
+    return -exact.z;
+  };
+  const double fresh = exact_after({1}, test::kFrictionMoment);
+  const double pressed = exact_after({1, 1.5, 1}, test::kFrictionMoment);
+  const double lifted = exact_after({1, 0.5, 1}, test::kFrictionMoment);
+  const double elastic = exact_after({1}, 0);
+  EXPECT_GT(pressed, 1.02 * fresh);
+  EXPECT_NEAR(height(found->rest), fresh, 3e-3 * fresh);
+  const auto expect_end = [&](const std::string& what, double up, double exact) {
+    const auto end = std::find_if(found->ends.begin(), found->ends.end(), [&](const auto& one) {
+      return one.what == what &&
+             one.push_per_weight.value_or(Vector3d::Zero()).isApprox(Vector3d(0, 0, up), 1e-9);
+    });
+    ASSERT_NE(end, found->ends.end()) << what;
+    EXPECT_TRUE(end->counts()) << what << ": " << end->ending;
+    EXPECT_NEAR(height(end->position), exact, 3e-3 * exact) << what << " " << up;
+  };
+  expect_end("without internal friction, from there", 0, elastic);
+  expect_end("pushed and let go", -0.5, pressed);
+  expect_end("pushed and let go", 0.5, lifted);
+  expect_end("draped once more", 0, fresh);
+  // Loaded without a turn, it hangs as high as friction can hold it.
+  ASSERT_TRUE(found->place_of_rest());
+  EXPECT_GT(*found->place_of_rest(), 0.95);
+}
+
+TEST(MemoryBand, HoldsTheRestOfADrapeWithAHistory) {
+  Scene scene = read_scene(drape::test::source_root() / "rigs/bench1/scenes/C.toml");
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(0.005, -0.004, Surroundings(scene).top_z_m() + 0.003);
+  scene.start.history = {"draped 1 times"};
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const Print print = read_print(scene.print_file);
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.solver = "fall";
+  options.internal_friction = true;
+  const BranchResult found =
+      simulate_branches(scene, fabric, print, std::nullopt, options, {.starts = 2});
+  ASSERT_FALSE(found.sheets.empty());
+  ASSERT_TRUE(found.branches.memory_band);
+  Json json;
+  add_memory_band(*found.branches.memory_band, {11, 11, print.patch_m}, print, json);
+  const Json& band = json["internal_friction_band"];
+  ASSERT_EQ(band["ends"].size(), 5U) << "elastic, pressed, lifted, once more, without history";
+  double widest = 0;
+  for (const Json& mark : band["marks"]) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double low = mark["low_mm"][axis], high = mark["high_mm"][axis];
+      EXPECT_LE(low, mark["rest_mm"][axis].get<double>());
+      EXPECT_GE(high, mark["rest_mm"][axis].get<double>());
+      widest = std::max(widest, high - low);
+    }
+  }
+  EXPECT_GT(widest, 0.1) << "mm";
+  EXPECT_GE(band["place_of_rest"].get<double>(), 0);
+  EXPECT_LE(band["place_of_rest"].get<double>(), 1);
+  EXPECT_EQ(found.branches.memory_band->rest, found.branches.members.front());
 }
 
 }  // namespace

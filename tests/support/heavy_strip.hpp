@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/units.hpp"
+#include "simulate/equilibrium/run.hpp"
+#include "simulate/start/local_frame.hpp"
+
+/// Strips with internal friction: as a drape, and as a boundary-value problem.
+namespace drape::simulate::test {
+
+/// Cotton broad of Matsudaira et al. 2015: B, 2HB and density.
+inline constexpr double kStiffness = 0.118 * units::gf_cm2_per_cm;          // N m
+inline constexpr double kFrictionMoment = 0.124 / 2 * units::gf_cm_per_cm;  // N
+inline constexpr double kSlipCurvature = 0.1 * units::per_cm;               // 1/m
+inline constexpr double kDensity = 0.1238;                                  // kg/m2
+inline constexpr double kGravity = 9.80665;                                 // m/s2
+
+inline FrictionStack stack_of(double friction_moment) {
+  return {{{friction_moment / kSlipCurvature, friction_moment, 0}}};
+}
+
+inline ClothLaws cotton(double length, double friction_moment) {
+  ClothLaws laws;
+  laws.density_kg_per_m2 = kDensity;
+  laws.tensile[0] = laws.tensile[1] = {3e4 * kDensity * kGravity * length, {}};
+  laws.shear = {1, {}};
+  laws.bending[0] = laws.bending[1] = {kStiffness, {}};
+  laws.twist_n_m = 2 * kStiffness;
+  laws.friction = ClothFriction{{stack_of(friction_moment), stack_of(friction_moment)}, {}};
+  return laws;
+}
+
+/// A heavy inextensible strip with the same law, clamped horizontally: theta' = curvature(M),
+/// M' = -w (L - s) cos theta, theta(0) = 0, M(L) = 0, by shooting with Heun's rule; every place
+/// remembers its slip from load to load.
+class HeavyStrip {
+ public:
+  explicit HeavyStrip(double length, double friction_moment = kFrictionMoment)
+      : length_(length),
+        element_(stack_of(friction_moment).elements.front()),
+        slip_(kPieces + 1, 0.0) {}
+
+  void load(double weight_n_per_m2) {
+    weight_ = weight_n_per_m2;
+    double low = 0, high = 0.5 * weight_ * length_ * length_;  // N, of the moment at the clamp
+    for (int k = 0; k < 100; ++k) {
+      const double middle = 0.5 * (low + high);
+      (shoot(middle) > 0 ? high : low) = middle;
+    }
+    (void)shoot(low);
+    for (int j = 0; j <= kPieces; ++j) slip_[j] = element_.settled(curvature_[j], slip_[j]);
+  }
+  double x = 0, z = 0;  ///< of the tip
+
+ private:
+  static constexpr int kPieces = 2000;
+
+  /// The curvature at which the law gives a moment; the law rises everywhere.
+  [[nodiscard]] double curvature_of(double moment, double slip) const {
+    const double sticking =
+        (moment + element_.stiffness * slip) / (kStiffness + element_.stiffness);
+    const double pull = element_.stiffness * (sticking - slip);
+    if (std::abs(pull) <= element_.threshold) return sticking;
+    return (moment - std::copysign(element_.threshold, pull)) / kStiffness;
+  }
+  /// The moment at the tip.
+  double shoot(double root_moment) {
+    const double h = length_ / kPieces;
+    double theta = 0, moment = root_moment;
+    x = z = 0;
+    curvature_.assign(kPieces + 1, 0.0);
+    for (int j = 0; j <= kPieces; ++j) {
+      curvature_[j] = curvature_of(moment, slip_[j]);
+      if (j == kPieces) break;
+      const double fall = -weight_ * (length_ - j * h) * std::cos(theta);
+      const double ahead = theta + h * curvature_[j];
+      const double fall_ahead = -weight_ * (length_ - (j + 1) * h) * std::cos(ahead);
+      const double next =
+          theta + 0.5 * h * (curvature_[j] + curvature_of(moment + h * fall, slip_[j + 1]));
+      moment += 0.5 * h * (fall + fall_ahead);
+      x += 0.5 * h * (std::cos(theta) + std::cos(next));
+      z -= 0.5 * h * (std::sin(theta) + std::sin(next));
+      theta = next;
+    }
+    return moment;
+  }
+
+  double length_, weight_ = 0;
+  SlipElement element_;
+  std::vector<double> slip_, curvature_;
+};
+
+/// A strip of `rows` x 2 particles at that spacing, clamped in its first two rows, which drapes
+/// from flat after a history.
+class ClampedStrip {
+ public:
+  ClampedStrip(const std::vector<std::string>& history, const Eigen::Vector3d& gravity, int rows,
+               double spacing)
+      : grid_{rows, 2, {spacing * (rows - 1), spacing}},
+        laws_(cotton(grid_.patch_m.x(), kFrictionMoment)) {
+    print_.rows = print_.cols = 2;
+    print_.pitch_m = spacing;
+    print_.patch_m = grid_.patch_m;
+    print_.margin_m.setZero();
+    scene_.file = "strip.toml";
+    scene_.gravity_m_per_s2 = gravity;
+    scene_.start = {StartMode::flat, 0, Eigen::Vector3d(0, 0, 0), 0, history};
+    StartReport ignored;
+    const FlatPose flat = flat_start(scene_, std::nullopt, 0, ignored);
+    for (const double u : {0.0, spacing})
+      for (const double v : {0.0, spacing})
+        scene_.pins.push_back(
+            {{}, flat.point_in_world({u, v}, print_.patch_m), Eigen::Vector2d(u, v)});
+  }
+  [[nodiscard]] StaticCase the_case() const {
+    return {scene_, print_, unmeasured_, nothing_, laws_};
+  }
+  [[nodiscard]] StaticOptions options(double tolerance) const {
+    StaticOptions options;
+    options.gravity_m_per_s2 = scene_.gravity_m_per_s2;
+    options.residual_tolerance = tolerance;
+    options.first_step_s = 0.1;
+    return options;
+  }
+  [[nodiscard]] const GridSpec& grid() const { return grid_; }
+  [[nodiscard]] StaticDrape drape(double tolerance, const AfterRest& after = {}) const {
+    return drape_statically(the_case(), grid_, options(tolerance), {}, after);
+  }
+
+ private:
+  GridSpec grid_;
+  ClothLaws laws_;
+  Print print_;
+  Scene scene_;
+  Surroundings nothing_;
+  std::optional<Sheet> unmeasured_;
+};
+
+}  // namespace drape::simulate::test
