@@ -42,6 +42,10 @@ CalibResult calibrate_tsai(const Detections& detections, const Rig& rig, const T
                            const CalibOptions& options) {
   options.check();
   check_known_length(target);
+  if (rig.stages.empty())
+    throw bad_input(
+        "there are no z stages, on which Tsai's method rests", {.field = "calibration.stage"},
+        "calibrate with --method joint, or add [[calibration.stage]] with set and z_mm");
   CalibResult result;
   result.calibration.method = "tsai";
   result.calibration.rig = rig.name;

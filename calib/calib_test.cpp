@@ -213,6 +213,12 @@ TEST(Calib, RefusesHeightsThatHardlyDiffer) {
   EXPECT_THAT(refusal(bench1_target_detections(0), rig), HasSubstr("no depth"));
 }
 
+TEST(Calib, RefusesARigOfFreePosesAloneAndNamesTheMethodForIt) {
+  Rig rig = bench1_rig();
+  rig.stages.clear();
+  EXPECT_THAT(refusal(bench1_target_detections(0), rig), HasSubstr("--method joint"));
+}
+
 TEST(Calib, RefusesTooFewPoints) {
   Detections detections = bench1_target_detections(0);
   for (FrameDetections& frame : detections.frames) frame.detections.resize(2);
