@@ -12,11 +12,12 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsApart = 2;     // grid steps between the particles of two layers
-constexpr double kStiffens = 0.5;  // of the thickness, below which contact stiffens
-constexpr double kNearest = 1e-6;  // of the thickness, as near as its law is asked for
-constexpr double kKept = 0.2;      // of a pair's distance, that a step leaves
-constexpr double kSmooth = 1e-3;   // squared sine from which edges count in full
+constexpr int kStepsApart = 2;        // grid steps between the particles of two layers
+constexpr double kStiffens = 0.5;     // of the thickness, below which contact stiffens
+constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
+constexpr double kKept = 0.2;         // of a pair's distance, that a step leaves
+constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
+constexpr double kSurely = 1 + 1e-9;  // of the thickness: beyond, no rounding makes a pair press
 
 }  // namespace
 
@@ -110,16 +111,17 @@ void LayerContacts::list(const Field& to) {
       if (may_meet(a, b)) list_cells(a, b, to);
     });
   }
-  std::sort(found_.begin(), found_.end());
+  std::sort(found_.begin(), found_.end(), [](const Pair& a, const Pair& b) { return a.of < b.of; });
   std::vector<Pair> all;
   all.reserve(pairs_.size() + found_.size());
   auto old = pairs_.begin();
-  for (const LayerPair& pair : found_) {
-    while (old != pairs_.end() && old->of < pair) all.push_back(*old++);
-    if (old != pairs_.end() && old->of == pair) {
+  for (const Pair& pair : found_) {
+    while (old != pairs_.end() && old->of < pair.of) all.push_back(*old++);
+    if (old != pairs_.end() && old->of == pair.of) {
       all.push_back(*old++);
     } else {
-      all.push_back({pair, share_of(pair, start_), false});
+      all.push_back(pair);
+      all.back().share = share_of(pair.of, start_);
     }
   }
   all.insert(all.end(), old, pairs_.end());
@@ -166,8 +168,8 @@ void LayerContacts::offer(const LayerPair& pair, const Field& to) {
     double& most = k < firsts ? first : second;
     most = std::max(most, (way[k] - mean).norm());
   }
-  if (nearest_points(pair, start_).apart.norm() - first - second < thickness_)
-    found_.push_back(pair);
+  const double distance = nearest_points(pair, start_).apart.norm();
+  if (distance - first - second < thickness_) found_.push_back({pair, distance});
 }
 
 double LayerContacts::share_of(const LayerPair& pair, const Field& position) const {
@@ -179,24 +181,44 @@ double LayerContacts::share_of(const LayerPair& pair, const Field& position) con
 double LayerContacts::safe_share(const Field& to) const {
   double share = 1;
   for (const Pair& pair : pairs_) {
-    const double least = kKept * nearest_points(pair.of, start_).apart.norm();
-    share = std::min(share, clear_share(pair.of, start_, to, least));
+    const double distance = pair.distance_m;
+    share = std::min(share, clear_share(pair.of, start_, to, distance, kKept * distance, share));
   }
   return share;
+}
+
+/// Whether boxes about the two pieces are more than a thickness apart, which costs less than their
+/// distance.
+bool LayerContacts::is_far(const LayerPair& pair, const Field& position) const {
+  const int firsts = pair.edges ? 2 : 1;
+  const std::size_t n = position.size() / 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* x = position.data() + axis * n;
+    double low[2], high[2];
+    for (int k = 0; k < 4; ++k) {
+      const int side = k < firsts ? 0 : 1;
+      const double value = x[pair.particle[k]];
+      const bool first = k == 0 || k == firsts;
+      low[side] = first ? value : std::min(low[side], value);
+      high[side] = first ? value : std::max(high[side], value);
+    }
+    if (std::max(low[0] - high[1], low[1] - high[0]) > kSurely * thickness_) return true;
+  }
+  return false;
 }
 
 int LayerContacts::review(const Field& to) {
   int changed = 0;
   for (Pair& pair : pairs_) {
     if (pair.lands || pair.share == 0) continue;
-    const NearestPoints nearest = nearest_points(pair.of, start_);
-    const double distance = nearest.apart.norm();
+    const double distance = pair.distance_m;
     if (distance < thickness_) continue;
+    const NearestPoints nearest = nearest_points(pair.of, start_);
     double along = 0;
     for (int k = 0; k < 4; ++k)
       along += nearest.weight[k] * at(to, pair.of.particle[k]).dot(nearest.apart);
     if (along >= thickness_ * distance) continue;
-    if (clear_share(pair.of, start_, to, thickness_) == 1) continue;
+    if (clear_share(pair.of, start_, to, distance, thickness_) == 1) continue;
     pair.lands = lands_ = true;
     ++changed;
   }
@@ -223,6 +245,7 @@ LayerContacts::Law LayerContacts::law(double distance_m) const {
 double LayerContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Pair& pair : pairs_) {
+    if (is_far(pair.of, position)) continue;
     const double distance = nearest_points(pair.of, position).apart.norm();
     if (distance < thickness_) sum += pair.share * law(distance).energy_j;
   }
@@ -232,6 +255,7 @@ double LayerContacts::energy_j(const Field& position) const {
 std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) const {
   std::vector<Push> all;
   for (const Pair& pair : pairs_) {
+    if (is_far(pair.of, position)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     if (!(distance < thickness_) || !(distance > 0) || pair.share == 0) continue;
@@ -254,6 +278,7 @@ int LayerContacts::pressing(const Field& position) const {
 std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, bool convex) const {
   std::vector<Block> all;
   for (const Pair& pair : pairs_) {
+    if (!pair.lands && is_far(pair.of, position)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     const bool presses = distance < thickness_;

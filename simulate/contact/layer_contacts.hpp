@@ -63,8 +63,9 @@ class LayerContacts {
  private:
   struct Pair {
     LayerPair of;
-    double share = 1;    ///< of edges that are nearly parallel
-    bool lands = false;  ///< review() found that it will press
+    double distance_m = 0;  ///< where the step starts
+    double share = 1;       ///< of edges that are nearly parallel
+    bool lands = false;     ///< review() found that it will press
   };
   /// Of the energy of a pair, N/m and N: by distance.
   struct Law {
@@ -87,6 +88,7 @@ class LayerContacts {
   [[nodiscard]] bool may_meet(const Cell& a, const Cell& b) const;
   void list_cells(const Cell& a, const Cell& b, const Field& to);
   void offer(const LayerPair& pair, const Field& to);
+  [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position) const;
   [[nodiscard]] bool are_layers(const LayerPair& pair) const;
   [[nodiscard]] double share_of(const LayerPair& pair, const Field& position) const;
 
@@ -97,8 +99,8 @@ class LayerContacts {
   std::vector<Eigen::AlignedBox3d> boxes_;
   bool lands_ = false;
   Field start_;
-  std::vector<Pair> pairs_;       ///< in order
-  std::vector<LayerPair> found_;  ///< scratch of list()
+  std::vector<Pair> pairs_;  ///< in order
+  std::vector<Pair> found_;  ///< scratch of list()
 };
 
 }  // namespace drape::simulate

@@ -106,9 +106,13 @@ TEST(LayerPair, AClearPathKeepsItsDistanceAndAThrownOneIsCut) {
     const LayerPair pair = pair_of(edges);
     for (unsigned seed = 0; seed < 300; ++seed) {
       const Field from = random_places(seed, 50, 1), to = random_places(seed + 1000, 50, 3);
-      const double least = 0.2 * nearest_points(pair, from).apart.norm();
-      const double share = clear_share(pair, from, to, least);
+      const double distance = nearest_points(pair, from).apart.norm();
+      const double least = 0.2 * distance;
+      const double share = clear_share(pair, from, to, distance, least);
       EXPECT_GT(share, 0);
+      for (const double most : {0.1, 0.5})
+        EXPECT_EQ(std::min(most, clear_share(pair, from, to, distance, least, most)),
+                  std::min(most, share));
       cut += share < 1;
       for (int k = 0; k <= 100; ++k) {
         Field here = from;

@@ -151,7 +151,8 @@ Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
   return all;
 }
 
-double clear_share(const LayerPair& pair, const Field& from, const Field& to, double least_m) {
+double clear_share(const LayerPair& pair, const Field& from, const Field& to, double distance_m,
+                   double least_m, double most) {
   Places p = places_of(pair, from), way = places_of(pair, to);
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
@@ -167,13 +168,14 @@ double clear_share(const LayerPair& pair, const Field& from, const Field& to, do
   const double fastest = first + second;
   if (!(fastest > 0)) return 1;
   double share = 0;
-  double room = nearest_of(pair, p).apart.norm() - least_m;
+  double room = distance_m - least_m;
   const double enough = kNearly * room;
   for (int k = 0; k < kAdvances && room > 0; ++k) {
     if (k > 0 && room <= enough) return share;
     const double next = share + (1 - 0.5 * kNearly) * room / fastest;
     if (next >= 1) return 1;
     share = next;
+    if (share >= most) return share;
     Places here;
     for (int c = 0; c < 4; ++c) here[c] = p[c] + share * way[c];
     room = nearest_of(pair, here).apart.norm() - least_m;

@@ -133,6 +133,13 @@ StaticReport shake(StaticSolver& solver, const PastEvent& shakes, const Vector3d
   return report;
 }
 
+/// Whether a sheet that was taken to pass through itself has to meet itself.
+bool drapes_again(const GridSpec& grid, const StaticOptions& options, const StaticDrape& drape) {
+  return !options.meets_itself && options.cloth_thickness_m > 0 &&
+         drape.report.status != StaticStatus::diverged &&
+         self_distance(grid, drape.position).crossings > 0;
+}
+
 /// Drapes once. A sheet that meets itself stays on its grid: another one's rest may pass through
 /// itself there.
 StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
@@ -184,7 +191,9 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
     drape.iterations += drape.report.iterations;
     drape.memory = cloth.memory();
     drape.dissipated_j = cloth.dissipated_j();
-    if (last && after && drape.report.status == StaticStatus::at_rest) after(solver, drape.report);
+    if (last && after && drape.report.status == StaticStatus::at_rest &&
+        !drapes_again(grid, options, drape))
+      after(solver, drape.report);
     coarser = coarse;
     coarse = here;
     if (drape.report.status == StaticStatus::diverged) break;
@@ -221,9 +230,7 @@ StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change,
                              const AfterRest& after) {
   StaticDrape drape = drape_after_history(the_case, grid, options, change, after);
-  if (options.cloth_thickness_m <= 0 || drape.report.status == StaticStatus::diverged ||
-      self_distance(grid, drape.position).crossings == 0)
-    return drape;
+  if (!drapes_again(grid, options, drape)) return drape;
   StaticOptions meets = options;
   meets.meets_itself = true;
   std::vector<std::string> warnings;

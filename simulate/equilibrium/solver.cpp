@@ -412,4 +412,14 @@ StaticReport StaticSolver::solve() {
   return report;
 }
 
+StaticReport StaticSolver::solve_nearly(double residual) {
+  const StaticOptions exact = options_;
+  options_.residual_tolerance = std::max(residual, exact.residual_tolerance);
+  options_.only_a_start = true;
+  options_.judge_stability = false;
+  StaticReport report = solve();
+  options_ = exact;
+  return report;
+}
+
 }  // namespace drape::simulate

@@ -95,6 +95,10 @@ class StaticSolver {
   /// Goes to rest from `position`. Of internal friction this is one step, in which no element turns
   /// back: fall() settles it at each of its own.
   StaticReport solve();
+  /// The same to within `residual` of a weight, whatever gaps are left: on the path to a rest.
+  StaticReport solve_nearly(double residual);
+  /// StaticOptions::paced from here on; without it, a start near its rest takes far fewer steps.
+  void pace(bool paced) { options_.paced = paced; }
   /// Changes gravity under a sheet at rest, which the next solve() follows from where it stands:
   /// contacts and friction keep what they hold.
   void load(const Eigen::Vector3d& gravity_m_per_s2);

@@ -23,12 +23,12 @@ std::array<Vector3d, 3> axes_of(const Vector3d& gravity) {
 
 /// Follows gravity to `most` and back in equal steps; the report of the last.
 StaticReport there_and_back(StaticSolver& solver, const Vector3d& gravity, const Vector3d& most,
-                            int steps) {
+                            int steps, const std::optional<double>& between) {
   StaticReport report;
   for (int k = 1; k <= 2 * steps; ++k) {
     const double part = static_cast<double>(k <= steps ? k : 2 * steps - k) / steps;
     solver.load(gravity + part * most);
-    report = solver.solve();
+    report = between && k < 2 * steps ? solver.solve_nearly(*between) : solver.solve();
     if (report.status != StaticStatus::at_rest) break;
   }
   return report;
@@ -36,19 +36,23 @@ StaticReport there_and_back(StaticSolver& solver, const Vector3d& gravity, const
 
 }  // namespace
 
-std::vector<FrictionPush> push_along(StaticSolver& solver, const Vector3d& per_weight, int steps) {
+std::vector<FrictionPush> push_along(StaticSolver& solver, const Vector3d& per_weight, int steps,
+                                     const std::optional<double>& between) {
   std::vector<FrictionPush> pushes;
   const Vector3d gravity = solver.options().gravity_m_per_s2;
   const Field rest = solver.position;
   const ClothMemory memory = solver.cloth().memory();
   const StaticContacts contacts = solver.contacts();
+  const bool paced = solver.options().paced;
+  if (between) solver.pace(false);
   const std::array<Vector3d, 3> axes = axes_of(gravity);
   for (int k = 0; k < 3; ++k) {
     if (per_weight[k] <= 0) continue;
     for (const double sign : {-1.0, 1.0}) {
       FrictionPush push;
       push.push_per_weight = sign * per_weight[k] * axes[k];
-      push.report = there_and_back(solver, gravity, gravity.norm() * push.push_per_weight, steps);
+      push.report =
+          there_and_back(solver, gravity, gravity.norm() * push.push_per_weight, steps, between);
       push.position = solver.position;
       push.memory = solver.cloth().memory();
       if (push.report.status != StaticStatus::at_rest) push.ending = "it does not come to rest";
@@ -59,6 +63,7 @@ std::vector<FrictionPush> push_along(StaticSolver& solver, const Vector3d& per_w
     }
   }
   solver.load(gravity);
+  solver.pace(paced);
   return pushes;
 }
 
@@ -66,7 +71,7 @@ FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
                           const PushOptions& how) {
   const double per_weight = how.part * options.friction;
   return {options.friction, solver.position,
-          push_along(solver, Vector3d::Constant(per_weight), how.steps)};
+          push_along(solver, Vector3d::Constant(per_weight), how.steps, how.residual)};
 }
 
 void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,

@@ -17,6 +17,8 @@ struct PushOptions {
   /// it: what lies as a whole stays, and what friction holds locally is tried from every side.
   double part = 0.5;
   int steps = 2;  ///< in which the push grows, and in which it goes again
+  /// Of the mean particle's weight, at which all but the last of them end: as Runge-Kutta's rests.
+  double residual = 1e-3;
 };
 
 /// Where a sheet rests after a push that grew and went again.
@@ -39,8 +41,11 @@ struct FrictionBand {
 
 /// Pushes the sheet to both sides along two horizontals and the vertical by so much of its weight,
 /// 0: not. Each push begins at the rest, with what friction and the cloth itself remember there.
+/// `between`: residual of a weight at which all but its last step end, by Newton steps that use
+/// factors again; none: every step is solved like the rest.
 [[nodiscard]] std::vector<FrictionPush> push_along(StaticSolver& solver,
-                                                   const Eigen::Vector3d& per_weight, int steps);
+                                                   const Eigen::Vector3d& per_weight, int steps,
+                                                   const std::optional<double>& between = {});
 
 /// Pushes the sheet, which `solver` has brought to rest, along two horizontals, up and down by
 /// slow changes of gravity, each time from the same rest. The solver is left as it was. Without
