@@ -27,14 +27,18 @@ struct BudgetInputs {
 [[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input,
                                                            const Report& report);
 
-/// What the headline's grid leaves, by the next coarser one (Richardson 1911; the model is of order
-/// 2). That holds where both end on one branch: no farther apart than the ensemble's members are
-/// linked by.
+/// What the headline's grid leaves, by the next two coarser ones (Richardson 1911). That holds
+/// where all three end on one branch, no farther apart than the ensemble's members are linked by,
+/// and where the marks' displacements fall from grid to grid as an error of order 1 to 3 does. An
+/// order above 2, the model's own, is not relied on.
 struct GridError {
   std::string coarser;            ///< "21x21, 5 segments"
   double apart_m = 0;             ///< mean over the marks
   std::optional<double> reach_m;  ///< of the ensemble's branches; absent: no ensemble
-  std::optional<double> left_m;   ///< mean over the marks; absent: not on one branch, or not known
+  std::string coarsest;           ///< of the three; empty: there are two
+  double below_m = 0;             ///< between the two coarser ones, mean over the marks
+  std::optional<double> order;    ///< that the three show; absent: not 1 to 3
+  std::optional<double> left_m;   ///< mean over the marks; absent: not known
 };
 [[nodiscard]] std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report);
 /// For people, without a full stop.

@@ -96,30 +96,73 @@ TEST(FrictionInTheBudget, AListThatIsAnotherByNowHasNone) {
   EXPECT_FALSE(friction_band_of(input, report).has_value());
 }
 
-// Where the marks err by the square of the spacing, what is left is exact.
-TEST(GridError, IsExtrapolatedOnOneBranchOnly) {
-  constexpr double kCurve_m = 400 * mm;
-  const auto simulated = [](int n) {
-    return test::simulated_sheet(n, 5, raised(kCurve_m / ((n - 1) * (n - 1))));
-  };
-  DrapeInput input =
-      test::drape_of(test::measured_sheet(), {simulated(31), simulated(21), simulated(11)});
-  const Report report = compare_drape(input, {});
-  const auto alone = grid_error_of(input, report);
-  ASSERT_TRUE(alone.has_value());
-  EXPECT_NEAR(alone->apart_m, kCurve_m * (1.0 / 400 - 1.0 / 900), 1e-12);
-  EXPECT_FALSE(alone->left_m.has_value());
-  EXPECT_THAT(grid_sentence(*alone), HasSubstr("without an ensemble"));
+constexpr double kCurve_m = 400 * mm;
+
+/// Grids of 31, 21 and 11 whose marks err by kCurve_m over their spacings to the power of `order`,
+/// the coarsest by more than that: it has other folds.
+DrapeInput erring(double order, double coarsest_by_m = 0, int grids = 3) {
+  std::vector<Sheet> all;
+  for (const int n : {31, 21, 11}) {
+    if (static_cast<int>(all.size()) == grids) break;
+    const double error_m = kCurve_m * std::pow(n - 1, -order);
+    all.push_back(test::simulated_sheet(n, 5, raised(error_m + (n == 11 ? coarsest_by_m : 0))));
+  }
+  DrapeInput input = test::drape_of(test::measured_sheet(), all);
   input.ensemble = Ensemble{};
-  input.ensemble->reach_m = 2 * alone->apart_m;
-  const auto near = grid_error_of(input, report);
-  ASSERT_TRUE(near && near->left_m);
-  EXPECT_NEAR(*near->left_m, kCurve_m / 900, 1e-12);
-  input.ensemble->reach_m = 0.5 * alone->apart_m;
-  const auto far = grid_error_of(input, report);
-  ASSERT_TRUE(far.has_value());
-  EXPECT_FALSE(far->left_m.has_value());
-  EXPECT_THAT(grid_sentence(*far), HasSubstr("other folds"));
+  input.ensemble->reach_m = kCurve_m;
+  return input;
+}
+
+GridError error_of(const DrapeInput& input) {
+  return grid_error_of(input, compare_drape(input, {})).value();
+}
+
+// Where the marks err by a power of the spacing, what is left is exact: up to the model's order.
+TEST(GridError, IsExtrapolatedByTheOrderThatThreeGridsShow) {
+  for (const double order : {1.2, 1.6, 2.0}) {
+    const GridError error = error_of(erring(order));
+    ASSERT_TRUE(error.order && error.left_m) << order;
+    EXPECT_NEAR(*error.order, order, 1e-9);
+    EXPECT_NEAR(*error.left_m, kCurve_m * std::pow(30, -order), 1e-12);
+  }
+  const GridError steep = error_of(erring(2.7));
+  ASSERT_TRUE(steep.order && steep.left_m);
+  EXPECT_NEAR(*steep.order, 2.7, 1e-9);
+  EXPECT_NEAR(*steep.left_m, steep.apart_m / (1.5 * 1.5 - 1), 1e-12);
+  EXPECT_GT(*steep.left_m, kCurve_m * std::pow(30, -2.7));
+  EXPECT_THAT(grid_sentence(steep), HasSubstr("order 2.7, of which the model's 2"));
+}
+
+TEST(GridError, IsTheDifferenceAloneWhereNoOrderIsSeen) {
+  // The third: displacements that turn round from grid to grid fall by no order.
+  for (const DrapeInput& input : {erring(0.7), erring(3.4), erring(2, -2 * kCurve_m / 100)}) {
+    const GridError error = error_of(input);
+    EXPECT_FALSE(error.order || error.left_m);
+    EXPECT_GT(error.apart_m, 0);
+    EXPECT_THAT(grid_sentence(error), HasSubstr("nothing is extrapolated"));
+  }
+  const GridError two = error_of(erring(2, 0, 2));
+  EXPECT_FALSE(two.left_m.has_value());
+  EXPECT_THAT(grid_sentence(two), HasSubstr("two grids do not show"));
+}
+
+TEST(GridError, IsExtrapolatedOnOneBranchOnly) {
+  DrapeInput input = erring(2);
+  const double apart_m = error_of(input).apart_m;
+  EXPECT_NEAR(apart_m, kCurve_m * (1.0 / 400 - 1.0 / 900), 1e-12);
+  EXPECT_TRUE(error_of(input).left_m.has_value());
+  input.ensemble->reach_m = 0.5 * apart_m;
+  const GridError far = error_of(input);
+  EXPECT_FALSE(far.left_m.has_value());
+  EXPECT_THAT(grid_sentence(far), HasSubstr("other folds, which"));
+  input.ensemble->reach_m = 2 * apart_m;
+  const GridError coarse = error_of(input);
+  EXPECT_FALSE(coarse.left_m.has_value());
+  EXPECT_THAT(grid_sentence(coarse), HasSubstr("11x11, 5 segments has other folds"));
+  input.ensemble.reset();
+  const GridError alone = error_of(input);
+  EXPECT_FALSE(alone.left_m.has_value());
+  EXPECT_THAT(grid_sentence(alone), HasSubstr("without an ensemble"));
 }
 
 }  // namespace
