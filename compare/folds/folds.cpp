@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
@@ -50,7 +52,8 @@ class Grid {
   Vector2d step_;
 };
 
-/// Curvatures by central differences at inner points; the metric of the stretched cloth is kept.
+/// Curvatures by central differences at inner points; the metric of the stretched cloth is kept, by
+/// the edges' lengths: a chord over a sharp fold has none.
 Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
   const Vector2d h = grid.step();
   const Vector3d u = (grid.point(r + 1, c) - grid.point(r - 1, c)) / (2 * h.x());
@@ -66,9 +69,11 @@ Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
   Eigen::Matrix2d second;
   // Above 0 where the cloth bends away from its normal: a ridge.
   second << -uu.dot(n), -uv.dot(n), -uv.dot(n), -vv.dot(n);
-  const double uu_metric = std::max(u.squaredNorm(), 1e-12);
-  const double vv_metric = std::max(v.squaredNorm(), 1e-12);
-  const Vector2d scale(1 / std::sqrt(uu_metric), 1 / std::sqrt(vv_metric));
+  const auto length = [](const Vector3d& a, const Vector3d& b) { return (a - b).norm(); };
+  const Vector3d& here = grid.point(r, c);
+  const Vector2d scale(
+      2 * h.x() / (length(grid.point(r + 1, c), here) + length(here, grid.point(r - 1, c))),
+      2 * h.y() / (length(grid.point(r, c + 1), here) + length(here, grid.point(r, c - 1))));
   return scale.asDiagonal() * second * scale.asDiagonal();
 }
 
@@ -247,6 +252,64 @@ double area_under_curve(const std::vector<double>& low, const std::vector<double
   for (const double a : low)
     for (const double b : high) above += b > a ? 1 : b == a ? 0.5 : 0;
   return above / static_cast<double>(low.size() * high.size());
+}
+
+std::vector<Descriptor> descriptors_of(const SheetShape& shape) {
+  double height_m2 = 0, power = 0, log_length = 0, length_m = 0, curvature = 0;
+  for (const WaveBand& band : shape.bands) {
+    height_m2 += band.height_m2;
+    power += band.curvature_per_m2;
+    log_length += band.curvature_per_m2 * std::log(std::sqrt(band.from_m * band.to_m));
+  }
+  for (const Fold& fold : shape.folds) {
+    length_m += fold.length_m;
+    curvature += fold.length_m * std::abs(fold.curvature_per_m);
+  }
+  return {{"rms_curvature_per_m", std::sqrt(shape.mean_bending_per_m2)},
+          {"height_sd_mm", std::sqrt(height_m2) / units::mm},
+          {"curvature_wavelength_mm", power > 0 ? std::exp(log_length / power) / units::mm : 0},
+          {"folds", static_cast<double>(shape.folds.size())},
+          {"fold_length_mm", length_m / units::mm},
+          {"fold_curvature_per_m", length_m > 0 ? curvature / length_m : 0}};
+}
+
+namespace {
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+std::optional<double> variation_of(const std::vector<double>& values) {
+  const double mean = mean_of(values);
+  if (values.size() < 2 || mean == 0) return std::nullopt;
+  double squares = 0;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return std::sqrt(squares / static_cast<double>(values.size() - 1)) / std::abs(mean);
+}
+
+}  // namespace
+
+std::vector<DescriptorSpread> spreads_of(const std::vector<SheetShape>& sheets,
+                                         const std::vector<SheetShape>& against) {
+  if (sheets.empty()) throw internal_error("a group of sheets is needed");
+  const auto values_of = [](const std::vector<SheetShape>& group, std::size_t which) {
+    std::vector<double> values;
+    for (const SheetShape& shape : group) values.push_back(descriptors_of(shape)[which].value);
+    return values;
+  };
+  std::vector<DescriptorSpread> spreads;
+  for (const Descriptor& one : descriptors_of(sheets.front())) {
+    const std::vector<double> here = values_of(sheets, spreads.size());
+    DescriptorSpread spread{one.name, mean_of(here), variation_of(here), {}, {}, {}};
+    if (!against.empty()) {
+      const std::vector<double> there = values_of(against, spreads.size());
+      spread.mean_against = mean_of(there);
+      spread.variation_against = variation_of(there);
+      spread.area_under_curve = area_under_curve(here, there);
+    }
+    spreads.push_back(std::move(spread));
+  }
+  return spreads;
 }
 
 }  // namespace drape::compare

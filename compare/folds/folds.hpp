@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,5 +47,28 @@ struct SheetShape {
 /// `high` is above that of `low`; equal ones count half (Mann and Whitney 1947).
 [[nodiscard]] double area_under_curve(const std::vector<double>& low,
                                       const std::vector<double>& high);
+
+/// A sheet in one number, for groups of sheets that no mark can be compared by.
+struct Descriptor {
+  std::string name;  ///< with its unit
+  double value = 0;
+};
+/// Root mean square curvature, spread of the height, the wavelength of the curvature (mean of its
+/// logarithm, weighed by power), number, summed length and mean curvature of the folds.
+[[nodiscard]] std::vector<Descriptor> descriptors_of(const SheetShape& shape);
+
+/// One descriptor over a group of sheets, and against another group.
+struct DescriptorSpread {
+  std::string name;
+  double mean = 0;
+  std::optional<double> variation;  ///< standard deviation over mean; absent: one sheet, or mean 0
+  std::optional<double> mean_against, variation_against;
+  /// Part of the pairs in which the other group's sheet has more: 0.5 says nothing, 0 and 1 tell
+  /// the groups apart.
+  std::optional<double> area_under_curve;
+};
+/// `against` may be empty.
+[[nodiscard]] std::vector<DescriptorSpread> spreads_of(const std::vector<SheetShape>& sheets,
+                                                       const std::vector<SheetShape>& against);
 
 }  // namespace drape::compare

@@ -95,5 +95,51 @@ TEST(Folds, AreaUnderTheCurveCountsPairs) {
   EXPECT_EQ(area_under_curve({1, 4}, {2, 3}), 0.5);
 }
 
+TEST(Folds, ASheetThatLiesOnItselfHasTheCurvatureOfItsTurn) {
+  // Folded back at half its length within one step of the grid: a turn by pi over two steps.
+  constexpr int kPoints = 41;
+  const double step = 0.4 / (kPoints - 1), middle = 0.2;
+  const Sheet sheet = sheet_of(kPoints, [&](double u, double v) {
+    return Eigen::Vector3d(v, u < middle ? u : 2 * middle - u, u < middle ? 0 : 1e-9);
+  });
+  const SheetShape shape = shape_of(sheet, {}, "folded");
+  EXPECT_LE(std::sqrt(shape.mean_bending_per_m2), 2 / step);
+}
+
+TEST(Folds, GroupsAreComparedByDescriptors) {
+  // Waves of 100 mm whose height varies by a known part, against the same half as high again.
+  const auto group = [](double factor) {
+    std::vector<SheetShape> shapes;
+    for (const double part : {0.9, 1.0, 1.1})
+      shapes.push_back(shape_of(sheet_of(81,
+                                         [&](double u, double v) {
+                                           const double k = kTurn / 0.1;
+                                           return Eigen::Vector3d(
+                                               v, u, part * factor * 3e-3 * -std::cos(k * u));
+                                         }),
+                                {}, "waves"));
+    return shapes;
+  };
+  const auto spread_of = [&](const std::string& name, const std::vector<DescriptorSpread>& all) {
+    for (const DescriptorSpread& one : all)
+      if (one.name == name) return one;
+    ADD_FAILURE() << name;
+    return DescriptorSpread{};
+  };
+  const std::vector<DescriptorSpread> spreads = spreads_of(group(1), group(1.5));
+  const DescriptorSpread height = spread_of("height_sd_mm", spreads);
+  EXPECT_NEAR(height.mean, 3 / std::sqrt(2.0), 0.03);
+  EXPECT_NEAR(height.variation.value_or(0), 0.1, 1e-9);
+  EXPECT_NEAR(height.mean_against.value_or(0), 1.5 * height.mean, 1e-9);
+  EXPECT_EQ(height.area_under_curve, 1);
+  EXPECT_NEAR(spread_of("rms_curvature_per_m", spreads).variation.value_or(0), 0.1, 0.01);
+  EXPECT_EQ(spread_of("folds", spreads).mean, 7);
+  EXPECT_EQ(spread_of("folds", spreads).area_under_curve, 0.5);
+  EXPECT_NEAR(spread_of("curvature_wavelength_mm", spreads).mean, 100, 20) << "half an octave";
+  const std::vector<DescriptorSpread> alone = spreads_of({group(1).front()}, {});
+  EXPECT_FALSE(alone.front().variation);
+  EXPECT_FALSE(alone.front().area_under_curve);
+}
+
 }  // namespace
 }  // namespace drape::compare

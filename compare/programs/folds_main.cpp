@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compare/folds/folds.hpp"
-#include "core/files/json_file.hpp"
+#include "compare/folds/folds_json.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -18,31 +17,11 @@ using units::mm;
 namespace {
 
 struct Arguments {
-  std::vector<std::filesystem::path> sheets;
+  std::vector<std::filesystem::path> sheets, against;
   std::optional<std::filesystem::path> out;
   double least_length_mm = FoldOptions{}.least_length_m / mm;
   double least_curvature_per_m = FoldOptions{}.least_curvature_per_m;
 };
-
-Json json_of(const std::string& file, const SheetShape& shape) {
-  Json json;
-  json["sheet"] = file;
-  json["mean_bending_per_m2"] = shape.mean_bending_per_m2;
-  json["bands"] = Json::array();
-  for (const WaveBand& band : shape.bands)
-    json["bands"].push_back({{"from_mm", band.from_m / mm},
-                             {"to_mm", band.to_m / mm},
-                             {"height_mm2", band.height_m2 / (mm * mm)},
-                             {"curvature_per_m2", band.curvature_per_m2}});
-  json["folds"] = Json::array();
-  for (const Fold& fold : shape.folds)
-    json["folds"].push_back({{"material_mm", to_json_vector(fold.middle_material_m / mm)},
-                             {"xyz_mm", to_json_vector(fold.middle_in_world / mm)},
-                             {"length_mm", fold.length_m / mm},
-                             {"direction_deg", fold.direction_rad / units::deg},
-                             {"curvature_per_m", fold.curvature_per_m}});
-  return json;
-}
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-folds", std::move(words),
@@ -51,19 +30,32 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   Ending ending;
   Json json;
   json["schema"] = "drapebench/folds/1";
-  json["sheets"] = Json::array();
-  for (const auto& file : arguments.sheets) {
-    record.input(file);
-    const SheetShape shape = shape_of(read_sheet(file), options, file.string());
-    json["sheets"].push_back(json_of(file.string(), shape));
-    const auto ridges = std::count_if(shape.folds.begin(), shape.folds.end(),
-                                      [](const Fold& fold) { return fold.curvature_per_m > 0; });
-    ending.numbers.emplace_back(
-        file.string(),
-        fmt::format("{} ridges, {} valleys, root mean square curvature {:.1f} 1/m", ridges,
-                    shape.folds.size() - ridges, std::sqrt(shape.mean_bending_per_m2)));
+  const auto read_group = [&](const std::vector<std::filesystem::path>& files, const char* key) {
+    std::vector<SheetShape> shapes;
+    json[key] = Json::array();
+    for (const auto& file : files) {
+      record.input(file);
+      shapes.push_back(shape_of(read_sheet(file), options, file.string()));
+      const SheetShape& shape = shapes.back();
+      json[key].push_back(json_of(file.string(), shape));
+      const auto ridges = std::count_if(shape.folds.begin(), shape.folds.end(),
+                                        [](const Fold& fold) { return fold.curvature_per_m > 0; });
+      ending.numbers.emplace_back(
+          file.string(),
+          fmt::format("{} ridges, {} valleys, root mean square curvature {:.1f} 1/m", ridges,
+                      shape.folds.size() - ridges, std::sqrt(shape.mean_bending_per_m2)));
+    }
+    return shapes;
+  };
+  const std::vector<SheetShape> sheets = read_group(arguments.sheets, "sheets");
+  const std::vector<SheetShape> against = read_group(arguments.against, "against");
+  json["descriptors"] = Json::array();
+  for (const DescriptorSpread& spread : spreads_of(sheets, against)) {
+    json["descriptors"].push_back(json_of(spread));
+    ending.numbers.emplace_back(spread.name, text_of(spread));
   }
-  ending.verdict = fmt::format("{} sheets", arguments.sheets.size());
+  ending.verdict = fmt::format("{} sheets", sheets.size());
+  if (!against.empty()) ending.verdict += fmt::format(" against {}", against.size());
   if (arguments.out) {
     write_json(*arguments.out, json);
     record.output(*arguments.out);
@@ -79,6 +71,10 @@ int main(int argc, char** argv) {
   Arguments arguments;
   add_common_options(app, common);
   app.add_option("SHEET", arguments.sheets, "whole grids: sheet.ply or sheet.json")->required();
+  app.add_option(
+      "--against", arguments.against,
+      "another group of sheets: means, variations, and how far each descriptor tells the "
+      "groups apart");
   app.add_option("--least-length-mm", arguments.least_length_mm, "of a fold")
       ->positive()
       ->capture_default_str();

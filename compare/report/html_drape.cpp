@@ -255,6 +255,8 @@ std::string html_branches(const DrapeInput& input, const Report& report) {
       text += "<p>The ensemble: " + xml(ensemble_sentence(*ensemble)) + ".</p>\n";
     if (const auto band = friction_band_of(input, report); band && &set == &report.branch_sets[0])
       text += "<p>Friction: " + xml(friction_sentence(*band)) + ".</p>\n";
+    if (const auto band = memory_band_of(input, report); band && &set == &report.branch_sets[0])
+      text += "<p>Internal friction: " + xml(memory_sentence(*band)) + ".</p>\n";
     if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
   }
   return text;

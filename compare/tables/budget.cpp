@@ -84,6 +84,12 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
        true, -change_m, change_m});
 }
 
+std::filesystem::path first_list(const DrapeInput& input, const Report& report) {
+  const BranchSet& set = report.branch_sets.front();
+  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
+  return first.sheet.file.parent_path() / ".." / "branches.json";
+}
+
 /// Friction holds the cloth somewhere between what pushes from two sides leave.
 void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
   const std::optional<FrictionBand> band = friction_band_of(input, report);
@@ -120,6 +126,46 @@ void add_friction_band(const DrapeInput& input, const Report& report, BudgetInpu
            true, moves_of(down), moves_of(up)});
     }
   }
+}
+
+/// Internal friction holds the cloth somewhere between where two pasts leave it; a drape without it
+/// lies about the middle of what a cloth with it leaves open.
+void add_memory(const DrapeInput& input, const Report& report,
+                const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
+  std::vector<MarkId> marks;
+  InputEffect effect{"internal friction's interval", {}, true, {}, {}};
+  if (const std::optional<MemoryBand> band = memory_band_of(input, report)) {
+    marks = band->marks;
+    effect.down_m = band->lowest_m();
+    effect.up_m = band->highest_m();
+    effect.origin =
+        "between the lowest and the highest end of the ensemble's drape after other pasts";
+  } else if (split) {
+    const auto one = std::find_if(split->scene.begin(), split->scene.end(), [](const auto& value) {
+      return value.value == "internal_friction";
+    });
+    if (one == split->scene.end() || !one->moves) return;
+    marks = split->marks_at;
+    effect.down_m = one->moves->down_m;
+    effect.up_m = one->moves->up_m;
+    effect.origin =
+        fmt::format("both branches of the loops give {:+.3f} mm; as much may be left, up or down",
+                    one->change_m_per_unit / mm);
+  } else {
+    return;
+  }
+  std::vector<Index> rows;
+  for (const MarkError& mark : headline_of(report).marks.marks) {
+    const auto at = std::find(marks.begin(), marks.end(), mark.mark);
+    if (at == marks.end()) {
+      inputs.missing.emplace_back("internal friction's interval: it lacks a mark");
+      return;
+    }
+    rows.push_back(at - marks.begin());
+  }
+  effect.down_m = MatrixX3d(effect.down_m(rows, Eigen::all));
+  effect.up_m = MatrixX3d(effect.up_m(rows, Eigen::all));
+  inputs.effects.push_back(std::move(effect));
 }
 
 void add_measurement(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
@@ -257,9 +303,12 @@ std::optional<double> order_of(const std::array<double, 3>& h, double ratio) {
 
 std::optional<FrictionBand> friction_band_of(const DrapeInput& input, const Report& report) {
   if (report.branch_sets.empty()) return std::nullopt;
-  const BranchSet& set = report.branch_sets.front();
-  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
-  return read_friction_band(first.sheet.file.parent_path() / ".." / "branches.json", set.sha256);
+  return read_friction_band(first_list(input, report), report.branch_sets.front().sha256);
+}
+
+std::optional<MemoryBand> memory_band_of(const DrapeInput& input, const Report& report) {
+  if (report.branch_sets.empty()) return std::nullopt;
+  return read_memory_band(first_list(input, report), report.branch_sets.front().sha256);
 }
 
 std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report) {
@@ -329,6 +378,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   add_neighbour(input, report, true, inputs);
   add_neighbour(input, report, false, inputs);
   add_friction_band(input, report, inputs);
+  add_memory(input, report, split, inputs);
   add_sensitivities(input, report, split, inputs);
   return inputs;
 }

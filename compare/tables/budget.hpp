@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compare/metrics/friction_band.hpp"
+#include "compare/metrics/memory_band.hpp"
 #include "compare/tables/error_split.hpp"
 #include "compare/tables/propagation.hpp"
 #include "compare/tables/tables.hpp"
@@ -26,6 +27,10 @@ struct BudgetInputs {
 /// What the list behind the first set of branches says of friction; nothing without one.
 [[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input,
                                                            const Report& report);
+
+/// The same of internal friction.
+[[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input,
+                                                       const Report& report);
 
 /// What the headline's grid leaves, by the next two coarser ones (Richardson 1911). That holds
 /// where all three end on one branch, no farther apart than the ensemble's members are linked by,

@@ -87,6 +87,55 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
   }
 }
 
+/// Of an ensemble with it: between the ends that lie lowest and highest, the rest among them. Else
+/// as far as the loops move the drape, both ways.
+TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
+  const drape::test::TemporaryFolder folder;
+  DrapeInput input = drape_with(folder.path(), true);
+  const auto line_of = [&](const std::optional<ErrorSplitFile>& split) {
+    const Report report = compare_drape(input, {});
+    for (const InputEffect& effect : budget_inputs_of(input, report, split).effects)
+      if (effect.what == "internal friction's interval") return std::optional(effect);
+    return std::optional<InputEffect>();
+  };
+  EXPECT_FALSE(line_of(std::nullopt));
+  ErrorSplitFile split;
+  Eigen::MatrixX3d up_m = Eigen::MatrixX3d::Zero(121, 3);
+  up_m.col(2).setConstant(0.4 * mm);
+  for (int k = 0; k < 121; ++k) split.marks_at.push_back({k / 11, k % 11});
+  split.scene.push_back({"internal_friction", 0.4 * mm, MarkMoves{1, 1.0, -up_m, up_m}});
+  const auto by_loops = line_of(split);
+  ASSERT_TRUE(by_loops);
+  EXPECT_TRUE(by_loops->rectangular);
+  EXPECT_EQ(by_loops->down_m, -up_m);
+  EXPECT_THAT(by_loops->origin, HasSubstr("+0.400 mm"));
+
+  const std::filesystem::path list = folder.path() / "branches.json";
+  Json json = Json::parse(read_text(list)), ends = Json::array();
+  for (const double z : {-0.3, -0.1, 0.05}) {
+    Json moves = Json::array();
+    for (int k = 0; k < 121; ++k) moves.push_back({0.0, 0.0, z});
+    ends.push_back({{"what", "pressed"}, {"ending", "at rest"}, {"moves_mm", moves}});
+  }
+  ends.push_back({{"what", "draped once more"}, {"ending", "on another branch"}});
+  json["internal_friction_band"] = {
+      {"place_of_rest", 0.75}, {"ends", ends}, {"marks", json["friction_band"]["marks"]}};
+  write_json(list, json);
+  input.simulations[2].branch->set_sha256 = sha256_of_file(list);
+  const auto by_band = line_of(split);
+  ASSERT_TRUE(by_band);
+  EXPECT_NEAR(by_band->down_m(60, 2) / mm, -0.3, 1e-12);
+  EXPECT_NEAR(by_band->up_m(60, 2) / mm, 0.05, 1e-12);
+  EXPECT_NEAR(
+      alone_m(budget_inputs_of(input, compare_drape(input, {}), split).differences_m, *by_band) /
+          mm,
+      std::sqrt(0.175 * 0.175 / 3 + 0.125 * 0.125 / 5), 1e-6)
+      << "0.175 t - 0.125 t^2 through the three, for t uniform in -1 .. 1";
+  const std::string text = memory_sentence(*memory_band_of(input, compare_drape(input, {})));
+  EXPECT_THAT(text, HasSubstr("lies at 75 %"));
+  EXPECT_THAT(text, HasSubstr("1 of 4 ends"));
+}
+
 TEST(FrictionInTheBudget, AListThatIsAnotherByNowHasNone) {
   const drape::test::TemporaryFolder folder;
   const DrapeInput input = drape_with(folder.path(), true);

@@ -9,6 +9,7 @@
 #include "simulate/start/start.hpp"
 #include "simulate/study/band.hpp"
 #include "simulate/study/branches.hpp"
+#include "simulate/study/split.hpp"
 #include "tests/support/heavy_strip.hpp"
 #include "tests/support/paths.hpp"
 
@@ -208,6 +209,32 @@ TEST(MemoryBand, HoldsTheRestOfADrapeWithAHistory) {
   EXPECT_GE(band["place_of_rest"].get<double>(), 0);
   EXPECT_LE(band["place_of_rest"].get<double>(), 1);
   EXPECT_EQ(found.branches.memory_band->rest, found.branches.members.front());
+}
+
+/// The loops' part of the error split is what the drape with them makes of the one without.
+TEST(MemoryBand, TheErrorSplitHoldsTheLoops) {
+  Scene scene = read_scene(drape::test::source_root() / "rigs/bench1/scenes/C.toml");
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(0.005, -0.004, Surroundings(scene).top_z_m() + 0.003);
+  const Fabric fabric = read_fabric(scene.fabric_file);
+  const Print print = read_print(scene.print_file);
+  SimulateOptions options;
+  options.rows = options.cols = 11;
+  options.solver = "static";
+  const Sheet reference = simulate(scene, fabric, print, std::nullopt, options).sheet;
+  const ErrorSplit split =
+      split_error(scene, fabric, print, std::nullopt, reference, options,
+                  {.starts = 1, .only_first_order = true, .scene_values = true});
+  const auto loops = std::find_if(split.scene.begin(), split.scene.end(), [](const auto& effect) {
+    return effect.value == "internal_friction";
+  });
+  ASSERT_NE(loops, split.scene.end());
+  ASSERT_TRUE(loops->change_per_unit);
+  EXPECT_GT(*loops->change_per_unit, 1e-5) << "m, off the drape without";
+  EXPECT_GE(loops->moves.up_m.rowwise().norm().mean(), *loops->change_per_unit)
+      << "a distance changes by no more than its mark moves";
+  EXPECT_EQ(loops->moves.down_m, -loops->moves.up_m);
+  EXPECT_DOUBLE_EQ(loops->moves.half_width.value_or(0), 1);
 }
 
 }  // namespace

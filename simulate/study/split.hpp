@@ -47,8 +47,8 @@ struct SplitOptions {
 
 /// Drapes the scene with the static solver, finds how the distance from `reference` answers to
 /// each value of the fabric, and repeats the drape with one thing changed at a time: mass rule,
-/// twist, friction, segments, contact between particles, grid and branch. Throws Error for wrong
-/// input.
+/// twist, friction, segments, contact between particles, grid, internal friction and branch. Throws
+/// Error for wrong input.
 [[nodiscard]] ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& print,
                                      const std::optional<Sheet>& measured, const Sheet& reference,
                                      const SimulateOptions& options, const SplitOptions& how);
