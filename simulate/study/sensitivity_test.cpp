@@ -185,7 +185,7 @@ TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
   options.solver = "static";
   const ErrorSplit split = split_error(scene, read_fabric(scene.fabric_file), print, std::nullopt,
                                        flat_reference(print, 0.15), options, {.starts = 2});
-  ASSERT_EQ(split.rows.size(), 1U + 2 * 8 + 2);
+  ASSERT_EQ(split.rows.size(), 1U + 2 * 9 + 2);
   EXPECT_TRUE(split.sensitivities.has_value());
   EXPECT_EQ(split.rows.front().change_m, 0);
   for (const SplitRow& row : split.rows) {
@@ -221,7 +221,7 @@ TEST(ErrorSplit, SaysWhereTheMarksGoWhenAValueErrs) {
     EXPECT_EQ(one.moves->step, stand_in ? 50 : 1);
     EXPECT_EQ(one.moves->down_m == -one.moves->up_m, !stand_in) << name_of(one.value);
   }
-  ASSERT_EQ(split.scene.size(), 5U);  // x, y, z, size, friction
+  ASSERT_EQ(split.scene.size(), 6U);  // x, y, z, size, friction, internal friction
   ASSERT_TRUE(split.scene[2].change_per_unit);
   // Cloth that lies on a cube goes up and down with it: the middle one of 5 x 5 marks.
   ASSERT_EQ(rows, 25);
@@ -229,6 +229,7 @@ TEST(ErrorSplit, SaysWhereTheMarksGoWhenAValueErrs) {
   EXPECT_NEAR(split.scene[2].moves.up_m(12, 2), up_m, 0.1 * up_m);
   EXPECT_NEAR(split.scene[2].moves.down_m(12, 2), -up_m, 0.1 * up_m);
   EXPECT_EQ(split.scene[4].moves.half_width, kStandInPart * scene.friction);
+  EXPECT_EQ(split.scene[5].value, "internal_friction");
 }
 
 }  // namespace
