@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <string>
 
+#include "core/error.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::console {
@@ -53,7 +55,13 @@ TEST(MemoryFolder, LeavesLinksAndOtherNamesAlone) {
 
 TEST(MemoryFolder, WithoutAPlaceSaysSo) {
   const test::TemporaryFolder place;
-  EXPECT_ANY_THROW(MemoryFolder(place.path() / "absent"));
+  try {
+    const MemoryFolder none(place.path() / "absent");
+    ADD_FAILURE() << "made in a folder that is not there";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_NE(std::string(error.what()).find("No such file"), std::string::npos) << error.what();
+  }
 }
 
 }  // namespace
