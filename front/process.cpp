@@ -25,11 +25,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A started program with the reading ends of its two pipes; -1 once closed.
+/// A started program with the reading ends of its three pipes; -1 once closed.
 struct Child {
   std::size_t step = 0;
   pid_t pid = -1;
   int output = -1;
+  int errors = -1;
   int progress = -1;
   std::string progress_rest;
 };
@@ -75,12 +76,13 @@ std::array<int, 2> make_pipe(const fs::path& program) {
   return ends;
 }
 
-Child start(const Step& step, std::size_t index, bool mute) {
+Child start(const Step& step, std::size_t index) {
   if (!fs::exists(step.program)) {
     throw internal_error("a program of drapebench is missing beside `drape`",
                          {.file = step.program.string()});
   }
   const std::array<int, 2> output = make_pipe(step.program);
+  const std::array<int, 2> errors = make_pipe(step.program);
   const std::array<int, 2> progress = make_pipe(step.program);
   const std::vector<char*> arguments = c_arguments(step.program, step.arguments);
   const std::string descriptor = std::to_string(progress[1]);
@@ -92,15 +94,16 @@ Child start(const Step& step, std::size_t index, bool mute) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);
     ::dup2(output[1], STDOUT_FILENO);
-    if (mute) ::dup2(output[1], STDERR_FILENO);
+    ::dup2(errors[1], STDERR_FILENO);
     ::fcntl(progress[1], F_SETFD, 0);
     ::setenv("DRAPE_PROGRESS_FD", descriptor.c_str(), 1);
     ::execv(step.program.c_str(), arguments.data());
     ::_exit(127);
   }
   ::close(output[1]);
+  ::close(errors[1]);
   ::close(progress[1]);
-  return {index, pid, output[0], progress[0], {}};
+  return {index, pid, output[0], errors[0], progress[0], {}};
 }
 
 /// Reads what is there; closes the descriptor at its end.
@@ -132,15 +135,20 @@ void serve(std::vector<Child>& children, std::vector<StepResult>& results,
            const StepProgress& progress) {
   std::vector<pollfd> watched;
   for (const Child& child : children) {
-    watched.push_back({child.output, POLLIN, 0});
-    watched.push_back({child.progress, POLLIN, 0});
+    for (const int pipe : {child.output, child.errors, child.progress})
+      watched.push_back({pipe, POLLIN, 0});
   }
   if (::poll(watched.data(), watched.size(), 500) < 0) return;
   for (std::size_t i = 0; i < children.size(); ++i) {
-    if (watched[2 * i].revents != 0)
-      results[children[i].step].output += read_some(children[i].output);
-    if (watched[2 * i + 1].revents != 0) pass_progress(children[i], progress);
+    StepResult& result = results[children[i].step];
+    if (watched[3 * i].revents != 0) result.output += read_some(children[i].output);
+    if (watched[3 * i + 1].revents != 0) result.errors += read_some(children[i].errors);
+    if (watched[3 * i + 2].revents != 0) pass_progress(children[i], progress);
   }
+}
+
+bool is_open(const Child& child) {
+  return child.output >= 0 || child.errors >= 0 || child.progress >= 0;
 }
 
 /// Waits for the process and puts its end into the result.
@@ -203,7 +211,7 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
   bool interrupted = false;
   while (!children.empty() || (next < steps.size() && !interrupted)) {
     while (!interrupted && next < steps.size() && static_cast<int>(children.size()) < at_once) {
-      children.push_back(start(steps[next], next, false));
+      children.push_back(start(steps[next], next));
       ++next;
     }
     serve(children, results, progress);
@@ -212,7 +220,7 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
       interrupted = true;
     }
     for (std::size_t i = 0; i < children.size();) {
-      if (children[i].output >= 0 || children[i].progress >= 0) {
+      if (is_open(children[i])) {
         ++i;
         continue;
       }
@@ -229,6 +237,7 @@ StepResult run_step(const Step& step) {
   run_steps(
       {step}, 1, [](std::size_t, double, const std::string&) {},
       [&](std::size_t, const StepResult& ended) { result = ended; });
+  std::fputs(result.errors.c_str(), stderr);
   return result;
 }
 
@@ -254,8 +263,8 @@ std::optional<Error> error_in(const StepResult& result) {
 std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
   const Step step{stage, stage, stage_program(stage), std::move(arguments), {}};
   std::vector<StepResult> results(1);
-  std::vector<Child> children = {start(step, 0, true)};
-  while (children[0].output >= 0 || children[0].progress >= 0)
+  std::vector<Child> children = {start(step, 0)};
+  while (is_open(children[0]))
     serve(children, results, [](std::size_t, double, const std::string&) {});
   end(children[0].pid, step, {}, results[0]);
   return error_in(results[0]);

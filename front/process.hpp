@@ -27,6 +27,7 @@ struct Step {
 struct StepResult {
   int exit_code = 0;
   std::string output;  ///< what it printed on standard output
+  std::string errors;  ///< what it printed on standard error
   std::string fault;   ///< why its end is none that a stage has; empty: it is one
 };
 
@@ -49,14 +50,13 @@ class Interrupts {
 };
 
 /// Runs the steps, at most `at_once` at a time, in order of the list; one that fails ends none of
-/// the others, a signal is passed on to those that run and ends the list. Errors of the programs go
-/// to stderr. A step that ends with a verdict but has not written its outputs, or ends with a code
-/// that no stage has, has a fault. The children die with this process, so a killed run leaves no
-/// writer behind.
+/// the others, a signal is passed on to those that run and ends the list. A step that ends with a
+/// verdict but has not written its outputs, or ends with a code that no stage has, has a fault. The
+/// children die with this process, so a killed run leaves no writer behind.
 void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& progress,
                const StepEnded& ended);
 
-/// One step alone.
+/// One step alone; what it prints on standard error goes there.
 [[nodiscard]] StepResult run_step(const Step& step);
 
 /// The error of a program that was started with --json, from what it printed, or its fault; nothing

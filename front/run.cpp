@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <map>
 #include <set>
 
@@ -129,11 +131,16 @@ std::vector<StepEnding> run_group(const Group& group, const Failed& failed,
     ending.sentence = sentence_of_text(ending.text);
     progress.update(step, 1, step.what, true);
   }
+  bool disk_is_full = false;
   const auto ended = [&](std::size_t k, const StepResult& result) {
     StepEnding& ending = endings[index[k]];
     ending.made = true;
     ending.exit_code = result.exit_code;
     const auto error = error_in(result);
+    // A full disk stops every step that runs beside another: it is said once.
+    const bool full = error && error->what_failed().ends_with(std::strerror(ENOSPC));
+    if (!full || !disk_is_full) std::fputs(result.errors.c_str(), stderr);
+    disk_is_full = disk_is_full || full;
     if (!error) {
       ending.text = ending_of(ending.step, result.output);
       ending.sentence = sentence_of_text(ending.text);

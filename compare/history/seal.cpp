@@ -57,7 +57,9 @@ Seal seal_in(const std::string& text) {
   };
   const Json json = Json::parse(text, each);
   seal.store_sha256 = json.at("store_sha256").get<std::string>();
-  seal.entries = json.at("entries").get<long long>();
+  // What is no whole number stays 0, which is not what was read.
+  const Json& entries = json.at("entries");
+  if (entries.is_number_integer()) seal.entries = entries.get<long long>();
   seal.head = json.at("head").get<std::string>();
   return seal;
 }

@@ -87,6 +87,12 @@ double number(const std::string& text) {
   return value;
 }
 
+int whole_number(const std::string& text) {
+  int value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
 /// True when every distance and the mean come out with the same bits.
 bool same_numbers(const StoreReader& reader, const std::string& id, const std::string& mean_mm,
                   const std::vector<MarkError>& marks) {
@@ -227,7 +233,7 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
   for (const auto& row : facts.rows) {
     const auto list = sheets.find(row[1]);  // lists are sealed as sheets are, by their hash
     if (list == sheets.end()) continue;
-    const auto listed = branch_in(list->second, static_cast<int>(number(row[2])));
+    const auto listed = branch_in(list->second, whole_number(row[2]));
     const bool same = listed && listed->set_sha256 == row[1] &&
                       listed->energy_j / 1e-6 == number(row[3]) &&
                       listed->starts == number(row[4]) && listed->hem_nodes == number(row[5]);

@@ -8,6 +8,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/files/lattice_size.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -57,6 +58,10 @@ ErrorSplitFile read_error_split(const std::filesystem::path& file) {
   if (root.has("marks_at")) {
     const Eigen::MatrixXd places = root.matrix("marks_at");
     if (places.cols() != 2) root.reject("marks_at", "must hold pairs of row and column");
+    if ((places.array() < 0 || places.array() > kMostMarks ||
+         places.array() != places.array().floor())
+            .any())
+      root.reject("marks_at", "has a row or column that no sheet has");
     for (Eigen::Index k = 0; k < places.rows(); ++k)
       split.marks_at.push_back({static_cast<int>(places(k, 0)), static_cast<int>(places(k, 1))});
   }

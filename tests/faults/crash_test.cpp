@@ -67,7 +67,10 @@ TEST_P(Crash, LeavesWhatAnUndisturbedRunLeaves) {
   for (const std::string with : {"kill", "eio", "enospc"}) {
     if (asked.find(with) == std::string::npos) continue;
     Visits visits(fmt::format("{}, {}, {} calls", GetParam().name, with, stage.calls()));
-    for (const long at : points(stage.calls()))
+    std::vector<long> chosen = points(stage.calls());
+    // Early enough that steps run beside one another, which a full disk stops together.
+    if (chosen.size() == 1 && with == "enospc") chosen.push_back(10);
+    for (const long at : chosen)
       visits.add(stage.after_fault(at, with), fmt::format("{} at call {}", with, at));
   }
   if (asked.find("time") == std::string::npos) return;
