@@ -58,6 +58,8 @@ int run_command(int argc, char** argv) {
                "also drape sensitivity for every drape: the total uncertainty is then complete");
   app.add_flag("--single", options.single,
                "no ensemble: each drape from the scene's own start only");
+  app.add_flag("--internal-friction", options.internal_friction,
+               "simulate with both branches of the bending and shear loops");
   app.add_option("--operator", options.operator_name, "who ran it, for the store");
   add_common_options(app, common);
   return run_program(app, argc, argv, common, [&] {

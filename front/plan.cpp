@@ -215,15 +215,28 @@ Group simulate_group(const Bench& bench) {
     for (const Drape& drape : bench.drapes) {
       for (const int segments : bench.rig.segments) {
         const fs::path folder = simulation_folder(drape, grid, segments);
-        group.steps.push_back(
-            step("simulate",
-                 fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid, grid, segments,
-                             segments == 1 ? "" : "s"),
-                 {drape.scene_file().string(), "--fabric", drape.scene.fabric_file.string(),
-                  "--grid", std::to_string(grid), "--segments", std::to_string(segments),
-                  "--start-from", (drape.folder / "sheet.ply").string(), "--solver", "fall",
-                  "--out", folder.string(), "--threads", "1", "--json"},
-                 folder / "sheet.ply", static_cast<double>(grid) * grid * grid));
+        std::vector<std::string> arguments = {drape.scene_file().string(),
+                                              "--fabric",
+                                              drape.scene.fabric_file.string(),
+                                              "--grid",
+                                              std::to_string(grid),
+                                              "--segments",
+                                              std::to_string(segments),
+                                              "--start-from",
+                                              (drape.folder / "sheet.ply").string(),
+                                              "--solver",
+                                              "fall",
+                                              "--out",
+                                              folder.string(),
+                                              "--threads",
+                                              "1",
+                                              "--json"};
+        if (bench.options.internal_friction) arguments.emplace_back("--internal-friction");
+        group.steps.push_back(step("simulate",
+                                   fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid,
+                                               grid, segments, segments == 1 ? "" : "s"),
+                                   std::move(arguments), folder / "sheet.ply",
+                                   static_cast<double>(grid) * grid * grid));
         group.steps.back().drape = drape.scene.name;
       }
     }
@@ -251,13 +264,24 @@ Group ensemble_group(const Bench& bench) {
   const int finest = *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end());
   const int grid = std::min(kEnsembleGrid, finest);
   for (const Drape& drape : bench.drapes) {
-    group.steps.push_back(
-        step("branches", fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
-             {drape.scene_file().string(), "--fabric", drape.scene.fabric_file.string(), "--grid",
-              std::to_string(grid), "--segments", std::to_string(headline_segments(bench.rig)),
-              "--start-from", (drape.folder / "sheet.ply").string(), "--out",
-              ensemble_file(drape).parent_path().string(), "--threads", "1", "--json"},
-             ensemble_file(drape)));
+    std::vector<std::string> arguments = {drape.scene_file().string(),
+                                          "--fabric",
+                                          drape.scene.fabric_file.string(),
+                                          "--grid",
+                                          std::to_string(grid),
+                                          "--segments",
+                                          std::to_string(headline_segments(bench.rig)),
+                                          "--start-from",
+                                          (drape.folder / "sheet.ply").string(),
+                                          "--out",
+                                          ensemble_file(drape).parent_path().string(),
+                                          "--threads",
+                                          "1",
+                                          "--json"};
+    if (bench.options.internal_friction) arguments.emplace_back("--internal-friction");
+    group.steps.push_back(step("branches",
+                               fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
+                               std::move(arguments), ensemble_file(drape)));
     group.steps.back().drape = drape.scene.name;
   }
   return group;

@@ -20,8 +20,9 @@ struct RunOptions {
   std::filesystem::path store;      ///< empty: <out>/results.sqlite
   std::string label;                ///< of the run in the store; may be empty
   std::string operator_name;
-  bool uncertainty = false;  ///< with the sensitivities that the total uncertainty needs
-  bool single = false;       ///< no ensemble of starts for each drape
+  bool uncertainty = false;        ///< with the sensitivities that the total uncertainty needs
+  bool single = false;             ///< no ensemble of starts for each drape
+  bool internal_friction = false;  ///< simulate with both branches of the curves' loops
   int threads = 1;
 };
 

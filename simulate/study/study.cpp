@@ -238,13 +238,15 @@ void write_outputs(const fs::path& out, const SimulateResult& result,
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"}) {
     record.output(out / name);
   }
-  const auto write = [&](const char* name, const std::string& text) {
+  // What an earlier run left there is no part of this drape.
+  const auto write_or_remove = [&](const char* name, const std::string& text) {
+    if (text.empty()) return remove_durable(out / name);
     write_durable(out / name, text);
     record.output(out / name);
   };
-  if (result.memory) write("memory.csv", memory_csv(*result.memory));
-  if (!result.contact_forces.empty())
-    write("contact_forces.csv", contact_forces_csv(result.contact_forces));
+  write_or_remove("memory.csv", result.memory ? memory_csv(*result.memory) : "");
+  write_or_remove("contact_forces.csv",
+                  result.contact_forces.empty() ? "" : contact_forces_csv(result.contact_forces));
 }
 
 }  // namespace drape::simulate

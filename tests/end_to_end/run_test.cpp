@@ -254,6 +254,23 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_THAT(drape::read_text(out / "report.html"), Not(HasSubstr("The ensemble:")));
 }
 
+TEST(EndToEnd, InternalFrictionMakesTheDrapesAgainAndMeasuresNothingAgain) {
+  const SmallBench bench({"C"});
+  ASSERT_LE(bench.run("out").exit_code, 1);
+  const fs::path folder = bench.folder() / "out/C/simulations/11-1";
+  const std::string without = drape::read_text(folder / "sheet.json");
+  EXPECT_FALSE(fs::exists(folder / "memory.csv"));
+  const Outcome with = bench.run("out", "--internal-friction");
+  ASSERT_LE(with.exit_code, 1) << with.text;
+  EXPECT_THAT(with.text, HasSubstr("2 made, 4 up to date"));  // the drape and its comparison
+  EXPECT_TRUE(fs::exists(folder / "memory.csv"));
+  EXPECT_NE(drape::read_text(folder / "sheet.json"), without);
+  EXPECT_THAT(bench.run("out", "--internal-friction").text, HasSubstr("0 made, 6 up to date"));
+  ASSERT_LE(bench.run("out").exit_code, 1);
+  EXPECT_EQ(drape::read_text(folder / "sheet.json"), without);
+  EXPECT_FALSE(fs::exists(folder / "memory.csv"));
+}
+
 TEST(EndToEnd, SameBytesAtOneAndTwoThreads) {
   const SmallBench one({"C"});
   const SmallBench two({"C"});
