@@ -109,6 +109,21 @@ std::optional<ListedBranch> branch_of(const fs::path& sheet) {
   return std::nullopt;
 }
 
+std::optional<JsonNode> list_with(const std::string& part, const fs::path& list,
+                                  const std::string& sha256) {
+  if (!fs::is_regular_file(list) || sha256_of_file(list) != sha256) return std::nullopt;
+  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
+  return root.has(part) ? std::optional(root) : std::nullopt;
+}
+
+std::optional<Eigen::MatrixX3d> moves_m_of(const JsonNode& end, std::size_t marks) {
+  if (!end.has("moves_mm")) return std::nullopt;
+  const Eigen::MatrixXd moves = end.matrix("moves_mm");
+  if (moves.cols() != 3 || moves.rows() != static_cast<Eigen::Index>(marks))
+    end.reject("moves_mm", "has not three numbers for each mark");
+  return moves * units::mm;
+}
+
 std::optional<Eigen::Vector2d> axis_of(const Scene& scene) {
   for (const Obstacle& obstacle : scene.obstacles)
     if (const auto centre = centre_of(obstacle)) return centre;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compare/metrics/surface.hpp"
+#include "core/files/json_file.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -39,6 +40,16 @@ struct ListedBranch {
 
 /// The entry of that number in a list, wherever the list lies; nothing when it has none.
 [[nodiscard]] std::optional<Branch> branch_in(const std::filesystem::path& list, int number);
+
+/// The list while it is the one of this hash and has that part; else nothing. Throws
+/// Error(bad_input) for a list that cannot be read.
+[[nodiscard]] std::optional<JsonNode> list_with(const std::string& part,
+                                                const std::filesystem::path& list,
+                                                const std::string& sha256);
+
+/// "moves_mm" of an end of an interval, in m, one row a mark; nothing for an end that counts for
+/// nothing.
+[[nodiscard]] std::optional<Eigen::MatrixX3d> moves_m_of(const JsonNode& end, std::size_t marks);
 
 /// Where the vertical axis of a round scene meets the table: the middle of its first object.
 [[nodiscard]] std::optional<Eigen::Vector2d> axis_of(const Scene& scene);

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "compare/metrics/branches.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
@@ -41,10 +40,9 @@ double Ensemble::largest_radius95_m() const {
 
 std::optional<Ensemble> read_ensemble(const std::filesystem::path& list,
                                       const std::string& sha256) {
-  if (!std::filesystem::is_regular_file(list) || sha256_of_file(list) != sha256)
-    return std::nullopt;
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  if (!root.has("members_at_rest")) return std::nullopt;
+  const auto found = list_with("members_at_rest", list, sha256);
+  if (!found) return std::nullopt;
+  const JsonNode& root = *found;
   Ensemble ensemble;
   ensemble.members = root.integer("members_at_rest");
   for (const JsonNode& one : root.items("band")) {

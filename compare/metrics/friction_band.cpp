@@ -6,27 +6,13 @@
 #include <algorithm>
 
 #include "compare/metrics/branches.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
-namespace {
 
 using Eigen::Index;
 using units::mm;
-
-FrictionPush push_from(const JsonNode& node, std::size_t marks) {
-  FrictionPush push{node.vector3("push_per_weight"), node.text("ending"), std::nullopt};
-  if (!node.has("moves_mm")) return push;
-  const Eigen::MatrixXd moves = node.matrix("moves_mm");
-  if (moves.cols() != 3 || moves.rows() != static_cast<Index>(marks))
-    node.reject("moves_mm", "has not three numbers for each mark");
-  push.moves_m = moves * mm;
-  return push;
-}
-
-}  // namespace
 
 int FrictionBand::counted() const {
   return static_cast<int>(std::count_if(pushes.begin(), pushes.end(), [](const FrictionPush& push) {
@@ -46,11 +32,9 @@ std::vector<double> FrictionBand::reach_m() const {
 
 std::optional<FrictionBand> read_friction_band(const std::filesystem::path& list,
                                                const std::string& sha256) {
-  if (!std::filesystem::is_regular_file(list) || sha256_of_file(list) != sha256)
-    return std::nullopt;
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  if (!root.has("friction_band")) return std::nullopt;
-  const JsonNode node = root.at("friction_band");
+  const auto root = list_with("friction_band", list, sha256);
+  if (!root) return std::nullopt;
+  const JsonNode node = root->at("friction_band");
   FrictionBand band;
   band.friction = node.number("friction");
   const std::vector<JsonNode> marks = node.items("marks");
@@ -63,7 +47,8 @@ std::optional<FrictionBand> read_friction_band(const std::filesystem::path& list
     band.marks.push_back({one.integer("row"), one.integer("col")});
   }
   for (const JsonNode& one : node.items("pushes"))
-    band.pushes.push_back(push_from(one, marks.size()));
+    band.pushes.push_back(
+        {one.vector3("push_per_weight"), one.text("ending"), moves_m_of(one, marks.size())});
   return band;
 }
 

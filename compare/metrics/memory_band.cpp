@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "compare/metrics/branches.hpp"
-#include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
@@ -26,25 +25,15 @@ MatrixX3d MemoryBand::extreme_m(double sign) const {
 
 std::optional<MemoryBand> read_memory_band(const std::filesystem::path& list,
                                            const std::string& sha256) {
-  if (!std::filesystem::is_regular_file(list) || sha256_of_file(list) != sha256)
-    return std::nullopt;
-  const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
-  if (!root.has("internal_friction_band")) return std::nullopt;
-  const JsonNode node = root.at("internal_friction_band");
+  const auto root = list_with("internal_friction_band", list, sha256);
+  if (!root) return std::nullopt;
+  const JsonNode node = root->at("internal_friction_band");
   MemoryBand band;
   for (const JsonNode& one : node.items("marks"))
     band.marks.push_back({one.integer("row"), one.integer("col")});
   if (band.marks.empty()) node.reject("marks", "names no mark");
-  for (const JsonNode& one : node.items("ends")) {
-    MemoryEnd end{one.text("what"), one.text("ending"), std::nullopt};
-    if (one.has("moves_mm")) {
-      const Eigen::MatrixXd moves = one.matrix("moves_mm");
-      if (moves.cols() != 3 || moves.rows() != static_cast<Index>(band.marks.size()))
-        one.reject("moves_mm", "has not three numbers for each mark");
-      end.moves_m = moves * mm;
-    }
-    band.ends.push_back(std::move(end));
-  }
+  for (const JsonNode& one : node.items("ends"))
+    band.ends.push_back({one.text("what"), one.text("ending"), moves_m_of(one, band.marks.size())});
   if (node.has("place_of_rest")) band.place_of_rest = node.number("place_of_rest");
   return band;
 }

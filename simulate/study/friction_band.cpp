@@ -74,33 +74,42 @@ FrictionBand push_at_rest(StaticSolver& solver, const StaticOptions& options,
           push_along(solver, Vector3d::Constant(per_weight), how.steps, how.residual)};
 }
 
-void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,
-                       Json& json) {
-  Json pushes = Json::array();
-  for (const FrictionPush& push : band.pushes) {
-    pushes.push_back(
-        {{"push_per_weight", to_json_vector(push.push_per_weight)}, {"ending", push.ending}});
-    if (push.counts()) pushes.back()["moves_mm"] = Json::array();
-  }
+Json marks_between(const Field& rest, const std::vector<const Field*>& ends, const GridSpec& grid,
+                   const Print& print, Json& ends_json) {
   Json marks = Json::array();
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    if (ends[i] != nullptr) ends_json[i]["moves_mm"] = Json::array();
   for (int k = 0; k < print.rows * print.cols; ++k) {
     const MarkId mark{k / print.cols, k % print.cols};
     const Hold place = hold_at(grid, print.material_m(mark));
-    const Vector3d rest = mix(band.rest, place);
-    Vector3d low = rest, high = rest;
-    for (std::size_t i = 0; i < band.pushes.size(); ++i) {
-      if (!band.pushes[i].counts()) continue;
-      const Vector3d there = mix(band.pushes[i].position, place);
+    const Vector3d at_rest = mix(rest, place);
+    Vector3d low = at_rest, high = at_rest;
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      if (ends[i] == nullptr) continue;
+      const Vector3d there = mix(*ends[i], place);
       low = low.cwiseMin(there);
       high = high.cwiseMax(there);
-      pushes[i]["moves_mm"].push_back(to_json_vector((there - rest) / mm));
+      ends_json[i]["moves_mm"].push_back(to_json_vector((there - at_rest) / mm));
     }
     marks.push_back({{"row", mark.row},
                      {"col", mark.col},
-                     {"rest_mm", to_json_vector(rest / mm)},
+                     {"rest_mm", to_json_vector(at_rest / mm)},
                      {"low_mm", to_json_vector(low / mm)},
                      {"high_mm", to_json_vector(high / mm)}});
   }
+  return marks;
+}
+
+void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,
+                       Json& json) {
+  Json pushes = Json::array();
+  std::vector<const Field*> ends;
+  for (const FrictionPush& push : band.pushes) {
+    pushes.push_back(
+        {{"push_per_weight", to_json_vector(push.push_per_weight)}, {"ending", push.ending}});
+    ends.push_back(push.counts() ? &push.position : nullptr);
+  }
+  const Json marks = marks_between(band.rest, ends, grid, print, pushes);
   json["friction_band"] = {{"friction", band.friction}, {"pushes", pushes}, {"marks", marks}};
 }
 

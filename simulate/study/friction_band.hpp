@@ -58,4 +58,9 @@ struct FrictionBand {
 void add_friction_band(const FrictionBand& band, const GridSpec& grid, const Print& print,
                        Json& json);
 
+/// Per mark its place at rest and the interval that the ends leave it, as JSON; an end that counts
+/// (not null) puts its moves into its entry of `ends_json`.
+[[nodiscard]] Json marks_between(const Field& rest, const std::vector<const Field*>& ends,
+                                 const GridSpec& grid, const Print& print, Json& ends_json);
+
 }  // namespace drape::simulate

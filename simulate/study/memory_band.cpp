@@ -100,34 +100,19 @@ MemoryBand ends_of_memory(const StaticCase& the_case, const GridSpec& grid, Stat
 }
 
 void add_memory_band(const MemoryBand& band, const GridSpec& grid, const Print& print, Json& json) {
-  Json ends = Json::array();
+  Json ends_json = Json::array();
+  std::vector<const Field*> ends;
   for (const MemoryEnd& end : band.ends) {
-    ends.push_back({{"what", end.what}, {"ending", end.ending}});
-    if (end.push_per_weight) ends.back()["push_per_weight"] = to_json_vector(*end.push_per_weight);
-    if (end.counts()) ends.back()["moves_mm"] = Json::array();
+    ends_json.push_back({{"what", end.what}, {"ending", end.ending}});
+    if (end.push_per_weight)
+      ends_json.back()["push_per_weight"] = to_json_vector(*end.push_per_weight);
+    ends.push_back(end.counts() ? &end.position : nullptr);
   }
-  Json marks = Json::array();
-  for (int k = 0; k < print.rows * print.cols; ++k) {
-    const MarkId mark{k / print.cols, k % print.cols};
-    const Hold place = hold_at(grid, print.material_m(mark));
-    const Vector3d rest = mix(band.rest, place);
-    Vector3d low = rest, high = rest;
-    for (std::size_t i = 0; i < band.ends.size(); ++i) {
-      if (!band.ends[i].counts()) continue;
-      const Vector3d there = mix(band.ends[i].position, place);
-      low = low.cwiseMin(there);
-      high = high.cwiseMax(there);
-      ends[i]["moves_mm"].push_back(to_json_vector((there - rest) / mm));
-    }
-    marks.push_back({{"row", mark.row},
-                     {"col", mark.col},
-                     {"rest_mm", to_json_vector(rest / mm)},
-                     {"low_mm", to_json_vector(low / mm)},
-                     {"high_mm", to_json_vector(high / mm)}});
-  }
+  const Json marks = marks_between(band.rest, ends, grid, print, ends_json);
   const std::optional<double> place = band.place_of_rest();
-  json["internal_friction_band"] = {
-      {"place_of_rest", place ? Json(*place) : Json(nullptr)}, {"ends", ends}, {"marks", marks}};
+  json["internal_friction_band"] = {{"place_of_rest", place ? Json(*place) : Json(nullptr)},
+                                    {"ends", ends_json},
+                                    {"marks", marks}};
 }
 
 }  // namespace drape::simulate
