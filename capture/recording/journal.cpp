@@ -58,6 +58,7 @@ FrameSet set_of(const Json& json, const fs::path& journal) {
     require_name(json["name"], journal);
     for (const Json& f : json.at("frames")) {
       require_name(f.at(0), journal);
+      if (!f.at(3).is_number_integer() || !f.at(4).is_number_integer()) throw damaged(journal);
       static_cast<void>(name_inside({}, f.at(1), {.file = journal.string()}));
       set.frames.push_back({f.at(0), f.at(1), f.at(2), f.at(3), f.at(4), std::nullopt});
       if (!f.at(5).is_null()) set.frames.back().device_time_s = f.at(5).get<double>();

@@ -76,6 +76,17 @@ TEST_F(Results, OnlyQueriesAreRun) {
         "WITH x AS (SELECT 1) DELETE FROM mark_error", "SELECT nothing FROM rig", ""}) {
     EXPECT_THROW((void)reader.query(sql), Error) << sql;
   }
+  const auto kind_of = [](const auto& ask) {
+    try {
+      static_cast<void>(ask());
+    } catch (const Error& error) {
+      return error.kind();
+    }
+    return ErrorKind::internal;
+  };
+  const char* unknown = "SELECT nothing FROM rig";
+  EXPECT_EQ(kind_of([&] { return reader.answer(unknown); }), ErrorKind::usage);  // who asked erred
+  EXPECT_EQ(kind_of([&] { return reader.query(unknown); }), ErrorKind::bad_input);
   EXPECT_EQ(reader.query("SELECT count(*) FROM mark_error").rows[0][0], "484");
   EXPECT_EQ(reader.query(" select ';' ; ").rows[0][0], ";");
 }

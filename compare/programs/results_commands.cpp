@@ -384,7 +384,7 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   } else if (command == "tables") {
     write_list(arguments, common, paper_tables(reader, arguments.filter));
   } else {
-    write(arguments, common, reader.query(arguments.sql));
+    write(arguments, common, reader.answer(arguments.sql));
   }
   return 0;
 }

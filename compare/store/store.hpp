@@ -95,11 +95,20 @@ class StoreReader {
   StoreReader& operator=(const StoreReader&) = delete;
 
   /// Result of one statement that starts with SELECT, WITH, VALUES or EXPLAIN, with its parameters
-  /// `?` bound as text. Throws Error(usage) for any other statement or for several.
+  /// `?` bound as text. Throws Error(usage) for any other statement or for several, and
+  /// Error(bad_input) where the store has not the tables and views that the programs make.
   [[nodiscard]] Table query(const std::string& sql,
                             const std::vector<std::string>& parameters = {}) const;
 
+  /// The same for a statement that a person wrote: what the store refuses is Error(usage).
+  [[nodiscard]] Table answer(const std::string& sql) const;
+
  private:
+  /// The error for a statement that the store refuses, from what it says and what to do.
+  using Refusal = std::function<Error(const std::string&, const std::string&)>;
+  [[nodiscard]] Table rows_of(const std::string& sql, const std::vector<std::string>& parameters,
+                              const Refusal& refusal) const;
+
   struct Connection;
   std::unique_ptr<Connection> connection_;
 

@@ -212,7 +212,22 @@ const fs::path& StoreReader::file() const {
   return connection_->file;
 }
 
+Table StoreReader::answer(const std::string& sql) const {
+  return rows_of(sql, {}, [](const std::string& what, const std::string& what_to_do) {
+    return usage_error(what, what_to_do);
+  });
+}
+
 Table StoreReader::query(const std::string& sql, const std::vector<std::string>& parameters) const {
+  return rows_of(sql, parameters, [&](const std::string& what, const std::string&) {
+    return bad_input("the results store is not as the programs make it: " + what,
+                     {.file = connection_->file.string()},
+                     "restore it from a backup, or save its rows with: drape results rescue");
+  });
+}
+
+Table StoreReader::rows_of(const std::string& sql, const std::vector<std::string>& parameters,
+                           const Refusal& refusal) const {
   check_read_only(sql);
   try {
     SQLite::Statement statement(connection_->database, sql);
@@ -234,22 +249,21 @@ Table StoreReader::query(const std::string& sql, const std::vector<std::string>&
         text += row.back().size() + sizeof(std::string);
       }
       if (text > kMostText)
-        throw usage_error("the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
+        throw refusal("the answer is larger than 128 MiB", "ask for less, e.g. with LIMIT");
       table.add(std::move(row));
     }
     return table;
   } catch (const SQLite::Exception& exception) {
     if (exception.getErrorCode() == SQLITE_INTERRUPT)
-      throw usage_error(fmt::format("the query took longer than {} s", kLongestQuery.count()),
-                        "ask for less, e.g. with WHERE or LIMIT");
+      throw refusal(fmt::format("the query took longer than {} s", kLongestQuery.count()),
+                    "ask for less, e.g. with WHERE or LIMIT");
     if (exception.getErrorCode() == SQLITE_TOOBIG)
-      throw usage_error(
-          fmt::format("a value of the answer is larger than {} MiB", kMostValue >> 20),
-          "ask for less, e.g. with substr()");
+      throw refusal(fmt::format("a value of the answer is larger than {} MiB", kMostValue >> 20),
+                    "ask for less, e.g. with substr()");
     if (exception.getErrorCode() == SQLITE_ERROR)
-      throw usage_error(std::string("SQLite answered: ") + exception.what(),
-                        "see the tables and columns with: drape-results sql \"SELECT name, sql "
-                        "FROM sqlite_master\"");
+      throw refusal(std::string("SQLite answered: ") + exception.what(),
+                    "see the tables and columns with: drape-results sql \"SELECT name, sql "
+                    "FROM sqlite_master\"");
     throw store_error(connection_->file, exception);
   }
 }
