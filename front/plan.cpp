@@ -209,29 +209,35 @@ fs::path simulation_folder(const Drape& drape, int grid, int segments) {
   return drape.folder / "simulations" / fmt::format("{}-{}", grid, segments);
 }
 
+/// What a drape and its ensemble have in common.
+std::vector<std::string> drape_arguments(const Bench& bench, const Drape& drape, int grid,
+                                         int segments, const fs::path& out) {
+  std::vector<std::string> arguments = {drape.scene_file().string(),
+                                        "--fabric",
+                                        drape.scene.fabric_file.string(),
+                                        "--grid",
+                                        std::to_string(grid),
+                                        "--segments",
+                                        std::to_string(segments),
+                                        "--start-from",
+                                        (drape.folder / "sheet.ply").string(),
+                                        "--out",
+                                        out.string(),
+                                        "--threads",
+                                        "1",
+                                        "--json"};
+  if (bench.options.internal_friction) arguments.emplace_back("--internal-friction");
+  return arguments;
+}
+
 Group simulate_group(const Bench& bench) {
   Group group{"simulate", {}, bench.options.threads};
   for (const int grid : bench.rig.grids) {
     for (const Drape& drape : bench.drapes) {
       for (const int segments : bench.rig.segments) {
         const fs::path folder = simulation_folder(drape, grid, segments);
-        std::vector<std::string> arguments = {drape.scene_file().string(),
-                                              "--fabric",
-                                              drape.scene.fabric_file.string(),
-                                              "--grid",
-                                              std::to_string(grid),
-                                              "--segments",
-                                              std::to_string(segments),
-                                              "--start-from",
-                                              (drape.folder / "sheet.ply").string(),
-                                              "--solver",
-                                              "fall",
-                                              "--out",
-                                              folder.string(),
-                                              "--threads",
-                                              "1",
-                                              "--json"};
-        if (bench.options.internal_friction) arguments.emplace_back("--internal-friction");
+        std::vector<std::string> arguments = drape_arguments(bench, drape, grid, segments, folder);
+        arguments.insert(arguments.end(), {"--solver", "fall"});
         group.steps.push_back(step("simulate",
                                    fmt::format("{}, {}x{}, {} segment{}", drape.scene.name, grid,
                                                grid, segments, segments == 1 ? "" : "s"),
@@ -264,21 +270,8 @@ Group ensemble_group(const Bench& bench) {
   const int finest = *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end());
   const int grid = std::min(kEnsembleGrid, finest);
   for (const Drape& drape : bench.drapes) {
-    std::vector<std::string> arguments = {drape.scene_file().string(),
-                                          "--fabric",
-                                          drape.scene.fabric_file.string(),
-                                          "--grid",
-                                          std::to_string(grid),
-                                          "--segments",
-                                          std::to_string(headline_segments(bench.rig)),
-                                          "--start-from",
-                                          (drape.folder / "sheet.ply").string(),
-                                          "--out",
-                                          ensemble_file(drape).parent_path().string(),
-                                          "--threads",
-                                          "1",
-                                          "--json"};
-    if (bench.options.internal_friction) arguments.emplace_back("--internal-friction");
+    std::vector<std::string> arguments = drape_arguments(
+        bench, drape, grid, headline_segments(bench.rig), ensemble_file(drape).parent_path());
     group.steps.push_back(step("branches",
                                fmt::format("{}, {}x{}, ensemble", drape.scene.name, grid, grid),
                                std::move(arguments), ensemble_file(drape)));
