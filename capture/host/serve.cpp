@@ -22,6 +22,13 @@
 namespace drape::capture {
 namespace {
 
+// A sanitizer reserves terabytes of addresses.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kSanitized = true;
+#else
+constexpr bool kSanitized = false;
+#endif
+
 using Clock = std::chrono::steady_clock;
 constexpr auto kAliveEvery = std::chrono::milliseconds(100);
 constexpr int kClockEvery = 5;  ///< alive messages per reading of the camera's clock
@@ -275,7 +282,7 @@ void become_camera_host(int memory_limit_mb) {
   ::signal(SIGINT, SIG_IGN);  // Ctrl-C ends the capture, which ends its hosts
   const rlim_t bytes = static_cast<rlim_t>(memory_limit_mb) << 20;
   const rlimit limit{bytes, bytes};
-  ::setrlimit(RLIMIT_AS, &limit);
+  if (!kSanitized) ::setrlimit(RLIMIT_AS, &limit);
   if (!isolate_camera_host())
     throw Error(ErrorKind::device, "the kernel does not let a camera host be confined", {},
                 "use a kernel with seccomp filters (CONFIG_SECCOMP_FILTER)");
