@@ -168,6 +168,7 @@ void LayerContacts::offer(const LayerPair& pair, const Field& to) {
     double& most = k < firsts ? first : second;
     most = std::max(most, (way[k] - mean).norm());
   }
+  if (is_far(pair, start_, thickness_ + first + second)) return;
   const double distance = nearest_points(pair, start_).apart.norm();
   if (distance - first - second < thickness_) found_.push_back({pair, distance});
 }
@@ -179,17 +180,24 @@ double LayerContacts::share_of(const LayerPair& pair, const Field& position) con
 }
 
 double LayerContacts::safe_share(const Field& to) const {
+  double farthest2 = 0;
+  for (int i = 0; i < grid_.count(); ++i)
+    farthest2 = std::max(farthest2, (at(to, i) - at(start_, i)).squaredNorm());
+  // Two pieces whose particles move no farther than d come nearer by 4 d at most as clear_share()
+  // counts, and its first step goes four fifths of the room or more.
+  const double surely = 5 * std::sqrt(farthest2);
   double share = 1;
   for (const Pair& pair : pairs_) {
     const double distance = pair.distance_m;
+    if ((1 - kKept) * distance > surely) continue;
     share = std::min(share, clear_share(pair.of, start_, to, distance, kKept * distance, share));
   }
   return share;
 }
 
-/// Whether boxes about the two pieces are more than a thickness apart, which costs less than their
+/// Whether boxes about the two pieces are more than `reach_m` apart, which costs less than their
 /// distance.
-bool LayerContacts::is_far(const LayerPair& pair, const Field& position) const {
+bool LayerContacts::is_far(const LayerPair& pair, const Field& position, double reach_m) const {
   const int firsts = pair.edges ? 2 : 1;
   const std::size_t n = position.size() / 3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -202,7 +210,7 @@ bool LayerContacts::is_far(const LayerPair& pair, const Field& position) const {
       low[side] = first ? value : std::min(low[side], value);
       high[side] = first ? value : std::max(high[side], value);
     }
-    if (std::max(low[0] - high[1], low[1] - high[0]) > kSurely * thickness_) return true;
+    if (std::max(low[0] - high[1], low[1] - high[0]) > kSurely * reach_m) return true;
   }
   return false;
 }
@@ -245,7 +253,7 @@ LayerContacts::Law LayerContacts::law(double distance_m) const {
 double LayerContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position)) continue;
+    if (is_far(pair.of, position, thickness_)) continue;
     const double distance = nearest_points(pair.of, position).apart.norm();
     if (distance < thickness_) sum += pair.share * law(distance).energy_j;
   }
@@ -255,7 +263,7 @@ double LayerContacts::energy_j(const Field& position) const {
 std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) const {
   std::vector<Push> all;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position)) continue;
+    if (is_far(pair.of, position, thickness_)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     if (!(distance < thickness_) || !(distance > 0) || pair.share == 0) continue;
@@ -278,7 +286,7 @@ int LayerContacts::pressing(const Field& position) const {
 std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, bool convex) const {
   std::vector<Block> all;
   for (const Pair& pair : pairs_) {
-    if (!pair.lands && is_far(pair.of, position)) continue;
+    if (!pair.lands && is_far(pair.of, position, thickness_)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     const bool presses = distance < thickness_;

@@ -88,7 +88,7 @@ class LayerContacts {
   [[nodiscard]] bool may_meet(const Cell& a, const Cell& b) const;
   void list_cells(const Cell& a, const Cell& b, const Field& to);
   void offer(const LayerPair& pair, const Field& to);
-  [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position) const;
+  [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position, double reach_m) const;
   [[nodiscard]] bool are_layers(const LayerPair& pair) const;
   [[nodiscard]] double share_of(const LayerPair& pair, const Field& position) const;
 
