@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -52,15 +53,21 @@ void require_name(const Json& name, const fs::path& journal) {
   require_plain_name(name.get<std::string>(), {.file = journal.string()});
 }
 
+int size_px(const Json& size, const fs::path& journal) {
+  if (!size.is_number_integer() || size < 0 || size > std::numeric_limits<int>::max())
+    throw damaged(journal);
+  return size.get<int>();
+}
+
 FrameSet set_of(const Json& json, const fs::path& journal) {
   try {
     FrameSet set{json.at("name"), {}};
     require_name(json["name"], journal);
     for (const Json& f : json.at("frames")) {
       require_name(f.at(0), journal);
-      if (!f.at(3).is_number_integer() || !f.at(4).is_number_integer()) throw damaged(journal);
       static_cast<void>(name_inside({}, f.at(1), {.file = journal.string()}));
-      set.frames.push_back({f.at(0), f.at(1), f.at(2), f.at(3), f.at(4), std::nullopt});
+      set.frames.push_back({f.at(0), f.at(1), f.at(2), size_px(f.at(3), journal),
+                            size_px(f.at(4), journal), std::nullopt});
       if (!f.at(5).is_null()) set.frames.back().device_time_s = f.at(5).get<double>();
     }
     if (json.contains("details_sha256")) set.details_sha256 = json["details_sha256"];

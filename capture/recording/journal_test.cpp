@@ -107,6 +107,12 @@ TEST(Journal, ADamagedJournalIsNamed) {
   EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
   write_durable(folder / "recording.journal", "{\"name\": \"a\", \"frames\": [[1, 2]]}\n");
   EXPECT_THROW(Journal(folder, "2026-01-31"), Error);
+  for (const char* width : {"4294967300", "-1", "4.5"}) {
+    write_durable(folder / "recording.journal",
+                  std::string(R"({"name": "a", "frames": [["cam0", "a/cam0.png", "aa", )") + width +
+                      ", 3, null]]}\n");
+    EXPECT_THROW(Journal(folder, "2026-01-31"), Error) << width;
+  }
   write_durable(folder / "recording.journal", "{\"name\": \"a\", \"fra");
   EXPECT_EQ(Journal(folder, "2026-01-31").adopted(), 0U);
 }
