@@ -133,13 +133,6 @@ StaticReport shake(StaticSolver& solver, const PastEvent& shakes, const Vector3d
   return report;
 }
 
-/// Whether a sheet that was taken to pass through itself has to meet itself.
-bool drapes_again(const GridSpec& grid, const StaticOptions& options, const StaticDrape& drape) {
-  return !options.meets_itself && options.cloth_thickness_m > 0 &&
-         drape.report.status != StaticStatus::diverged &&
-         self_distance(grid, drape.position).crossings > 0;
-}
-
 /// Drapes once. A sheet that meets itself stays on its grid: another one's rest may pass through
 /// itself there.
 StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
@@ -192,7 +185,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
     drape.memory = cloth.memory();
     drape.dissipated_j = cloth.dissipated_j();
     if (last && after && drape.report.status == StaticStatus::at_rest &&
-        !drapes_again(grid, options, drape))
+        !has_to_meet_itself(grid, options, drape.position, drape.report))
       after(solver, drape.report);
     coarser = coarse;
     coarse = here;
@@ -226,11 +219,17 @@ StaticDrape drape_after_history(const StaticCase& the_case, const GridSpec& grid
 
 }  // namespace
 
+bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options, const Field& position,
+                        const StaticReport& found) {
+  return !options.meets_itself && options.cloth_thickness_m > 0 &&
+         found.status != StaticStatus::diverged && self_distance(grid, position).crossings > 0;
+}
+
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change,
                              const AfterRest& after) {
   StaticDrape drape = drape_after_history(the_case, grid, options, change, after);
-  if (!drapes_again(grid, options, drape)) return drape;
+  if (!has_to_meet_itself(grid, options, drape.position, drape.report)) return drape;
   StaticOptions meets = options;
   meets.meets_itself = true;
   std::vector<std::string> warnings;

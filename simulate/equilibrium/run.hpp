@@ -48,6 +48,10 @@ struct StaticDrape {
   double dissipated_j = 0;
 };
 
+/// Whether a sheet that was taken to pass through itself, and ended so, has to meet itself.
+[[nodiscard]] bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options,
+                                      const Field& position, const StaticReport& found);
+
 /// Drapes from the scene's start. A sheet that ends passing through itself is draped once more,
 /// from the same start, as one that meets itself. Up to 41 particles per side on the grid itself,
 /// because a coarse grid folds otherwise; beyond, to rest on a coarse grid first and from its

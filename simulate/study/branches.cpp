@@ -247,7 +247,7 @@ void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOp
 
 }  // namespace
 
-Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
+Branches find_branches(const StaticCase& the_case, const ClothLaws& without, const GridSpec& grid,
                        const StaticOptions& options, const BranchOptions& how) {
   Branches branches;
   branches.round = is_round(the_case.scene);
@@ -268,7 +268,7 @@ Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
       branches.friction_band.reset();
       if (found.touching + found.between > 0) branches.friction_band = push_at_rest(solver, alone);
       if (the_case.laws.friction)
-        branches.memory_band = ends_of_memory(the_case, grid, solver, alone, found);
+        branches.memory_band = ends_of_memory(the_case, without, grid, solver, alone, found);
     };
     drapes[k] =
         drape_statically(the_case, grid, alone, change, k == 0 ? AfterRest(push) : AfterRest());
@@ -356,7 +356,8 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   options.check();
   const GridSpec grid{options.rows, options.cols, print.patch_m};
   SimulateReport report;
-  ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
+  const ClothLaws without = make_laws(fabric, options.segments, report, options.reach);
+  ClothLaws laws = without;
   if (options.internal_friction)
     add_internal_friction(fabric, options.segments, laws, report, options.reach);
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
@@ -364,7 +365,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, options.mass};
   BranchResult result;
   Branches& branches = result.branches;
-  branches = find_branches(the_case, grid, static_options(local.scene, options), how);
+  branches = find_branches(the_case, without, grid, static_options(local.scene, options), how);
   SimulateOptions by_static = options;
   if (by_static.solver == "rk4") by_static.solver = "static";
   const auto judge_as = [&](const SimulateOptions& as, const ClothLaws& its, const Field& position,
@@ -412,10 +413,8 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   }
   double same_m = how.same_m;
   if (branches.memory_band) {
-    ClothLaws elastic = laws;
-    elastic.friction.reset();
-    SimulateOptions without = by_static;
-    without.internal_friction = false;
+    SimulateOptions by_means = by_static;
+    by_means.internal_friction = false;
     MemoryBand& band = *branches.memory_band;
     same_m = band.reach_m(how.same_m);
     const int folds = label_hem(grid, band.rest).nodes;
@@ -423,7 +422,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
       if (!end.counts()) continue;
       const SimulateResult judged =
           end.remembers ? judge(end, scene.friction)
-                        : judge_as(without, elastic, end.position, {}, end.report, scene.friction);
+                        : judge_as(by_means, without, end.position, {}, end.report, scene.friction);
       if (judged.report.status != RestStatus::at_rest) end.ending = judged.report.sentence;
       if (mean_distance_m(grid, end.position, band.rest, branches.round) > same_m ||
           label_hem(grid, end.position).nodes != folds)

@@ -96,9 +96,10 @@ struct Branches {
                                      bool round);
 /// The ensemble's; where it touches nothing, lower ones too, if seek_valleys() finds any: what
 /// hangs free is held on its valley by nothing but its history. Not with internal friction: there
-/// the history decides.
-[[nodiscard]] Branches find_branches(const StaticCase& the_case, const GridSpec& grid,
-                                     const StaticOptions& options, const BranchOptions& how);
+/// the history decides, and `without` are the laws of the same fabric without it.
+[[nodiscard]] Branches find_branches(const StaticCase& the_case, const ClothLaws& without,
+                                     const GridSpec& grid, const StaticOptions& options,
+                                     const BranchOptions& how);
 /// Schema drapebench/branches/1, without what EnsembleReport adds.
 [[nodiscard]] Json branches_json(const Branches& branches);
 

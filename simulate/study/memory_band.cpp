@@ -21,20 +21,27 @@ double mean_distance_m(const Field& a, const Field& b) {
   return sum / n;
 }
 
-/// With the elastic curves alone, from the rest on.
-MemoryEnd without_friction(const StaticCase& the_case, const GridSpec& grid, StaticSolver& from) {
-  ClothLaws laws = the_case.laws;
-  laws.friction.reset();
-  Cloth cloth(grid, laws, the_case.mass);
-  StaticSolver solver(cloth, the_case.surroundings, from.options());
-  solver.contacts() = from.contacts();
-  solver.position = from.position;
-  solver.load(from.options().gravity_m_per_s2);
+/// With the curves of a cloth that has none, from the rest on.
+MemoryEnd without_friction(const StaticCase& the_case, const ClothLaws& without,
+                           const GridSpec& grid, StaticSolver& from) {
+  Cloth cloth(grid, without, the_case.mass);
   MemoryEnd end;
   end.what = "without internal friction, from there";
   end.remembers = false;
-  end.report = solver.solve();
-  end.position = solver.position;
+  const auto let_go = [&](const StaticOptions& options) {
+    StaticSolver solver(cloth, the_case.surroundings, options);
+    solver.contacts() = from.contacts();
+    solver.position = from.position;
+    solver.load(options.gravity_m_per_s2);
+    end.report = solver.solve();
+    end.position = solver.position;
+  };
+  StaticOptions how = from.options();
+  let_go(how);
+  if (has_to_meet_itself(grid, how, end.position, end.report)) {
+    how.meets_itself = true;
+    let_go(how);
+  }
   return end;
 }
 
@@ -76,12 +83,12 @@ double MemoryBand::reach_m(double least_m) const {
   return least_m;
 }
 
-MemoryBand ends_of_memory(const StaticCase& the_case, const GridSpec& grid, StaticSolver& solver,
-                          const StaticOptions& options, const StaticReport& found,
-                          const MemoryPushes& how) {
+MemoryBand ends_of_memory(const StaticCase& the_case, const ClothLaws& without,
+                          const GridSpec& grid, StaticSolver& solver, const StaticOptions& options,
+                          const StaticReport& found, const MemoryPushes& how) {
   MemoryBand band;
   band.rest = solver.position;
-  band.ends.push_back(without_friction(the_case, grid, solver));
+  band.ends.push_back(without_friction(the_case, without, grid, solver));
   const double sideways = found.touching + found.between > 0 ? 0 : how.part;
   for (FrictionPush& push : push_along(solver, {sideways, sideways, how.part}, how.steps)) {
     band.ends.push_back({"pushed and let go", push.ending, std::move(push.position),

@@ -24,7 +24,7 @@ struct MemoryEnd {
   Field position;
   ClothMemory memory;
   StaticReport report;
-  bool remembers = true;  ///< false: with the elastic curves alone
+  bool remembers = true;  ///< false: without internal friction
   /// At its largest, of a push that went again.
   std::optional<Eigen::Vector3d> push_per_weight = std::nullopt;
   [[nodiscard]] bool counts() const { return ending == "at rest"; }
@@ -47,10 +47,12 @@ struct MemoryBand {
 
 /// From the rest to which `solver` has brought the scene's drape: without internal friction; after
 /// pushes that grew and went again; draped once more, and, where the scene has a history, as if it
-/// had none. The solver is left as it was. `the_case.laws.friction` is there.
-[[nodiscard]] MemoryBand ends_of_memory(const StaticCase& the_case, const GridSpec& grid,
-                                        StaticSolver& solver, const StaticOptions& options,
-                                        const StaticReport& found, const MemoryPushes& how = {});
+/// had none. The solver is left as it was. `the_case.laws.friction` is there; `without` are the
+/// laws of the same fabric without it.
+[[nodiscard]] MemoryBand ends_of_memory(const StaticCase& the_case, const ClothLaws& without,
+                                        const GridSpec& grid, StaticSolver& solver,
+                                        const StaticOptions& options, const StaticReport& found,
+                                        const MemoryPushes& how = {});
 
 /// Adds `internal_friction_band` to branches.json.
 void add_memory_band(const MemoryBand& band, const GridSpec& grid, const Print& print, Json& json);

@@ -90,6 +90,7 @@ def main():
     print(f"{file.stat().st_size / 1e6:.0f} MB")
     middle = last + runs // 2
     for words in ([["runs"], ["runs", "--since", "2001-03-01", "--until", "2001-03-31"], ["list", "--run", str(middle)],
+                   ["list", "--scene", "A", "--grid", "21"],
                    ["list", "--scene", "A", "--grid", "21", "--since", "2001-03-01", "--until", "2001-03-31"],
                    ["diff", str(middle), str(middle + 1)], ["show", comparison[:16]],
                    ["trend", "--by", "friction"], ["trend", "--by", "fabric"],
