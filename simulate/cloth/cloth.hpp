@@ -149,7 +149,14 @@ class Cloth {
       cell = 12,         ///< 1 where there is a cell
       twist = 13,        ///< N/m, of the cells
       share = 14,        ///< per line: k_diag_share
-      blocks = 16
+      // Of a cloth with internal friction, per triple of one direction:
+      blocks_without_friction = 16,
+      normal = 16,  ///< per axis; then N m, the energy's gradient to the curvature vector
+      of_a = 19,
+      of_b = 22,              ///< per axis: N, to the differences along the sheet
+      per_size = 25,          ///< 1/m^2
+      normal_curvature = 26,  ///< 1/m; then N m
+      blocks = 27
     };
     enum BandBlock {
       strain = 0,      ///< per line
@@ -189,11 +196,18 @@ class Cloth {
     std::ptrdiff_t begin = 0, end = 0;
   };
 
-  void add_friction(const Field& position, Field& force) const;
+  struct Places;
+  [[nodiscard]] Places places_of(int direction);
+  void find_normal_curvatures(int direction);
+  void find_friction_gradients(int direction);
+  void sum_friction(int direction, int axis, double* result);
+  void add_bending_friction(Field& force);
+  void add_shear_friction(Band band, const double* angle, double* f_sh) const;
   void add_friction_energies(const Field& position, InternalEnergies& sum) const;
 
   void cut_round();
   void prepare_work();
+  void take_positions(const Field& position);
   void keep_last_row(Band band);
   void find_secants(int direction);
   void find_lengths(Band band, bool damped);

@@ -38,7 +38,8 @@ void Cloth::prepare_work() {
   work_.pad = rounded_up(2 * grid_.cols + 2);
   work_.size = block_size(rounded_up(n) + 2 * work_.pad + kVector);
   work_.band = kBand;
-  work_.lines.assign(static_cast<std::size_t>(Work::blocks * work_.size / kVector), {});
+  const int blocks = laws_.friction ? Work::blocks : Work::blocks_without_friction;
+  work_.lines.assign(static_cast<std::size_t>(blocks * work_.size / kVector), {});
   work_.band_lines.assign(static_cast<std::size_t>(Work::band_blocks * Work::band_size / kVector),
                           {});
   for (int d = 0; d < 2; ++d) {
@@ -56,11 +57,17 @@ void Cloth::prepare_work() {
   }
 }
 
+void Cloth::take_positions(const Field& position) {
+  const std::ptrdiff_t n = count();
+  for (int axis = 0; axis < 3; ++axis)
+    std::copy_n(position.data() + axis * n, n, work_.of(Work::x + axis));
+}
+
 void Cloth::add_forces(const Field& position, const Field* velocity, Field& force) {
   const std::ptrdiff_t n = count();
   const bool damped = velocity != nullptr && laws_.stretch_damping_s > 0;
+  take_positions(position);
   for (int axis = 0; axis < 3; ++axis) {
-    std::copy_n(position.data() + axis * n, n, work_.of(Work::x + axis));
     if (damped) std::copy_n(velocity->data() + axis * n, n, work_.of(Work::v + axis));
   }
   for (int d = 0; d < 2; ++d) find_secants(d);
@@ -83,7 +90,7 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
     }
     keep_last_row(band);
   }
-  if (laws_.friction) add_friction(position, force);
+  if (laws_.friction) add_bending_friction(force);
 }
 
 /// What the next band needs of the row before it.
@@ -261,7 +268,7 @@ DRAPE_WIDE void Cloth::find_shear(Band band) {
     ratio_a[i] *= -g;
     ratio_b[i] *= -g;
   };
-  if (wide == 0 && curve.hinges.size() <= kHingesAtOnce) {
+  if (wide == 0 && curve.hinges.size() <= kHingesAtOnce && !laws_.friction) {
     DRAPE_INDEPENDENT
     for (std::ptrdiff_t i = 0; i < m; ++i) pull(i, law.odd_value(kernels::narrow_atan(tangent[i])));
     return;
@@ -278,6 +285,7 @@ DRAPE_WIDE void Cloth::find_shear(Band band) {
     const ForceCurve::Hinge hinge = curve.hinges[h];
     for (std::ptrdiff_t i = 0; i < m; ++i) f_sh[i] += kernels::odd_hinge(hinge, angle[i]);
   }
+  if (laws_.friction) add_shear_friction(band, angle, f_sh);
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) pull(i, f_sh[i]);
 }
