@@ -3,19 +3,44 @@
 """Draws realistic scenes and counts how many of their drapes are certified.
 
     scenes.py BIN COUNT [--grids 21,31] [--seed 1] [--solver fall] [--jobs 2] [--out FOLDER] [--only 3,17]
+              [--internal-friction]
 
 Bodies: sphere, box, cylinder (standing or lying), closed triangle mesh of 500 to 5,000 facets, none
 (two to four pins), and cloth that meets itself (a body much smaller than the cloth, pins near each
-other). Fabrics by KES numbers over the range of woven apparel fabrics (Kawabata 1980). Ends with exit
-code 1 where fewer than 98 % are GO or one that passes through something is called at rest.
+other). Fabrics by KES numbers over the range of woven apparel fabrics (Kawabata 1980); with
+--internal-friction they have loops and up to three events of a history too. Ends with exit code 1 where fewer than 98 % are GO or one that passes through something is called at rest.
 """
 import argparse, collections, concurrent.futures, json, math, pathlib, random, subprocess, sys, time
 
 KINDS = ["sphere", "box", "cylinder", "pins", "mesh", "folded"]
 
 
-def fabric_text(r, name):
-    spread = lambda low, high: math.exp(r.uniform(math.log(low), math.log(high)))
+def spread_of(r):
+    return lambda low, high: math.exp(r.uniform(math.log(low), math.log(high)))
+
+
+def loops_of(r):
+    """What a fabric's tables get for its loops: of bending and of shear."""
+    spread = spread_of(r)
+    narrow = spread(0.3, 4)
+    bending = f", hb2_gf_cm_per_cm = {spread(0.02, 0.25):.4f}, slip_curvature_per_cm = {spread(0.05, 0.3):.3f}"
+    shear = (f", hg2_gf_per_cm = {narrow:.3f}, hg5_gf_per_cm = {narrow * spread(1, 3):.3f}"
+             f", slip_angle_deg = {spread(0.2, 1):.3f}")
+    return bending, shear
+
+
+def history_of(r):
+    along = lambda: r.choice(["warp", "weft"])
+    events = [lambda: "flat", lambda: f"bent {r.uniform(-3, 3):.2f} per cm along {along()}",
+              lambda: f"draped {r.randint(1, 3)} times"]
+    history = [r.choice(events)() for _ in range(r.randint(0, 2))]
+    if r.random() < 0.5:
+        history.append(f"shaken {r.randint(1, 5)} times by {r.randint(5, 60)} %")
+    return f"history = {json.dumps(history)}\n"
+
+
+def fabric_text(r, name, loops=("", "")):
+    spread = spread_of(r)
     b = spread(0.03, 0.25)
     weft = b * spread(0.5, 1.2)
     return f"""schema = "drapebench/fabric/1"
@@ -26,11 +51,11 @@ stand_ins = ["all"]
 warp_kes = {{ emt_percent = {spread(2, 8):.2f}, lt = {r.uniform(0.55, 0.85):.3f}, rt_percent = 60 }}
 weft_kes = {{ emt_percent = {spread(3, 12):.2f}, lt = {r.uniform(0.55, 0.85):.3f}, rt_percent = 60 }}
 [shear]
-warp_kes = {{ g_gf_per_cm_deg = {(g := spread(0.3, 1.5)):.3f} }}
-weft_kes = {{ g_gf_per_cm_deg = {g:.3f} }}
+warp_kes = {{ g_gf_per_cm_deg = {(g := spread(0.3, 1.5)):.3f}{loops[1]} }}
+weft_kes = {{ g_gf_per_cm_deg = {g:.3f}{loops[1]} }}
 [bending]
-warp_kes = {{ b_gf_cm2_per_cm = {b:.4f} }}
-weft_kes = {{ b_gf_cm2_per_cm = {weft:.4f} }}
+warp_kes = {{ b_gf_cm2_per_cm = {b:.4f}{loops[0]} }}
+weft_kes = {{ b_gf_cm2_per_cm = {weft:.4f}{loops[0]} }}
 """
 
 
@@ -77,12 +102,14 @@ def blob(r, facets, size):
     return points, faces, max(p[2] for p in points)
 
 
-def draw(folder, seed, number):
+def draw(folder, seed, number, internal_friction):
     r = random.Random(f"{seed} {number}")
+    past = random.Random(f"{seed} {number} past")
     kind = KINDS[number % len(KINDS)]
     folder.mkdir(parents=True, exist_ok=True)
     side = r.choice([150.0, 200.0, 220.0, 250.0, 300.0])
-    (folder / "fabric.toml").write_text(fabric_text(r, "drawn"))
+    (folder / "fabric.toml").write_text(
+        fabric_text(r, "drawn", loops_of(past) if internal_friction else ("", "")))
     (folder / "print.toml").write_text(print_text(side))
     shift = [r.uniform(-0.1, 0.1) * side for _ in range(2)]
     yaw = r.uniform(0, 90)
@@ -126,6 +153,7 @@ def draw(folder, seed, number):
             pins += f"[[pin]]\nrow = {row}\ncol = {col}\nat_mm = [{near * px:.4f}, {near * py:.4f}, 300.0]\n"
         top, shift = 297.0, [0.0, 0.0]
     start = f'[start]\nmode = "flat"\ncentre_mm = [{shift[0]:.3f}, {shift[1]:.3f}, {top + 3:.3f}]\nyaw_deg = {yaw:.3f}\n'
+    start += history_of(past) if internal_friction else ""
     (folder / "scene.toml").write_text(
         f'{scene}table_z_mm = -400\nfriction = {friction:.3f}\nstand_ins = ["friction"]\n{start}{body}{pins}')
     return kind
@@ -134,11 +162,12 @@ def draw(folder, seed, number):
 def drape(task):
     args, number, grid = task
     folder = args.out / f"{number:04d}"
-    kind = draw(folder, args.seed, number)
+    kind = draw(folder, args.seed, number, args.internal_friction)
     out = folder / f"{args.solver}-{grid}"
     began = time.monotonic()
     line = [args.bin / "drape-simulate", folder / "scene.toml", "--grid", str(grid), "--segments", "5", "--solver",
             args.solver, "--threads", "1", "--quiet", "--json", "--out", out]
+    line += ["--internal-friction"] if args.internal_friction else []
     done = subprocess.run(line, capture_output=True, text=True)
     lasted = time.monotonic() - began
     try:
@@ -157,6 +186,7 @@ def main():
     words.add_argument("--seed", type=int, default=1)
     words.add_argument("--solver", default="fall")
     words.add_argument("--jobs", type=int, default=2)
+    words.add_argument("--internal-friction", action="store_true")
     words.add_argument("--only", default="")
     words.add_argument("--out", type=pathlib.Path, default=pathlib.Path("scenes"))
     args = words.parse_args()
