@@ -132,9 +132,12 @@ std::optional<MeasuredTarget> measure_target(const Calibration& calibration, con
   return first ? measure_with(calibration, target, frames, first->world_from_target) : first;
 }
 
-Coach::Coach(const Calibration& calibration, const Target& target, const Volume& volume,
+Coach::Coach(Calibration calibration, Target target, const Volume& volume,
              std::vector<double> sigma_px)
-    : calibration_(calibration), target_(target), volume_(volume), sigma_px_(std::move(sigma_px)) {
+    : calibration_(std::move(calibration)),
+      target_(std::move(target)),
+      volume_(volume),
+      sigma_px_(std::move(sigma_px)) {
   Index size = 0;
   for (const CalibratedCamera& camera : calibration_.cameras) {
     offsets_.push_back(size);

@@ -55,8 +55,7 @@ struct NextPose {
 /// Throws Error(bad_input) when the calibration carries no joint covariance.
 class Coach {
  public:
-  Coach(const Calibration& calibration, const Target& target, const Volume& volume,
-        std::vector<double> sigma_px);
+  Coach(Calibration calibration, Target target, const Volume& volume, std::vector<double> sigma_px);
 
   [[nodiscard]] PredictedError now() const;
   /// The candidate that lowers calibration_m most; nothing when none lowers it. A candidate is seen
@@ -72,8 +71,8 @@ class Coach {
   [[nodiscard]] std::optional<Eigen::Vector2d> pixel(std::size_t camera,
                                                      const Eigen::Vector3d& point_in_world) const;
 
-  const Calibration& calibration_;
-  const Target& target_;
+  Calibration calibration_;
+  Target target_;
   Volume volume_;
   std::vector<double> sigma_px_;
   std::vector<Eigen::Index> offsets_;  ///< of each camera among all parameters
