@@ -141,6 +141,7 @@ DoorRun run_door_case(const DoorCase& c, const std::string& solver, const Vector
   options.segments = 1 + static_cast<int>(c.tensile.hinges.size());
   options.residual_tolerance = c.motion_tolerance;
   options.static_tolerance = c.static_tolerance;
+  options.damping_per_s = c.damping_per_s;
   options.cloth_thickness_m = 0;
   options.max_steps = c.motion_steps;
   SimulateResult result = simulate(scene, fabric, print, start, options);
@@ -154,7 +155,7 @@ DoorRun run_door_case(const DoorCase& c, const std::string& solver, const Vector
 }
 
 void check_form(const DoorForm& form, Checks& checks) {
-  for (const std::string solver : {"fall", "rk4"}) {
+  for (const std::string& solver : form.solvers) {
     Check worst = relative(form.test, fmt::format("{}, by files, {}", form.what, solver),
                            form.exact, form.exact, form.goal, form.cases.back().grid());
     worst.error = -1;

@@ -20,6 +20,7 @@ struct DoorCase {
   double shear_n_per_m = 10, bending_n_m = 1e-5, twist_n_m = 1e-6;
   Eigen::Vector3d gravity_m_per_s2{0, 0, -kGravity};
   double friction = 0;
+  double damping_per_s = SimulateOptions{}.damping_per_s;
   double table_z_m = -2;
   /// Where a particle starts; what is pinned is held there, or at `held_at`.
   std::function<Eigen::Vector3d(double u, double v)> start;
@@ -61,10 +62,10 @@ struct DoorForm {
   std::function<double(const std::vector<DoorRun>& runs)> measure;  ///< in units of `exact`
   /// A run that does not rest or that the checker refuses misses the goal; else `measure` judges.
   bool all_must_rest = true;
+  std::vector<std::string> solvers{"fall", "rk4"};
 };
 
-/// One check for each of the solvers "fall" and "rk4", the worse of the origins 0 and
-/// (300, -200, 1000) mm.
+/// One check for each of the solvers, the worse of the origins 0 and (300, -200, 1000) mm.
 void check_form(const DoorForm& form, Checks& checks);
 
 }  // namespace drape::simulate

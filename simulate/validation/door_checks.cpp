@@ -35,13 +35,13 @@ Vector3d at_row(const DoorRun& run, const DoorCase& c, int row) {
 
 /// A strip whose first two rows are held; the clamp is half a cell before the second one, whose
 /// hinge stands for half a cell on each side of it.
-DoorCase clamped_strip(int rows, double gamma) {
+DoorCase clamped_strip(int rows, double gamma, double length = kSheetLength) {
   DoorCase c;
   c.rows = rows;
-  c.spacing_m = kSheetLength / (rows - 1.5);
+  c.spacing_m = length / (rows - 1.5);
   c.density_kg_per_m2 = kDensity;
-  c.bending_n_m = kWeight * std::pow(kSheetLength, 3) / gamma;
-  c.tensile.slope = kStretchPerLoad * kWeight * kSheetLength;
+  c.bending_n_m = kWeight * std::pow(length, 3) / gamma;
+  c.tensile.slope = kStretchPerLoad * kWeight * length;
   c.pinned = rows_of(c, {0, 1});
   return c;
 }
@@ -255,7 +255,106 @@ void check_friction_forms(Checks& checks) {
              checks);
 }
 
+/// The cloth that the files of a case describe.
+Cloth cloth_of(const DoorCase& c) {
+  ClothLaws laws =
+      linear_laws(c.density_kg_per_m2, c.tensile.slope, c.shear_n_per_m, c.bending_n_m);
+  laws.twist_n_m = c.twist_n_m;
+  return {c.grid(), laws, MassRule::area};
+}
+
+/// A strip clamped pointing down whose tip stands on the table: from the rest that it has with its
+/// tip held, so that nothing but friction decides whether it stays.
+DoorCase pressed_case(const exact::PressedStrip& strip) {
+  constexpr double kStripLength = 0.25;  // m; friction's springs yield by micrometres
+  DoorCase c = clamped_strip(41, strip.gamma, kStripLength);
+  c.twist_n_m = c.bending_n_m;
+  c.table_z_m = 0;
+  c.damping_per_s = 3000;  // else the tip rings when it lands, and slips whenever it presses less
+  c.motion_tolerance = 1e-3;
+  c.motion_steps = 10000;
+  const double height = strip.at(1).drop;
+  Field x = shaped(c.grid(), [&](double u, double v) {
+    const double arc = (u - 0.5 * c.spacing_m) / kStripLength;
+    // The held cell is straight.
+    const exact::PressedStrip::Place place =
+        u < 1.5 * c.spacing_m ? exact::PressedStrip::Place{0, arc} : strip.at(arc);
+    return Vector3d(kStripLength * place.sideways, v, kStripLength * (height - place.drop));
+  });
+  std::vector<bool> held = in_plane_xz(c.grid());
+  for (const int row : {0, 1, c.rows - 1}) hold_row(c.grid(), row, held);
+  Cloth cloth = cloth_of(c);
+  (void)Equilibrium(cloth, weight(cloth, c.gravity_m_per_s2), held).find(x, 0.5 * c.spacing_m);
+  c.start = [x, c](double u, double v) {
+    const auto row = static_cast<int>(std::lround(u / c.spacing_m));
+    return at(x, row * c.cols + static_cast<int>(std::lround(v / c.spacing_m)));
+  };
+  return c;
+}
+
+/// Force of the table on the last row, from what the sheet does to it: along x over along z.
+double friction_used(const DoorRun& run, const DoorCase& c) {
+  Cloth cloth = cloth_of(c);
+  Field force = weight(cloth, c.gravity_m_per_s2);
+  cloth.add_forces(run.position, nullptr, force);
+  Vector3d sum = Vector3d::Zero();
+  for (const int i : rows_of(c, {c.rows - 1})) sum += at(force, i);
+  return std::abs(sum.x() / sum.z());
+}
+
+/// The middle of the largest coefficient with which the tip slips and the least with which it
+/// stays, of those tried in rising order; beyond them when it does the same with all. The farther a
+/// tip slips, the more friction it needs, so it does not stop nearby.
+double slip_threshold(const Runs& runs, const DoorCase& c, const std::vector<double>& tried) {
+  constexpr double kFar = 1e-3;  // of the strip; friction's springs yield by less
+  constexpr double kBeyond = 1.2;
+  double slips = tried.front() / kBeyond, stays = kBeyond * tried.back();
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    const double moved = std::abs(at_row(runs[k], c, c.rows - 1).x());
+    if (runs[k].rests && moved < kFar * c.grid().patch_m.x()) {
+      stays = tried[k];
+      break;
+    }
+    slips = tried[k];
+  }
+  return 0.5 * (slips + stays);
+}
+
 }  // namespace
+
+void check_slip(double lowered, double friction_error, Checks& checks) {
+  constexpr double kGamma = 20;
+  constexpr double kGoal = 1e-2;
+  constexpr double kEnough = 1.2;
+  // The static solver's friction holds this much of what the pressing force allows, or more.
+  constexpr double kHeld = 0.95;
+  const exact::PressedStrip strip =
+      exact::pressed_strip(kGamma, 1 / (kGamma * kStretchPerLoad), lowered);
+  const double needed = strip.friction();
+  const DoorCase pressed = pressed_case(strip);
+  const std::string what = fmt::format("strip pressed down by {:g} L: ", lowered);
+  const auto form = [&](const std::string& quantity, double goal, std::vector<double> tried) {
+    DoorForm of{13, what + quantity, needed, goal, {}, {}};
+    for (double& friction : tried) {
+      friction *= needed;
+      of.cases.push_back(pressed);
+      of.cases.back().friction = friction_error * friction;
+    }
+    of.measure = [pressed, tried](const Runs& runs) {
+      return tried.size() > 1 ? slip_threshold(runs, pressed, tried)
+                              : friction_used(runs[0], pressed);
+    };
+    of.all_must_rest = tried.size() == 1;
+    return of;
+  };
+  check_form(form("T/N at its tip", kGoal, {kEnough}), checks);
+  DoorForm slips = form("slips", kGoal, {1 - kGoal, 1 + kGoal});
+  slips.solvers = {"rk4"};
+  check_form(slips, checks);
+  slips = form("slips", (1 + kGoal) / kHeld - 1, {1 - kGoal, 1 + kGoal, 1.03, 1.06});
+  slips.solvers = {"fall"};
+  check_form(slips, checks);
+}
 
 void check_door(Checks& checks) {
   check_cantilever_forms(checks);
@@ -264,6 +363,7 @@ void check_door(Checks& checks) {
   check_chain_form(checks);
   check_patch_forms(checks);
   check_friction_forms(checks);
+  for (const double lowered : {0.05, 0.1, 0.2}) check_slip(lowered, 1, checks);
 }
 
 }  // namespace drape::simulate

@@ -44,6 +44,58 @@ Eigen::Vector4d from_bottom(double gamma, double curvature, double load) {
   return y;
 }
 
+/// Determinant of the clamp's conditions phi = phi' = 0 over the two solutions that are free at the
+/// other end, of k phi'''' - phi'' = load^2 / 4 x^4 phi with k phi''' = phi', phi'' = 0 there. It
+/// is carried along as one of the six 2x2 minors of the two, which fast growth does not cancel
+/// (compound matrices, Ng and Reid 1979).
+double clamp_determinant(double k, double load) {
+  using Minors = Eigen::Vector<double, 6>;  // of derivatives 0 1, 0 2, 0 3, 1 2, 1 3, 2 3
+  const auto slope = [&](double x, const Minors& m) {
+    const double pull = 0.25 * load * load * std::pow(x, 4) / k;
+    return Minors{
+        {m[1], m[2] + m[3], m[4] + m[1] / k, m[4], m[5] + m[3] / k - pull * m[0], -pull * m[1]}};
+  };
+  constexpr int kSteps = 2000;
+  Minors m{{1, 0, 1 / k, 0, 0, 0}};
+  for (int i = 0; i < kSteps; ++i) m = step(m, 1.0 * i / kSteps, 1.0 / kSteps, slope).normalized();
+  return m[0];
+}
+
+/// A pressed strip from its clamp to an arc length: angle from straight down, curvature, sideways,
+/// drop.
+Eigen::Vector4d from_clamp(const PressedStrip& strip, double arc) {
+  const auto slope = [&](double s, const Eigen::Vector4d& y) {
+    const double thrust = strip.normal - strip.gamma * (1 - s);
+    const Eigen::Vector2d along(std::sin(y[0]), std::cos(y[0]));
+    const double length = 1 + strip.give * along.dot(Eigen::Vector2d(strip.tangential, -thrust));
+    return Eigen::Vector4d(y[1], -length * along.dot(Eigen::Vector2d(thrust, strip.tangential)),
+                           length * along[0], length * along[1]);
+  };
+  constexpr int kSteps = 200;
+  Eigen::Vector4d y(0, strip.curvature, 0, 0);
+  for (int i = 0; i < kSteps; ++i) y = step(y, arc * i / kSteps, arc / kSteps, slope);
+  return y;
+}
+
+/// Newton's method on as many equations as unknowns, by central differences; no step is longer than
+/// `most`.
+template <class Vector, class Miss>
+void solve(Vector& unknown, double most, const Miss& miss) {
+  constexpr int kIterations = 40;
+  constexpr double kDifference = 1e-6;
+  for (int i = 0; i < kIterations; ++i) {
+    Eigen::Matrix<double, Vector::RowsAtCompileTime, Vector::RowsAtCompileTime> slope;
+    for (int k = 0; k < unknown.size(); ++k) {
+      const Vector h = kDifference * Vector::Unit(k);
+      slope.col(k) = (miss(unknown + h) - miss(unknown - h)) / (2 * kDifference);
+    }
+    Vector move = slope.inverse() * miss(unknown);
+    move *= std::min(1.0, most / move.norm());
+    unknown -= move;
+    if (move.norm() < 1e-11) return;
+  }
+}
+
 }  // namespace
 
 Cantilever cantilever(double gamma) {
@@ -81,18 +133,7 @@ double heart_loop_height(double gamma) {
       const Eigen::Vector4d y = from_bottom(now, u[0], u[1]);
       return Eigen::Vector2d(y[0] - 1.5 * kPi, 10 * y[2]);
     };
-    for (int i = 0; i < 40; ++i) {
-      const Eigen::Vector2d at = miss(unknown);
-      Eigen::Matrix2d slope;
-      for (int k = 0; k < 2; ++k) {
-        const Eigen::Vector2d h = 1e-6 * Eigen::Vector2d::Unit(k);
-        slope.col(k) = (miss(unknown + h) - miss(unknown - h)) / 2e-6;
-      }
-      Eigen::Vector2d move = slope.inverse() * at;
-      move *= std::min(1.0, 3 / move.norm());
-      unknown -= move;
-      if (move.norm() < 1e-11) break;
-    }
+    solve(unknown, 3, miss);
   }
   return from_bottom(gamma, unknown[0], unknown[1])[3];
 }
@@ -113,6 +154,49 @@ Elastica elastica(double alpha_rad) {
   const double first = std::comp_ellint_1(k);
   const double root = 2 * first / kPi;
   return {root * root, 2 * std::comp_ellint_2(k) / first - 1};
+}
+
+double lateral_buckling(double stiffening) {
+  double low = 0;
+  double high = 1;
+  for (; clamp_determinant(stiffening, high) > 0; ++high) low = high;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (clamp_determinant(stiffening, middle) > 0 ? low : high) = middle;
+  }
+  return low;
+}
+
+double PressedStrip::friction() const {
+  return std::abs(tangential) / normal;
+}
+
+PressedStrip::Place PressedStrip::at(double arc) const {
+  const Eigen::Vector4d y = from_clamp(*this, arc);
+  return {y[2], y[3]};
+}
+
+PressedStrip pressed_strip(double gamma, double give, double lowered) {
+  // From the strip without weight, just buckled and hardly lowered, whose tangential force and
+  // curvature at the clamp are alike: kPerRoot times the root of `slightly`.
+  constexpr double kBuckling = 4.493409458;  // tan(k) = k
+  constexpr double kPerRoot = 9.1;
+  constexpr int kStages = 10;
+  const double slightly = std::min(lowered, 0.01);
+  const double small = kPerRoot * std::sqrt(slightly);
+  Eigen::Vector3d unknown(small, small, kBuckling * kBuckling);
+  const auto strip = [give](double weight, const Eigen::Vector3d& u) {
+    return PressedStrip{weight, give, u[0], u[1], u[2]};
+  };
+  for (int stage = 0; stage <= kStages; ++stage) {
+    const double part = 1.0 * stage / kStages;
+    solve(unknown, 2, [&](const Eigen::Vector3d& u) {
+      const Eigen::Vector4d tip = from_clamp(strip(part * gamma, u), 1);
+      return Eigen::Vector3d(tip[1], 10 * tip[2],
+                             10 * (tip[3] - 1 + slightly + part * (lowered - slightly)));
+    });
+  }
+  return strip(gamma, unknown);
 }
 
 double capstan_tension(double slack, double mu, double weight, double radius) {

@@ -41,6 +41,32 @@ inline constexpr double kSelfBuckling = 7.8373474;
 /// is its torsional rigidity, the constant 6 times the first zero of the Bessel function J_-1/6.
 inline constexpr double kLateralBuckling = 12.85374;
 
+/// rho g L^3 / sqrt(B J) at which a strip of any width w clamped on edge buckles sideways, its
+/// cross-sections staying straight: with its deflection v + z phi, the energy to second order per
+/// length is (B w v''^2 + B w^3/12 phi''^2 + J w phi'^2) / 2 + v' (M phi)', M = rho g w x^2 / 2 at
+/// x from the free end (Michell 1899 and Prandtl 1899 without the second term). v drops out, as B w
+/// v'' = M phi. `stiffening` is B w^2 / (12 J L^2); without it kLateralBuckling.
+[[nodiscard]] double lateral_buckling(double stiffening);
+
+/// A heavy strip clamped pointing down whose tip stands on a flat floor straight below the clamp,
+/// which is lower than the strip is long: a planar elastica held at its tip by one force alone.
+/// Units: its length L and B / L^2. Below the friction that this force needs, the tip slips (Sano,
+/// Yamaguchi and Wada 2017).
+struct PressedStrip {
+  double gamma = 0;                       ///< rho g L^3 / B
+  double give = 0;                        ///< B / (K L^2), K its tensile modulus
+  double curvature = 0;                   ///< at the clamp
+  double tangential = 0;                  ///< force of the floor on the tip, sideways,
+  double normal = 0;                      ///< and upwards
+  [[nodiscard]] double friction() const;  ///< least coefficient with which the tip stays
+  struct Place {
+    double sideways = 0, drop = 0;
+  };
+  [[nodiscard]] Place at(double arc) const;  ///< seen from the clamp, an arc length from it
+};
+/// `lowered`: by how much of its length the clamp is nearer to the floor than the strip is long.
+[[nodiscard]] PressedStrip pressed_strip(double gamma, double give, double lowered);
+
 /// Tension where a heavy belt sliding over a horizontal cylinder leaves it, over half a turn, for
 /// the tension `slack_n_per_m` where it enters; friction mu, belt weight per length and width.
 [[nodiscard]] double capstan_tension(double slack_n_per_m, double mu, double weight_n_per_m2,

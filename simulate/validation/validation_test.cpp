@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/files/csv.hpp"
 #include "simulate/validation/exact.hpp"
 #include "tests/support/paths.hpp"
@@ -28,6 +30,40 @@ TEST(Validation, LoopsStrutsAndChains) {
 }
 TEST(Validation, Buckling) {
   expect_good(check_buckling);
+}
+TEST(Validation, LateralBucklingTellsHalfTheTwistApart) {
+  Checks checks;
+  check_buckling(checks);
+  int compared = 0;
+  for (const Check& check : checks) {
+    if (check.what != "lateral buckling load, width 0.4 L, twist 2 B") continue;
+    ++compared;
+    // The same load in units of half the twist stiffness.
+    const double halved = exact::lateral_buckling(0.4 * 0.4 / 12);
+    EXPECT_GT(std::abs(std::sqrt(2.0) * check.found / halved - 1), 20 * check.goal);
+    // Nor is half the width the same.
+    const double narrow = exact::lateral_buckling(0.2 * 0.2 / 24);
+    EXPECT_GT(std::abs(check.found / narrow - 1), 10 * check.goal);
+  }
+  EXPECT_EQ(compared, 1);
+}
+TEST(Validation, StickSlip) {
+  Checks checks;
+  check_slip(0.1, 1, checks);
+  ASSERT_EQ(checks.size(), 4U);
+  for (const Check& check : checks)
+    EXPECT_TRUE(check.passes()) << check.what << ": " << check.error;
+}
+TEST(Validation, StickSlipTellsATenthOfFrictionApart) {
+  Checks checks;
+  check_slip(0.1, 1.1, checks);
+  int missed = 0;
+  for (const Check& check : checks) {
+    if (check.what.find("slips") == std::string::npos) continue;
+    EXPECT_FALSE(check.passes()) << check.what << ": " << check.error;
+    ++missed;
+  }
+  EXPECT_EQ(missed, 2);
 }
 TEST(Validation, Patches) {
   expect_good(check_patches);
@@ -71,6 +107,29 @@ TEST(Exact, LoopChainAndStrutAreTheReferenceCurves) {
     EXPECT_NEAR(found.load, strut.columns[1][i], 1e-8);
     EXPECT_NEAR(found.chord, strut.columns[2][i], 1e-8);
   }
+}
+
+TEST(Exact, LateralBucklingTendsToTheSlenderStrips) {
+  // What is held back near the clamp shortens the strip by the root of the stiffening.
+  constexpr double kStiffening = 1e-5;
+  EXPECT_NEAR(exact::lateral_buckling(kStiffening),
+              exact::kLateralBuckling * (1 + 3 * std::sqrt(kStiffening)), 5e-3);
+}
+
+TEST(Exact, PressedStripIsInEquilibrium) {
+  // Hardly lowered: Euler's load of a strut clamped and pinned, tan(k) = k.
+  const exact::PressedStrip straight = exact::pressed_strip(0, 0, 1e-4);
+  EXPECT_NEAR(straight.normal, 20.1907, 1e-2);
+  EXPECT_NEAR(straight.tangential / straight.curvature, 1, 1e-3);
+  const exact::PressedStrip strip = exact::pressed_strip(20, 5e-6, 0.2);
+  EXPECT_NEAR(strip.at(1).sideways, 0, 1e-9);
+  EXPECT_NEAR(strip.at(1).drop, 0.8, 1e-9);
+  // Moments about the clamp: the table's force turns with the drop, the weights with their places.
+  double moment = strip.tangential * strip.at(1).drop;
+  constexpr int kPieces = 1000;
+  for (int i = 0; i < kPieces; ++i)
+    moment -= strip.gamma / kPieces * strip.at((i + 0.5) / kPieces).sideways;
+  EXPECT_NEAR(strip.curvature, moment, 1e-4 * strip.curvature);
 }
 
 TEST(Validation, TableNamesWhatIsMissed) {
