@@ -99,7 +99,8 @@ std::vector<std::string> Bench::taken_target_sets() const {
 /// Sets that a retake replaced: capture keeps them as <set>.take1, .take2, ...
 std::vector<std::string> Bench::earlier_takes(const std::string& set) const {
   std::vector<std::string> sets;
-  for (const FrameSet& one : recording()->sets)
+  const auto all = recording();  // holds what is looked through
+  for (const FrameSet& one : all->sets)
     if (one.name.starts_with(set + ".take")) sets.push_back(one.name);
   return sets;
 }
