@@ -10,6 +10,13 @@
 
 namespace drape::test {
 
+/// What a server may take at most; a sanitizer takes as much again, and more, for itself.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr double kMost_mb = 1500;
+#else
+inline constexpr double kMost_mb = 250;
+#endif
+
 /// `drape-bench RIG --replay --out OUT --port 0` as a process of its own, ended with the object.
 class RunningBench {
  public:

@@ -220,11 +220,6 @@ TEST_F(Server, FuzzedRequestsDoNotEndIt) {
   EXPECT_GT(answered, requests / 4);
   EXPECT_TRUE(server_.runs());
   EXPECT_EQ(curl(at("api/state")).status, 200);
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  constexpr double kMost_mb = 1000;  // most of it the sanitizer's own
-#else
-  constexpr double kMost_mb = 250;
-#endif
   EXPECT_LT(server_.memory_mb(), kMost_mb);
   RecordProperty("requests", requests);
 }

@@ -147,7 +147,7 @@ TEST_F(Watched, FiveWatchersLoseNoSet) {
       "%.0f ms, p95 %.0f ms; server %.2f cores, at most %.0f MB\n",
       sets, took.count(), delays_ms.size(), quantile(delays_ms, 0.5), quantile(delays_ms, 0.95),
       (server.cpu_s() - cpu_before_s) / took.count(), server.memory_mb());
-  EXPECT_LE(server.memory_mb(), 250);
+  EXPECT_LE(server.memory_mb(), kMost_mb);
   EXPECT_EQ(read_recording(out() / "recording").sets.size(), static_cast<std::size_t>(sets));
 }
 
