@@ -10,7 +10,8 @@
 namespace drape::test {
 namespace {
 
-using testing::IsEmpty;
+using testing::Each;
+using testing::HasSubstr;
 using OpenBrowser = std::unique_ptr<Browser> (*)();
 
 class LivePage : public LiveConsole, public testing::WithParamInterface<OpenBrowser> {
@@ -50,9 +51,13 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
         "document.getElementById('seen-cam{}').textContent.includes('108 of 108 marks, 6 tags')",
         c));
   browser.press("t");
+  std::size_t refused = 0;  // on a starved machine; a browser notes each as an error
   await(server, [&](const Json& state) {
     const bool recorded = is_recorded(state, "stage_z000");
-    if (!recorded && is_ready(state)) browser.press("t");  // refused on a starved machine
+    if (!recorded && is_ready(state)) {
+      browser.press("t");
+      ++refused;
+    }
     return recorded;
   });
   browser.wait_for("document.getElementById('banner').textContent === 'stage_z000 is taken'");
@@ -72,7 +77,9 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   devices[1]->plug_in();
   browser.wait_for("document.body.innerText.includes('it sends frames again')");
   browser.wait_for("document.getElementById('banner').textContent === 'cam1 is back'");
-  EXPECT_THAT(browser.errors(), IsEmpty());
+  const auto errors = browser.errors();
+  EXPECT_THAT(errors, Each(HasSubstr("/api/do")));
+  EXPECT_LE(errors.size(), refused);
 }
 
 }  // namespace
