@@ -15,9 +15,9 @@ using Eigen::Vector3d;
 
 constexpr double kParticleSink = 0.2e-6;  // m; under a mean particle's weight, before multipliers
 constexpr double kOverBending = 100;      // stiffness of a particle's contact over B / spacing^2
-// Friction's limit of a step, of what the pressing force allows: set to the middle, kept within.
-constexpr double kLimit = 0.98;
-constexpr double kLimitLow = 0.95;
+// Friction's limit of a step is kept while it is within these parts of what the pressing force
+// allows.
+constexpr double kLimitLow = 0.999;
 constexpr double kLimitHigh = 1.02;  // a little too much is cut, which leaves a rest at rest
 constexpr double kStiffer = 10;      // near rest, of a particle's contact
 // m; friction that its spring's stretch could not exceed is left out: places that lie on a face to
@@ -176,13 +176,11 @@ void StaticContacts::settle(Contact& contact, const Field& position, Limits limi
   }
   if (!contact.anchored) contact.anchor = p;
   const Vector3d way = spring(contact, p);
-  if (contact.limit == 0) {
-    // A spring taken over from a rest may hold by all that friction allows.
-    contact.limit = std::clamp(shear_stiffness_ * way.norm(), kLimit * allowed, allowed);
+  const bool within = contact.limit <= kLimitHigh * allowed && contact.limit >= kLimitLow * allowed;
+  if (contact.limit == 0 || (limits == Limits::follow && !within)) {
+    contact.limit = allowed;
   } else if (limits == Limits::follow) {
-    const bool within =
-        contact.limit <= kLimitHigh * allowed && contact.limit >= kLimitLow * allowed;
-    contact.limit = within ? std::min(contact.limit, allowed) : kLimit * allowed;
+    contact.limit = std::min(contact.limit, allowed);
   }
   if (limits == Limits::follow || !contact.anchored) contact.taken = contact.limit / allowed;
   contact.anchored = true;

@@ -110,7 +110,7 @@ TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
     const double pressing = end[3 * i + 2];
     const double friction = end.segment<2>(3 * i).norm();
     EXPECT_GT(pressing, 0);
-    EXPECT_NEAR(friction, 0.98 * 0.4 * pressing, 1e-6 * pressing) << "particle " << i;
+    EXPECT_NEAR(friction, 0.4 * pressing, 1e-6 * pressing) << "particle " << i;
   }
 }
 

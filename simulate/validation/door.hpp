@@ -62,10 +62,10 @@ struct DoorForm {
   std::function<double(const std::vector<DoorRun>& runs)> measure;  ///< in units of `exact`
   /// A run that does not rest or that the checker refuses misses the goal; else `measure` judges.
   bool all_must_rest = true;
-  std::vector<std::string> solvers{"fall", "rk4"};
 };
 
-/// One check for each of the solvers, the worse of the origins 0 and (300, -200, 1000) mm.
+/// One check for each of the solvers "fall" and "rk4", the worse of the origins 0 and (300, -200,
+/// 1000) mm.
 void check_form(const DoorForm& form, Checks& checks);
 
 }  // namespace drape::simulate
