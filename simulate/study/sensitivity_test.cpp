@@ -148,20 +148,21 @@ TEST(Sensitivity, OfAHangingSheetIsThatOfCentralDifferences) {
 }
 
 // With friction that lets little slide. What slides all the same has no derivative, and which
-// places do depends on rounding: of nine coefficients of friction, one or two leave a place that
-// slides in one of the drapes that are compared, and are far off.
+// places do depends on rounding; nor has a drape that does not rest, of those that stick so well.
 TEST(Sensitivity, OfASheetThatSticksToACubeIsNearCentralDifferencesAtMostFrictions) {
   std::vector<double> together;
   for (const double friction : {4, 5, 6, 8, 10, 12, 15, 20, 50}) {
     Scene scene = lying_scene("C");
     scene.friction = friction;
+    if (Rested(scene, 9).report.status != StaticStatus::at_rest) continue;
     together.push_back(departure_from_differences(scene, 9, 1e-4,
                                                   {FabricValue::shear, FabricValue::bending_warp,
                                                    FabricValue::areal_density})
                            .together);
   }
-  std::ranges::nth_element(together, together.begin() + 4);
-  EXPECT_LT(together[4], 0.01) << "the median";
+  ASSERT_GT(together.size(), 5U);
+  std::ranges::sort(together);
+  EXPECT_LT(together[together.size() / 2], 0.01) << "the median";
 }
 
 TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {
