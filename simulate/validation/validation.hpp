@@ -37,7 +37,7 @@ void check_door(Checks& checks);
 
 /// Elastic stick-slip (Romero et al. 2021), of check_door(): a strip clamped above the table and
 /// pressed on it by `lowered` of its length. The friction that it needs to stay, by the force at
-/// its tip and by whether it slips, of which steps of 2 or 3 % are tried. The files state
+/// its tip and by whether it slips, of which 1 % too little and too much are tried. The files state
 /// `friction_error` times the right coefficient: 1, but for tests.
 void check_slip(double lowered, double friction_error, Checks& checks);
 

@@ -8,7 +8,8 @@
 Bodies: sphere, box, cylinder (standing or lying), closed triangle mesh of 500 to 5,000 facets, none
 (two to four pins), and cloth that meets itself (a body much smaller than the cloth, pins near each
 other). Fabrics by KES numbers over the range of woven apparel fabrics (Kawabata 1980); with
---internal-friction they have loops and up to three events of a history too. Ends with exit code 1 where fewer than 98 % are GO or one that passes through something is called at rest.
+--internal-friction they have loops and up to three events of a history too. Ends with exit code 1
+where fewer than 98 % are GO or one that passes through something is called at rest.
 """
 import argparse, collections, concurrent.futures, json, math, pathlib, random, subprocess, sys, time
 
