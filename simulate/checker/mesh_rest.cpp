@@ -12,19 +12,24 @@ namespace drape::simulate {
 namespace {
 
 using namespace checker;
-using Jet = Dual<18>;
+using Jet = Dual<18>;  // of a triangle's corners and sides
 using Place = Vector<18>;
+using CornerJet = Dual<9>;  // of a triangle's corners alone
+using CornerPlace = Vector<9>;
+using MetricJet = Dual<3>;  // of |x_u|^2, x_u . x_v, |x_v|^2
 
-constexpr Real kOnDisc = 1e-5L;     // of the radius: a place this near to the rim lies on it
-constexpr Real kHeld_m = 1e-9L;     // a held point is where it is held up to rounding
-constexpr Real kRounding = 1e-6L;   // of a force, between double and long double
-constexpr Real kOverLimit = 1e-6L;  // of a friction element
+constexpr Real kOnDisc = 1e-5L;      // of the radius: a place this near to the rim lies on it
+constexpr Real kHeld_m = 1e-9L;      // a held point is where it is held up to rounding
+constexpr Real kRounding = 1e-6L;    // of a force, between double and long double
+constexpr Real kOverLimit = 1e-6L;   // of a friction element
+constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
 
 Point point_of(const Eigen::Vector3d& p) {
   return {p.x(), p.y(), p.z()};
 }
 
-Jet inverse_root(const Jet& square) {
+template <int N>
+Dual<N> inverse_root(const Dual<N>& square) {
   const Real size = std::sqrt(square.v);
   return chain(square, 1 / size, -1 / (2 * size * square.v));
 }
@@ -39,6 +44,7 @@ class Judge {
     moment_.assign(rest_.sides.size(), Point{});
     mass_.assign(rest_.points_m.size(), 0);
     for (std::size_t t = 0; t < rest_.triangles.size(); ++t) add(static_cast<int>(t));
+    if (result_.refusals.empty()) stretch();
     if (over_limit_ > 1 + kOverLimit)
       refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
     hold();
@@ -76,7 +82,7 @@ class Judge {
       const std::size_t triangles = rest_.triangles.size();
       for (int d = 0; d < 2; ++d)
         fit &= rest_.memory.bending[d].size() == triangles * friction.bending[d].elements.size();
-      fit &= rest_.memory.shear.size() == triangles * friction.shear.elements.size();
+      fit &= rest_.memory.shear.size() == rest_.points_m.size() * friction.shear.elements.size();
     }
     if (!fit) refuse("points, sides and triangles do not fit each other");
     return fit;
@@ -134,29 +140,19 @@ class Judge {
       }
     }
     const Jet energy =
-        area * of_area(t, combine(corners, u), combine(corners, v), combine(corners, uu),
-                       combine(corners, uv), combine(corners, vv));
+        area * bending_of(t, combine(corners, u), combine(corners, v), combine(corners, uu),
+                          combine(corners, uv), combine(corners, vv));
     result_.energy_j += double(energy.v);
     for (int k = 0; k < 6; ++k)
       for (int axis = 0; axis < 3; ++axis)
         (k < 3 ? force_ : moment_)[unknown[k]][axis] -= energy.d[3 * k + axis];
   }
 
-  /// Energy per area from the derivatives of the position.
-  Jet of_area(int t, const Place& x_u, const Place& x_v, const Place& x_uu, const Place& x_uv,
-              const Place& x_vv) {
+  /// Energy of bending per area from the derivatives of the position.
+  Jet bending_of(int t, const Place& x_u, const Place& x_v, const Place& x_uu, const Place& x_uv,
+                 const Place& x_vv) {
     const ClothLaws& laws = rest_.laws;
-    const Jet uu = dot(x_u, x_u), vv = dot(x_v, x_v);
-    Jet warp = root(uu), weft = root(vv);
-    warp.v -= 1;
-    weft.v -= 1;
-    const Jet sine = dot(x_u, x_v) * inverse_root(uu * vv);
-    const Real s = std::clamp<Real>(sine.v, -1, 1);
-    const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
-    const Jet angle = chain(sine, std::asin(s), 1 / cosine);
-    const Jet size = chain(angle, std::abs(angle.v), angle.v < 0 ? -1 : 1);
-    Jet sum = work_under(laws.tensile[0], warp) + work_under(laws.tensile[1], weft) +
-              work_under(laws.shear, size) + work_under(laws.bending[0], root(dot(x_uu, x_uu))) +
+    Jet sum = work_under(laws.bending[0], root(dot(x_uu, x_uu))) +
               work_under(laws.bending[1], root(dot(x_vv, x_vv))) +
               (Real(laws.twist_n_m) / 2) * dot(x_uv, x_uv);
     if (!laws.friction) return sum;
@@ -169,7 +165,97 @@ class Judge {
     for (int d = 0; d < 2; ++d)
       sum = sum + slipped(laws.friction->bending[d], rest_.memory.bending[d], t,
                           dot(d == 0 ? x_uu : x_vv, normal) * per_size, over_limit_);
-    return sum + slipped(laws.friction->shear, rest_.memory.shear, t, angle, over_limit_);
+    return sum;
+  }
+
+  /// A triangle's metric by its corners.
+  struct Metric {
+    Real area;
+    std::array<CornerJet, 3> of;
+  };
+  [[nodiscard]] Metric metric_of(int t) const {
+    const std::array<int, 3>& corner = rest_.triangles[t];
+    const auto first = between(corner[0], corner[1]), second = between(corner[0], corner[2]);
+    const Real twice = first[0] * second[1] - first[1] * second[0];
+    std::array<CornerPlace, 2> way;  // from the first corner to the others
+    for (int k = 0; k < 2; ++k)
+      for (int axis = 0; axis < 3; ++axis) {
+        CornerJet& at = way[k][axis];
+        at.v = Real(rest_.points_m[corner[k + 1]][axis]) - Real(rest_.points_m[corner[0]][axis]);
+        at.d[3 * (k + 1) + axis] = 1;
+        at.d[axis] = -1;
+      }
+    CornerPlace x_u, x_v;
+    for (int axis = 0; axis < 3; ++axis) {
+      x_u[axis] = (1 / twice) * (second[1] * way[0][axis] - first[1] * way[1][axis]);
+      x_v[axis] = (1 / twice) * (first[0] * way[1][axis] - second[0] * way[0][axis]);
+    }
+    return {twice / 2, {dot(x_u, x_u), dot(x_u, x_v), dot(x_v, x_v)}};
+  }
+
+  struct Membrane {
+    MetricJet energy, angle;
+  };
+  /// Stretch and shear per area from a metric, and its angle of shear.
+  [[nodiscard]] Membrane membrane_of(const std::array<Real, 3>& metric) const {
+    std::array<MetricJet, 3> m;
+    for (int k = 0; k < 3; ++k) {
+      m[k].v = metric[k];
+      m[k].d[k] = 1;
+    }
+    const ClothLaws& laws = rest_.laws;
+    MetricJet warp = root(m[0]), weft = root(m[2]);
+    warp.v -= 1;
+    weft.v -= 1;
+    const MetricJet sine = m[1] * inverse_root(m[0] * m[2]);
+    const Real s = std::clamp<Real>(sine.v, -1, 1);
+    const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
+    const MetricJet angle = chain(sine, std::asin(s), 1 / cosine);
+    const MetricJet size = chain(angle, std::abs(angle.v), angle.v < 0 ? -1 : 1);
+    return {work_under(laws.tensile[0], warp) + work_under(laws.tensile[1], weft) +
+                work_under(laws.shear, size),
+            angle};
+  }
+
+  /// Stretch and shear: by far the most of it at the points, from the mean metric of the triangles
+  /// around each; a share in the triangles.
+  void stretch() {
+    std::vector<Metric> metric;
+    std::vector<Real> area(rest_.points_m.size(), 0);
+    std::vector<std::array<Real, 3>> mean(rest_.points_m.size()), stress(rest_.points_m.size());
+    for (std::size_t t = 0; t < rest_.triangles.size(); ++t) {
+      metric.push_back(metric_of(static_cast<int>(t)));
+      for (const int i : rest_.triangles[t]) {
+        area[i] += metric[t].area / 3;
+        for (int k = 0; k < 3; ++k) mean[i][k] += metric[t].area / 3 * metric[t].of[k].v;
+      }
+    }
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      if (!(area[i] > 0)) continue;
+      for (Real& m : mean[i]) m /= area[i];
+      const Membrane found = membrane_of(mean[i]);
+      MetricJet energy = (1 - kOfTriangle) * found.energy;
+      if (rest_.laws.friction)
+        energy = energy + slipped(rest_.laws.friction->shear, rest_.memory.shear,
+                                  static_cast<int>(i), found.angle, over_limit_);
+      result_.energy_j += double(area[i] * energy.v);
+      stress[i] = energy.d;
+    }
+    for (std::size_t t = 0; t < metric.size(); ++t) {
+      const std::array<int, 3>& corner = rest_.triangles[t];
+      const MetricJet own =
+          kOfTriangle *
+          membrane_of({metric[t].of[0].v, metric[t].of[1].v, metric[t].of[2].v}).energy;
+      result_.energy_j += double(metric[t].area * own.v);
+      for (int k = 0; k < 3; ++k) {
+        const Real pull =
+            metric[t].area *
+            (own.d[k] + (stress[corner[0]][k] + stress[corner[1]][k] + stress[corner[2]][k]) / 3);
+        for (int c = 0; c < 3; ++c)
+          for (int axis = 0; axis < 3; ++axis)
+            force_[corner[c]][axis] -= pull * metric[t].of[k].d[3 * c + axis];
+      }
+    }
   }
 
   [[nodiscard]] bool is_held(int i) const {

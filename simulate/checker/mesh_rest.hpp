@@ -19,7 +19,7 @@ struct MeshRest {
   std::vector<Eigen::Vector3d> points_m;      ///< in space
   std::vector<Eigen::Vector3d> of_sides;      ///< derivative along each side's left normal
   ClothLaws laws;
-  ClothMemory memory;  ///< where laws.friction is; by triangle
+  ClothMemory memory;  ///< where laws.friction is; of bending by triangle, of shear by point
   double disc_radius_m = 0;
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   double residual_tolerance = 0;  ///< that was claimed, in mean weights of a point

@@ -14,7 +14,8 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoLength = 1e-30;  // keeps quotients of vectors that vanish finite
+constexpr double kNoLength = 1e-30;   // keeps quotients of vectors that vanish finite
+constexpr double kOfTriangle = 0.05;  // share of the membrane that stays with the triangles
 
 template <std::size_t N>
 Vector3d combined(const std::array<double, N>& weight, const std::array<int, 6>& unknown,
@@ -24,24 +25,38 @@ Vector3d combined(const std::array<double, N>& weight, const std::array<int, 6>&
   return sum;
 }
 
-/// What the two first derivatives pull with: derivatives of the membrane's energy per area.
-struct Membrane {
-  Vector3d of_u, of_v;
+Vector3d metric_of(const Vector3d& u, const Vector3d& v) {
+  return {u.squaredNorm(), u.dot(v), v.squaredNorm()};
+}
+
+/// Stretches and angle of shear that a metric (|x_u|^2, x_u . x_v, |x_v|^2) states.
+struct Strain {
+  double a, b, sine;
+
+  explicit Strain(const Vector3d& metric)
+      : a(std::sqrt(std::max(metric[0], kNoLength))),
+        b(std::sqrt(std::max(metric[2], kNoLength))),
+        sine(std::clamp(metric[1] / (a * b), -1.0, 1.0)) {}
+  [[nodiscard]] double angle() const { return std::asin(sine); }
+  /// A moment per angle of shear, as derivatives to the metric.
+  [[nodiscard]] Vector3d of_angle(double moment) const {
+    const double per_sine = moment / std::max(std::sqrt(1 - sine * sine), 1e-9);
+    return per_sine * Vector3d(-sine / (2 * a * a), 1 / (a * b), -sine / (2 * b * b));
+  }
 };
 
-Membrane membrane_of(const Vector3d& u, const Vector3d& v, const ClothLaws& laws) {
-  const double a = std::max(u.norm(), kNoLength), b = std::max(v.norm(), kNoLength);
-  const double sine = std::clamp(u.dot(v) / (a * b), -1.0, 1.0);
-  const double cosine = std::max(std::sqrt(1 - sine * sine), 1e-9);
-  const double shear = laws.shear.odd_value(std::asin(sine)) / cosine;  // per sine
-  return {laws.tensile[0].value(a - 1) * u / a + shear * (v / (a * b) - sine * u / (a * a)),
-          laws.tensile[1].value(b - 1) * v / b + shear * (u / (a * b) - sine * v / (b * b))};
+/// Derivatives of the membrane's energy per area to the metric.
+Vector3d stress_of(const Vector3d& metric, const ClothLaws& laws) {
+  const Strain strain(metric);
+  return strain.of_angle(laws.shear.odd_value(strain.angle())) +
+         Vector3d(laws.tensile[0].value(strain.a - 1) / (2 * strain.a), 0,
+                  laws.tensile[1].value(strain.b - 1) / (2 * strain.b));
 }
 
 }  // namespace
 
 MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws)
-    : mesh_(std::move(mesh)), laws_(std::move(laws)), mass_(mesh_.points_m.size(), 0.0) {
+    : mesh_(std::move(mesh)), laws_(std::move(laws)), area_(mesh_.points_m.size(), 0.0) {
   for (int t = 0; t < static_cast<int>(mesh_.triangles.size()); ++t) {
     Triangle triangle;
     triangle.corner = mesh_.triangles[t];
@@ -54,7 +69,7 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws)
       triangle.d_v[k] = side.x() / (2 * triangle.area);
       triangle.unknown[k] = triangle.corner[k];
       triangle.unknown[3 + k] = points() + mesh_.edges_of[t][k];
-      mass_[triangle.corner[k]] += laws_.density_kg_per_m2 * triangle.area / 3;
+      area_[triangle.corner[k]] += triangle.area / 3;
     }
     // q = c0 + c1 u + c2 v + c3 u^2/2 + c4 u v + c5 v^2/2 about the middle, in units of the size.
     const Vector2d middle = (p[0] + p[1] + p[2]) / 3;
@@ -78,22 +93,23 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws)
     }
     triangles_.push_back(triangle);
   }
+  for (const double area : area_) mass_.push_back(laws_.density_kg_per_m2 * area);
   if (!laws_.friction) return;
   for (int d = 0; d < 2; ++d)
     memory_.bending[d].assign(laws_.friction->bending[d].elements.size() * triangles_.size(), 0.0);
-  memory_.shear.assign(laws_.friction->shear.elements.size() * triangles_.size(), 0.0);
+  memory_.shear.assign(laws_.friction->shear.elements.size() * area_.size(), 0.0);
 }
 
-/// Calls visit(triangle, index, u, v, curvature along warp, along weft, shear) for each triangle.
+/// Calls visit(triangle, slips' index, curvature along warp and weft) for each triangle.
 template <class Visit>
-void MeshCloth::visit_friction(const State& state, Visit visit) const {
+void MeshCloth::visit_bending_friction(const State& state, Visit visit) const {
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
     const Triangle& t = triangles_[i];
     const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
     const std::array<NormalCurvature, 2> curvature = {
         normal_curvature(combined(t.d_uu, t.unknown, state), u, v),
         normal_curvature(combined(t.d_vv, t.unknown, state), u, v)};
-    visit(t, i, curvature, shear_angle(u, v));
+    visit(t, i, curvature);
   }
 }
 
@@ -101,19 +117,33 @@ double MeshCloth::settle(const State& state) {
   if (!laws_.friction) return 0;
   const ClothFriction& friction = *laws_.friction;
   double taken = 0;
-  visit_friction(state, [&](const Triangle& t, std::size_t i,
-                            const std::array<NormalCurvature, 2>& curvature,
-                            const ShearAngle& angle) {
+  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
+                                    const std::array<NormalCurvature, 2>& curvature) {
     for (int d = 0; d < 2; ++d) {
       const FrictionStack& stack = friction.bending[d];
       taken += t.area * stack.settle(curvature[d].value,
                                      memory_.bending[d].data() + stack.elements.size() * i);
     }
-    taken += t.area * friction.shear.settle(
-                          angle.value, memory_.shear.data() + friction.shear.elements.size() * i);
   });
+  const std::vector<Vector3d> metric = metrics(state);
+  const std::size_t elements = friction.shear.elements.size();
+  for (std::size_t i = 0; i < metric.size(); ++i)
+    taken += area_[i] *
+             friction.shear.settle(Strain(metric[i]).angle(), memory_.shear.data() + elements * i);
   dissipated_j_ += taken;
   return taken;
+}
+
+std::vector<Vector3d> MeshCloth::metrics(const State& state) const {
+  std::vector<Vector3d> metric(area_.size(), Vector3d::Zero());
+  for (const Triangle& t : triangles_) {
+    const Vector3d part =
+        t.area / 3 *
+        metric_of(combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state));
+    for (const int corner : t.corner) metric[corner] += part;
+  }
+  for (std::size_t i = 0; i < metric.size(); ++i) metric[i] /= area_[i];
+  return metric;
 }
 
 Vector2d MeshCloth::middle_of(int edge) const {
@@ -128,39 +158,56 @@ Vector2d MeshCloth::normal_of(int edge) const {
 
 InternalEnergies MeshCloth::energies(const State& state) const {
   InternalEnergies sum;
+  const auto add_membrane = [&](double area, const Vector3d& metric) {
+    const Strain strain(metric);
+    sum.stretch_j +=
+        area * (laws_.tensile[0].energy(strain.a - 1) + laws_.tensile[1].energy(strain.b - 1));
+    sum.shear_j += area * laws_.shear.energy(std::abs(strain.angle()));
+  };
+  const std::vector<Vector3d> metric = metrics(state);
+  for (std::size_t i = 0; i < metric.size(); ++i)
+    add_membrane((1 - kOfTriangle) * area_[i], metric[i]);
   for (const Triangle& t : triangles_) {
-    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
-    const double a = std::max(u.norm(), kNoLength), b = std::max(v.norm(), kNoLength);
-    const double angle = std::asin(std::clamp(u.dot(v) / (a * b), -1.0, 1.0));
-    sum.stretch_j += t.area * (laws_.tensile[0].energy(a - 1) + laws_.tensile[1].energy(b - 1));
-    sum.shear_j += t.area * laws_.shear.energy(std::abs(angle));
+    add_membrane(kOfTriangle * t.area,
+                 metric_of(combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state)));
     sum.bending_j += t.area * (laws_.bending[0].energy(combined(t.d_uu, t.unknown, state).norm()) +
                                laws_.bending[1].energy(combined(t.d_vv, t.unknown, state).norm()));
     sum.twist_j += t.area * laws_.twist_n_m / 2 * combined(t.d_uv, t.unknown, state).squaredNorm();
   }
   if (!laws_.friction) return sum;
   const ClothFriction& friction = *laws_.friction;
-  visit_friction(state, [&](const Triangle& t, std::size_t i,
-                            const std::array<NormalCurvature, 2>& curvature,
-                            const ShearAngle& angle) {
+  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
+                                    const std::array<NormalCurvature, 2>& curvature) {
     for (int d = 0; d < 2; ++d) {
       const FrictionStack& stack = friction.bending[d];
       sum.bending_j += t.area * stack.potential(curvature[d].value, memory_.bending[d].data() +
                                                                         stack.elements.size() * i);
     }
-    sum.shear_j +=
-        t.area * friction.shear.potential(
-                     angle.value, memory_.shear.data() + friction.shear.elements.size() * i);
   });
+  const std::size_t elements = friction.shear.elements.size();
+  for (std::size_t i = 0; i < metric.size(); ++i)
+    sum.shear_j += area_[i] * friction.shear.potential(Strain(metric[i]).angle(),
+                                                       memory_.shear.data() + elements * i);
   return sum;
 }
 
 void MeshCloth::add_forces(const State& state, State& force) const {
+  std::vector<Vector3d> stress = metrics(state);
+  for (std::size_t i = 0; i < stress.size(); ++i) {
+    const Strain strain(stress[i]);
+    stress[i] = (1 - kOfTriangle) * stress_of(stress[i], laws_);
+    if (!laws_.friction) continue;
+    const FrictionStack& stack = laws_.friction->shear;
+    stress[i] += strain.of_angle(
+        stack.force(strain.angle(), memory_.shear.data() + stack.elements.size() * i));
+  }
   for (const Triangle& t : triangles_) {
-    const Membrane pull =
-        membrane_of(combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state), laws_);
-    for (int k = 0; k < 3; ++k)
-      force[t.unknown[k]] -= t.area * (t.d_u[k] * pull.of_u + t.d_v[k] * pull.of_v);
+    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
+    const Vector3d pull =
+        t.area * (kOfTriangle * stress_of(metric_of(u, v), laws_) +
+                  (stress[t.corner[0]] + stress[t.corner[1]] + stress[t.corner[2]]) / 3);
+    const Vector3d of_u = 2 * pull[0] * u + pull[1] * v, of_v = pull[1] * u + 2 * pull[2] * v;
+    for (int k = 0; k < 3; ++k) force[t.unknown[k]] -= t.d_u[k] * of_u + t.d_v[k] * of_v;
     const auto moment = [&](const std::array<double, 6>& weight, const ForceCurve& curve) {
       const Vector3d curvature = combined(weight, t.unknown, state);
       const double size = curvature.norm();
@@ -175,9 +222,8 @@ void MeshCloth::add_forces(const State& state, State& force) const {
   }
   if (!laws_.friction) return;
   const ClothFriction& friction = *laws_.friction;
-  visit_friction(state, [&](const Triangle& t, std::size_t i,
-                            const std::array<NormalCurvature, 2>& curvature,
-                            const ShearAngle& angle) {
+  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
+                                    const std::array<NormalCurvature, 2>& curvature) {
     for (int d = 0; d < 2; ++d) {
       const FrictionStack& stack = friction.bending[d];
       const double pull = t.area * stack.force(curvature[d].value, memory_.bending[d].data() +
@@ -187,41 +233,48 @@ void MeshCloth::add_forces(const State& state, State& force) const {
       for (int k = 0; k < 3; ++k)
         force[t.unknown[k]] -= pull * (t.d_u[k] * curvature[d].of_a + t.d_v[k] * curvature[d].of_b);
     }
-    const double pull =
-        t.area * friction.shear.force(angle.value,
-                                      memory_.shear.data() + friction.shear.elements.size() * i);
-    for (int k = 0; k < 3; ++k)
-      force[t.unknown[k]] -= pull * (t.d_u[k] * angle.of_a + t.d_v[k] * angle.of_b);
   });
 }
 
 std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
   std::vector<double> bound(static_cast<std::size_t>(unknowns()), 0.0);
-  for (const Triangle& t : triangles_) {
-    const double a = combined(t.d_u, t.unknown, state).norm();
-    const double b = combined(t.d_v, t.unknown, state).norm();
+  const auto total = [](const auto& weight) {
+    double sum = 0;
+    for (const double w : weight) sum += std::abs(w);
+    return sum;
+  };
+  const std::vector<Vector3d> metric = metrics(state);
+  std::vector<Eigen::Vector2d> fibre(metric.size());  // N/m, along warp and weft
+  for (std::size_t i = 0; i < metric.size(); ++i) {
+    const Strain strain(metric[i]);
     // Tangent along the fibre, tension over length across it: the larger of both bounds either.
-    const double warp = std::max(laws_.tensile[0].steepest_up_to(a - 1),
-                                 std::abs(laws_.tensile[0].value(a - 1)) / std::max(a, kNoLength));
-    const double weft = std::max(laws_.tensile[1].steepest_up_to(b - 1),
-                                 std::abs(laws_.tensile[1].value(b - 1)) / std::max(b, kNoLength));
-    double shear = laws_.shear.steepest_up_to(1);
+    for (int d = 0; d < 2; ++d) {
+      const ForceCurve& law = laws_.tensile[d];
+      const double length = d == 0 ? strain.a : strain.b;
+      fibre[i][d] = std::max(law.steepest_up_to(length - 1),
+                             std::abs(law.value(length - 1)) / std::max(length, kNoLength));
+    }
+  }
+  // A point's stress acts on all unknowns of its triangles.
+  std::vector<Eigen::Vector2d> reach(metric.size(), Eigen::Vector2d::Zero());
+  for (const Triangle& t : triangles_)
+    for (const int i : t.corner)
+      reach[i] += t.area / (3 * area_[i]) * Eigen::Vector2d(total(t.d_u), total(t.d_v));
+  const double shear =
+      laws_.shear.steepest_up_to(1) + (laws_.friction ? laws_.friction->shear.stiffness() : 0);
+  for (const Triangle& t : triangles_) {
+    for (const int corner : t.corner) {
+      const double u = reach[corner].x(), v = reach[corner].y();
+      for (int k = 0; k < 3; ++k)
+        bound[t.unknown[k]] += t.area / 3 *
+                               (fibre[corner].x() * std::abs(t.d_u[k]) * u +
+                                fibre[corner].y() * std::abs(t.d_v[k]) * v +
+                                shear * (std::abs(t.d_u[k]) + std::abs(t.d_v[k])) * (u + v));
+    }
     double bend[2] = {laws_.bending[0].steepest_up_to(combined(t.d_uu, t.unknown, state).norm()),
                       laws_.bending[1].steepest_up_to(combined(t.d_vv, t.unknown, state).norm())};
-    if (laws_.friction) {
-      shear += laws_.friction->shear.stiffness();
+    if (laws_.friction)
       for (int d = 0; d < 2; ++d) bend[d] += laws_.friction->bending[d].stiffness();
-    }
-    const auto total = [](const auto& weight) {
-      double sum = 0;
-      for (const double w : weight) sum += std::abs(w);
-      return sum;
-    };
-    const double u = total(t.d_u), v = total(t.d_v);
-    for (int k = 0; k < 3; ++k)
-      bound[t.unknown[k]] +=
-          t.area * (warp * std::abs(t.d_u[k]) * u + weft * std::abs(t.d_v[k]) * v +
-                    shear * (std::abs(t.d_u[k]) + std::abs(t.d_v[k])) * (u + v));
     for (int k = 0; k < 6; ++k)
       bound[t.unknown[k]] += t.area * (bend[0] * std::abs(t.d_uu[k]) * total(t.d_uu) +
                                        bend[1] * std::abs(t.d_vv[k]) * total(t.d_vv) +

@@ -14,11 +14,15 @@ namespace drape::simulate {
 /// curves, so both have one limit,
 ///   tensile_warp(|x_u| - 1) + tensile_weft(|x_v| - 1) + shear(angle of x_u and x_v)
 ///   + bending_warp(|x_uu|) + bending_weft(|x_vv|) + twist / 2 |x_uv|^2,
-/// u along the warp, v along the weft. First derivatives are those of the linear triangle. Second
-/// derivatives are those of Morley's triangle (Morley 1968), for each coordinate: quadratic, given
-/// by its values at the corners and its derivative along the normal in the middle of each side. It
-/// passes the patch test of constant curvature on any mesh, and so converges. The derivatives of
-/// the sides are unknowns of their own.
+/// u along the warp, v along the weft. First derivatives are those of the linear triangle. Stretch
+/// and shear are taken at the points, from the mean metric of the triangles around (nodal
+/// integration: Dohrmann et al. 2000): two triangles to a point, each with two stiff strains, would
+/// lock where cloth hardly stretches. A twentieth stays with each triangle, so that no motion
+/// between neighbours is free (Puso and Solberg 2006). Second derivatives are those of Morley's
+/// triangle (Morley 1968), for each coordinate: quadratic, given by its values at the corners and
+/// its derivative along the normal in the middle of each side. Constant strain and constant
+/// curvature are exact on any mesh (patch tests), and so it converges. The derivatives of the sides
+/// are unknowns of their own.
 ///
 /// A state holds the points (m), then one vector per side: the derivative of the position along the
 /// side's normal, which points to the side's left (from `from` to `to`).
@@ -49,7 +53,7 @@ class MeshCloth {
     return state;
   }
 
-  /// Internal friction, as Cloth has it; slips by triangle.
+  /// Internal friction, as Cloth has it; slips of bending by triangle, of shear by point.
   [[nodiscard]] const ClothMemory& memory() const { return memory_; }
   double settle(const State& state);
   [[nodiscard]] double dissipated_j() const { return dissipated_j_; }
@@ -72,13 +76,15 @@ class MeshCloth {
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
 
+  /// Mean over the triangles at each point of (|x_u|^2, x_u . x_v, |x_v|^2).
+  [[nodiscard]] std::vector<Eigen::Vector3d> metrics(const State& state) const;
   template <class Visit>
-  void visit_friction(const State& state, Visit visit) const;
+  void visit_bending_friction(const State& state, Visit visit) const;
 
   MaterialMesh mesh_;
   ClothLaws laws_;
   std::vector<Triangle> triangles_;
-  std::vector<double> mass_;
+  std::vector<double> mass_, area_;  ///< of the points
   ClothMemory memory_;
   double dissipated_j_ = 0;
 };

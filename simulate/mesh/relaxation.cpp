@@ -23,6 +23,8 @@ constexpr int kReportEvery = 100;    // steps between two looks at the residual
 constexpr double kSafety = 0.6;      // masses in parts of the bounds; stable above 1/4
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
+constexpr double kFinerAtTheClamp = 3;    // times than the mesh's spacing
+constexpr double kWidening = 1.3;         // of one ring's spacing to the next
 constexpr double kShakenResidual = 1e-2;  // mean weights of a point; at a turn of the load
 
 double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, const Vector3d& g) {
@@ -35,6 +37,22 @@ double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, cons
 double lot(unsigned seed, int k) {
   const double x = std::sin(12.9898 * k + 78.233 * seed) * 43758.5453;
   return x - std::floor(x);
+}
+
+/// Circles of points from a clamp outwards: cloth that leaves it along a curve must shear within a
+/// few millimetres, (B r^2 / G)^(1/4), so the mesh begins fine there and widens.
+std::vector<Polygon> rings(double clamp, double hem, double spacing, double turn) {
+  std::vector<Polygon> found;
+  const auto pieces = [](double radius, double side) {
+    return static_cast<int>(std::lround(2 * std::numbers::pi * radius / side));
+  };
+  double radius = clamp;
+  for (double side = spacing / kFinerAtTheClamp; side < spacing; side *= kWidening) {
+    if (radius > hem - spacing) break;
+    found.push_back(circle({0, 0}, radius, pieces(radius, side), turn + radius / side));
+    radius += side * std::sqrt(3.0) / 2;
+  }
+  return found;
 }
 
 }  // namespace
@@ -144,7 +162,7 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
   // The lattice of the mesh is turned against the warp; lots turn the two circles.
   const double turn = 2 * std::numbers::pi * lot(options.start, 0);
   const ClothOutline outline{
-      circle({0, 0}, hem, count(hem), turn), {}, {circle({0, 0}, disc, count(disc), 2 * turn)}};
+      circle({0, 0}, hem, count(hem), turn), {}, rings(disc, hem, options.spacing_m, 2 * turn)};
   MeshOptions mesh_options;
   mesh_options.spacing_m = options.spacing_m;
   mesh_options.lattice_turn_rad = -options.warp_rad;
