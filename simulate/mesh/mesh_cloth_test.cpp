@@ -290,8 +290,7 @@ TEST(MeshCloth, ACantileverConvergesToTheBeam) {
 }
 
 /// Polyester faille of Matsudaira et al. 2015 (tables 1 and 2; shear is a stand-in), drape
-/// coefficient 28.3 %: cloth so limp that linear triangles of this size hold it out like a board,
-/// at 72 %.
+/// coefficient 28.3 %: cloth so limp that linear triangles of this size hold it out, at 52 %.
 TEST(MeshCloth, LimpClothIsNotHeldOutByACoarseMesh) {
   ClothLaws laws;
   laws.density_kg_per_m2 = 0.1043;

@@ -40,9 +40,9 @@ struct Contact {
 /// A drapemeter with a clamping disc: a round specimen held flat between two discs.
 struct CusickOptions {
   double disc_m = 0.180, specimen_m = 0.300;
-  double spacing_m = 0.0075;
-  double warp_rad = 0;  ///< from the mesh lattice's first axis to the warp
-  unsigned start = 1;   ///< chooses the lattice's jitter and the first waves
+  double spacing_m = 0.0075;  ///< of the mesh; a third of it at the discs' rim
+  double warp_rad = 0;        ///< from the mesh lattice's first axis to the warp
+  unsigned start = 1;         ///< chooses the lattice's jitter and the first waves
   /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
   /// gravity. Without internal friction it changes no rest but the choice of one.
   int shakes = 0;

@@ -61,7 +61,9 @@ int main(int argc, char** argv) {
   app.add_option("--starts", a.starts, "random starts")->range(1, 99)->capture_default_str();
   app.add_option("--disc-mm", a.disc_mm, "diameter")->positive()->capture_default_str();
   app.add_option("--specimen-mm", a.specimen_mm, "diameter")->positive()->capture_default_str();
-  app.add_option("--spacing-mm", a.spacing_mm, "of the mesh")->positive()->capture_default_str();
+  app.add_option("--spacing-mm", a.spacing_mm, "of the mesh; a third of it at the discs' rim")
+      ->positive()
+      ->capture_default_str();
   app.add_option("--warp-deg", a.warp_deg, "the mesh turned against the warp")
       ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
