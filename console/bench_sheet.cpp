@@ -54,7 +54,7 @@ fs::path best_simulation(const fs::path& folder, const Rig& rig) {
   std::stable_partition(segments.begin(), segments.end(), [](int s) { return s == 5; });
   for (const int grid : grids)
     for (const int segment : segments) {
-      const fs::path file = folder / fmt::format("{}-{}", grid, segment) / "sheet.json";
+      fs::path file = folder / fmt::format("{}-{}", grid, segment) / "sheet.json";
       if (fs::is_regular_file(file)) return file;
     }
   return {};

@@ -34,13 +34,13 @@ std::string token_of(const fs::path& folder) {
   const fs::path file = folder / "token";
   if (fs::is_regular_file(fs::symlink_status(file))) {
     struct stat status {};
-    const std::string token = read_text(file);
+    std::string token = read_text(file);
     const bool whole = token.size() == 32 && std::all_of(token.begin(), token.end(), [](char c) {
                          return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
                        });
     if (whole && ::stat(file.c_str(), &status) == 0 && (status.st_mode & 077) == 0) return token;
   }
-  const std::string token = make_token();
+  std::string token = make_token();
   const mode_t before = ::umask(077);
   write_durable(file, token);
   ::umask(before);

@@ -89,7 +89,7 @@ Json json_of(const CalibratedCamera& calibrated) {
 }
 
 CamFromWorld read_pose(const JsonNode& node) {
-  const CamFromWorld pose{node.matrix3("rotation"), node.vector3("translation_mm") * mm};
+  CamFromWorld pose{node.matrix3("rotation"), node.vector3("translation_mm") * mm};
   const double error =
       (pose.rotation * pose.rotation.transpose() - Eigen::Matrix3d::Identity()).norm();
   if (error > 1e-6 || pose.rotation.determinant() < 0)

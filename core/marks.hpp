@@ -10,7 +10,8 @@ namespace drape {
 struct MarkId {
   int row = 0;
   int col = 0;
-  auto operator<=>(const MarkId&) const = default;
+  auto operator<=>(const MarkId&) const =
+      default;  // NOLINT(modernize-use-nullptr): by the compiler
 };
 
 }  // namespace drape

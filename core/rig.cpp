@@ -61,7 +61,7 @@ void read_calibration_plan(const TomlTable& root, Rig& rig) {
 }
 
 std::vector<int> positive_list(const TomlTable& root, const std::string& key, int least) {
-  const std::vector<int> values = root.integers(key);
+  std::vector<int> values = root.integers(key);
   if (values.empty() || *std::min_element(values.begin(), values.end()) < least) {
     root.reject(key, fmt::format("`{}` is empty or holds a number below {}", key, least),
                 fmt::format("give whole numbers from {} on", least));
@@ -126,7 +126,8 @@ DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
   if (kind == TargetKind::aprilgrid) {
     const auto along = [&](int index, int count) {
-      return (index / 2 - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
+      const int tag = index / 2;
+      return (tag - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
     };
     return {along(dot.col, cols), along(dot.row, rows), 0};
   }

@@ -69,10 +69,11 @@ ClothPicture::ClothPicture(const Print& print, const ClothView& view)
   // The weft's curve in the picture and its height, then who is uppermost where.
   double along = 0, height = 0;
   const double length_mm = print.patch_m.y() / mm;
-  for (double s = 0; s <= length_mm; s += step_mm) {
+  const auto steps = static_cast<int>(length_mm / step_mm);
+  for (int k = 0; k <= steps; ++k) {
     along_mm_.push_back(along);
     height_mm_.push_back(height);
-    const double slope = view.slope_rad(s);
+    const double slope = view.slope_rad(k * step_mm);
     along += std::cos(slope) * step_mm;
     height += std::sin(slope) * step_mm;
   }
@@ -174,8 +175,9 @@ GreyImage ClothPicture::draw() const {
     for (int u = 0; u < view_.width_px; ++u) {
       double fraction = 0;
       for (int k = 0; k < samples * samples; ++k) {
-        const auto place = place_at(
-            {u - 0.5 + (k % samples + 0.5) / samples, v - 0.5 + (k / samples + 0.5) / samples});
+        const int right = k % samples, down = k / samples;
+        const auto place =
+            place_at({u - 0.5 + (right + 0.5) / samples, v - 0.5 + (down + 0.5) / samples});
         double level = table_level;
         if (place) {
           const int x = std::min(static_cast<int>(place->x() * ink_per_mm), side_x_ - 1);

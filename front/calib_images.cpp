@@ -123,7 +123,7 @@ fs::path import_layout(const CalibImagesOptions& options) {
                     "name images <camera><number>.png|jpg|tif, <view>/<camera>.png|jpg|tif or "
                     "<camera>/<number>.png|jpg|tif");
   }
-  const fs::path staged = options.out / "images";
+  fs::path staged = options.out / "images";
   fs::remove_all(staged);
   for (const auto& [view, of_view] : views) {
     fs::create_directories(staged / view);

@@ -400,7 +400,7 @@ fs::path write_reduced_rig(const Bench& bench) {
         "{:.9f}]\n",
         quoted(camera.name), camera.width_px, camera.height_px, camera.pixel_pitch_x_m / units::um,
         camera.pixel_pitch_y_m / units::um);
-  const fs::path file = bench.out / "rig.toml";
+  fs::path file = bench.out / "rig.toml";
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
   return file;
 }

@@ -48,7 +48,7 @@ void linear_svd_baseline(benchmark::State& state) {
   const test::Bench bench;
   const auto views = many_views(bench, static_cast<int>(state.range(0)));
   std::size_t i = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(linear(views[i++ % views.size()]));
+  for ([[maybe_unused]] auto _ : state) benchmark::DoNotOptimize(linear(views[i++ % views.size()]));
 }
 BENCHMARK(linear_svd_baseline)->DenseRange(2, 4);
 
@@ -56,7 +56,8 @@ void weighted_with_covariance(benchmark::State& state) {
   const test::Bench bench;
   const auto views = many_views(bench, static_cast<int>(state.range(0)));
   std::size_t i = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(solve_point(views[i++ % views.size()], kMinAngle));
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(solve_point(views[i++ % views.size()], kMinAngle));
 }
 BENCHMARK(weighted_with_covariance)->DenseRange(2, 4);
 

@@ -179,10 +179,9 @@ std::string wide_lens(const JointModel& model, JointFit fit) {
   fit.lens = LensTerms::k1_k2_p1_p2_k3;
   const ViewScatter scatter = scatter_of_views(model, fit, 1);
   for (std::size_t c = 0; c < model.cameras.size(); ++c) {
-    if (const std::string reason = fisheye(model, c); !reason.empty()) return reason;
+    if (std::string reason = fisheye(model, c); !reason.empty()) return reason;
     if (scatter.covariance.size() == 0) continue;
-    if (const std::string reason = missing_term(model, fit, scatter, c); !reason.empty())
-      return reason;
+    if (std::string reason = missing_term(model, fit, scatter, c); !reason.empty()) return reason;
   }
   return "";
 }

@@ -22,7 +22,7 @@ JointModel views() {
 /// rejection, fit, covariance, next view.
 void all_of_it(benchmark::State& state) {
   const JointModel seen = views();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     JointModel model = seen;
     start_joint(model);
     benchmark::DoNotOptimize(calibrate_joint(model, 0.008, {}));
@@ -36,7 +36,7 @@ void fit_alone(benchmark::State& state) {
   JointFit fit;
   fit.lens = LensTerms::k1_k2;
   fit.bow = false;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     JointModel model = seen;
     start_joint(model);
     benchmark::DoNotOptimize(solve_joint(std::move(model), fit));
@@ -60,7 +60,7 @@ void baseline_opencv(benchmark::State& state) {
     }
   }
   cv::setNumThreads(1);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     for (std::size_t c = 0; c < 3; ++c) {
       cv::Mat k, lens;
       std::vector<cv::Mat> turns, shifts;

@@ -69,7 +69,8 @@ class Sockets {
     const int yes = 1;
     ::setsockopt(s, SOL_SOCKET, SO_BROADCAST, &yes, sizeof yes);
     from.sin_port = 0;
-    ::bind(s, reinterpret_cast<const sockaddr*>(&from), sizeof from);
+    // Not bound, it asks from the address that the route has.
+    std::ignore = ::bind(s, reinterpret_cast<const sockaddr*>(&from), sizeof from);
     sockaddr_in everybody{};
     everybody.sin_family = AF_INET;
     everybody.sin_port = htons(kControlPort);

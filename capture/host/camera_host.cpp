@@ -13,8 +13,6 @@
 
 #include "core/error.hpp"
 
-extern char** environ;
-
 namespace drape::capture {
 namespace {
 

@@ -87,7 +87,7 @@ void sync_folder(const fs::path& folder) {
 
 }  // namespace
 
-Journal::Journal(fs::path folder, std::string recorded_on)
+Journal::Journal(const fs::path& folder, std::string recorded_on)
     : is_new_(fs::create_directories(folder)) {
   lock_ = Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (lock_.get() < 0) throw cannot_write(folder);
@@ -158,7 +158,7 @@ void Journal::adopt(FrameSet set) {
 }
 
 fs::path Journal::begin(const std::string& set) const {
-  const fs::path unfinished = recording_.folder / (kUnfinished + set);
+  fs::path unfinished = recording_.folder / (kUnfinished + set);
   fs::remove_all(unfinished);
   fs::create_directories(unfinished);
   return unfinished;

@@ -17,7 +17,7 @@ namespace drape::capture {
 class Journal {
  public:
   /// Throws Error(bad_input) when another program holds the recording.
-  Journal(std::filesystem::path folder, std::string recorded_on);
+  Journal(const std::filesystem::path& folder, std::string recorded_on);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;

@@ -55,7 +55,7 @@ class Grid {
 /// Curvatures by central differences at inner points; the metric of the stretched cloth is kept, by
 /// the edges' lengths: a chord over a sharp fold has none.
 Eigen::Matrix2d curvature_of(const Grid& grid, int r, int c) {
-  const Vector2d h = grid.step();
+  const Vector2d& h = grid.step();
   const Vector3d u = (grid.point(r + 1, c) - grid.point(r - 1, c)) / (2 * h.x());
   const Vector3d v = (grid.point(r, c + 1) - grid.point(r, c - 1)) / (2 * h.y());
   const Vector3d n = u.cross(v).normalized();
@@ -110,8 +110,11 @@ void add_power(const MatrixXd& values, const Vector2d& step, std::vector<WaveBan
 std::vector<WaveBand> empty_bands(const Grid& grid) {
   const double longest = 2 * std::max(grid.step().x() * grid.rows(), grid.step().y() * grid.cols());
   std::vector<WaveBand> bands;
-  for (double to = longest; to > grid.step().minCoeff(); to /= std::sqrt(2.0))
+  double to = longest;
+  while (to > grid.step().minCoeff()) {
     bands.push_back({to / std::sqrt(2.0), to, 0, 0});
+    to /= std::sqrt(2.0);
+  }
   bands.front().to_m *= 1 + 1e-9;  // the longest wave of all lies in it
   return bands;
 }

@@ -164,7 +164,7 @@ class CrateWriter {
   std::string software(const std::string& program, const std::string& version,
                        const std::string& sha256) {
     // RFC 6920: a name made of the hash of the program's bytes, which needs no address.
-    const std::string id = "nih:sha-256;" + sha256;
+    std::string id = "nih:sha-256;" + sha256;
     if (softwares_.insert(id).second)
       entities_.push_back({{"@id", id},
                            {"@type", "SoftwareApplication"},

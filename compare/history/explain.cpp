@@ -23,7 +23,7 @@ fs::path sheet_file(const StoreReader& store, const std::string& sha256) {
   const fs::path folder =
       store.file().has_parent_path() ? store.file().parent_path() : fs::path(".");
   for (const auto& [name, hash] : seal.files) {
-    const fs::path file = (folder / name).lexically_normal();
+    fs::path file = (folder / name).lexically_normal();
     if (hash == sha256) return file;
     const auto other = other_mesh_id(file);
     if (other && other->sha256 == sha256) return file;
@@ -36,8 +36,7 @@ void add_chain(const StoreReader& store, RecordBook& book, std::set<fs::path>& f
   const fs::path file = sheet_file(store, sha256);
   if (file.empty()) {
     result.chain.add({"0", what,
-                      "another simulator's mesh, or a sheet imported before there were "
-                      "seals",
+                      "another simulator's mesh, or a sheet imported before there were seals",
                       sha256, "not followed"});
     result.complete = false;
     return;

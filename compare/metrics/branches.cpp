@@ -126,7 +126,7 @@ std::optional<Eigen::MatrixX3d> moves_m_of(const JsonNode& end, std::size_t mark
 
 std::optional<Eigen::Vector2d> axis_of(const Scene& scene) {
   for (const Obstacle& obstacle : scene.obstacles)
-    if (const auto centre = centre_of(obstacle)) return centre;
+    if (auto centre = centre_of(obstacle)) return centre;
   return std::nullopt;
 }
 

@@ -64,8 +64,10 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
   span -= kTurn * std::round(span / kTurn);
   const double low = std::min(from, from + span) / step, high = std::max(from, from + span) / step;
   // A ray within rounding of an end belongs to the segment, so that vertices are never missed.
-  for (double k = std::ceil(low - 1e-9); k <= high + 1e-9; k += 1) {
-    const Eigen::Vector2d ray(std::cos(k * step), std::sin(k * step));
+  const auto last = std::lround(std::floor(high + 1e-9));
+  for (auto k = std::lround(std::ceil(low - 1e-9)); k <= last; ++k) {
+    const double angle = static_cast<double>(k) * step;
+    const Eigen::Vector2d ray(std::cos(angle), std::sin(angle));
     const Eigen::Vector2d edge = b - a;
     const double across = ray.x() * edge.y() - ray.y() * edge.x();
     const double moment = a.x() * edge.y() - a.y() * edge.x();
@@ -73,9 +75,8 @@ void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vec
     const double radius = std::abs(across) > 1e-15 * (1e-9 + edge.norm())
                               ? std::clamp(moment / across, 0.0, std::max(a.norm(), b.norm()))
                               : std::max(a.norm(), b.norm());
-    const auto index =
-        static_cast<std::size_t>(std::lround(std::fmod(std::fmod(k, rays) + rays, rays)));
-    auto& slot = outline[index % outline.size()];
+    const auto count = static_cast<long>(outline.size());
+    auto& slot = outline[static_cast<std::size_t>((k % count + count) % count)];
     slot = std::max(slot.value_or(0), radius);
   }
 }

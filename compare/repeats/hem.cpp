@@ -113,7 +113,7 @@ Hem hem_of_outline(const std::vector<Vector2d>& outline_m, int rays) {
   const std::size_t n = outline_m.size();
   Hem hem{Vector2d::Zero(), 0, {}, {}};
   if (n < 3) throw bad_input("the outline has fewer than three points", {}, "check the picture");
-  const Vector2d origin = outline_m.front();
+  const Vector2d& origin = outline_m.front();
   for (std::size_t i = 0; i < n; ++i) {
     const Vector2d a = outline_m[i] - origin, b = outline_m[(i + 1) % n] - origin;
     hem.area_m2 += cross(a, b) / 2;

@@ -62,7 +62,10 @@ double student_quantile(double p, double dof) {
 
 double digamma(double x) {
   double below = 0;
-  for (; x < kAsymptotic; ++x) below += 1 / x;
+  while (x < kAsymptotic) {
+    below += 1 / x;
+    x += 1;
+  }
   const double s = 1 / (x * x);
   return std::log(x) - 1 / (2 * x) - below -
          s * (1.0 / 12 - s * (1.0 / 120 - s * (1.0 / 252 - s * (1.0 / 240 - s / 132))));
@@ -70,7 +73,10 @@ double digamma(double x) {
 
 double trigamma(double x) {
   double below = 0;
-  for (; x < kAsymptotic; ++x) below += 1 / (x * x);
+  while (x < kAsymptotic) {
+    below += 1 / (x * x);
+    x += 1;
+  }
   const double s = 1 / (x * x);
   return below + 1 / x + s / 2 +
          s / x * (1.0 / 6 - s * (1.0 / 30 - s * (1.0 / 42 - s * (1.0 / 30 - s * 5 / 66))));

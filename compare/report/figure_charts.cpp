@@ -148,7 +148,7 @@ void draw_curves(Svg& svg, const Plot& plot, const std::vector<Curve>& curves) {
     svg.text({plot.left - 6, y + 4}, fmt::format("1e{:+.0f}", plot.y_min + k), 11, "end", kNote);
   }
   const double step = round_step(plot.x_max - plot.x_min, 5);
-  for (double x = std::ceil(plot.x_min / step) * step; x <= plot.x_max * (1 + 1e-9); x += step) {
+  for (const double x : ticks(plot.x_min, plot.x_max, step)) {
     svg.line({plot.x(x), plot.bottom()}, {plot.x(x), plot.bottom() + 5}, kAxis);
     svg.text({plot.x(x), plot.bottom() + 18}, fmt::format("{:g}", x), 11, "middle", kNote);
   }
@@ -207,7 +207,7 @@ Figure histogram_figure(const std::string& drape, const RealVirtual& comparison)
   const Plot plot{
       52, 58, 430, 200, 0, width * static_cast<double>(bins), 0, step * std::ceil(tallest / step)};
   Svg svg(500, 300, fmt::format("Drape {}: histogram of distances", drape));
-  for (double y = 0; y <= plot.y_max; y += step) {
+  for (const double y : ticks(0, plot.y_max, step)) {
     svg.line({plot.left, plot.y(y)}, {plot.left + plot.width, plot.y(y)}, kGrid);
     svg.text({plot.left - 7, plot.y(y) + 4}, fmt::format("{:g}", y), 11, "end", kNote);
   }

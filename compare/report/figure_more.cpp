@@ -172,7 +172,7 @@ std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& inp
   const double top = step * std::ceil(largest / step);
   const auto y = [&](double value) { return 20 + 200 * (1 - value / top); };
   Svg svg(760, 280, fmt::format("Drape {}: spectrum of the hem", drape));
-  for (double value = 0; value <= top * (1 + 1e-9); value += step) {
+  for (const double value : ticks(0, top, step)) {
     svg.line({60, y(value)}, {560, y(value)}, "stroke=\"#e3e6ea\"");
     svg.text({54, y(value) + 4}, fmt::format("{:g}", value), 11, "end", kNote);
   }
@@ -205,8 +205,8 @@ Figure fabric_figure(const std::string& drape, const std::vector<FabricCurve>& c
   const std::size_t rows = (curves.size() + 2) / 3;
   Svg svg(720, 186.0 * static_cast<double>(rows), fmt::format("Drape {}: fabric curves", drape));
   for (std::size_t i = 0; i < curves.size(); ++i)
-    draw_curve(svg, curves[i], 10 + 240.0 * static_cast<double>(i % 3),
-               38 + 186.0 * static_cast<double>(i / 3));
+    draw_curve(svg, curves[i], 10.0 + static_cast<double>(240 * (i % 3)),
+               38.0 + static_cast<double>(186 * (i / 3)));
   return {drape + "-fabric",
           "Curves of the fabric as the simulations read them: loading (blue, each point a dot) and "
           "unloading (orange, dashed).",

@@ -45,7 +45,7 @@ std::string chart_of(const std::string& name, const Rows& rows, double alarm_sig
   const auto x = [&](double n) { return kLeft + wide * (n - 0.5) / count; };
   const auto y = [&](double value) { return kTop + tall * (high - value) / (high - low); };
   Svg svg(kWidth, kHeight, name);
-  for (double value = low; value <= high + step * 1e-6; value += step) {
+  for (const double value : ticks(low, high, step)) {
     svg.line({kLeft, y(value)}, {kLeft + wide, y(value)}, "stroke=\"#e3e6ea\"");
     svg.text({kLeft - 6, y(value) + 4}, fmt::format("{:.4g}", value), 11, "end", "fill=\"#555\"");
   }

@@ -169,6 +169,14 @@ double round_step(double largest, int count) {
   return 10 * power;
 }
 
+std::vector<double> ticks(double low, double high, double step) {
+  const double first = std::ceil(low / step - 1e-6), last = std::floor(high / step + 1e-6);
+  std::vector<double> values(static_cast<std::size_t>(std::max(last - first + 1, 0.0)));
+  for (std::size_t k = 0; k < values.size(); ++k)
+    values[k] = (first + static_cast<double>(k)) * step;
+  return values;
+}
+
 ErrorScale::ErrorScale(double largest_mm) {
   const double largest = largest_mm > 1e-6 ? largest_mm : 1.0;
   step_mm_ = round_step(largest, 5);

@@ -65,6 +65,9 @@ class ErrorScale {
 /// 1, 2, 2.5 or 5 times a power of ten, so that about `count` steps reach `largest`.
 [[nodiscard]] double round_step(double largest, int count);
 
+/// Multiples of a step from one value to another, both included within a millionth of a step.
+[[nodiscard]] std::vector<double> ticks(double low, double high, double step);
+
 [[nodiscard]] std::string base64(const std::vector<unsigned char>& bytes);
 /// "data:image/jpeg;base64,..."
 [[nodiscard]] std::string jpeg_data_uri(const std::vector<unsigned char>& bytes);

@@ -108,7 +108,7 @@ void fill(const fs::path& file) {
 void import_1000_runs(benchmark::State& state) {
   (void)prepared();
   const fs::path file = folder() / "results.sqlite";
-  for (auto _ : state) fill(file);
+  for ([[maybe_unused]] auto _ : state) fill(file);
   state.counters["file_MB"] = static_cast<double>(fs::file_size(file)) / 1e6;
   state.counters["marks"] = kDrapes * kSimulations * kSide * kSide;
   fs::remove_all(folder());
@@ -117,7 +117,7 @@ BENCHMARK(import_1000_runs)->Unit(benchmark::kMillisecond)->Iterations(1);
 
 void baseline_plain_rows(benchmark::State& state) {
   (void)prepared();
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     fs::remove_all(folder());
     fs::create_directories(folder());
     SQLite::Database database((folder() / "plain.sqlite").string(),
@@ -154,7 +154,7 @@ void query(benchmark::State& state, const std::string& sql) {
   fill(file);
   const StoreReader reader(file);
   std::size_t rows = 0;
-  for (auto _ : state) rows = reader.query(sql).rows.size();
+  for ([[maybe_unused]] auto _ : state) rows = reader.query(sql).rows.size();
   state.counters["rows"] = static_cast<double>(rows);
   fs::remove_all(folder());
 }
@@ -177,7 +177,8 @@ void list_1000_runs(benchmark::State& state) {
   const fs::path file = folder() / "results.sqlite";
   fill(file);
   const StoreReader reader(file);
-  for (auto _ : state) benchmark::DoNotOptimize(list_results(reader, {}).rows.size());
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(list_results(reader, {}).rows.size());
   fs::remove_all(folder());
 }
 BENCHMARK(list_1000_runs)->Unit(benchmark::kMillisecond);
@@ -186,7 +187,8 @@ void check_ledger_of_1000_runs(benchmark::State& state) {
   const fs::path file = folder() / "results.sqlite";
   fill(file);
   const StoreReader reader(file);
-  for (auto _ : state) benchmark::DoNotOptimize(check_ledger(reader).findings.size());
+  for ([[maybe_unused]] auto _ : state)
+    benchmark::DoNotOptimize(check_ledger(reader).findings.size());
   fs::remove_all(folder());
 }
 BENCHMARK(check_ledger_of_1000_runs)->Unit(benchmark::kMillisecond)->Iterations(1);

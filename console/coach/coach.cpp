@@ -149,7 +149,8 @@ Coach::Coach(Calibration calibration, Target target, const Volume& volume,
   constexpr int kSteps = 3;
   double sum = 0;
   for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
-    const Vector3d part(i % kSteps, i / kSteps % kSteps, i / kSteps / kSteps);
+    const int row = i / kSteps, layer = row / kSteps;
+    const Vector3d part(i % kSteps, row % kSteps, layer);
     const Vector3d point =
         volume_.low + (volume_.high - volume_.low).cwiseProduct(part / (kSteps - 1));
     Matrix3d normal = Matrix3d::Zero(), noise = Matrix3d::Zero();
@@ -236,8 +237,8 @@ std::optional<NextPose> Coach::next() const {
   std::optional<NextPose> best;
   double best_m = now().calibration_m;
   for (int place = 0; place < kPlaces * kPlaces * kPlaces; ++place) {
-    const Vector3d at(place % kPlaces - 1, place / kPlaces % kPlaces - 1,
-                      place / kPlaces / kPlaces - 1);
+    const int row = place / kPlaces, layer = row / kPlaces;
+    const Vector3d at(place % kPlaces - 1, row % kPlaces - 1, layer - 1);
     for (const double tilt_deg : kTilts_deg) {
       for (int about = 0; about < 2; ++about) {
         NextPose pose;

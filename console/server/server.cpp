@@ -237,7 +237,7 @@ class WebServer::Impl : public httplib::Server {
     add_policy(out, response.policy);
     for (const auto& [name, value] : response.headers) out.set_header(name, value);
     out.status = response.status;
-    out.set_content(std::move(response.body), response.type);
+    out.set_content(response.body, response.type);
   }
 
   static void add_policy(httplib::Response& out, const std::string& policy) {

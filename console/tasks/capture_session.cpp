@@ -27,7 +27,7 @@ constexpr int kEnding_ms = 5000;  ///< until a session that was asked to end is 
 
 }  // namespace
 
-CaptureSession::CaptureSession(fs::path rig, fs::path recording, Reports reports)
+CaptureSession::CaptureSession(const fs::path& rig, const fs::path& recording, Reports reports)
     : reports_(std::move(reports)) {
   words_ = {"capture",          rig.string(), "--out",
             recording.string(), "--preview",  previews_.path().string()};

@@ -30,7 +30,8 @@ class CaptureSession {
     std::function<void(const std::string& sentence)> ended;
   };
 
-  CaptureSession(std::filesystem::path rig, std::filesystem::path recording, Reports reports);
+  CaptureSession(const std::filesystem::path& rig, const std::filesystem::path& recording,
+                 Reports reports);
   /// Lets it end as `q` does: what was stored is made part of the recording.
   ~CaptureSession();
   CaptureSession(const CaptureSession&) = delete;

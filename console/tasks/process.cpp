@@ -93,7 +93,7 @@ std::string sentence_of(const std::string& output, int exit_code) {
       return text;
     }
     for (const char* key : {"sentence", "cause"})
-      if (const std::string text = text_of(json, key); !text.empty()) return text;
+      if (std::string text = text_of(json, key); !text.empty()) return text;
   }
   if (exit_code > kSignalled) return fmt::format("ended by signal {}", exit_code - kSignalled);
   return exit_code == 0 ? "done" : fmt::format("ended with code {}", exit_code);

@@ -115,9 +115,11 @@ bool StillWatch::is_due(double at_s) {
     if (is_new(one.of_set, one.last)) ++new_views;
   }
   const int wanted = std::min(options_.new_views, static_cast<int>(cameras_.size()));
-  if (new_views < wanted) return false;
-  for (auto& [name, one] : views_) one.of_set = one.last;
-  return true;
+  const bool ready = new_views >= wanted;
+  if (ready) {
+    for (auto& [name, one] : views_) one.of_set = one.last;
+  }
+  return ready;
 }
 
 void StillWatch::forget_last_set() {

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMostBytesOfCsv = 16 << 20;  ///< bytes, each of which may cost 50 as cells
 constexpr std::size_t kMostColumns = 1000;  ///< so that a line of commas does not fill the memory
 
-std::string trimmed(std::string text) {
+std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r");
   if (first == std::string::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);

@@ -84,7 +84,7 @@ JsonNode JsonNode::open(const std::filesystem::path& file, const std::string& na
     throw bad_input(fmt::format("not a JSON file: {}", error.what()), {.file = file.string()},
                     kRemake);
   }
-  const JsonNode node(root, root.get(), file.string(), "");
+  JsonNode node(root, root.get(), file.string(), "");
   const std::string schema = node.text("schema");
   const std::string prefix = fmt::format("drapebench/{}/", name);
   int found = 0;
@@ -188,7 +188,7 @@ std::optional<std::string> JsonNode::optional_text(const std::string& key) const
 }
 
 std::string JsonNode::name(const std::string& key) const {
-  const std::string found = text(key);
+  std::string found = text(key);
   require_plain_name(found, where(key));
   return found;
 }

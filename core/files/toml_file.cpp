@@ -245,13 +245,13 @@ std::string TomlTable::text(const std::string& key) const {
 }
 
 std::string TomlTable::name(const std::string& key) const {
-  const std::string found = text(key);
+  std::string found = text(key);
   require_plain_name(found, state_->where(key));
   return found;
 }
 
 std::vector<std::string> TomlTable::names(const std::string& key) const {
-  const std::vector<std::string> found = texts(key);
+  std::vector<std::string> found = texts(key);
   for (const std::string& one : found) require_plain_name(one, state_->where(key));
   return found;
 }

@@ -122,7 +122,7 @@ Option* Command::add_option(const std::string& names, T& variable, const std::st
 }
 
 #define DRAPE_OPTION_OF(type) \
-  template Option* Command::add_option(const std::string&, type&, const std::string&)
+  template Option* Command::add_option(const std::string&, type&, const std::string&) /* NOLINT */
 #define DRAPE_OPTIONS_OF(type)          \
   DRAPE_OPTION_OF(type);                \
   DRAPE_OPTION_OF(std::optional<type>); \

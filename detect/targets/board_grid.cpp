@@ -120,7 +120,7 @@ void BoardGrid::unmirror() {
   const BoardGrid old = *this;
   for (int row = 0; row < rows; ++row)
     for (int col = 0; col < cols; ++col)
-      px[static_cast<std::size_t>(row * cols + col)] = old.at(rows - 1 - row, col);
+      px[static_cast<std::size_t>(row) * cols + col] = old.at(rows - 1 - row, col);
 }
 
 double even_over_odd(const GreyImage& image, const BoardGrid& grid) {

@@ -18,7 +18,7 @@ struct BoardGrid {
   int first_row = 0, first_col = 0;  ///< of the target
 
   [[nodiscard]] const Eigen::Vector2d& at(int row, int col) const {
-    return px[static_cast<std::size_t>(row * cols + col)];
+    return px[static_cast<std::size_t>(row) * cols + col];
   }
   /// Place `row`, `col` in the pattern, in or beside the grid, by its two nearest corners along
   /// either axis.

@@ -102,7 +102,7 @@ std::optional<CornerPoint> point_of_gradients(const GreyImage& picture,
 
 std::optional<CornerPoint> find_corner_point(const GreyImage& image,
                                              const Eigen::Vector2d& start_px, int half_window_px) {
-  const auto start = point_of_gradients(image, start_px, half_window_px);
+  auto start = point_of_gradients(image, start_px, half_window_px);
   if (!start) return std::nullopt;
   const int used_px = start->half_window_px;
   auto fit = fit_saddle(image, start->centre_px, used_px + 0.5);

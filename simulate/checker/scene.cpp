@@ -109,7 +109,8 @@ class Finder {
     constexpr Real kAround = 20e-6L;
     const std::size_t first = last_;
     for (int way = 0; way < 27; ++way) {
-      const Point off{Real(way % 3 - 1), Real(way / 3 % 3 - 1), Real(way / 9 - 1)};
+      const int row = way / 3, layer = way / 9;
+      const Point off{Real(way % 3 - 1), Real(row % 3 - 1), Real(layer - 1)};
       place.normal = normal_of(
           objects_, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]});
       bool known = false;

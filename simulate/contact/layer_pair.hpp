@@ -12,7 +12,8 @@ namespace drape::simulate {
 struct LayerPair {
   bool edges = false;
   std::array<int, 4> particle{};  ///< one, then three; or two, then two
-  auto operator<=>(const LayerPair&) const = default;
+  auto operator<=>(const LayerPair&) const =
+      default;  // NOLINT(modernize-use-nullptr): by the compiler
 };
 
 /// The nearest points of a pair, of the whole triangle or edges: so the distance is a continuous

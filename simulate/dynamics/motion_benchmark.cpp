@@ -37,8 +37,9 @@ Cloth cloth(int side, ClothModel model) {
 Field waves(const Cloth& cloth) {
   Field x(3 * static_cast<std::size_t>(cloth.count()));
   for (int i = 0; i < cloth.count(); ++i) {
-    const double u = cloth.grid().warp_spacing_m() * (i / cloth.grid().cols);
-    const double v = cloth.grid().weft_spacing_m() * (i % cloth.grid().cols);
+    const int row = i / cloth.grid().cols, col = i % cloth.grid().cols;
+    const double u = cloth.grid().warp_spacing_m() * row;
+    const double v = cloth.grid().weft_spacing_m() * col;
     x[i] = v + 0.002 * std::sin(40 * u);
     x[cloth.count() + i] = u + 0.001 * std::cos(30 * v);
     x[2 * cloth.count() + i] = 0.01 * std::sin(35 * u + 20 * v);

@@ -53,7 +53,7 @@ void count_bullet(const btSoftBody& cloth, benchmark::State& state) {
 
 /// Its solver has no sticking friction, so the middle node is held; else the cloth slides off.
 void bullet_soft_body(benchmark::State& state) {
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     btSoftBodyRigidBodyCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
     btDbvtBroadphase broadphase;
@@ -118,7 +118,7 @@ void blender_cloth(benchmark::State& state) {
   const std::string command = fmt::format(
       "blender --background --factory-startup --python-exit-code 1 --python '{}' -- {} {}", script,
       state.range(0), kBlenderMotion_s);
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const double before_s = children_cpu_s();
     FILE* pipe = popen((command + " 2>/dev/null").c_str(), "r");
     bool said = false;

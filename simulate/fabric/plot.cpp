@@ -31,6 +31,17 @@ double tick_step(double span) {
   return 10 * power;
 }
 
+/// Multiples of a step from one value to another.
+std::vector<double> ticks(double low, double high, double step) {
+  std::vector<double> values;
+  double value = std::ceil(low / step) * step;
+  while (value <= high + 1e-9 * step) {
+    values.push_back(std::abs(value) < 1e-9 * step ? 0 : value);
+    value += step;
+  }
+  return values;
+}
+
 /// Draws one panel in its own frame, moved to its place by the caller.
 class Drawing {
  public:
@@ -65,19 +76,17 @@ class Drawing {
   }
 
   void axes() {
-    const double sx = tick_step(x_high_ - x_low_);
-    for (double x = std::ceil(x_low_ / sx) * sx; x <= x_high_ + 1e-9 * sx; x += sx) {
+    for (const double x : ticks(x_low_, x_high_, tick_step(x_high_ - x_low_))) {
       text_ += fmt::format(
           "<line x1='{0:.1f}' x2='{0:.1f}' y1='{1:.1f}' y2='{2:.1f}' class='g'/>"
           "<text x='{0:.1f}' y='{3:.1f}' class='x'>{4:.4g}</text>\n",
-          px(x), py(y_low_), py(y_high_), kHeight - kBottom + 14, std::abs(x) < 1e-9 * sx ? 0 : x);
+          px(x), py(y_low_), py(y_high_), kHeight - kBottom + 14, x);
     }
-    const double sy = tick_step(y_high_ - y_low_);
-    for (double y = std::ceil(y_low_ / sy) * sy; y <= y_high_ + 1e-9 * sy; y += sy) {
+    for (const double y : ticks(y_low_, y_high_, tick_step(y_high_ - y_low_))) {
       text_ += fmt::format(
           "<line x1='{1:.1f}' x2='{2:.1f}' y1='{0:.1f}' y2='{0:.1f}' class='g'/>"
           "<text x='{3:.1f}' y='{4:.1f}' class='y'>{5:.4g}</text>\n",
-          py(y), px(x_low_), px(x_high_), kLeft - 5, py(y) + 4, std::abs(y) < 1e-9 * sy ? 0 : y);
+          py(y), px(x_low_), px(x_high_), kLeft - 5, py(y) + 4, y);
     }
     text_ += fmt::format("<text x='{:.1f}' y='{:.1f}' class='x'>{}</text>\n",
                          0.5 * (px(x_low_) + px(x_high_)), kHeight - 12, panel_.x_label);

@@ -288,7 +288,7 @@ std::vector<Region> dissect(const GridMatrix& pattern) {
   Dissection dissection(pattern);
   dissection.dissect(all, {});
   if (!pattern.couplings().empty()) {
-    Ties(dissection.regions, pattern);
+    const Ties joined(dissection.regions, pattern);
     find_borders(dissection.regions, pattern);
     return std::move(dissection.regions);
   }

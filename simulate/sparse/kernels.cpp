@@ -193,6 +193,7 @@ struct Loops {
 };
 
 // One set of functions for each instruction set: the attribute is all that differs.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute does not stand in parentheses.
 #define DRAPE_KERNELS(Set, bytes, fused, attribute)                                              \
   template <class Real>                                                                          \
   struct Set {                                                                                   \
@@ -214,6 +215,7 @@ struct Loops {
     }                                                                                            \
     static constexpr DenseKernels<Real> kernels{subtract_product, add, subtract, dot};           \
   };
+// NOLINTEND(bugprone-macro-parentheses)
 
 DRAPE_KERNELS(Plain, 16, false, )
 #if DRAPE_X86

@@ -21,7 +21,8 @@ class GridMatrix {
   /// Two particles that the pattern does not join.
   struct Coupling {
     int high = 0, low = 0;  ///< row and column particle
-    auto operator<=>(const Coupling&) const = default;
+    auto operator<=>(const Coupling&) const =
+        default;  // NOLINT(modernize-use-nullptr): by the compiler
   };
 
   explicit GridMatrix(const GridSpec& grid);

@@ -50,8 +50,9 @@ void kick(const GridSpec& grid, int index, Field& x) {
   double total = 0;
   Vector3d middle = Vector3d::Zero();
   for (int i = 0; i < grid.count(); ++i) {
-    const double u = (i / grid.cols) / (grid.rows - 1.0) - u0;
-    const double v = (i % grid.cols) / (grid.cols - 1.0) - v0;
+    const int row = i / grid.cols, col = i % grid.cols;
+    const double u = row / (grid.rows - 1.0) - u0;
+    const double v = col / (grid.cols - 1.0) - v0;
     const double inside = std::max(0.0, 1 - (u * u + v * v) / (reach * reach));
     weight[i] = std::min(1.0, 2 * inside * inside);
     total += weight[i];

@@ -83,12 +83,13 @@ Field resampled(const Field& x, const GridSpec& grid) {
   const int before = static_cast<int>(x.size() / 6);
   Field finer(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
-    const double place = static_cast<double>(i / 2) * (before - 1) / (grid.rows - 1);
+    const int along = i / 2;
+    const double place = static_cast<double>(along) * (before - 1) / (grid.rows - 1);
     const int row = std::min(static_cast<int>(place), before - 2);
     const double t = place - row;
     Eigen::Vector3d p = (1 - t) * at(x, 2 * row + i % 2) + t * at(x, 2 * row + 2 + i % 2);
     p.y() = (i % 2) * grid.weft_spacing_m();
-    if (i < 4) p.x() = (i / 2) * grid.warp_spacing_m();
+    if (i < 4) p.x() = along * grid.warp_spacing_m();
     put_at(finer, i, p);
   }
   return finer;

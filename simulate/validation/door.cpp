@@ -103,8 +103,9 @@ void write_scene(const DoorCase& c, const Vector3d& origin, const fs::path& fold
   text += c.starts_flat ? fmt::format("mode = \"flat\"\ncentre_mm = {}\n", list_mm(origin))
                         : "mode = \"measured\"\n";
   for (const int i : c.pinned) {
-    const double u = i / c.cols * c.spacing_m, v = i % c.cols * c.spacing_m;
-    text += fmt::format("[[pin]]\nrow = {}\ncol = {}\nat_mm = {}\n", i / c.cols, i % c.cols,
+    const int row = i / c.cols, col = i % c.cols;
+    const double u = row * c.spacing_m, v = col * c.spacing_m;
+    text += fmt::format("[[pin]]\nrow = {}\ncol = {}\nat_mm = {}\n", row, col,
                         list_mm((c.held_at ? c.held_at : c.start)(u, v) + origin));
   }
   write_durable(folder / "scene.toml", text);
@@ -113,8 +114,9 @@ void write_scene(const DoorCase& c, const Vector3d& origin, const fs::path& fold
 void write_start(const DoorCase& c, const Vector3d& origin, const fs::path& folder) {
   Sheet sheet{c.rows, c.cols, c.grid().patch_m, {}, {}, MeasuredSource{"form", "form", {}, "", ""}};
   for (int i = 0; i < c.rows * c.cols; ++i) {
-    const double u = i / c.cols * c.spacing_m, v = i % c.cols * c.spacing_m;
-    sheet.marks.push_back({{i / c.cols, i % c.cols}, {u, v}, c.start(u, v) + origin, {}, {}, {}});
+    const int row = i / c.cols, col = i % c.cols;
+    const double u = row * c.spacing_m, v = col * c.spacing_m;
+    sheet.marks.push_back({{row, col}, {u, v}, c.start(u, v) + origin, {}, {}, {}});
   }
   write_sheet(folder / "start.ply", sheet);
 }

@@ -79,8 +79,9 @@ void check_elastica(Checks& checks) {
     const double stretch = chord / at(x, grid.index(rows - 1, 0)).x();
     for (int i = 0; i < grid.count(); ++i) {
       const Vector3d p = at(x, i);
-      const double r = i / 2;
-      put_at(x, i, {p.x() * stretch, p.y(), p.z() - r / (rows - 1) * at(x, grid.count() - 1).z()});
+      const int r = i / 2;
+      put_at(x, i,
+             {p.x() * stretch, p.y(), p.z() - 1.0 * r / (rows - 1) * at(x, grid.count() - 1).z()});
     }
     std::vector<bool> held = in_plane_xz(grid);
     hold_row(grid, 0, held);

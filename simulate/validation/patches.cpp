@@ -99,8 +99,9 @@ void check_picture_frame(Checks& checks) {
     // The frame's arms carry the particle forces to the corners: virtual work of the shear angle.
     double work = 0;
     for (int i = 0; i < grid.count(); ++i) {
-      const double u = i / 11 * grid.warp_spacing_m();
-      const double v = i % 11 * grid.weft_spacing_m();
+      const int row = i / 11, col = i % 11;
+      const double u = row * grid.warp_spacing_m();
+      const double v = col * grid.weft_spacing_m();
       const Vector3d per_angle(0.5 * (-u * std::sin(g / 2) + v * std::cos(g / 2)),
                                0.5 * (u * std::cos(g / 2) - v * std::sin(g / 2)), 0);
       work -= at(force, i).dot(per_angle);

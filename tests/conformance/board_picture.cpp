@@ -108,7 +108,8 @@ float light_of(const Paper& paper, const Rays& rays, int u, int v) {
   constexpr int kSamples = 8;
   int dark = 0;
   for (int k = 0; k < kSamples * kSamples; ++k) {
-    const double right = (k % kSamples + 0.5) / kSamples, down = (k / kSamples + 0.5) / kSamples;
+    const int col = k % kSamples, row = k / kSamples;
+    const double right = (col + 0.5) / kSamples, down = (row + 0.5) / kSamples;
     dark += paper.dark(rays.within(u, v, right, down)) ? 1 : 0;
   }
   return kLight + (kDark - kLight) * static_cast<float>(dark) / (kSamples * kSamples);

@@ -217,7 +217,7 @@ std::string CrashStage::after_fault(long at, const std::string& with) const {
   fresh();
   const Outcome faulted = run(faulty(at, with));
   if (with == "kill") return after_second_run(faulted);
-  if (const std::string wrong = wrong_answer(faulted); !wrong.empty()) return wrong;
+  if (std::string wrong = wrong_answer(faulted); !wrong.empty()) return wrong;
   if (faulted.exit_code == 0) {
     const std::string different = difference(traces(), expected_);
     if (!different.empty()) return "exit 0, but " + different;

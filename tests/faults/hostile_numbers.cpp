@@ -123,7 +123,7 @@ std::vector<HostileFile> hostile_numbers() {
                 "segments = [1000000000]", "check rig"),
       {"curve_of_one_endless_line",
        [](const HostileBench& b) {
-         b.write("rig/fabrics/A/bending_warp.csv", std::string(20'000'000, ','));
+         b.write("rig/fabrics/A/bending_warp.csv", std::string{}.append(20'000'000, ','));
        },
        kSimulate},
   };

@@ -64,7 +64,7 @@ Calibration small_calibration() {
 /// A copy of a file of rigs/bench1, in the folder that its relative paths expect.
 std::function<fs::path(const fs::path&)> copied(const std::string& name) {
   return [name](const fs::path& folder) {
-    const fs::path file = folder / name;
+    fs::path file = folder / name;
     write_durable(file, read_text(source_root() / "rigs/bench1" / name));
     return file;
   };

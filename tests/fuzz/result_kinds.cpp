@@ -119,7 +119,7 @@ void read_claim_of(const fs::path& file) {
 
 /// A store without a comparison, sealed; its rows are metrics.
 fs::path make_store(const fs::path& folder) {
-  const fs::path store = folder / "results.sqlite";
+  fs::path store = folder / "results.sqlite";
   const compare::StoreLock lock(store, compare::StoreLock::Kind::alone);
   compare::Store(store).close();
   compare::seal_store(lock, store, {});

@@ -19,7 +19,8 @@ int main() {
   const double radius_m = 0.4 / M_PI;
   simulate::Field position(3 * grid.count()), force(position.size());
   for (int i = 0; i < grid.count(); ++i) {
-    const double angle = (i / grid.cols) * grid.warp_spacing_m() / radius_m;
+    const int row = i / grid.cols;
+    const double angle = row * grid.warp_spacing_m() / radius_m;
     position[i] = radius_m * std::sin(angle);
     position[grid.count() + i] = (i % grid.cols) * grid.weft_spacing_m();
     position[2 * grid.count() + i] = radius_m * (1 - std::cos(angle));

@@ -65,8 +65,8 @@ std::vector<std::uint8_t> GigeCamera::region() const {
   std::vector<std::uint8_t> pixels(std::size_t{width} * height, 0);
   for (std::uint32_t y = 0; y < height; ++y) {
     const auto row =
-        picture_.begin() + static_cast<std::ptrdiff_t>((top + y) * sensor_width + left);
-    std::copy_n(row, width, pixels.begin() + static_cast<std::ptrdiff_t>(y * width));
+        picture_.begin() + (static_cast<std::ptrdiff_t>(top) + y) * sensor_width + left;
+    std::copy_n(row, width, pixels.begin() + static_cast<std::ptrdiff_t>(y) * width);
   }
   if (bank_.word(reg::gamma_switch) != 0)
     for (std::uint8_t& p : pixels) p = static_cast<std::uint8_t>(255 * std::pow(p / 255.0, 0.45));
