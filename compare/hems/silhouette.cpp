@@ -57,7 +57,7 @@ cv::Mat read_grey(const std::filesystem::path& file) {
 class Histogram {
  public:
   void add(float grey) {
-    ++count_[std::clamp(static_cast<int>(grey * 1023 + 0.5F), 0, 1023)];
+    ++count_[std::clamp(std::lround(grey * 1023), 0L, 1023L)];
     ++total_;
   }
   [[nodiscard]] double median() const {
