@@ -4,7 +4,6 @@
 #include "capture/commands.hpp"
 #include "core/program/command.hpp"
 
-namespace fs = std::filesystem;
 using namespace drape;
 using namespace drape::capture;
 

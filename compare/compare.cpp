@@ -266,6 +266,7 @@ std::vector<VirtualVirtual> virtual_pairs(const std::vector<Simulation>& simulat
 
 std::vector<Surface> surfaces_of(const std::vector<Simulation>& simulations) {
   std::vector<Surface> surfaces;
+  surfaces.reserve(simulations.size());
   for (const Simulation& simulation : simulations)
     surfaces.emplace_back(simulation.sheet.sheet, simulation.sheet.file.string());
   return surfaces;

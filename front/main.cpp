@@ -190,6 +190,7 @@ int dispatch(int argc, char** argv) {
       {"new", new_command}};
   if (const auto found = own.find(command); found != own.end()) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size());
     for (std::string& word : words) arguments.push_back(word.data());
     return found->second(static_cast<int>(arguments.size()), arguments.data());
   }

@@ -108,6 +108,7 @@ std::vector<Mistake> mistakes(const Calibration& calibration, const MarkLattice&
     }
   }
   std::vector<std::string> names;
+  names.reserve(cameras.size());
   for (const CalibratedCamera& camera : cameras) names.push_back(camera.camera.name);
   names.emplace_back();
   for (const std::string& name : names) {

@@ -33,6 +33,7 @@ std::vector<std::pair<MarkId, MarkId>> lengths_of(const Target& target) {
 
 std::vector<const MeasuredPoint*> all_of(const std::map<MarkId, MeasuredPoint>& points) {
   std::vector<const MeasuredPoint*> list;
+  list.reserve(points.size());
   for (const auto& [mark, point] : points) list.push_back(&point);
   return list;
 }

@@ -122,6 +122,7 @@ Drift drift_between(const Calibration& old, const Calibration& now,
   Images before;
   for (int round = 0; round < 10; ++round) {
     std::vector<Vector3d> in_old;
+    in_old.reserve(points.size());
     for (const Vector3d& point : points) in_old.emplace_back(turn * point + shift);
     before = images_of(old, names, in_old, old_covariance);
     const VectorXd step = before.by_world.colPivHouseholderQr().solve(seen.px - before.px);

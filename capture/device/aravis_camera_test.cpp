@@ -278,6 +278,7 @@ TEST(AravisCamera, TheClockIsFoundToHalfAMillisecond) {
   const auto camera = open_camera(at("127.0.0.2"));
   static_cast<void>(camera->configure(triggered(1400)));
   std::vector<ClockSample> samples;
+  samples.reserve(10);
   for (int i = 0; i < 10; ++i) samples.push_back(camera->read_clock().value());
   const auto clock = fit_clock(samples, {});
   ASSERT_TRUE(clock);

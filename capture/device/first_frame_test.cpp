@@ -17,6 +17,7 @@ constexpr int kCameras = 4, kWidth_px = 1280, kHeight_px = 1024;
 
 std::vector<std::uint8_t> picture_of(int camera) {
   std::vector<std::uint8_t> pixels;
+  pixels.reserve(kWidth_px * kHeight_px);
   for (int i = 0; i < kWidth_px * kHeight_px; ++i)
     pixels.push_back(static_cast<std::uint8_t>(i * (camera + 3) + i / 977));
   return pixels;

@@ -85,6 +85,7 @@ void CameraHost::spawn(int control, int memory) {
                                     "--memory-limit-mb",
                                     std::to_string(options_.memory_limit_mb)};
   std::vector<char*> arguments;
+  arguments.reserve(words.size());
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   const int refused =

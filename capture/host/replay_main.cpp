@@ -6,7 +6,6 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 
-namespace fs = std::filesystem;
 using namespace drape;
 using namespace drape::capture;
 

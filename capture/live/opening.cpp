@@ -38,6 +38,7 @@ void wait_for_hosts(const std::vector<Running>& cameras, double timeout_s) {
                   [](const Running& r) { return r.host->has_frame(); }))
     return;
   std::vector<pollfd> descriptors;
+  descriptors.reserve(cameras.size());
   for (const Running& r : cameras) descriptors.push_back({r.host->descriptor(), POLLIN, 0});
   ::poll(descriptors.data(), descriptors.size(), static_cast<int>(std::ceil(1e3 * timeout_s)));
 }

@@ -14,6 +14,7 @@ constexpr std::int64_t kOutOfStep_ns = 1'200'000'000;
 
 std::vector<double> phases_s(const std::vector<double>& exposed_s, double period_s) {
   std::vector<double> phases;
+  phases.reserve(exposed_s.size());
   for (const double t : exposed_s)
     phases.push_back(std::remainder(t - exposed_s.front(), period_s));
   return phases;

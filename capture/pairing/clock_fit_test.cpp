@@ -76,6 +76,7 @@ TEST(ClockFit, RefusesAJumpANegativeRoundTripAndNothing) {
 TEST(ClockJumps, AreToldFromLostFrames) {
   std::vector<std::int64_t> index = {0, 1, 2, 5, 6, 7};
   std::vector<std::int64_t> device;
+  device.reserve(index.size());
   for (const std::int64_t i : index) device.push_back(i * kSecond / 10);
   EXPECT_TRUE(find_clock_jumps(index, device, 0.1).empty());
   device[4] += 3 * kSecond;

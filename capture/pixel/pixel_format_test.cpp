@@ -17,6 +17,7 @@ constexpr int kWidth_px = 26, kHeight_px = 11;
 std::vector<std::uint16_t> samples_of(int bits, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<std::uint16_t> values;
+  values.reserve(kWidth_px * kHeight_px);
   for (int i = 0; i < kWidth_px * kHeight_px; ++i)
     values.push_back(static_cast<std::uint16_t>(random() & ((1U << bits) - 1)));
   return values;

@@ -297,6 +297,7 @@ std::vector<DescriptorSpread> spreads_of(const std::vector<SheetShape>& sheets,
   if (sheets.empty()) throw internal_error("a group of sheets is needed");
   const auto values_of = [](const std::vector<SheetShape>& group, std::size_t which) {
     std::vector<double> values;
+    values.reserve(group.size());
     for (const SheetShape& shape : group) values.push_back(descriptors_of(shape)[which].value);
     return values;
   };

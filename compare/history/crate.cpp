@@ -110,6 +110,7 @@ class CrateWriter {
       if (fs::path& best = found[sha256]; best.empty() || is_copy(best.string())) best = file;
     }
     std::vector<fs::path> starts;
+    starts.reserve(found.size());
     for (const auto& [sha256, file] : found) starts.push_back(file);
     for (const std::string& sha256 : wanted)
       if (!found.contains(sha256)) crate_.missing.push_back("sheet " + sha256.substr(0, 12));

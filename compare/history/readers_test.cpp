@@ -111,6 +111,7 @@ TEST(ReadersBesideWriters, SeeNoFalseAlarmAndMissNothing) {
   const drape::test::TemporaryFolder folder;
   ASSERT_EQ(::chmod(folder.path().c_str(), 0755), 0);
   std::vector<std::vector<fs::path>> sheets;
+  sheets.reserve(kEach);
   for (int i = 0; i < kEach; ++i) sheets.push_back(example(folder.path(), i));
   void* memory =
       ::mmap(nullptr, sizeof(Round), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);

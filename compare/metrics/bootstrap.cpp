@@ -108,6 +108,7 @@ void add_sigmas(const std::vector<double>& distances_m, const std::vector<double
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return distances_m[a] < distances_m[b]; });
   std::vector<double> sorted_sigmas;
+  sorted_sigmas.reserve(order.size());
   for (const std::size_t i : order) sorted_sigmas.push_back(sigmas_m[i]);
   double variances = 0, weighted = 0;
   for (std::size_t i = 0; i < distances_m.size(); ++i) {

@@ -30,6 +30,7 @@ struct Hem {
   }
   [[nodiscard]] std::vector<double> radii(int n = 720) const {
     std::vector<double> r;
+    r.reserve(n);
     for (int i = 0; i < n; ++i) r.push_back(at(kTurn * i / n));
     return r;
   }

@@ -53,6 +53,7 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
 void write_list(const ResultsArguments& arguments, const CommonOptions& common,
                 const std::vector<Table>& tables) {
   std::vector<const Table*> list;
+  list.reserve(tables.size());
   for (const Table& table : tables) list.push_back(&table);
   write(arguments, common, list);
 }

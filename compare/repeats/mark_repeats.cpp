@@ -35,6 +35,7 @@ std::vector<const SheetMark*> common_marks(const std::vector<NamedSheet>& repeat
 /// The outermost marks of a lattice in turn.
 std::vector<MarkId> border_of(int rows, int cols) {
   std::vector<MarkId> border;
+  border.reserve(cols);
   for (int col = 0; col < cols; ++col) border.push_back({0, col});
   for (int row = 1; row < rows; ++row) border.push_back({row, cols - 1});
   for (int col = cols - 2; col >= 0 && rows > 1; --col) border.push_back({rows - 1, col});
@@ -132,6 +133,7 @@ void add_hems(const std::vector<NamedSheet>& repeats, const Surface& surface,
   }
   RepeatBasis hem = basis_of("hem", hems, hem_distance_m);
   std::vector<std::vector<double>> orders;
+  orders.reserve(hems.size());
   for (const Hem& one : hems) orders.push_back(order_amplitudes_m(one, kOrders));
   const std::vector<double> own_orders = order_amplitudes_m(*own, kOrders);
   RepeatBasis spectrum = basis_of("spectrum", orders, orders_apart_m);
@@ -155,6 +157,7 @@ MarkRepeats::Match match_of(const std::vector<NamedSheet>& repeats, const NamedS
                     "give a sheet of the same patch");
   MarkRepeats::Match match{candidate.name, static_cast<int>(marks.size()), {}, {}, "undecided", {}};
   std::vector<Points> points;
+  points.reserve(repeats.size());
   for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
   RepeatBasis basis = basis_of("marks", points, rms_m);
   const Points own = places_on(surface, marks);
@@ -210,6 +213,7 @@ MarkRepeats mark_repeats(const std::vector<NamedSheet>& repeats,
   MarkRepeats result;
   result.marks = static_cast<int>(marks.size());
   std::vector<Points> points;
+  points.reserve(repeats.size());
   for (const NamedSheet& repeat : repeats) points.push_back(places_on(repeat.sheet, marks));
   result.real_to_real_m = basis_of("marks", points, rms_m).real_to_real_m;
   for (const NamedSheet& candidate : virtual_sheets)

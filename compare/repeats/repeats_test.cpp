@@ -283,6 +283,7 @@ TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
   };
   const auto cloths_of = [](const std::vector<const HemRecord*>& hems) {
     std::vector<NamedSheet> cloths;
+    cloths.reserve(hems.size());
     for (const HemRecord* hem : hems) cloths.push_back({hem->file, cloth_of(hem->hem)});
     return cloths;
   };
@@ -336,6 +337,7 @@ TEST(MarkRepeats, AFurtherRepeatIsOutsideAsOftenAsTheSignificanceSays) {
     int alarms = 0, alarms_of_marks = 0, found = 0;
     for (int trial = 0; trial < kTrials; ++trial) {
       std::vector<NamedSheet> real;
+      real.reserve(repeats);
       for (int i = 0; i < repeats; ++i) real.push_back({"real", laid_sheet(lots, 0)});
       const auto result = mark_repeats(
           real, {{"virtual", laid_sheet(lots, 0)}, {"far", laid_sheet(lots, 0.02)}}, 0.05);

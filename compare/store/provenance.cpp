@@ -150,6 +150,7 @@ std::map<fs::path, std::set<std::string>> files_behind(RecordBook& book,
   std::map<fs::path, std::set<std::string>> behind;
   std::set<fs::path> known;
   std::vector<fs::path> open;
+  open.reserve(files.size());
   for (const fs::path& file : files) open.push_back(file.lexically_normal());
   while (!open.empty()) {
     const fs::path file = open.back();

@@ -63,6 +63,7 @@ bool several_models(const DrapeInput& input) {
 std::string text_of(const Table& table) {
   const std::vector<std::string>& heads = table.heads.empty() ? table.names : table.heads;
   std::vector<std::size_t> widths;
+  widths.reserve(heads.size());
   for (const std::string& name : heads) widths.push_back(width_of(name));
   for (const auto& row : table.rows)
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));

@@ -71,6 +71,7 @@ void drop_repeated(MeshFile& mesh) {
   faces.erase(std::unique(faces.begin(), faces.end(), same), faces.end());
   if (faces.size() == mesh.triangles.size()) return;
   std::vector<std::size_t> kept;
+  kept.reserve(faces.size());
   for (const auto& face : faces) kept.push_back(face.second);
   std::sort(kept.begin(), kept.end());
   for (std::size_t i = 0; i < kept.size(); ++i) mesh.triangles[i] = mesh.triangles[kept[i]];

@@ -44,12 +44,14 @@ int neighbours_of(const Blob& blob, const std::vector<Blob>& blobs,
 
 std::vector<UnlabelledDot> dots_of(const std::vector<Blob>& blobs) {
   std::vector<UnlabelledDot> dots;
+  dots.reserve(blobs.size());
   for (const Blob& blob : blobs) dots.push_back({blob.centre_px, blob.shape_px2, true});
   return dots;
 }
 
 std::optional<double> common_radius_px(const std::vector<Blob>& blobs, const PrintPlane& plane) {
   std::vector<double> radii;
+  radii.reserve(blobs.size());
   for (const Blob& blob : blobs) radii.push_back(semi_major(blob));
   std::vector<double> common;
   double area = 0;

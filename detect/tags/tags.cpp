@@ -115,6 +115,7 @@ std::vector<TagFinder::Reading> TagFinder::read(const GreyImage& image, double n
 
 std::vector<std::string> tag_families() {
   std::vector<std::string> names;
+  names.reserve(families.size());
   for (const LibraryFamily& family : families) names.emplace_back(family.name);
   return names;
 }

@@ -54,6 +54,7 @@ std::vector<TagDetection> tags_of(const GreyImage& image, const Target& target,
     add_tags(found, target, known);
   }
   std::vector<TagDetection> tags;
+  tags.reserve(known.size());
   for (const auto& [id, tag] : known) tags.push_back(tag);
   return tags;
 }

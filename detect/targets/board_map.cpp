@@ -50,6 +50,7 @@ int quarters_turned(const std::vector<Vector2d>& centres_m, const std::vector<Co
                     const std::vector<Corners>& corners_px) {
   if (centres_m.size() < 4) return 0;
   std::vector<Vector2d> centres_px;
+  centres_px.reserve(corners_px.size());
   for (const Corners& corners : corners_px) centres_px.push_back(centre_of(corners));
   const auto map = projective_map(centres_m, centres_px);
   if (!map) return 0;

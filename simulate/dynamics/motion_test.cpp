@@ -101,6 +101,7 @@ TEST(Motion, CantileverFollowsTheMasterCurve) {
     Motion motion(cloth, nothing, {{0, 0, -kG}, 4, 0, 0, false});
     lay_flat(grid, 0, motion.position);
     std::vector<Hold> clamp;
+    clamp.reserve(2 * grid.cols);
     for (int i = 0; i < 2 * grid.cols; ++i) clamp.push_back(particle(i));
     motion.hold(clamp);
     ASSERT_TRUE(settle(motion, 1e-3, 2000000));

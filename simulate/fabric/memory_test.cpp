@@ -41,6 +41,7 @@ KesReading read_as_kes(Specimen specimen, double range, double from, double to) 
   const auto branch = [&](double start, const std::vector<double>& at) {
     for (const double x : {range, -range, range, -range, start}) specimen.go(x);
     std::vector<double> f;
+    f.reserve(at.size());
     for (const double x : at) f.push_back(specimen.go(x));
     return f;
   };

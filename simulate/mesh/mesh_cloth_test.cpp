@@ -258,6 +258,7 @@ double cantilever_ratio(double spacing, bool along_weft) {
   });
   const auto along = [&](int i) { return cloth.mesh().points_m[i][along_weft ? 1 : 0]; };
   std::vector<bool> held;
+  held.reserve(cloth.points());
   for (int i = 0; i < cloth.points(); ++i) held.push_back(along(i) < 1e-9);
   for (const auto& edge : cloth.mesh().edges)
     held.push_back(along(edge.from) < 1e-9 && along(edge.to) < 1e-9);

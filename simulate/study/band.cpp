@@ -54,13 +54,16 @@ std::vector<MarkBand> band_of(const Branches& branches, const GridSpec& grid, co
     one.mark = {k / print.cols, k % print.cols};
     const Hold place = hold_at(grid, print.material_m(one.mark));
     std::vector<Vector3d> points;
+    points.reserve(members.size());
     for (const Field* member : members) points.push_back(mix(*member, place));
     for (const Vector3d& p : points) one.mean_in_world += p / static_cast<double>(points.size());
     std::vector<double> distance;
+    distance.reserve(points.size());
     for (const Vector3d& p : points) distance.push_back((p - one.mean_in_world).norm());
     one.radius95_m = quantile(distance, 0.95);
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double> along;
+      along.reserve(points.size());
       for (const Vector3d& p : points) along.push_back(p[axis]);
       one.low_m[axis] = quantile(along, 0.025);
       one.high_m[axis] = quantile(along, 0.975);

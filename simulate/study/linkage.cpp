@@ -53,6 +53,7 @@ Linkage link(int count, const std::function<double(int, int)>& distance, double 
   Linkage linkage{least, std::vector<int>(count)};
   const std::vector<Edge> tree = spanning_tree(count, distance);
   std::vector<double> lengths;
+  lengths.reserve(tree.size());
   for (const Edge& edge : tree) lengths.push_back(edge.length);
   if (!lengths.empty()) linkage.limit = std::max(least, outlier_limit(lengths));
   std::iota(linkage.group.begin(), linkage.group.end(), 0);

@@ -38,6 +38,7 @@ std::vector<ObjectValue> place_values(const PointOnPlate& foot, const Vector3d& 
                                       double placing_mm, double stated_mm) {
   std::vector<ObjectValue> values;
   const char* keys[] = {"x_mm", "y_mm", "z_bottom_mm"};
+  values.reserve(3);
   for (int k = 0; k < 3; ++k)
     values.push_back({keys[k], foot.in_world[k] / mm,
                       std::hypot(std::sqrt(foot.covariance_m2(k, k)) / mm, placing_mm),
