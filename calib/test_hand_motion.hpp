@@ -79,7 +79,7 @@ class HandMotion {
     for (int i = 0; i < count; ++i)
       for (int k = -reach; k <= reach; ++k)
         out[static_cast<std::size_t>(i)] +=
-            kernel[static_cast<std::size_t>(k + reach)] / sum *
+            kernel[static_cast<std::size_t>(k) + reach] / sum *
             values[static_cast<std::size_t>(std::clamp(i + k, 0, count - 1))];
     return out;
   }

@@ -126,8 +126,7 @@ DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
 Eigen::Vector3d Target::point_in_target(MarkId dot) const {
   if (kind == TargetKind::aprilgrid) {
     const auto along = [&](int index, int count) {
-      const int tag = index / 2;
-      return (tag - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
+      return (int{index / 2} - 0.25 * (count - 2)) * pitch_m + (index % 2 - 0.5) * tag_edge_m;
     };
     return {along(dot.col, cols), along(dot.row, rows), 0};
   }

@@ -149,9 +149,9 @@ TEST(FailureCases, TwoLayersWhoseDotsRunOnAcrossTheEdgeStayApart) {
   const Print print = small_print();
   int labels = 0, visible = 0, wrong = 0;
   for (const double back : {9.0, 10.0, 11.0, 20.0}) {
-    for (double at = 41; at < 70; at += 5) {
+    for (int at = 41; at < 70; at += 5) {
       ClothView view;
-      view.turn_rad = at / 10;
+      view.turn_rad = at / 10.0;
       view.px_per_mm = 3.7;
       view.width_px = view.height_px = 640;
       view.slope_rad = [=](double s) { return s > at && s < at + back ? 180 * deg : 0.0; };

@@ -142,7 +142,7 @@ struct ClampedSheet {
     std::vector<Hold> holds;
     std::vector<Vector3d> places;
     for (int i = 0; i < grid.count(); ++i) {
-      const Vector3d p((i / grid.cols) * grid.warp_spacing_m(),
+      const Vector3d p(int{i / grid.cols} * grid.warp_spacing_m(),
                        (i % grid.cols) * grid.weft_spacing_m(), z_m);
       for (int axis = 0; axis < 3; ++axis) x[axis * grid.count() + i] = p[axis];
       if (i >= 2 * grid.cols) continue;

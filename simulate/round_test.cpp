@@ -28,7 +28,8 @@ Field bumpy(const GridSpec& grid) {
   const std::size_t n = grid.count();
   Field x(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
-    const auto r = static_cast<double>(i / grid.cols), c = static_cast<double>(i % grid.cols);
+    const auto r = static_cast<double>(std::size_t{i / grid.cols}),
+               c = static_cast<double>(i % grid.cols);
     x[i] = c * grid.weft_spacing_m() + 1e-4 * std::sin(3 * r);
     x[n + i] = r * grid.warp_spacing_m() + 1e-4 * std::cos(2 * c + r);
     x[2 * n + i] = 2e-3 * std::sin(0.7 * r + 0.4 * c);
@@ -72,8 +73,8 @@ TEST(Round, TheShadowOfAFlatSheetIsItsArea) {
   const GridSpec grid{21, 21, {0.3, 0.3}};
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
-    x[i] = 0.8 * (i % 21) * 0.015 + 0.6 * (i / 21) * 0.015;  // turned
-    x[grid.count() + i] = -0.6 * (i % 21) * 0.015 + 0.8 * (i / 21) * 0.015;
+    x[i] = 0.8 * (i % 21) * 0.015 + 0.6 * int{i / 21} * 0.015;  // turned
+    x[grid.count() + i] = -0.6 * (i % 21) * 0.015 + 0.8 * int{i / 21} * 0.015;
   }
   EXPECT_NEAR(shadow_area_m2(grid, x, 0.5e-3), 0.09, 0.002 * 0.09);
 }

@@ -38,7 +38,7 @@ Sheet true_sheet(const std::string& drape, const Print& print) {
   return sheet;
 }
 
-SimulateResult drape_bench1(const std::string& name, SimulateOptions options) {
+SimulateResult drape_bench1(const std::string& name, const SimulateOptions& options) {
   const Scene scene = read_scene(bench() / "scenes" / (name + ".toml"));
   const Print print = read_print(scene.print_file);
   return simulate(scene, read_fabric(scene.fabric_file), print, true_sheet(name, print), options);

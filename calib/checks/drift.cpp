@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/checks/drift.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/QR>
@@ -72,7 +74,8 @@ MatrixXd covariance_of(const Calibration& calibration, const std::vector<std::st
     const CalibratedCamera& camera = calibration.camera(name);
     for (const std::string& parameter : parameter_names(camera.camera.model)) {
       const auto& joint = calibration.joint_covariance_parameters;
-      const auto found = std::find(joint.begin(), joint.end(), name + "/" + parameter);
+      const auto found =
+          std::find(joint.begin(), joint.end(), fmt::format("{}/{}", name, parameter));
       places.push_back(found == joint.end() ? -1 : found - joint.begin());
     }
     if (calibration.joint_covariance.size() == 0 && camera.covariance.size() > 0)

@@ -37,7 +37,7 @@ class Clocks : public testing::Test {
     return *devices_.back();
   }
 
-  [[nodiscard]] LiveResult capture(int frames, std::function<void(int)> at_set = {}) const {
+  [[nodiscard]] LiveResult capture(int frames, const std::function<void(int)>& at_set = {}) const {
     LiveOptions options;
     options.frames = frames;
     options.patience_s = options.opening_s = 300;

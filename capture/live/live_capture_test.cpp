@@ -43,7 +43,7 @@ void send_junk(std::uint16_t port, int count, const std::string& from, const std
   ::inet_pton(AF_INET, from.c_str(), &source.sin_addr);
   ::inet_pton(AF_INET, to.c_str(), &target.sin_addr);
   target.sin_port = htons(port);
-  ::bind(s, reinterpret_cast<const sockaddr*>(&source), sizeof source);
+  ASSERT_EQ(::bind(s, reinterpret_cast<const sockaddr*>(&source), sizeof source), 0);
   std::mt19937 random(seed);
   for (int i = 0; i < count; ++i) {
     std::uint8_t datagram[64];

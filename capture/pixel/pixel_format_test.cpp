@@ -145,12 +145,12 @@ TEST(PixelFormat, GreyOfAMosaicIsGreen) {
     const int green_at = mosaic == Mosaic::gr || mosaic == Mosaic::gb ? 0 : 1;
     for (int y = 0; y < 14; ++y)
       for (int x = 0; x < 20; ++x)
-        samples.values[static_cast<std::size_t>(20 * y + x)] =
+        samples.values[static_cast<std::size_t>(y) * 20 + x] =
             static_cast<std::uint16_t>((x + y) % 2 == green_at ? 100 + 10 * x + 6 * y : 4000);
     const Samples grey = grey_of(samples, mosaic);
     for (int y = 1; y < 13; ++y)
       for (int x = 1; x < 19; ++x)
-        EXPECT_EQ(grey.values[static_cast<std::size_t>(20 * y + x)], 100 + 10 * x + 6 * y);
+        EXPECT_EQ(grey.values[static_cast<std::size_t>(y) * 20 + x], 100 + 10 * x + 6 * y);
   }
 }
 

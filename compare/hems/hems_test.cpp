@@ -58,7 +58,7 @@ cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre =
       int inside = far && gap < 0 ? kSamples * kSamples : 0;
       for (int k = 0; k < kSamples * kSamples && !far; ++k) {
         double x = u - centre.x + (k % kSamples + 0.5) / kSamples - 0.5;
-        double y = centre.y - v - (k / kSamples + 0.5) / kSamples + 0.5;
+        double y = centre.y - v - (int{k / kSamples} + 0.5) / kSamples + 0.5;
         const double along = (x + y) / 2 * (1 / squeeze - 1);
         x = kPixel * (x + along);
         y = kPixel * (y + along);
@@ -74,7 +74,7 @@ cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre =
 class Pictures : public testing::Test {
  protected:
   [[nodiscard]] std::filesystem::path write(const cv::Mat& grey, const std::string& name) const {
-    const std::filesystem::path file = folder_.path() / name;
+    std::filesystem::path file = folder_.path() / name;
     std::vector<unsigned char> bytes;
     EXPECT_TRUE(cv::imencode(".png", grey, bytes));
     write_durable(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});

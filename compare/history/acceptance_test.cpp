@@ -44,7 +44,7 @@ fs::path written(const fs::path& folder, const std::string& day, double length_e
                                   {"limit", nullptr},
                                   {"where", ""},
                                   {"go", false}}});
-  const fs::path file = folder / (day + ".json");
+  fs::path file = folder / (day + ".json");
   write_json(file, json);
   return file;
 }

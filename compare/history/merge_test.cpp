@@ -24,7 +24,7 @@ class Merged : public testing::Test {
  protected:
   /// A store with one drape whose simulations lie `height_m` above the measured sheet.
   fs::path store(const std::string& name, std::initializer_list<double> heights_m) {
-    const fs::path file = folder_.path() / name;
+    fs::path file = folder_.path() / name;
     Store store(file);
     for (const double height_m : heights_m) {
       const test::Shape raised = [height_m](const Eigen::Vector2d& m) -> Eigen::Vector3d {

@@ -176,7 +176,7 @@ std::string change_a_row(std::mt19937& random, const fs::path& file) {
       fmt::format(" WHERE ({0}) = (SELECT {0} FROM \"{1}\" LIMIT 1 OFFSET {2})", key, table,
                   random() % static_cast<unsigned>(rows));
   const bool remove = columns.empty() || random() % 3 == 0;
-  const std::string sql =
+  std::string sql =
       remove ? "DELETE FROM \"" + table + "\"" + where
              : fmt::format(
                    "UPDATE OR IGNORE \"{0}\" SET \"{1}\" = CASE typeof(\"{1}\") WHEN 'real' "

@@ -63,7 +63,7 @@ class Browser : public testing::Test {
     const Session session = read_session(test::write_recorded_example(folder_.path()), {});
     Outcome outcome;
     compare_session(session, {}, outcome);
-    const fs::path page = folder_.path() / "report.html";
+    fs::path page = folder_.path() / "report.html";
     write_report(page, session, outcome);
     return page;
   }
@@ -76,7 +76,7 @@ class Browser : public testing::Test {
     const std::size_t policy = text.find(allowed);
     if (policy != std::string::npos)
       text.insert(policy + allowed.size(), " '" + script_hash(script) + "'");
-    const fs::path changed = folder_.path() / "changed.html";
+    fs::path changed = folder_.path() / "changed.html";
     write_durable(changed, text);
     return changed;
   }
@@ -221,7 +221,7 @@ double luminance(const std::string& colour) {
 
 TEST(ErrorScale, GrowsInLightnessSoThatItNeedsNoHue) {
   const ErrorScale scale(10);
-  for (double value = 0.25; value <= 10; value += 0.25)
+  for (const double value : ticks(0.25, 10, 0.25))
     EXPECT_GT(luminance(scale.colour(value)), luminance(scale.colour(value - 0.25))) << value;
 }
 

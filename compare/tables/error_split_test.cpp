@@ -31,7 +31,7 @@ Json variant(const char* what, const char* from, bool at_rest, double change_mm)
 
 /// A run of drape-sensitivity as it leaves its files beside a measured sheet.
 fs::path write_split(const fs::path& measured) {
-  const fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
+  fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
   Json json = {
       {"schema", "drapebench/sensitivity/1"},
       {"marks", 119},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/files/toml_file.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -65,7 +66,7 @@ TEST_F(Toml, RefusesLettersOutsideTextsAndKeepsThemInside) {
       const Error error = error_of([&] { static_cast<void>(open(text)); });
       EXPECT_EQ(error.where().line, 2) << text;
     }
-    const TomlTable table = open("x = \"\"\"\\\n  " + letter + "\"\"\" # " + letter + "\n");
+    const TomlTable table = open(fmt::format("x = \"\"\"\\\n  {0}\"\"\" # {0}\n", letter));
     EXPECT_EQ(table.text("x"), letter);
   }
 }

@@ -35,7 +35,7 @@ GreyImage picture_of(const Target& target, const Eigen::Matrix3d& image_from_boa
       double light = 0;
       for (int k = 0; k < kSamples * kSamples; ++k) {
         const Eigen::Vector3d px(u - 0.5 + (k % kSamples + 0.5) / kSamples,
-                                 v - 0.5 + (k / kSamples + 0.5) / kSamples, 1);
+                                 v - 0.5 + (int{k / kSamples} + 0.5) / kSamples, 1);
         const Eigen::Vector2d place = (board_from_image * px).hnormalized();
         const int col = static_cast<int>(std::floor(place.x()));
         const int row = static_cast<int>(std::floor(place.y()));

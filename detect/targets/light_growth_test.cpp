@@ -48,7 +48,7 @@ class Grid {
       for (int x = 0; x < side_px; ++x) {
         int black = 0;
         for (int k = 0; k < 16; ++k) {
-          const Vector2d sample(x - 0.375 + 0.25 * (k % 4), y - 0.375 + 0.25 * (k / 4));
+          const Vector2d sample(x - 0.375 + 0.25 * (k % 4), y - 0.375 + 0.25 * int{k / 4});
           black += is_black(turn_.transpose() * (sample - first_px)) ? 1 : 0;
         }
         exact.at<float>(y, x) = 190.0F - 150.0F * static_cast<float>(black) / 16.0F;

@@ -129,7 +129,7 @@ TEST(SaddleFit, AnEdgeOrAFlatPatchIsNoCorner) {
   GreyImage edge = flat;
   for (int y = 0; y < kSide_px; ++y)
     for (int x = 0; x < kSide_px; ++x)
-      edge.bytes[static_cast<std::size_t>(y * kSide_px + x)] = x < 20 ? 40 : 200;
+      edge.bytes[static_cast<std::size_t>(y) * kSide_px + x] = x < 20 ? 40 : 200;
   EXPECT_FALSE(find_corner_point(edge, {20, 20}, 6).has_value());
   EXPECT_FALSE(fit_saddle(flat, {3, 3}, 6.5).has_value());
 }

@@ -203,7 +203,7 @@ struct StatedOnTable {
 
   StatedOnTable() {
     scene.table_z_m = 0;
-    for (int i = 0; i < 9; ++i) points.push_back({0.01L * (i % 3), 0.01L * (i / 3), 1e-6L});
+    for (int i = 0; i < 9; ++i) points.push_back({0.01L * (i % 3), 0.01L * int{i / 3}, 1e-6L});
   }
   [[nodiscard]] std::optional<checker::Point> first_gets(const ContactForce& stated,
                                                          double friction) const {
@@ -250,7 +250,7 @@ struct StatedOnLayers {
     for (int i = 0; i < 36; ++i) {
       const int col = i % 12;
       points.push_back(
-          {0.01L * (i / 12), 0.01L * (col < 6 ? col : 11.3L - col), col < 6 ? 0 : 0.4e-3L});
+          {0.01L * int{i / 12}, 0.01L * (col < 6 ? col : 11.3L - col), col < 6 ? 0 : 0.4e-3L});
     }
   }
   [[nodiscard]] std::optional<std::vector<checker::Point>> get(const ContactForce& stated,

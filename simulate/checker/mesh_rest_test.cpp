@@ -140,8 +140,8 @@ TEST(MeshRest, ClothThroughClothIsFound) {
   MeshRest rest;
   rest.laws = laws_of(false);
   rest.disc_radius_m = 1e-6;
-  const auto add = [&](Eigen::Vector3d corner, const Eigen::Vector3d& u, const Eigen::Vector3d& v,
-                       double at) {
+  const auto add = [&](const Eigen::Vector3d& corner, const Eigen::Vector3d& u,
+                       const Eigen::Vector3d& v, double at) {
     const int first = static_cast<int>(rest.points_m.size());
     for (const auto& [a, b] : {std::pair{0, 0}, {1, 0}, {0, 1}}) {
       rest.material_m.emplace_back(at + 0.1 * a, at + 0.1 * b);

@@ -39,7 +39,7 @@ Field shaped_sheet(const GridSpec& grid, Map map) {
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
     const Vector3d p =
-        map(i / grid.cols * grid.warp_spacing_m(), i % grid.cols * grid.weft_spacing_m());
+        map(int{i / grid.cols} * grid.warp_spacing_m(), i % grid.cols * grid.weft_spacing_m());
     for (int axis = 0; axis < 3; ++axis) x[axis * grid.count() + i] = p[axis];
   }
   return x;

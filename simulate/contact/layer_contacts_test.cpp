@@ -131,7 +131,7 @@ Field folded_strip(const GridSpec& grid, double radius) {
   const double half = 0.5 * grid.patch_m.y();
   const double turn = 3.14159265358979 * radius;
   for (int i = 0; i < grid.count(); ++i) {
-    const double row = (i / grid.cols) * grid.warp_spacing_m();
+    const double row = int{i / grid.cols} * grid.warp_spacing_m();
     const double along = (i % grid.cols) * grid.weft_spacing_m();
     const double past = along - (half - 0.5 * turn);
     if (past < 0) {
@@ -260,7 +260,7 @@ TEST(LayerContacts, ThatNothingMeetsChangeNoByte) {
     solver.position.resize(3 * static_cast<std::size_t>(grid.count()));
     for (int i = 0; i < grid.count(); ++i) {
       put_at(solver.position, i,
-             {(i / grid.cols) * grid.warp_spacing_m() - 0.049,
+             {int{i / grid.cols} * grid.warp_spacing_m() - 0.049,
               (i % grid.cols) * grid.weft_spacing_m() - 0.052, 1e-3});
     }
     const StaticReport report = solver.solve();

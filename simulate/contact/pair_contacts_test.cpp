@@ -32,7 +32,7 @@ ClothLaws stiff_cotton(double bending_n_m = 7.7e-6) {
 void throw_down(const GridSpec& grid, double z, double speed, Motion& motion) {
   for (int i = 0; i < grid.count(); ++i) {
     put_at(motion.position, i,
-           {(i / grid.cols) * grid.warp_spacing_m() - 0.5 * grid.patch_m.x(),
+           {int{i / grid.cols} * grid.warp_spacing_m() - 0.5 * grid.patch_m.x(),
             (i % grid.cols) * grid.weft_spacing_m() - 0.5 * grid.patch_m.y(), z});
     put_at(motion.velocity, i, {0, 0, -speed});
   }
@@ -131,7 +131,7 @@ TEST(Piercing, APointThroughTheSheetIsMeasuredAndOneThatPressesItIsNot) {
 Field bent(const GridSpec& grid, double sag_m) {
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
-    const double u = static_cast<double>(i / grid.cols) / (grid.rows - 1) - 0.5;
+    const double u = static_cast<double>(int{i / grid.cols}) / (grid.rows - 1) - 0.5;
     const double v = static_cast<double>(i % grid.cols) / (grid.cols - 1) - 0.5;
     put_at(x, i, {u * grid.patch_m.x(), v * grid.patch_m.y(), -4 * sag_m * v * v});
   }

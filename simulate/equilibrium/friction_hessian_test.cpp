@@ -31,7 +31,7 @@ Field wavy(const GridSpec& grid, double noise, unsigned seed) {
   std::uniform_real_distribution<double> shake(-noise, noise);
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i) {
-    const double u = i / grid.cols * grid.warp_spacing_m(),
+    const double u = int{i / grid.cols} * grid.warp_spacing_m(),
                  v = i % grid.cols * grid.weft_spacing_m();
     put_at(x, i,
            Eigen::Vector3d(0.05 * std::sin(u / 0.05) + 0.1 * v + shake(random),

@@ -85,7 +85,7 @@ TEST(MemoryStrip, HeavyCantileverLoadedAndUnloaded) {
   Cloth cloth(grid, cotton(kLength, kFrictionMoment), MassRule::area);
   Field x(3 * static_cast<std::size_t>(grid.count()));
   for (int i = 0; i < grid.count(); ++i)
-    put_at(x, i, Eigen::Vector3d(i / 2 * spacing, i % 2 * spacing, 0));
+    put_at(x, i, Eigen::Vector3d(int{i / 2} * spacing, i % 2 * spacing, 0));
   HeavyStrip exact(kLength);
   std::vector<double> loads;
   for (int k = 1; k <= kSteps; ++k) loads.push_back(1.0 * k / kSteps);
@@ -213,7 +213,7 @@ TEST(MemoryStrip, EnergyOfAFallBalances) {
   Motion motion(cloth, nothing, {});
   for (int i = 0; i < grid.count(); ++i)
     put_at(motion.position, i,
-           Eigen::Vector3d(i / 9 * 0.01, i % 9 * 0.01, 1e-4 * std::sin(7.0 * i)));
+           Eigen::Vector3d(int{i / 9} * 0.01, i % 9 * 0.01, 1e-4 * std::sin(7.0 * i)));
   motion.hold({{{0, 0, 0, 0}, {1, 0, 0, 0}}, {{8, 8, 8, 8}, {1, 0, 0, 0}}});
   const auto energy = [&] {
     return motion.kinetic_energy_j() + motion.gravity_energy_j() +

@@ -236,7 +236,7 @@ TEST(Prolong, KeepsCubicSheets) {
     const int n = grid.count();
     Field x(3 * static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) {
-      const double u = (i / grid.cols) * grid.warp_spacing_m();
+      const double u = int{i / grid.cols} * grid.warp_spacing_m();
       const double v = (i % grid.cols) * grid.weft_spacing_m();
       x[i] = u;
       x[n + i] = v + u * u * v;

@@ -59,7 +59,7 @@ Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
       start["checked_residual_point_weights"] = judgement->residual;
       start["deepest_mm"] = judgement->deepest_m / mm;
       for (const std::string& refusal : judgement->refusals)
-        ending.rejected.push_back(name + " is refused by the checker: " + refusal);
+        ending.rejected.push_back(fmt::format("{} is refused by the checker: {}", name, refusal));
     }
     if (found.dissipated_j > 0)
       json["starts"].back()["internal_friction_took_uj"] = found.dissipated_j * 1e6;

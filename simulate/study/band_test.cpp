@@ -26,7 +26,7 @@ Print print_of() {
 /// Flat, raised by `z_m`.
 Field flat(double z_m) {
   Field x(27);
-  for (int i = 0; i < 9; ++i) put_at(x, i, Vector3d(0.1 * (i / 3), 0.1 * (i % 3), z_m));
+  for (int i = 0; i < 9; ++i) put_at(x, i, Vector3d(0.1 * int{i / 3}, 0.1 * (i % 3), z_m));
   return x;
 }
 
@@ -49,8 +49,8 @@ Sheet measured_at(double z_m) {
   for (int i = 0; i < 9; ++i) {
     SheetMark mark;
     mark.mark = {i / 3, i % 3};
-    mark.material_m = {0.1 * (i / 3), 0.1 * (i % 3)};
-    mark.point_in_world = Vector3d(0.1 * (i / 3), 0.1 * (i % 3), z_m);
+    mark.material_m = {0.1 * int{i / 3}, 0.1 * (i % 3)};
+    mark.point_in_world = Vector3d(0.1 * int{i / 3}, 0.1 * (i % 3), z_m);
     sheet.marks.push_back(mark);
   }
   return sheet;

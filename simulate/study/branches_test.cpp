@@ -87,7 +87,7 @@ TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
   Field a(3 * n);
   Field b(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double x = 0.03 * static_cast<double>(i / 7) - 0.07;
+    const double x = 0.03 * static_cast<double>(std::size_t{i / 7}) - 0.07;
     const double y = 0.02 * static_cast<double>(i % 7);
     const double z = x * y + 3 * x * x;
     a[i] = x, a[n + i] = y, a[2 * n + i] = z;
@@ -100,7 +100,7 @@ TEST(Branches, ASheetTurnedAboutARoundObjectIsTheSame) {
 }
 
 TEST(Branches, AreWhatGapsSeparate) {
-  const auto on_a_line = [](std::vector<double> x) {
+  const auto on_a_line = [](const std::vector<double>& x) {
     return link(
         static_cast<int>(x.size()), [x](int a, int b) { return std::abs(x[a] - x[b]); }, 0.5);
   };
@@ -118,7 +118,7 @@ TEST(Branches, TheHemsFoldsAreCounted) {
   const std::size_t n = grid.count();
   Field sheet(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
-    const double u = static_cast<double>(i / 21) / 10.0 - 1;
+    const double u = static_cast<double>(std::size_t{i / 21}) / 10.0 - 1;
     const double v = static_cast<double>(i % 21) / 10.0 - 1;
     const double out = std::max(std::abs(u), std::abs(v));
     // The same fraction of the border as seen from the middle of the sheet.

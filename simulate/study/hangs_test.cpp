@@ -156,7 +156,7 @@ std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const G
       drape_statically(the_case, grid, how, [&](const GridSpec& here, Field& x) {
         const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
         for (int i = 0; i < here.count(); ++i) {
-          const double u = (i / here.cols) / (here.rows - 1.0);
+          const double u = int{i / here.cols} / (here.rows - 1.0);
           const double v = (i % here.cols) / (here.cols - 1.0);
           Vector3d p = at(x, i);
           for (const Wave& wave : waves)

@@ -41,7 +41,8 @@ Sheet flat_reference(const Print& print, double z_m) {
   for (int k = 0; k < 25; ++k) {
     SheetMark mark;
     mark.mark = {k / 5, k % 5};
-    mark.material_m = Eigen::Vector2d((k / 5) * 0.25, (k % 5) * 0.25).cwiseProduct(print.patch_m);
+    mark.material_m =
+        Eigen::Vector2d(int{k / 5} * 0.25, (k % 5) * 0.25).cwiseProduct(print.patch_m);
     mark.point_in_world = Vector3d(mark.material_m.y() - 0.1, 0.1 - mark.material_m.x(), z_m);
     sheet.marks.push_back(mark);
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // bench1 from its pictures through the programs, against the renderer's truth: cameras, their
 // stated uncertainty, and the dots of the cloth in space.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -141,12 +142,12 @@ TEST(Bench1, FromItsPicturesMeetsItsGoals) {
   const auto at = [&](const std::string& name) { return folder.path() / (name + ".json"); };
   const std::string rig = (source_root() / "rigs/bench1").string();
   for (const std::string surface : {"target", "cloth"}) {
-    run(program("drape-detect").string() + " " + rig + "/recording --rig " + rig + " --surface " +
-        surface + " --out " + at(surface).string());
+    run(fmt::format("{0} {1}/recording --rig {1} --surface {2} --out {3}",
+                    program("drape-detect").string(), rig, surface, at(surface).string()));
   }
   for (const std::string method : {"tsai", "joint"}) {
-    run(program("drape-calib").string() + " " + at("target").string() + " --rig " + rig +
-        " --method " + method + " --out " + at(method).string());
+    run(fmt::format("{} {} --rig {} --method {} --out {}", program("drape-calib").string(),
+                    at("target").string(), rig, method, at(method).string()));
   }
   const Calibration joint = read_calibration(at("joint"));
   expect_joint_cameras(joint);

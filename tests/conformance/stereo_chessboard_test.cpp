@@ -62,7 +62,7 @@ class StereoChessboard : public testing::Test {
 
   /// A folder with the pictures of one camera.
   [[nodiscard]] fs::path only(const std::string& camera) const {
-    const fs::path folder = out() / ("pictures_" + camera);
+    fs::path folder = out() / ("pictures_" + camera);
     fs::create_directories(folder);
     for (const auto& entry : fs::directory_iterator(pictures_)) {
       const std::string name = entry.path().filename().string();

@@ -176,7 +176,7 @@ double centre_error_px(const Detections& detections, const Detections& also) {
       const auto& others = also.frames[c].detections;
       if (std::ranges::none_of(others, [&](const Detection& o) { return o.mark == one.mark; }))
         continue;
-      const auto index = static_cast<std::size_t>(11 * one.mark.row + one.mark.col);
+      const auto index = static_cast<std::size_t>(one.mark.row) * 11 + one.mark.col;
       const auto& truth = test::bench1_truth().drapes.at("A").at(index).views.at(c);
       squares += (one.centre_px - truth.centroid_px).squaredNorm();
       axes += 2;

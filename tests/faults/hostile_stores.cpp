@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Results stores of another lab: script in every text, views and triggers of its own, false sizes.
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/format.h>
 
 #include "core/files/files.hpp"
 #include "tests/faults/hostile_bench.hpp"
@@ -27,11 +28,13 @@ void rename_rows(const HostileBench& bench, const std::string& to) {
     store.exec("DROP TRIGGER \"" + trigger + "\"");
   for (const std::string& table :
        column_of(store, "SELECT name FROM sqlite_master WHERE type = 'table'")) {
-    for (const std::string& column :
-         column_of(store, "SELECT name FROM pragma_table_info('" + table +
-                              "') WHERE type = 'TEXT' AND name NOT LIKE '%sha256%'")) {
-      SQLite::Statement update(store, "UPDATE OR IGNORE \"" + table + "\" SET \"" + column +
-                                          "\" = ? WHERE \"" + column + "\" IS NOT NULL");
+    for (const std::string& column : column_of(
+             store, fmt::format("SELECT name FROM pragma_table_info('{}') WHERE type = 'TEXT' "
+                                "AND name NOT LIKE '%sha256%'",
+                                table))) {
+      SQLite::Statement update(
+          store, fmt::format("UPDATE OR IGNORE \"{0}\" SET \"{1}\" = ? WHERE \"{1}\" IS NOT NULL",
+                             table, column));
       update.bind(1, to);
       try {
         update.exec();

@@ -74,7 +74,7 @@ TEST(KnownTagFamilies, AreThoseOfDetect) {
   const auto known = drape::known_tag_families();
   for (const std::string& family : known) EXPECT_NO_THROW(drape::detect::TagFamily(family, 1));
   try {
-    drape::detect::TagFamily("none", 1);
+    const drape::detect::TagFamily family("none", 1);
     FAIL();
   } catch (const drape::Error& error) {
     EXPECT_THAT(error.what_to_do(),

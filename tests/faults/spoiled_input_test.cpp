@@ -30,7 +30,7 @@ void PrintTo(const Spoiled& spoiled, std::ostream* out) {
 
 /// Replaces a linked folder of images by a copy that may be changed.
 fs::path own_images(const SmallBench& bench, const std::string& set) {
-  const fs::path link = bench.rig() / "recording" / set;
+  fs::path link = bench.rig() / "recording" / set;
   const fs::path original = fs::read_symlink(link);
   fs::remove(link);
   fs::copy(original, link, fs::copy_options::recursive);
