@@ -14,8 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kNoLength = 1e-30;   // keeps quotients of vectors that vanish finite
-constexpr double kOfTriangle = 0.05;  // share of the membrane that stays with the triangles
+constexpr double kNoLength = 1e-30;  // keeps quotients of vectors that vanish finite
 
 template <std::size_t N>
 Vector3d combined(const std::array<double, N>& weight, const std::array<int, 6>& unknown,
@@ -55,8 +54,11 @@ Vector3d stress_of(const Vector3d& metric, const ClothLaws& laws) {
 
 }  // namespace
 
-MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws)
-    : mesh_(std::move(mesh)), laws_(std::move(laws)), area_(mesh_.points_m.size(), 0.0) {
+MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
+    : mesh_(std::move(mesh)),
+      laws_(std::move(laws)),
+      in_triangles_(in_triangles),
+      area_(mesh_.points_m.size(), 0.0) {
   for (int t = 0; t < static_cast<int>(mesh_.triangles.size()); ++t) {
     Triangle triangle;
     triangle.corner = mesh_.triangles[t];
@@ -166,9 +168,9 @@ InternalEnergies MeshCloth::energies(const State& state) const {
   };
   const std::vector<Vector3d> metric = metrics(state);
   for (std::size_t i = 0; i < metric.size(); ++i)
-    add_membrane((1 - kOfTriangle) * area_[i], metric[i]);
+    add_membrane((1 - in_triangles_) * area_[i], metric[i]);
   for (const Triangle& t : triangles_) {
-    add_membrane(kOfTriangle * t.area,
+    add_membrane(in_triangles_ * t.area,
                  metric_of(combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state)));
     sum.bending_j += t.area * (laws_.bending[0].energy(combined(t.d_uu, t.unknown, state).norm()) +
                                laws_.bending[1].energy(combined(t.d_vv, t.unknown, state).norm()));
@@ -195,7 +197,7 @@ void MeshCloth::add_forces(const State& state, State& force) const {
   std::vector<Vector3d> stress = metrics(state);
   for (std::size_t i = 0; i < stress.size(); ++i) {
     const Strain strain(stress[i]);
-    stress[i] = (1 - kOfTriangle) * stress_of(stress[i], laws_);
+    stress[i] = (1 - in_triangles_) * stress_of(stress[i], laws_);
     if (!laws_.friction) continue;
     const FrictionStack& stack = laws_.friction->shear;
     stress[i] += strain.of_angle(
@@ -204,7 +206,7 @@ void MeshCloth::add_forces(const State& state, State& force) const {
   for (const Triangle& t : triangles_) {
     const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
     const Vector3d pull =
-        t.area * (kOfTriangle * stress_of(metric_of(u, v), laws_) +
+        t.area * (in_triangles_ * stress_of(metric_of(u, v), laws_) +
                   (stress[t.corner[0]] + stress[t.corner[1]] + stress[t.corner[2]]) / 3);
     const Vector3d of_u = 2 * pull[0] * u + pull[1] * v, of_v = pull[1] * u + 2 * pull[2] * v;
     for (int k = 0; k < 3; ++k) force[t.unknown[k]] -= t.d_u[k] * of_u + t.d_v[k] * of_v;

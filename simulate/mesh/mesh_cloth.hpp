@@ -30,7 +30,10 @@ class MeshCloth {
  public:
   using State = std::vector<Eigen::Vector3d>;
 
-  MeshCloth(MaterialMesh mesh, ClothLaws laws);
+  /// `in_triangles`: fraction (0 to 1) of stretch and shear that stays with the triangles; the
+  /// twentieth is Puso and Solberg's (2006). 1 makes plain linear triangles, which lock: for
+  /// comparisons with other programs, as the paper's Fig. 4. Internal friction stays at the points.
+  MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles = 0.05);
 
   [[nodiscard]] const MaterialMesh& mesh() const { return mesh_; }
   [[nodiscard]] int points() const { return static_cast<int>(mesh_.points_m.size()); }
@@ -83,6 +86,7 @@ class MeshCloth {
 
   MaterialMesh mesh_;
   ClothLaws laws_;
+  double in_triangles_;
   std::vector<Triangle> triangles_;
   std::vector<double> mass_, area_;  ///< of the points
   ClothMemory memory_;

@@ -157,8 +157,11 @@ TEST(PatchTest, ConstantCurvatureIsExactOnIrregularMeshes) {
   }
 }
 
-TEST(MeshCloth, ForcesAreTheGradientOfTheEnergy) {
-  const MeshCloth cloth(irregular_mesh(0.012), laws_of(false));
+class InTriangles : public testing::TestWithParam<double> {};
+INSTANTIATE_TEST_SUITE_P(MeshCloth, InTriangles, testing::Values(0.05, 1));
+
+TEST_P(InTriangles, ForcesAreTheGradientOfTheEnergy) {
+  const MeshCloth cloth(irregular_mesh(0.012), laws_of(false), GetParam());
   auto state = cloth.state_of([](const Vector2d& p) {
     return MeshCloth::Jet{
         {1.01 * p.x() + 0.1 * p.y(), p.y(), 2 * p.x() * p.x()}, {1.01, 0, 4 * p.x()}, {0.1, 1, 0}};
@@ -287,6 +290,39 @@ TEST(MeshCloth, ACantileverConvergesToTheBeam) {
     RecordProperty(along_weft ? "weft_errors" : "warp_errors",
                    std::to_string(coarse) + " " + std::to_string(fine));
     EXPECT_GE(std::log2(coarse / fine), 1.8);
+  }
+}
+
+/// On a slope whose tangent is below the coefficient cloth stays where it is; above, it slides.
+TEST(Relaxation, FrictionHoldsClothOnASlopeUpToItsCoefficient) {
+  constexpr double kFriction = 0.4;
+  const Contact slope{[](Vector3d& point, Vector3d& normal) {
+                        if (point.z() > 0) return false;
+                        point.z() = 0;
+                        normal = {0, 0, 1};
+                        return true;
+                      },
+                      kFriction};
+  for (const double tangent : {0.9 * kFriction, 1.1 * kFriction}) {
+    MeshCloth cloth(irregular_mesh(), laws_of(true));
+    auto state = cloth.state_of([](const Vector2d& p) {
+      return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
+    });
+    const MeshCloth::State start = state;
+    RelaxationOptions options;
+    options.gravity_m_per_s2 = {9.81 * tangent, 0, -9.81};
+    options.most_steps = 2000;
+    const std::vector<bool> free(static_cast<std::size_t>(cloth.unknowns()), false);
+    const RelaxationReport report = relax(cloth, state, free, slope, options);
+    if (tangent > kFriction) {
+      EXPECT_FALSE(report.at_rest);
+      // The mean point's excess of pull over friction, in its weight.
+      EXPECT_GE(report.residual, 0.999 * (tangent - kFriction) / std::hypot(1, tangent));
+      continue;
+    }
+    EXPECT_TRUE(report.at_rest) << report.residual;
+    // Until its first steps press it on the slope it may move by far less than its spacing.
+    for (int i = 0; i < cloth.points(); ++i) EXPECT_LT((state[i] - start[i]).norm(), 1e-6);
   }
 }
 

@@ -81,7 +81,17 @@ RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state, const std::vec
     for (std::size_t i = 0; i < n; ++i) {
       if (held[i]) continue;
       Vector3d f = force[i];
-      if (f.dot(normal[i]) < 0) f -= f.dot(normal[i]) * normal[i];
+      const double push = -f.dot(normal[i]);
+      if (push > 0) f -= f.dot(normal[i]) * normal[i];
+      // From the velocity and not by stopping points, which would end all motion with each stop.
+      if (contact.friction > 0 && push > 0) {
+        const double bears = contact.friction * push, along = f.norm();
+        velocity[i] += f / mass[i];
+        const double speed = velocity[i].norm(), stopped = bears / mass[i];
+        velocity[i] *= speed > stopped ? 1 - stopped / speed : 0;
+        force[i] = speed > stopped ? (-push * normal[i]).eval() : Vector3d::Zero().eval();
+        f *= along > bears ? 1 - bears / along : 0;
+      }
       if (i < static_cast<std::size_t>(points)) largest = std::max(largest, f.norm());
       velocity[i] += force[i] / mass[i];
       kinetic += mass[i] * velocity[i].squaredNorm();
@@ -102,6 +112,8 @@ RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state, const std::vec
       if (held[i]) continue;
       state[i] += velocity[i];
       if (!contact.project || i >= static_cast<std::size_t>(points)) continue;
+      // Rounding must not lift a point that friction stops, or it would creep.
+      if (contact.friction > 0 && velocity[i].isZero(0)) continue;
       Vector3d outward = Vector3d::Zero();
       if (contact.project(state[i], outward)) {
         velocity[i] -= std::min(0.0, velocity[i].dot(outward)) * outward;

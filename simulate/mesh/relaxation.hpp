@@ -32,6 +32,10 @@ struct RelaxationReport {
 struct Contact {
   /// Outward normal where the point lies in or on the body (it is then moved to the surface).
   std::function<bool(Eigen::Vector3d& point, Eigen::Vector3d& normal)> project;
+  /// Coulomb's coefficient. Friction takes from a point's velocity along the surface what it can
+  /// bear, and the residual counts what is left of the point's force; which of the rests is found
+  /// depends on the start.
+  double friction = 0;
 };
 [[nodiscard]] RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state,
                                      const std::vector<bool>& held, const Contact& contact,
