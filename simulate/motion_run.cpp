@@ -16,7 +16,6 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr int kStepUpdate = 32;             // steps between two looks at the stability limit
 constexpr int kDampMoreSteps = 60000;       // steps after which a still sheet trembles
 constexpr double kStillDamping = 500;       // beta / m from then on, 1/s
 constexpr int kRestCheck = 64;              // steps between two looks at the residual
@@ -126,7 +125,7 @@ void MotionRun::go(SimulateResult& result) {
   report.step_least_s = report.step_most_s = step_s;
   report.sentence.clear();
   while (report.steps < options_.max_steps) {
-    if (report.steps % kStepUpdate == 0) {
+    if (report.steps % options_.steps_between_looks == 0) {
       step_s = motion_.stable_step_s(options_.step_share);
       if (!std::isfinite(step_s + motion_.kinetic_energy_j())) break;
       report.step_least_s = std::min(report.step_least_s, step_s);

@@ -191,7 +191,7 @@ void shake(MotionRun& run, const PastEvent& shakes, const Vector3d& gravity,
 
 /// By Runge-Kutta; with the solver "fall" then polished. `memory`: what a cloth with internal
 /// friction brings along.
-SimulateResult move_once(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
+SimulateResult move_with(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
                          const SimulateOptions& options, SimulateResult result,
                          const std::optional<ClothMemory>& memory, const PastEvent& shakes) {
   SimulateReport& report = result.report;
@@ -228,6 +228,19 @@ SimulateResult move_once(const StaticCase& the_case, const Fabric& fabric, const
   result.sheet = sheet_of(grid, end);
   result.sheet.source = source_of(scene, fabric, options, report);
   return result;
+}
+
+/// move_with(), once more where the sheet diverges: it can stretch past a bend of its curve, to
+/// where its limit is three times shorter, between two looks at the limit.
+SimulateResult move_once(const StaticCase& the_case, const Fabric& fabric, const GridSpec& grid,
+                         SimulateOptions options, SimulateResult result,
+                         const std::optional<ClothMemory>& memory, const PastEvent& shakes) {
+  SimulateResult found = move_with(the_case, fabric, grid, options, result, memory, shakes);
+  if (found.report.status != RestStatus::diverged) return found;
+  options.steps_between_looks = 1;
+  result.report.warnings.push_back(fmt::format(
+      "{}: run again with the step's limit looked at before each", found.report.sentence));
+  return move_with(the_case, fabric, grid, options, result, memory, shakes);
 }
 
 /// move_once(), after what the cloth went through.

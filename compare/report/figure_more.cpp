@@ -204,9 +204,11 @@ std::optional<Figure> hem_figure(const std::string& drape, const DrapeInput& inp
 Figure fabric_figure(const std::string& drape, const std::vector<FabricCurve>& curves) {
   const std::size_t rows = (curves.size() + 2) / 3;
   Svg svg(720, 186.0 * static_cast<double>(rows), fmt::format("Drape {}: fabric curves", drape));
-  for (std::size_t i = 0; i < curves.size(); ++i)
-    draw_curve(svg, curves[i], 10.0 + static_cast<double>(240 * (i % 3)),
-               38.0 + static_cast<double>(186 * (i / 3)));
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const std::size_t row = i / 3, col = i % 3;
+    draw_curve(svg, curves[i], 10 + 240.0 * static_cast<double>(col),
+               38 + 186.0 * static_cast<double>(row));
+  }
   return {drape + "-fabric",
           "Curves of the fabric as the simulations read them: loading (blue, each point a dot) and "
           "unloading (orange, dashed).",
