@@ -30,7 +30,7 @@ struct SphereDrape {
   int side = 0;                           ///< material marks along warp and along weft
   std::vector<Eigen::Vector3d> marks_m;   ///< side x side places in world, row along the warp
   [[nodiscard]] const Eigen::Vector3d& mark(int row, int col) const {
-    return marks_m[static_cast<std::size_t>(row * side + col)];
+    return marks_m[static_cast<std::size_t>(row) * side + col];
   }
 };
 
