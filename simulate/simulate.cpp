@@ -239,7 +239,7 @@ SimulateResult move_once(const StaticCase& the_case, const Fabric& fabric, const
   if (found.report.status != RestStatus::diverged) return found;
   options.steps_between_looks = 1;
   result.report.warnings.push_back(fmt::format(
-      "{}: run again with the step's limit looked at before each", found.report.sentence));
+      "{}: run again with a look at the limit before each step", found.report.sentence));
   return move_with(the_case, fabric, grid, options, result, memory, shakes);
 }
 
