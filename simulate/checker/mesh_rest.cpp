@@ -23,6 +23,7 @@ constexpr Real kHeld_m = 1e-9L;      // a held point is where it is held up to r
 constexpr Real kRounding = 1e-6L;    // of a force, between double and long double
 constexpr Real kOverLimit = 1e-6L;   // of a friction element
 constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
+constexpr Real kOfSide = 2;          // of bending by sides between two triangles
 
 Point point_of(const Eigen::Vector3d& p) {
   return {p.x(), p.y(), p.z()};
@@ -44,7 +45,10 @@ class Judge {
     moment_.assign(rest_.sides.size(), Point{});
     mass_.assign(rest_.points_m.size(), 0);
     for (std::size_t t = 0; t < rest_.triangles.size(); ++t) add(static_cast<int>(t));
-    if (result_.refusals.empty()) stretch();
+    if (result_.refusals.empty()) {
+      stretch();
+      bend_over_sides();
+    }
     if (over_limit_ > 1 + kOverLimit)
       refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
     hold();
@@ -139,6 +143,7 @@ class Judge {
         corners[k][axis].d[3 * k + axis] = 1;
       }
     }
+    seen_.push_back({area, unknown, uu, uv, vv});
     const Jet energy =
         area * bending_of(t, combine(corners, u), combine(corners, v), combine(corners, uu),
                           combine(corners, uv), combine(corners, vv));
@@ -255,6 +260,53 @@ class Judge {
           for (int axis = 0; axis < 3; ++axis)
             force_[corner[c]][axis] -= pull * metric[t].of[k].d[3 * c + axis];
       }
+    }
+  }
+
+  /// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its
+  /// second derivatives.
+  struct Quadratic {
+    Real area;
+    std::array<int, 6> unknown;
+    std::vector<Real> uu, uv, vv;
+  };
+
+  /// Bending of what two quadratics differ by along their common side.
+  void bend_over_sides() {
+    const ClothLaws& laws = rest_.laws;
+    std::vector<std::vector<const Quadratic*>> beside(rest_.sides.size());
+    for (const Quadratic& q : seen_)
+      for (int k = 3; k < 6; ++k) beside[q.unknown[k]].push_back(&q);
+    for (std::size_t s = 0; s < beside.size(); ++s) {
+      if (beside[s].size() != 2) continue;
+      const auto d = between(rest_.sides[s][0], rest_.sides[s][1]);
+      const Real square = d[0] * d[0] + d[1] * d[1];
+      const Real u2 = d[0] * d[0] / square, v2 = d[1] * d[1] / square;
+      const Real cross = 2 * d[0] * d[1] / square;
+      const auto weight = [&](const Quadratic& q, int k) {
+        return u2 * q.uu[k] + cross * q.uv[k] + v2 * q.vv[k];
+      };
+      Point differ{};
+      for (const int side : {0, 1})
+        for (int k = 0; k < 6; ++k) {
+          const Quadratic& q = *beside[s][side];
+          const Point p =
+              point_of(k < 3 ? rest_.points_m[q.unknown[k]] : rest_.of_sides[q.unknown[k]]);
+          for (int axis = 0; axis < 3; ++axis)
+            differ[axis] += (side == 0 ? 1 : -1) * weight(q, k) * p[axis];
+        }
+      const Real stiffness =
+          kOfSide * (beside[s][0]->area + beside[s][1]->area) / 3 *
+          (Real(laws.bending[0].slope) * u2 * u2 + Real(laws.bending[1].slope) * v2 * v2 +
+           Real(laws.twist_n_m) * cross * cross / 4);
+      result_.energy_j += double(stiffness / 2 * checker::dot(differ, differ));
+      for (const int side : {0, 1})
+        for (int k = 0; k < 6; ++k) {
+          const Quadratic& q = *beside[s][side];
+          Point& at = (k < 3 ? force_ : moment_)[q.unknown[k]];
+          for (int axis = 0; axis < 3; ++axis)
+            at[axis] -= (side == 0 ? 1 : -1) * stiffness * weight(q, k) * differ[axis];
+        }
     }
   }
 
@@ -410,6 +462,7 @@ class Judge {
   std::map<std::array<int, 2>, int> side_at_;
   std::vector<Point> force_, moment_;
   std::vector<Real> mass_;
+  std::vector<Quadratic> seen_;
   Real over_limit_ = 0;
   MeshJudgement result_;
 };

@@ -14,10 +14,11 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
+constexpr double kSeam = 2;  // of the jump's energy over the triangles beside; see MeshCloth
 constexpr double kNoLength = 1e-30;  // keeps quotients of vectors that vanish finite
 
-template <std::size_t N>
-Vector3d combined(const std::array<double, N>& weight, const std::array<int, 6>& unknown,
+template <std::size_t N, std::size_t M>
+Vector3d combined(const std::array<double, N>& weight, const std::array<int, M>& unknown,
                   const MeshCloth::State& state) {
   Vector3d sum = Vector3d::Zero();
   for (std::size_t k = 0; k < N; ++k) sum += weight[k] * state[unknown[k]];
@@ -95,6 +96,8 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
     }
     triangles_.push_back(triangle);
   }
+  for (int e = 0; e < static_cast<int>(mesh_.edges.size()); ++e)
+    if (mesh_.edges[e].left >= 0 && mesh_.edges[e].right >= 0) seams_.push_back(seam_of(e));
   for (const double area : area_) mass_.push_back(laws_.density_kg_per_m2 * area);
   if (!laws_.friction) return;
   for (int d = 0; d < 2; ++d)
@@ -148,6 +151,27 @@ std::vector<Vector3d> MeshCloth::metrics(const State& state) const {
   return metric;
 }
 
+MeshCloth::Seam MeshCloth::seam_of(int edge) const {
+  const Vector2d n = normal_of(edge), along(n.y(), -n.x());
+  const double uu = along.x() * along.x(), vv = along.y() * along.y();
+  const double uv = along.x() * along.y();
+  Seam seam;
+  double area = 0;
+  for (const bool right : {false, true}) {
+    const Triangle& t = triangles_[right ? mesh_.edges[edge].right : mesh_.edges[edge].left];
+    for (int k = 0; k < 6; ++k) {
+      const int at = (right ? 6 : 0) + k;
+      seam.unknown[at] = t.unknown[k];
+      seam.weight[at] = (right ? -1 : 1) * (uu * t.d_uu[k] + 2 * uv * t.d_uv[k] + vv * t.d_vv[k]);
+    }
+    area += t.area / 3;
+  }
+  seam.stiffness = kSeam * area *
+                   (laws_.bending[0].slope * uu * uu + laws_.bending[1].slope * vv * vv +
+                    laws_.twist_n_m * uv * uv);
+  return seam;
+}
+
 Vector2d MeshCloth::middle_of(int edge) const {
   return (mesh_.points_m[mesh_.edges[edge].from] + mesh_.points_m[mesh_.edges[edge].to]) / 2;
 }
@@ -176,6 +200,8 @@ InternalEnergies MeshCloth::energies(const State& state) const {
                                laws_.bending[1].energy(combined(t.d_vv, t.unknown, state).norm()));
     sum.twist_j += t.area * laws_.twist_n_m / 2 * combined(t.d_uv, t.unknown, state).squaredNorm();
   }
+  for (const Seam& seam : seams_)
+    sum.bending_j += seam.stiffness / 2 * combined(seam.weight, seam.unknown, state).squaredNorm();
   if (!laws_.friction) return sum;
   const ClothFriction& friction = *laws_.friction;
   visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
@@ -221,6 +247,10 @@ void MeshCloth::add_forces(const State& state, State& force) const {
     const Vector3d twist = t.area * laws_.twist_n_m * combined(t.d_uv, t.unknown, state);
     for (int k = 0; k < 6; ++k)
       force[t.unknown[k]] -= t.d_uu[k] * warp + t.d_vv[k] * weft + t.d_uv[k] * twist;
+  }
+  for (const Seam& seam : seams_) {
+    const Vector3d jump = seam.stiffness * combined(seam.weight, seam.unknown, state);
+    for (int k = 0; k < 12; ++k) force[seam.unknown[k]] -= seam.weight[k] * jump;
   }
   if (!laws_.friction) return;
   const ClothFriction& friction = *laws_.friction;
@@ -282,6 +312,9 @@ std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
                                        bend[1] * std::abs(t.d_vv[k]) * total(t.d_vv) +
                                        laws_.twist_n_m * std::abs(t.d_uv[k]) * total(t.d_uv));
   }
+  for (const Seam& seam : seams_)
+    for (int k = 0; k < 12; ++k)
+      bound[seam.unknown[k]] += seam.stiffness * std::abs(seam.weight[k]) * total(seam.weight);
   return bound;
 }
 

@@ -20,9 +20,12 @@ namespace drape::simulate {
 /// lock where cloth hardly stretches. A twentieth stays with each triangle, so that no motion
 /// between neighbours is free (Puso and Solberg 2006). Second derivatives are those of Morley's
 /// triangle (Morley 1968), for each coordinate: quadratic, given by its values at the corners and
-/// its derivative along the normal in the middle of each side. Constant strain and constant
-/// curvature are exact on any mesh (patch tests), and so it converges. The derivatives of the sides
-/// are unknowns of their own.
+/// its derivative along the normal in the middle of each side. Alone it is too soft: a wave of
+/// wavenumber k bends with 1 - 0.14 (k h)^2 of its energy at spacing h. Two triangles then differ
+/// in the second derivative along their common side; twice the bending energy of that difference,
+/// over a third of both areas, leaves 0.005 to 0.02 (k h)^2. Constant strain and constant curvature
+/// are exact on any mesh (patch tests), and so it converges. The derivatives of the sides are
+/// unknowns of their own.
 ///
 /// A state holds the points (m), then one vector per side: the derivative of the position along the
 /// side's normal, which points to the side's left (from `from` to `to`).
@@ -76,6 +79,13 @@ class MeshCloth {
     std::array<double, 3> d_u, d_v;          ///< of the linear triangle
     std::array<double, 6> d_uu, d_uv, d_vv;  ///< of Morley's
   };
+  /// A side between two triangles.
+  struct Seam {
+    std::array<int, 12> unknown;    ///< of the triangle on the left, then of that on the right
+    std::array<double, 12> weight;  ///< of the difference of second derivatives along it
+    double stiffness = 0;           ///< N m^3
+  };
+  [[nodiscard]] Seam seam_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
 
@@ -88,6 +98,7 @@ class MeshCloth {
   ClothLaws laws_;
   double in_triangles_;
   std::vector<Triangle> triangles_;
+  std::vector<Seam> seams_;
   std::vector<double> mass_, area_;  ///< of the points
   ClothMemory memory_;
   double dissipated_j_ = 0;

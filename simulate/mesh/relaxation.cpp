@@ -24,7 +24,7 @@ constexpr double kSafety = 0.6;      // masses in parts of the bounds; stable ab
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
 constexpr double kFinerAtTheClamp = 3;    // times than the mesh's spacing
-constexpr double kWidening = 1.3;         // of one ring's spacing to the next
+constexpr double kWidening = 1.1;         // of one ring's spacing to the next
 constexpr double kShakenResidual = 1e-2;  // mean weights of a point; at a turn of the load
 
 double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, const Vector3d& g) {
