@@ -34,7 +34,7 @@ CusickOptions options_of() {
   CusickOptions options;
   options.disc_m = 0.127;
   options.specimen_m = 0.254;
-  options.spacing_m = 0.015;
+  options.spacing_m = 0.020;
   return options;
 }
 
