@@ -207,6 +207,8 @@ Json Bench::state() const {
   for (const RigCamera& camera : rig_.cameras)
     json["cameras"].push_back(
         {{"name", camera.name}, {"width_px", camera.width_px}, {"height_px", camera.height_px}});
+  // Before the sets, so that one that is no longer being taken is among them.
+  json["capture"] = capture_json();
   json["sets"] = Json::array();
   for (const std::string& set : target_sets()) json["sets"].push_back(set_json(set));
   for (const Drape& one : drapes_)
@@ -226,7 +228,6 @@ Json Bench::state() const {
   json["log"] = log_.last(kShownEntries);
   json["log_entries"] = log_.size();
   json["log_torn"] = log_.torn();
-  json["capture"] = capture_json();
   const std::lock_guard lock(mutex_);
   json["trouble"] = trouble_;
   return json;
