@@ -23,9 +23,9 @@ namespace drape::simulate {
 /// its derivative along the normal in the middle of each side. Alone it is too soft: a wave of
 /// wavenumber k bends with 1 - 0.14 (k h)^2 of its energy at spacing h. Two triangles then differ
 /// in the second derivative along their common side; twice the bending energy of that difference,
-/// over a third of both areas, leaves 0.005 to 0.02 (k h)^2. Constant strain and constant curvature
-/// are exact on any mesh (patch tests), and so it converges. The derivatives of the sides are
-/// unknowns of their own.
+/// by the curves' first slopes over a third of both areas, leaves 0.005 to 0.02 (k h)^2. Constant
+/// strain and constant curvature are exact on any mesh (patch tests), and so it converges. The
+/// derivatives of the sides are unknowns of their own.
 ///
 /// A state holds the points (m), then one vector per side: the derivative of the position along the
 /// side's normal, which points to the side's left (from `from` to `to`).
