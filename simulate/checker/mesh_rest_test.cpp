@@ -35,6 +35,7 @@ CusickOptions options_of() {
   options.disc_m = 0.127;
   options.specimen_m = 0.254;
   options.spacing_m = 0.020;
+  options.lowering_steps = 1;
   return options;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
@@ -18,14 +19,14 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kBoundsEvery = 100;    // steps between two sets of fictitious masses
-constexpr int kReportEvery = 100;    // steps between two looks at the residual
-constexpr double kSafety = 0.6;      // masses in parts of the bounds; stable above 1/4
-constexpr double kFirstWave = 2e-4;  // m
+constexpr int kBoundsEvery = 100;      // steps between two sets of fictitious masses
+constexpr int kReportEvery = 100;      // steps between two looks at the residual
+constexpr double kCusickMasses = 0.3;  // lighter is faster; Coulomb's friction wants the default
+constexpr double kFirstWave = 2e-4;    // m
 constexpr int kWaves = 16;
-constexpr double kFinerAtTheClamp = 3;    // times than the mesh's spacing
-constexpr double kWidening = 1.1;         // of one ring's spacing to the next
-constexpr double kShakenResidual = 1e-2;  // mean weights of a point; at a turn of the load
+constexpr double kFinerAtTheClamp = 3;     // times than the mesh's spacing
+constexpr double kWidening = 1.1;          // of one ring's spacing to the next
+constexpr double kPassingResidual = 1e-2;  // mean weights of a point; where loads turn
 
 double height_energy(const MeshCloth& cloth, const MeshCloth::State& state, const Vector3d& g) {
   double sum = 0;
@@ -72,7 +73,7 @@ RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state, const std::vec
   for (int step = 0; step < options.most_steps; ++step) {
     if (step % kBoundsEvery == 0) {
       mass = cloth.stiffness_bounds(state);
-      for (double& m : mass) m *= kSafety;
+      for (double& m : mass) m *= options.masses;
     }
     std::fill(force.begin(), force.end(), Vector3d::Zero());
     cloth.add_forces(state, force);
@@ -204,7 +205,13 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
     state[i].z() += kFirstWave * out * out * wave / std::sqrt(kWaves - 1.0);
   }
   const double wall = disc - slack;
-  const Contact contact{[wall](Vector3d& p, Vector3d& normal) {
+  double table_z = -std::numeric_limits<double>::infinity();
+  const Contact contact{[wall, &table_z](Vector3d& p, Vector3d& normal) {
+    if (p.z() < table_z) {
+      p.z() = table_z;
+      normal = Vector3d::UnitZ();
+      return true;
+    }
     const double r = p.head<2>().norm();
     if (p.z() >= 0 || r >= wall || r == 0) return false;
     normal = {p.x() / r, p.y() / r, 0};
@@ -212,14 +219,23 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
     return true;
   }};
   CusickDrape drape;
+  RelaxationOptions relaxation = options.relaxation;
+  relaxation.masses = kCusickMasses;
   int steps = 0;
-  for (int k = 0; k < 2 * options.shakes; ++k) {
-    RelaxationOptions shaken = options.relaxation;
-    shaken.gravity_m_per_s2 *= k % 2 == 0 ? 1 + options.shake : 1 - options.shake;
-    shaken.residual = std::max(shaken.residual, kShakenResidual);
-    steps += relax(cloth, state, held, contact, shaken).steps;
+  const auto pass = [&](double gravity) {
+    RelaxationOptions passing = relaxation;
+    passing.gravity_m_per_s2 *= gravity;
+    passing.residual = std::max(passing.residual, kPassingResidual);
+    steps += relax(cloth, state, held, contact, passing).steps;
+  };
+  for (int k = 1; k < options.lowering_steps; ++k) {
+    table_z = -(hem - disc) * k / options.lowering_steps;
+    pass(1);
   }
-  drape.report = relax(cloth, state, held, contact, options.relaxation);
+  table_z = -std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 2 * options.shakes; ++k)
+    pass(k % 2 == 0 ? 1 + options.shake : 1 - options.shake);
+  drape.report = relax(cloth, state, held, contact, relaxation);
   drape.report.steps += steps;
   drape.mesh = cloth.mesh();
   drape.state = std::move(state);

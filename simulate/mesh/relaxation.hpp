@@ -13,6 +13,7 @@ struct RelaxationOptions {
   int most_steps = 400000;
   double residual = 1e-3;  ///< largest force on a free point, in mean weights of a point
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
+  double masses = 0.6;  ///< in parts of the stiffness bounds; 1/4 is the limit of stability
 };
 
 struct RelaxationReport {
@@ -47,6 +48,10 @@ struct CusickOptions {
   double spacing_m = 0.0075;  ///< of the mesh; a third of it at the discs' rim
   double warp_rad = 0;        ///< from the mesh lattice's first axis to the warp
   unsigned start = 1;         ///< chooses the lattice's jitter and the first waves
+  /// The specimen lies on a table at the height of the discs, which goes down by the width of the
+  /// free ring in so many steps, the cloth nearly at rest at each; the last frees it. 1: let go at
+  /// once; its folds are then those that grow fastest in the relaxation's own time, too many.
+  int lowering_steps = 8;
   /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
   /// gravity. Without internal friction it changes no rest but the choice of one.
   int shakes = 0;
@@ -60,7 +65,7 @@ struct CusickDrape {
   ClothMemory memory;      ///< of internal friction, at this rest
   RelaxationReport report;
 };
-/// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem.
+/// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem, on the table.
 [[nodiscard]] CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options);
 
 /// ASCII PLY in mm, z up, warp along x.

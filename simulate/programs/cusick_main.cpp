@@ -19,7 +19,7 @@ struct Arguments {
   double disc_mm = 180, specimen_mm = 300, spacing_mm = 7.5, warp_deg = 0;
   int starts = 1, most_steps = RelaxationOptions{}.most_steps;
   bool internal_friction = false;
-  int shakes = 0;
+  int lowering_steps = CusickOptions{}.lowering_steps, shakes = 0;
   double shake_percent = 50;
 };
 
@@ -39,6 +39,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     options.spacing_m = arguments.spacing_mm * mm;
     options.warp_rad = arguments.warp_deg * units::deg;
     options.start = static_cast<unsigned>(i + 1);
+    options.lowering_steps = arguments.lowering_steps;
     options.shakes = arguments.shakes;
     options.shake = arguments.shake_percent * units::percent;
     options.relaxation.most_steps = arguments.most_steps;
@@ -65,6 +66,10 @@ int main(int argc, char** argv) {
       ->positive()
       ->capture_default_str();
   app.add_option("--warp-deg", a.warp_deg, "the mesh turned against the warp")
+      ->capture_default_str();
+  app.add_option("--lowering-steps", a.lowering_steps,
+                 "of the table on which the specimen lies at first; 1: let go at once")
+      ->range(1, 1000)
       ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
                "use both branches of the bending and shear loops");
