@@ -19,10 +19,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr int kBoundsEvery = 100;      // steps between two sets of fictitious masses
-constexpr int kReportEvery = 100;      // steps between two looks at the residual
-constexpr double kCusickMasses = 0.3;  // lighter is faster; Coulomb's friction wants the default
-constexpr double kFirstWave = 2e-4;    // m
+constexpr int kBoundsEvery = 100;    // steps between two sets of fictitious masses
+constexpr int kReportEvery = 100;    // steps between two looks at the residual
+constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
 constexpr double kFinerAtTheClamp = 3;     // times than the mesh's spacing
 constexpr double kWidening = 1.1;          // of one ring's spacing to the next
@@ -219,11 +218,9 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
     return true;
   }};
   CusickDrape drape;
-  RelaxationOptions relaxation = options.relaxation;
-  relaxation.masses = kCusickMasses;
   int steps = 0;
   const auto pass = [&](double gravity) {
-    RelaxationOptions passing = relaxation;
+    RelaxationOptions passing = options.relaxation;
     passing.gravity_m_per_s2 *= gravity;
     passing.residual = std::max(passing.residual, kPassingResidual);
     steps += relax(cloth, state, held, contact, passing).steps;
@@ -235,7 +232,7 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
   table_z = -std::numeric_limits<double>::infinity();
   for (int k = 0; k < 2 * options.shakes; ++k)
     pass(k % 2 == 0 ? 1 + options.shake : 1 - options.shake);
-  drape.report = relax(cloth, state, held, contact, relaxation);
+  drape.report = relax(cloth, state, held, contact, options.relaxation);
   drape.report.steps += steps;
   drape.mesh = cloth.mesh();
   drape.state = std::move(state);

@@ -79,7 +79,9 @@ int main(int argc, char** argv) {
   app.add_option("--shake-percent", a.shake_percent, "of gravity")
       ->range(0, 100)
       ->capture_default_str();
-  app.add_option("--max-steps", a.most_steps, "of relaxation")->positive()->capture_default_str();
+  app.add_option("--max-steps", a.most_steps, "of relaxation, at each load")
+      ->positive()
+      ->capture_default_str();
   return run_program(app, argc, argv, common,
                      [&] { return run(a, arguments_of(argc, argv), common); });
 }
