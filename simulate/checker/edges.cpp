@@ -11,6 +11,7 @@ namespace {
 
 constexpr Real kBeyond = 0.05L;    // of an edge or triangle: contacts there count as its own
 constexpr Real kBesides = 20e-6L;  // m; the outward side is seen this far from the place
+constexpr Real kAway = 0.999L;  // of that, from the solid: 0.045 rad off the edge's own directions
 constexpr Real kParallel = 1e-12L;
 
 struct Edge {
@@ -82,7 +83,8 @@ class EdgeCollector {
     if (s < -kBeyond || s > 1 + kBeyond || t < -kBeyond || t > 1 + kBeyond) return;
     const Point way = minus(along(points_[i], u, s), along(solid.a, v, t));
     if (dot(way, way) > touch_m_ * touch_m_) return;
-    add(object, {{i, j, i, j}, {1 - s, s, 0, 0}, cross(u, v), false}, along(solid.a, v, t));
+    const Point place = along(solid.a, v, std::clamp(t, kBeyond, 1 - kBeyond));
+    add(object, {{i, j, i, j}, {1 - s, s, 0, 0}, cross(u, v), false}, place);
   }
 
   void corner(std::size_t object, const Point& p, const std::array<int, 3>& t) {
@@ -100,6 +102,9 @@ class EdgeCollector {
   [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
 
  private:
+  /// `place` is of the edge or corner itself: beyond an edge's end is no solid that has sides. From
+  /// there the direction in which the solid can press leads away from it and back to no nearer
+  /// part.
   void add(std::size_t object, Support support, const Point& place) {
     const Real size = std::sqrt(dot(support.normal, support.normal));
     for (Real& n : support.normal) n /= size;
@@ -108,7 +113,7 @@ class EdgeCollector {
     if (out < in) {
       for (Real& n : support.normal) n = -n;
     }
-    found_.push_back(support);
+    if (std::max(out, in) >= kAway * kBesides) found_.push_back(support);
   }
 
   const Objects& objects_;

@@ -44,14 +44,13 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      gravity_(gravity_m_per_s2),
+      stiffness_(pressing_stiffness_n_per_m(cloth, gravity_m_per_s2)),
       follows_(shapes == Shapes::smooth) {
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     watched_.push_back(!surroundings.is_flat(shape) &&
                        (shapes == Shapes::all || !is_sharp(surroundings, shape)));
   }
   const double mass = cloth.total_mass_kg() / cloth.count();
-  stiffness_ = mass * gravity_ / sink_m;
   // A fifth of critical: a light corner particle takes part in a dozen of these and must stay
   // stable.
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);

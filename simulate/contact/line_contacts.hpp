@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -12,12 +13,20 @@ namespace drape::simulate {
 
 /// Contact of the cloth between its particles: each grid line piece touches an object at its
 /// deepest point (Shapes::smooth: at a place that slides there) and each cell at nine inner points,
-/// so that an edge of a box cannot cut through a coarse grid. The force is elastic with a stiffness
-/// at which the weight of one particle sinks in by `sink_m`, far below the springs' stiffness;
-/// friction is an elastic-plastic tangential spring.
+/// so that an edge of a box cannot cut through a coarse grid. The force is elastic, far softer than
+/// the springs, see pressing_stiffness_n_per_m(); friction is an elastic-plastic tangential spring.
 class LineContacts {
  public:
-  static constexpr double sink_m = 2e-6;
+  static constexpr double sink_m = 2e-6;           ///< under one particle's weight
+  static constexpr double sheet_sink_m = 0.25e-3;  ///< at most, under the whole sheet's
+
+  /// The stiffness of a place that presses (N/m). A corner bears the same part of the sheet on any
+  /// grid, so a quarter of the sheet sinks in by 0.06 mm however light its particles are.
+  [[nodiscard]] static double pressing_stiffness_n_per_m(const Cloth& cloth,
+                                                         double gravity_m_per_s2) {
+    const double sheet_n = cloth.total_mass_kg() * gravity_m_per_s2;
+    return std::max(sheet_n / cloth.count() / sink_m, sheet_n / sheet_sink_m);
+  }
 
   /// A watched place of the sheet: a mixture of up to four particles.
   struct Point {
@@ -65,7 +74,9 @@ class LineContacts {
     return friction_spring_[element];
   }
   [[nodiscard]] double energy_j(const Field& position) const;
-  [[nodiscard]] double frequency_squared_per_s2() const { return gravity_ / sink_m; }
+  [[nodiscard]] double frequency_squared_per_s2() const {
+    return stiffness_ * cloth_->count() / cloth_->total_mass_kg();
+  }
 
  private:
   struct Push {
@@ -88,7 +99,7 @@ class LineContacts {
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
-  double friction_, gravity_, stiffness_, damping_, reach_m_;
+  double friction_, stiffness_, damping_, reach_m_;
   bool follows_;
   std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;

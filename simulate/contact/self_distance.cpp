@@ -17,6 +17,7 @@ constexpr double kMostStrips = 1e6;
 
 struct Triangle {
   std::array<Vector3d, 3> corner;
+  std::array<int, 3> particle{};
   Vector3d centre;
   int row = 0, col = 0;  ///< of its cell
 };
@@ -29,8 +30,9 @@ std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
       const int i = grid.index(r, c);
       const Vector3d a = at(x, i), b = at(x, i + 1), d = at(x, i + grid.cols),
                      e = at(x, i + grid.cols + 1);
-      all.push_back({{a, b, d}, (a + b + d) / 3, r, c});
-      all.push_back({{b, e, d}, (b + e + d) / 3, r, c});
+      const int s = grid.cols;
+      all.push_back({{a, b, d}, {i, i + 1, i + s}, (a + b + d) / 3, r, c});
+      all.push_back({{b, e, d}, {i + 1, i + s + 1, i + s}, (b + e + d) / 3, r, c});
     }
   }
   return all;
@@ -72,32 +74,42 @@ double edge_edge(const Vector3d& a, const Vector3d& b, const Vector3d& c, const 
   return (w + s * u - t * v).norm();
 }
 
-/// Whether the segment a, b passes through the triangle.
-bool pierces(const Vector3d& a, const Vector3d& b, const Triangle& t) {
+/// Whether an edge of one passes through the other, of whose particles it has none.
+bool pierces(const Triangle& one, const Triangle& t) {
   const Vector3d normal = (t.corner[1] - t.corner[0]).cross(t.corner[2] - t.corner[0]);
-  const double before = (a - t.corner[0]).dot(normal), after = (b - t.corner[0]).dot(normal);
-  if (before * after >= 0) return false;
-  const Vector3d p = a + before / (before - after) * (b - a);
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d edge = t.corner[(k + 1) % 3] - t.corner[k];
-    if (edge.cross(p - t.corner[k]).dot(normal) < 0) return false;
-  }
-  return true;
+  const auto passes = [&](int from, int to) {
+    for (const int particle : t.particle) {
+      if (particle == one.particle[from] || particle == one.particle[to]) return false;
+    }
+    const Vector3d &a = one.corner[from], &b = one.corner[to];
+    const double before = (a - t.corner[0]).dot(normal), after = (b - t.corner[0]).dot(normal);
+    if (before * after >= 0) return false;
+    const Vector3d p = a + before / (before - after) * (b - a);
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d edge = t.corner[(k + 1) % 3] - t.corner[k];
+      if (edge.cross(p - t.corner[k]).dot(normal) < 0) return false;
+    }
+    return true;
+  };
+  return passes(0, 1) || passes(1, 2) || passes(2, 0);
+}
+
+bool are_neighbours(const Triangle& one, const Triangle& two) {
+  return std::abs(one.row - two.row) < kNeighbourSteps &&
+         std::abs(one.col - two.col) < kNeighbourSteps;
 }
 
 void judge_pair(const Triangle& one, const Triangle& two, double& least, int& crossings) {
-  bool crossing = false;
-  for (int k = 0; k < 3; ++k) {
-    const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
-    const Vector3d &c = two.corner[k], &d = two.corner[(k + 1) % 3];
-    least = std::min({least, point_triangle(a, two), point_triangle(c, one)});
-    for (int m = 0; m < 3; ++m)
-      least = std::min(least, edge_edge(a, b, two.corner[m], two.corner[(m + 1) % 3]));
-    crossing = crossing || pierces(a, b, two) || pierces(c, d, one);
-  }
-  if (crossing) {
+  if (pierces(one, two) || pierces(two, one)) {
     ++crossings;
     least = 0;
+  }
+  if (are_neighbours(one, two)) return;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
+    least = std::min({least, point_triangle(a, two), point_triangle(two.corner[k], one)});
+    for (int m = 0; m < 3; ++m)
+      least = std::min(least, edge_edge(a, b, two.corner[m], two.corner[(m + 1) % 3]));
   }
 }
 
@@ -173,14 +185,9 @@ SelfDistance self_distance(const GridSpec& grid, const Field& position) {
   const Strips strips(triangles, cap + 2 * radius);
   SelfDistance found;
   double least = cap;
-  strips.for_each_pair([&] { return least + 2 * radius; },
-                       [&](int i, int j) {
-                         const Triangle &one = triangles[i], &two = triangles[j];
-                         if (std::abs(one.row - two.row) < kNeighbourSteps &&
-                             std::abs(one.col - two.col) < kNeighbourSteps)
-                           return;
-                         judge_pair(one, two, least, found.crossings);
-                       });
+  strips.for_each_pair(
+      [&] { return least + 2 * radius; },
+      [&](int i, int j) { judge_pair(triangles[i], triangles[j], least, found.crossings); });
   if (least < cap) found.least_m = least;
   return found;
 }

@@ -7,8 +7,8 @@
 
 namespace drape::simulate {
 
-/// How near a sheet comes to itself. Each cell counts as two triangles; triangles less than three
-/// grid steps apart along the sheet are neighbours and are left out.
+/// How near a sheet comes to itself. Each cell counts as two triangles; of triangles less than three
+/// grid steps apart along the sheet no distance counts, but that they pass through each other does.
 struct SelfDistance {
   std::optional<double> least_m;  ///< absent: nothing is nearer than one grid spacing
   int crossings = 0;              ///< pairs of triangles that pass through each other

@@ -82,6 +82,17 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   }
 }
 
+TEST(SelfDistance, APleatThroughTheNextCellIsSeen) {
+  // One particle in the middle of the sheet is drawn through the cell beside its own.
+  Field x = shaped([](double u, double v) { return Vector3d(u, v, 0); });
+  const int n = kSelfGrid.count(), middle = 10 * kSelfGrid.cols + 2;
+  EXPECT_EQ(self_distance(kSelfGrid, x).crossings, 0);
+  x[2 * n + middle + 2 * kSelfGrid.cols] = 0.004;  // the next row but one stands up,
+  x[middle] += 2.3 * kSelfGrid.warp_spacing_m();   // and the particle lies beyond it
+  x[2 * n + middle] = 0.001;
+  EXPECT_GT(self_distance(kSelfGrid, x).crossings, 0);
+}
+
 TEST(SelfDistance, ASheetThroughItselfIsSeen) {
   // A loop whose end dives through its beginning.
   const SelfDistance found = self_distance(kSelfGrid, shaped([](double u, double v) {
