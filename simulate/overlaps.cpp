@@ -79,7 +79,7 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
         fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
                     report.deepest_between_m / mm));
   }
-  // A quarter of the sheet presses such a contact in by 0.06 mm: one jammed deeper is no rest.
+  // Such a contact sinks in by 2 um per particle's weight: one that is jammed so deep is no rest.
   if (report.deepest_edge_m > kSunk)
     fault = fmt::format("with an edge or corner of an object {:.2g} mm deep in it",
                         report.deepest_edge_m / mm);

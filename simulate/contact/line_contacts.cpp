@@ -44,16 +44,20 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
     : cloth_(&cloth),
       surroundings_(&surroundings),
       friction_(friction),
-      stiffness_(pressing_stiffness_n_per_m(cloth, gravity_m_per_s2)),
       follows_(shapes == Shapes::smooth) {
-  for (int shape = 0; shape < surroundings.count(); ++shape) {
-    watched_.push_back(!surroundings.is_flat(shape) &&
-                       (shapes == Shapes::all || !is_sharp(surroundings, shape)));
-  }
   const double mass = cloth.total_mass_kg() / cloth.count();
-  // A fifth of critical: a light corner particle takes part in a dozen of these and must stay
-  // stable.
-  damping_ = 0.4 * std::sqrt(stiffness_ * mass);
+  shear_stiffness_ = mass * gravity_m_per_s2 / sink_m;
+  const double stiffer =
+      std::max(shear_stiffness_, cloth.total_mass_kg() * gravity_m_per_s2 / sheet_sink_m);
+  for (int shape = 0; shape < surroundings.count(); ++shape) {
+    const bool sharp = is_sharp(surroundings, shape);
+    watched_.push_back(!surroundings.is_flat(shape) && (shapes == Shapes::all || !sharp));
+    const double stiffness = sharp ? shear_stiffness_ : stiffer;
+    // A fifth of critical: a light corner particle takes part in a dozen of these and must stay
+    // stable.
+    pressing_.push_back({stiffness, 0.4 * std::sqrt(stiffness * mass)});
+  }
+  frequency2_ = stiffer / mass;
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   elements_ = (2 + kCellPoints * kCellPoints) * cloth.count();
@@ -236,7 +240,7 @@ double LineContacts::follow(const Field& position) {
                                 point.weight[1] + reach);
     point.weight = {1 - t, t, 0, 0};
     const double after = std::min(0.0, surroundings_->gap_m(point.shape, mix(position, point)));
-    brought_j += 0.5 * stiffness_ * (after * after - before * before);
+    brought_j += 0.5 * pressing_[point.shape].stiffness * (after * after - before * before);
   }
   return brought_j;
 }
@@ -273,10 +277,11 @@ LineContacts::Push LineContacts::push(const Point& point, const Field& position,
   result.gap = surroundings_->gap_m(point.shape, p);
   if (result.gap >= 0) return result;
   result.normal = surroundings_->normal(point.shape, p);
-  result.normal_n = -stiffness_ * result.gap;
+  const Spring& spring = pressing_[point.shape];
+  result.normal_n = -spring.stiffness * result.gap;
   if (velocity != nullptr) {
     const double approach = -mix(*velocity, point).dot(result.normal);
-    result.normal_n = std::max(0.0, result.normal_n + damping_ * approach);
+    result.normal_n = std::max(0.0, result.normal_n + spring.damping * approach);
   }
   return result;
 }
@@ -288,8 +293,9 @@ void LineContacts::add_forces(const Field& position, const Field* velocity, Fiel
     const Push contact = push(point, position, velocity);
     if (contact.gap >= 0) continue;
     Vector3d total = contact.normal_n * contact.normal;
-    Vector3d tangential = -stiffness_ * friction_spring_m(point.element);
-    if (velocity != nullptr) tangential -= 0.5 * damping_ * mix(*velocity, point);
+    Vector3d tangential = -shear_stiffness_ * friction_spring_m(point.element);
+    if (velocity != nullptr)
+      tangential -= 0.5 * pressing_[point.shape].damping * mix(*velocity, point);
     tangential -= tangential.dot(contact.normal) * contact.normal;
     const double limit = friction_ * contact.normal_n;
     const double size = tangential.norm();
@@ -320,7 +326,7 @@ void LineContacts::advance(const Field& position, const Field& velocity, double 
     }
     spring += step_s * mix(velocity, point);
     spring -= spring.dot(contact.normal) * contact.normal;
-    const double limit = friction_ * contact.normal_n / stiffness_;
+    const double limit = friction_ * contact.normal_n / shear_stiffness_;
     const double size = spring.norm();
     if (size > limit) spring *= limit / size;
   }
@@ -330,7 +336,7 @@ double LineContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Point& point : points_) {
     const double gap = push(point, position, nullptr).gap;
-    if (gap < 0) sum += 0.5 * stiffness_ * gap * gap;
+    if (gap < 0) sum += 0.5 * pressing_[point.shape].stiffness * gap * gap;
   }
   return sum;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -14,19 +13,14 @@ namespace drape::simulate {
 /// Contact of the cloth between its particles: each grid line piece touches an object at its
 /// deepest point (Shapes::smooth: at a place that slides there) and each cell at nine inner points,
 /// so that an edge of a box cannot cut through a coarse grid. The force is elastic, far softer than
-/// the springs, see pressing_stiffness_n_per_m(); friction is an elastic-plastic tangential spring.
+/// the springs: on a surface that is smooth the whole sheet would sink in by at most
+/// `sheet_sink_m`, for a corner bears the same part of it on any grid; on meshes and boxes of sharp
+/// edges, whose normals turn within the depth, one particle's weight by `sink_m`. Friction is an
+/// elastic-plastic tangential spring of the latter stiffness.
 class LineContacts {
  public:
-  static constexpr double sink_m = 2e-6;           ///< under one particle's weight
-  static constexpr double sheet_sink_m = 0.25e-3;  ///< at most, under the whole sheet's
-
-  /// The stiffness of a place that presses (N/m). A corner bears the same part of the sheet on any
-  /// grid, so a quarter of the sheet sinks in by 0.06 mm however light its particles are.
-  [[nodiscard]] static double pressing_stiffness_n_per_m(const Cloth& cloth,
-                                                         double gravity_m_per_s2) {
-    const double sheet_n = cloth.total_mass_kg() * gravity_m_per_s2;
-    return std::max(sheet_n / cloth.count() / sink_m, sheet_n / sheet_sink_m);
-  }
+  static constexpr double sink_m = 2e-6;
+  static constexpr double sheet_sink_m = 0.25e-3;
 
   /// A watched place of the sheet: a mixture of up to four particles.
   struct Point {
@@ -67,16 +61,15 @@ class LineContacts {
   [[nodiscard]] int count() const { return static_cast<int>(points_.size()); }
   [[nodiscard]] const std::vector<Point>& points() const { return points_; }
   [[nodiscard]] int elements() const { return elements_; }
-  [[nodiscard]] double stiffness_n_per_m() const { return stiffness_; }
+  [[nodiscard]] double stiffness_n_per_m(int shape) const { return pressing_[shape].stiffness; }
+  [[nodiscard]] double shear_stiffness_n_per_m() const { return shear_stiffness_; }
   /// Elastic tangential displacement of a watched place from where friction holds it.
   [[nodiscard]] Eigen::Vector3d friction_spring_m(int element) const {
     if (friction_spring_.empty()) return Eigen::Vector3d::Zero();
     return friction_spring_[element];
   }
   [[nodiscard]] double energy_j(const Field& position) const;
-  [[nodiscard]] double frequency_squared_per_s2() const {
-    return stiffness_ * cloth_->count() / cloth_->total_mass_kg();
-  }
+  [[nodiscard]] double frequency_squared_per_s2() const { return frequency2_; }
 
  private:
   struct Push {
@@ -99,7 +92,11 @@ class LineContacts {
 
   const Cloth* cloth_;
   const Surroundings* surroundings_;
-  double friction_, stiffness_, damping_, reach_m_;
+  struct Spring {
+    double stiffness = 0, damping = 0;
+  };
+  double friction_, shear_stiffness_, frequency2_, reach_m_;
+  std::vector<Spring> pressing_;  ///< per shape
   bool follows_;
   std::vector<bool> watched_;  ///< per shape
   std::vector<Point> points_;

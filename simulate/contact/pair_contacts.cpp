@@ -70,7 +70,7 @@ PairContacts::PairContacts(const Cloth& cloth, const Surroundings& surroundings,
       mass_(&cloth.mass_kg()),
       features_(features_of(surroundings)) {
   const double mass = cloth.total_mass_kg() / cloth.count();
-  stiffness_ = LineContacts::pressing_stiffness_n_per_m(cloth, gravity_m_per_s2);
+  stiffness_ = mass * gravity_m_per_s2 / LineContacts::sink_m;
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);
   reach_ = kReachShare * std::min(grid_.warp_spacing_m(), grid_.weft_spacing_m());
   if (thickness_ <= 0 && features_.corners.empty() && features_.edges.empty()) return;

@@ -48,7 +48,7 @@ StaticContacts::StaticContacts(const Cloth& cloth, const Surroundings& surroundi
   const double spacing = std::min(cloth.grid().warp_spacing_m(), cloth.grid().weft_spacing_m());
   const double bending = std::max(cloth.laws().bending[0].slope, cloth.laws().bending[1].slope);
   particle_stiffness_ = weight / kParticleSink + kOverBending * bending / (spacing * spacing);
-  shear_stiffness_ = lines_.stiffness_n_per_m();
+  shear_stiffness_ = lines_.shear_stiffness_n_per_m();
 }
 
 void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vector3d>& in_world) {
@@ -151,7 +151,7 @@ void StaticContacts::watch(const Field& position, double watch_m) {
     contact.particle = point.particle;
     contact.weight = point.weight;
     contact.corners = 4;
-    contact.stiffness = lines_.stiffness_n_per_m();
+    contact.stiffness = lines_.stiffness_n_per_m(point.shape);
     contacts_.push_back(contact);
   }
   for (std::size_t k = particles; k < contacts_.size(); ++k) keep(contacts_[k]);
