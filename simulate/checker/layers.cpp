@@ -73,9 +73,6 @@ void visit_near(const std::vector<Cell>& cells, int apart, Real near_m, Visit vi
 
 bool passes_through(const std::vector<Point>& points, const std::array<int, 2>& edge,
                     const std::array<int, 3>& triangle) {
-  for (const int i : edge) {
-    if (std::count(triangle.begin(), triangle.end(), i) > 0) return false;
-  }
   const Point& p = points[triangle[0]];
   const Point u = minus(points[triangle[1]], p), v = minus(points[triangle[2]], p);
   const Point normal = cross(u, v);
@@ -216,7 +213,7 @@ bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction
 
 int crossings_of(const std::vector<Point>& points, int rows, int cols) {
   int count = 0;
-  visit_near(cells_of(points, rows, cols), 1, 0, [&](const Cell& a, const Cell& b) {
+  visit_near(cells_of(points, rows, cols), 2, 0, [&](const Cell& a, const Cell& b) {
     for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
       for (const auto& edge : from->edge) {
         for (const auto& triangle : to->triangle) count += passes_through(points, edge, triangle);

@@ -9,8 +9,8 @@
 /// The checker's own view of a sheet that lies on itself, in long double.
 namespace drape::simulate::checker {
 
-/// Pairs of an edge of one cell and a triangle of another that it passes through; an edge that ends
-/// in the triangle's corner does not.
+/// Pairs of an edge of one cell and a triangle of another, at least two cells away along the warp
+/// or the weft, that pass through each other.
 [[nodiscard]] int crossings_of(const std::vector<Point>& points, int rows, int cols);
 
 /// Particles near triangles and edges near edges of another layer, at most `near_m` apart, as

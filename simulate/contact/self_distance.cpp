@@ -13,6 +13,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kNeighbourSteps = 3;
+constexpr int kContactSteps = 2;  // from here on layers press on each other
 constexpr double kMostStrips = 1e6;
 
 struct Triangle {
@@ -94,17 +95,13 @@ bool pierces(const Triangle& one, const Triangle& t) {
   return passes(0, 1) || passes(1, 2) || passes(2, 0);
 }
 
-bool are_neighbours(const Triangle& one, const Triangle& two) {
-  return std::abs(one.row - two.row) < kNeighbourSteps &&
-         std::abs(one.col - two.col) < kNeighbourSteps;
-}
-
-void judge_pair(const Triangle& one, const Triangle& two, double& least, int& crossings) {
+void judge_pair(const Triangle& one, const Triangle& two, SelfDistance& found, double& least) {
+  const int steps = std::max(std::abs(one.row - two.row), std::abs(one.col - two.col));
   if (pierces(one, two) || pierces(two, one)) {
-    ++crossings;
-    least = 0;
+    ++(steps < kContactSteps ? found.creases : found.crossings);
+    if (steps >= kContactSteps) least = 0;
   }
-  if (are_neighbours(one, two)) return;
+  if (steps < kNeighbourSteps) return;
   for (int k = 0; k < 3; ++k) {
     const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
     least = std::min({least, point_triangle(a, two), point_triangle(two.corner[k], one)});
@@ -185,9 +182,8 @@ SelfDistance self_distance(const GridSpec& grid, const Field& position) {
   const Strips strips(triangles, cap + 2 * radius);
   SelfDistance found;
   double least = cap;
-  strips.for_each_pair(
-      [&] { return least + 2 * radius; },
-      [&](int i, int j) { judge_pair(triangles[i], triangles[j], least, found.crossings); });
+  strips.for_each_pair([&] { return least + 2 * radius; },
+                       [&](int i, int j) { judge_pair(triangles[i], triangles[j], found, least); });
   if (least < cap) found.least_m = least;
   return found;
 }

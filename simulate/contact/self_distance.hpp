@@ -7,11 +7,13 @@
 
 namespace drape::simulate {
 
-/// How near a sheet comes to itself. Each cell counts as two triangles; of triangles less than three
-/// grid steps apart along the sheet no distance counts, but that they pass through each other does.
+/// How near a sheet comes to itself. Each cell counts as two triangles; of triangles less than
+/// three grid steps apart along the sheet no distance counts, but that they pass through each other
+/// does.
 struct SelfDistance {
   std::optional<double> least_m;  ///< absent: nothing is nearer than one grid spacing
   int crossings = 0;              ///< pairs of triangles that pass through each other
+  int creases = 0;                ///< the same of neighbouring cells: a fold sharper than the grid
 };
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
 

@@ -82,15 +82,20 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   }
 }
 
-TEST(SelfDistance, APleatThroughTheNextCellIsSeen) {
-  // One particle in the middle of the sheet is drawn through the cell beside its own.
+/// The flat sheet, its twelfth row standing up and a particle of the tenth drawn `rows` along it.
+SelfDistance drawn(double rows) {
   Field x = shaped([](double u, double v) { return Vector3d(u, v, 0); });
   const int n = kSelfGrid.count(), middle = 10 * kSelfGrid.cols + 2;
-  EXPECT_EQ(self_distance(kSelfGrid, x).crossings, 0);
-  x[2 * n + middle + 2 * kSelfGrid.cols] = 0.004;  // the next row but one stands up,
-  x[middle] += 2.3 * kSelfGrid.warp_spacing_m();   // and the particle lies beyond it
-  x[2 * n + middle] = 0.001;
-  EXPECT_GT(self_distance(kSelfGrid, x).crossings, 0);
+  for (int c = 0; c < kSelfGrid.cols; ++c) x[2 * n + 12 * kSelfGrid.cols + c] = 0.008;
+  x[middle] += rows * kSelfGrid.warp_spacing_m();
+  x[2 * n + middle] = 0.004;
+  return self_distance(kSelfGrid, x);
+}
+
+TEST(SelfDistance, ASheetThroughItsNeighboursIsSeen) {
+  EXPECT_EQ(drawn(0).crossings + drawn(0).creases, 0);
+  EXPECT_GT(drawn(1.7).creases, 0) << "through the next cell";
+  EXPECT_GT(drawn(2.7).crossings, 0) << "through the next but one";
 }
 
 TEST(SelfDistance, ASheetThroughItselfIsSeen) {
