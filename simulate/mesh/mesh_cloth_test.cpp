@@ -407,6 +407,13 @@ TEST_F(Faille, IsNotHeldOutByACoarseMesh) {
   EXPECT_NEAR(coefficient, 28.3, 10);
 }
 
+TEST_F(Faille, LoadsThatItDidNotRestUnderAreCounted) {
+  options_.lowering_steps = 3;
+  options_.shakes = 1;
+  options_.relaxation.most_steps = 20;
+  EXPECT_EQ(cusick_drape(laws_, options_).hurried_loads, 4);
+}
+
 /// Let go at once, cloth folds as grows fastest; on a table that goes down it follows the rest.
 TEST_F(Faille, EndsLowerFromATableThatGoesDown) {
   options_.spacing_m = 0.020;

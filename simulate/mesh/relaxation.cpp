@@ -223,7 +223,9 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
     RelaxationOptions passing = options.relaxation;
     passing.gravity_m_per_s2 *= gravity;
     passing.residual = std::max(passing.residual, kPassingResidual);
-    steps += relax(cloth, state, held, contact, passing).steps;
+    const RelaxationReport passed = relax(cloth, state, held, contact, passing);
+    steps += passed.steps;
+    drape.hurried_loads += passed.at_rest ? 0 : 1;
   };
   for (int k = 1; k < options.lowering_steps; ++k) {
     table_z = -(hem - disc) * k / options.lowering_steps;

@@ -56,7 +56,8 @@ struct CusickOptions {
   /// gravity. Without internal friction it changes no rest but the choice of one.
   int shakes = 0;
   double shake = 0.5;
-  /// Steps and residual are each load's; a load before the last that does not reach 1e-2 goes on.
+  /// Steps and residual are each load's; a load before the last that does not reach 1e-2 goes on
+  /// and is counted.
   RelaxationOptions relaxation{.masses = 0.3};  ///< lighter and so faster: no Coulomb friction
 };
 
@@ -65,6 +66,7 @@ struct CusickDrape {
   MeshCloth::State state;  ///< points, then sides
   ClothMemory memory;      ///< of internal friction, at this rest
   RelaxationReport report;
+  int hurried_loads = 0;  ///< loads before the last at which it did not come near rest
 };
 /// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem, on the table.
 [[nodiscard]] CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options);

@@ -68,6 +68,13 @@ Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
         fmt::format("{} points, {} steps, residual {:.2g} of a point's weight, {:.1f} uJ",
                     drape.mesh.points_m.size(), found.steps, found.residual, found.energy_j * 1e6));
     if (!found.at_rest) ending.rejected.push_back(name + " is not at rest");
+    if (drape.hurried_loads > 0) {
+      json["starts"].back()["hurried_loads"] = drape.hurried_loads;
+      ending.warnings.push_back(fmt::format(
+          "{} went on from {} loads before it was near rest, so its folds may be others; raise "
+          "--max-steps",
+          name, drape.hurried_loads));
+    }
   }
   write_json(out / "cusick.json", json);
   record.output(out / "cusick.json");
