@@ -68,10 +68,10 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   report.least_self_distance_m = self.least_m;
   report.self_crossings = self.crossings;
   if (self.creases > 0) {
-    report.warnings.push_back(
-        fmt::format("neighbouring cells pass through each other in {} places: a fold is sharper "
-                    "than the grid; a finer --grid follows it",
-                    self.creases));
+    report.warnings.push_back(fmt::format(
+        "neighbouring cells pass through each other in {} pairs of triangles: a fold is "
+        "sharper than the grid; a finer --grid follows it",
+        self.creases));
   }
   std::string fault;
   const double depth_m =
