@@ -9,6 +9,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "compare/judgement.hpp"
 #include "compare/metrics/bootstrap.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -207,23 +208,6 @@ void stand_in_for_runs(const DrapeInput& input, Report& report) {
     report.real_virtual.push_back(set.branches[set.nearest].as_placed);
 }
 
-void warn_of_branches(const DrapeInput& input, Report& report) {
-  for (const BranchSet& set : report.branch_sets) {
-    const Branch& first = *input.simulations[set.branches[0].as_placed.simulation].branch;
-    if (first.round && !set.branches[0].turned) {
-      report.warnings.push_back(fmt::format(
-          "branches of {}: the scene is round, but its file was not found, so that a branch turned "
-          "about the vertical counts as another shape",
-          set.label));
-    }
-    if (set.branches.size() < static_cast<std::size_t>(first.of)) {
-      report.warnings.push_back(
-          fmt::format("branches of {}: {} of the {} that were found are given", set.label,
-                      set.branches.size(), first.of));
-    }
-  }
-}
-
 /// Material coordinates at which simulations are compared with each other.
 std::vector<Eigen::Vector2d> lattice_places(const DrapeInput& input, Report& report) {
   const Sheet& sheet = input.measured.sheet;
@@ -284,71 +268,6 @@ void measure_drapes(const DrapeInput& input, Report& report) {
     report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene, {}));
 }
 
-/// What rests on a NO-GO is NO-GO, in the words of the first cause, said once.
-void judge_foundation(const DrapeInput& input, Report& report) {
-  if (input.measured.sheet.no_go) report.no_go.push_back(*input.measured.sheet.no_go);
-  for (const Simulation& simulation : input.simulations) {
-    const auto& cause = simulation.sheet.sheet.no_go;
-    if (!cause || cause == input.measured.sheet.no_go) continue;
-    report.no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
-                                       simulation.label(), *cause));
-  }
-}
-
-void judge_simulations(const DrapeInput& input, const Options& options, Report& report) {
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& simulation = input.simulations[row.simulation];
-    if (!simulation.other_simulator && simulation.source().status != "at rest") {
-      (options.accept_unsettled ? report.warnings : report.no_go)
-          .push_back(
-              fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
-    }
-    if (simulation.certificate && simulation.certificate->penetration_accepted == false) {
-      (options.accept_penetration ? report.warnings : report.no_go)
-          .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
-                                 simulation.label()));
-    }
-  }
-}
-
-/// One warning for all simulations that another measured sheet placed.
-void warn_of_other_starts(const DrapeInput& input, Report& report) {
-  std::string labels;
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& simulation = input.simulations[row.simulation];
-    const auto& start = simulation.source().start_sha256;
-    if (start && *start != input.measured.sha256 && *start != input.measured.ply_sha256)
-      labels += (labels.empty() ? "" : "; ") + simulation.label();
-  }
-  if (!labels.empty())
-    report.warnings.push_back("placed by another measured sheet than this one: " + labels);
-}
-
-void judge_measurement(const Options& options, Report& report) {
-  for (const RealVirtual& row : report.real_virtual) {
-    if (row.statistics.marks >= options.min_marks) continue;
-    report.no_go.push_back(fmt::format("only {} marks could be compared, {} are asked for",
-                                       row.statistics.marks, options.min_marks));
-    break;
-  }
-  if (!report.measurement.sigma_median_m) {
-    report.no_go.emplace_back(
-        "the measured marks carry no covariance, so their uncertainty is "
-        "unknown");
-    return;
-  }
-  if (!report.headline) return;
-  const double limit =
-      options.max_sigma_ratio * report.real_virtual[*report.headline].statistics.mean_m;
-  if (*report.measurement.sigma_median_m > limit) {
-    report.no_go.push_back(fmt::format(
-        "the uncertainty of a mark (median {:.3f} mm) is above {:g} % of the mean distance "
-        "({:.3f} mm)",
-        *report.measurement.sigma_median_m / mm, options.max_sigma_ratio * 100,
-        report.real_virtual[*report.headline].statistics.mean_m / mm));
-  }
-}
-
 /// See Report::headline. Another simulator speaks for the drape only where it is alone.
 std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
   constexpr int kSegments = 5;  // as far as the paper goes
@@ -383,38 +302,8 @@ Measurement measurement_of(const Sheet& sheet) {
   return measurement;
 }
 
-const SimulatedSource& Simulation::source() const {
-  return std::get<SimulatedSource>(sheet.sheet.source);
-}
-
-std::string Simulation::grid() const {
-  return fmt::format("{}x{}", sheet.sheet.rows, sheet.sheet.cols);
-}
-
-std::string Simulation::grid_text() const {
-  return branch ? fmt::format("{}, branch {}", grid(), branch->number) : grid();
-}
-
-std::string Simulation::run_label() const {
-  if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
-  const int count = source().segments;
-  return fmt::format("{}, {} segment{}", grid(), count, count == 1 ? "" : "s");
-}
-
-std::string Simulation::label() const {
-  return branch ? fmt::format("{}, branch {}", run_label(), branch->number) : run_label();
-}
-
 double BranchComparison::match_m() const {
   return turned ? turned->mean_m : as_placed.statistics.mean_m;
-}
-
-std::optional<int> Simulation::segments() const {
-  return other_simulator ? std::nullopt : std::optional(source().segments);
-}
-
-std::string Simulation::segments_text() const {
-  return other_simulator ? std::string() : std::to_string(source().segments);
 }
 
 void Options::check() const {
@@ -464,16 +353,7 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   const std::vector<Eigen::Vector2d> places = lattice_places(input, report);
   report.virtual_virtual = virtual_pairs(input.simulations, surfaces, places);
   measure_drapes(input, report);
-  judge_foundation(input, report);
-  judge_measurement(options, report);
-  judge_simulations(input, options, report);
-  warn_of_other_starts(input, report);
-  warn_of_branches(input, report);
-  if (input.simulations.empty())
-    report.no_go.emplace_back(input.surfaces.empty()
-                                  ? "no simulation was given"
-                                  : "no mark has a place on any mesh that was given: only "
-                                    "surfaces could be compared");
+  judge(input, options, report);
   return report;
 }
 

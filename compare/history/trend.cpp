@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compare/history/explain.hpp"
+#include "compare/schema/schema.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
 

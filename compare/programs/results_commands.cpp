@@ -7,9 +7,9 @@
 #include <functional>
 #include <map>
 
+#include "compare/crate/crate.hpp"
 #include "compare/history/apart.hpp"
 #include "compare/history/copies.hpp"
-#include "compare/history/crate.hpp"
 #include "compare/history/merge.hpp"
 #include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"

@@ -6,6 +6,7 @@
 
 #include <string_view>
 
+#include "compare/schema/schema.hpp"
 #include "compare/store/ledger.hpp"
 #include "compare/store/store.hpp"
 #include "core/error.hpp"

@@ -32,13 +32,4 @@ struct StoredRun {
 StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
                   const RunLabel& label);
 
-/// Tables and views of runs, for schema.cpp.
-[[nodiscard]] std::vector<std::string> run_table_statements();
-[[nodiscard]] std::vector<std::string> run_view_statements();
-
-/// The query of the view v_state: of each comparison its last run, and whether that is the last
-/// word on these photographs; one row for a comparison without a run as well. SQLite does not make
-/// it whole where it is joined with few comparisons, as it would the view in a LEFT JOIN.
-[[nodiscard]] const char* state_query();
-
 }  // namespace drape::compare

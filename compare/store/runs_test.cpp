@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "compare/history/results.hpp"
+#include "compare/schema/schema.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"

@@ -131,9 +131,4 @@ struct LedgerCheck {
 /// Key of a comparison: hash of the sheets' hashes and the version of the metrics.
 [[nodiscard]] std::string comparison_key(const std::vector<std::string>& sheet_hashes);
 
-/// The statements that make the tables of an empty store, and those that make the metric
-/// dictionary, views, indexes and triggers around tables that are there.
-[[nodiscard]] std::vector<std::string> table_statements();
-[[nodiscard]] std::vector<std::string> surrounding_statements();
-
 }  // namespace drape::compare

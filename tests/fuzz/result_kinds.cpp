@@ -4,10 +4,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "compare/crate/crate.hpp"
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/silhouette.hpp"
 #include "compare/history/acceptance.hpp"
-#include "compare/history/crate.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/inputs.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/runs.hpp"
+#include "compare/schema/schema.hpp"
 
 namespace drape::compare {
 namespace {

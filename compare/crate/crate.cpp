@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/history/crate.hpp"
+#include "compare/crate/crate.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -18,7 +18,6 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
-#include "core/files/toml_file.hpp"
 #include "core/program/run_record.hpp"
 
 namespace drape::compare {
@@ -374,29 +373,6 @@ class CrateWriter {
 };
 
 }  // namespace
-
-Lab read_lab(const fs::path& file) {
-  const TomlTable root = TomlTable::open(file, "lab");
-  Lab lab{root.text("title"),        root.text("description"),        root.text("license"),
-          root.text("license_name"), root.text_or("program_url", ""), {}};
-  if (!lab.program_url.empty() && !lab.program_url.starts_with("https://") &&
-      !lab.program_url.starts_with("http://"))
-    root.reject("program_url", "this is not a URL", "write e.g. https://doi.org/...");
-  if (!lab.license.starts_with("https://") && !lab.license.starts_with("http://"))
-    root.reject("license", "the licence is not a URL",
-                "write e.g. https://creativecommons.org/licenses/by/4.0/");
-  for (const TomlTable& author : root.tables("author")) {
-    lab.authors.push_back(
-        {author.text("name"), author.text_or("orcid", ""), author.text_or("affiliation", "")});
-    const std::string& orcid = lab.authors.back().orcid;
-    if (!orcid.empty() && !orcid.starts_with("https://orcid.org/"))
-      author.reject("orcid", "this is no ORCID", "write https://orcid.org/0000-...");
-    author.finish();
-  }
-  if (lab.authors.empty()) root.reject("author", "there is no author", "add an [[author]]");
-  root.finish();
-  return lab;
-}
 
 Crate write_crate(const StoreReader& store, std::optional<int> run, const Lab& lab,
                   const fs::path& out) {

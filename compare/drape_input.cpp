@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/drape_input.hpp"
+
+#include <fmt/format.h>
+
+namespace drape::compare {
+
+const SimulatedSource& Simulation::source() const {
+  return std::get<SimulatedSource>(sheet.sheet.source);
+}
+
+std::string Simulation::grid() const {
+  return fmt::format("{}x{}", sheet.sheet.rows, sheet.sheet.cols);
+}
+
+std::string Simulation::grid_text() const {
+  return branch ? fmt::format("{}, branch {}", grid(), branch->number) : grid();
+}
+
+std::string Simulation::run_label() const {
+  if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
+  const int count = source().segments;
+  return fmt::format("{}, {} segment{}", grid(), count, count == 1 ? "" : "s");
+}
+
+std::string Simulation::label() const {
+  return branch ? fmt::format("{}, branch {}", run_label(), branch->number) : run_label();
+}
+
+std::optional<int> Simulation::segments() const {
+  return other_simulator ? std::nullopt : std::optional(source().segments);
+}
+
+std::string Simulation::segments_text() const {
+  return other_simulator ? std::string() : std::to_string(source().segments);
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compare/metrics/branches.hpp"
+#include "compare/metrics/dense.hpp"
+#include "compare/metrics/ensemble.hpp"
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::compare {
+
+/// Which laying of which drape a measured sheet is, where its file says so (`source.repeat`).
+struct RepeatId {
+  std::string scene, repeat, face;  ///< the side of the cloth that lies up; may be empty
+};
+
+/// A sheet as read, with the SHA-256 of its .json (which carries everything).
+struct SheetFile {
+  std::filesystem::path file;
+  std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
+  std::string ply_sha256;  ///< of <stem>.ply
+  Sheet sheet;
+  std::optional<RepeatId> repeat = {};  ///< of a measured sheet that says which laying it is
+};
+
+/// What the simulator states about its result (certificate.json): every entry under its own name,
+/// which ends in its unit.
+struct Certificate {
+  std::string sha256;
+  std::vector<std::pair<std::string, std::string>> entries;
+  std::optional<bool> penetration_accepted;  ///< absent when the simulator does not say
+};
+
+/// history.csv of a simulation: columns[k][sample].
+struct History {
+  std::vector<std::string> names;
+  std::vector<std::vector<double>> columns;
+};
+
+struct Simulation {
+  SheetFile sheet;
+  std::optional<Certificate> certificate;
+  std::optional<History> history;
+  std::optional<std::string> other_simulator = {};  ///< name of another program that made it
+  std::filesystem::path other_file = {};            ///< its mesh
+  std::optional<Branch> branch = {};                ///< one equilibrium of several
+
+  [[nodiscard]] const SimulatedSource& source() const;
+  [[nodiscard]] std::string grid() const;       ///< "21x21"
+  [[nodiscard]] std::string grid_text() const;  ///< "21x21", or "21x21, branch 3"
+  [[nodiscard]] std::string run_label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
+  [[nodiscard]] std::string label() const;      ///< the same, and "..., branch 3"
+  /// Line segments per Kawabata curve; another simulator has none.
+  [[nodiscard]] std::optional<int> segments() const;
+  [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
+};
+
+/// A mesh of another simulator that does not say which material point a vertex is: nothing in it
+/// corresponds to a mark, so only distances to its surface can be given.
+struct OtherSurface {
+  std::filesystem::path file, mesh_file;  ///< its description, and the mesh
+  std::string sha256, mesh_sha256;        ///< of both together (its identity), and of the mesh
+  std::string simulator, scene;
+  std::optional<std::string> fabric;
+  TriangleMesh mesh;
+};
+
+/// A measured sheet and the simulations of the same drape.
+struct DrapeInput {
+  SheetFile measured;
+  std::vector<Simulation> simulations;
+  std::vector<OtherSurface> surfaces = {};
+  std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
+  std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
+  std::optional<Ensemble> ensemble = {};  ///< that the branches among the simulations are of
+};
+
+}  // namespace drape::compare

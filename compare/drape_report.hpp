@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compare/drape_input.hpp"
+#include "compare/metrics/alignment.hpp"
+#include "compare/metrics/drapemeter.hpp"
+#include "compare/metrics/metrics.hpp"
+#include "compare/metrics/strain.hpp"
+#include "compare/repeats/mark_repeats.hpp"
+
+namespace drape::compare {
+
+/// One row of the paper's tables with odd numbers ("Real Vs virtual").
+struct RealVirtual {
+  std::size_t simulation = 0;  ///< index into DrapeInput::simulations
+  MarkComparison marks;
+  DistanceStatistics statistics;
+  NormalStatistics normal;
+  std::optional<RigidAlignment> aligned;  ///< beside the statistics, never in them
+  DistanceStatistics to_surface;  ///< of each mark to the nearest point of the virtual sheet
+  StrainMaps strain;
+};
+
+/// One row of the paper's tables with even numbers ("Virtual Vs virtual").
+struct VirtualVirtual {
+  std::size_t first = 0, second = 0;  ///< indices into DrapeInput::simulations
+  std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
+  std::size_t paper_order = 0;        ///< place in the paper's tables
+  DistanceStatistics statistics;
+  SurfaceDistance surface;  ///< of the two sheets as surfaces, both ways
+};
+
+/// One equilibrium of a drape against the real cloth.
+struct BranchComparison {
+  RealVirtual as_placed;                 ///< where the branch lies
+  std::optional<TurnedDistance> turned;  ///< on a round object only
+
+  /// The mean distance that says how much the real shape is like this branch.
+  [[nodiscard]] double match_m() const;
+};
+
+/// The equilibria of one list, and the one to which the real shape is assigned.
+struct BranchSet {
+  std::string sha256;                      ///< of branches.json
+  std::string label;                       ///< "21x21, 1 segment"
+  std::vector<BranchComparison> branches;  ///< least energy first
+  std::size_t nearest = 0;                 ///< smallest match_m(): the real shape's branch
+  std::optional<std::size_t> runner_up;    ///< the next nearest
+};
+
+/// What can be said of a surface without marks. It is at most the distance of corresponding points
+/// and never stands in a table with it.
+struct RealSurface {
+  std::size_t surface = 0;        ///< index into DrapeInput::surfaces
+  DistanceStatistics to_surface;  ///< of each measured mark to the nearest point of the mesh
+  /// First to second: the surface between the measured marks (cells with four of them) to the
+  /// mesh. Absent when no cell was measured whole.
+  std::optional<SurfaceDistance> both_ways;
+};
+
+/// How well the real cloth was measured.
+struct Measurement {
+  int marks = 0;
+  int gaps = 0;
+  std::optional<double> sigma_median_m;  ///< of a mark, along its worst direction
+  std::optional<double> sigma_max_m;
+};
+
+/// How the simulation compares with the real drape; never a verdict on the measurement.
+enum class Match { inside, outside, undecided };
+
+/// One thing that a match is judged against.
+struct MatchBasis {
+  std::string what;  ///< "total uncertainty", "repeats: marks", "branch", "band" ...
+  Match verdict = Match::undecided;
+  std::optional<double> value, limit;  ///< in `unit`; inside: value up to the limit
+  std::string unit = {};               ///< "mm" or "%"
+  std::optional<double> p = {};        ///< that one more repeat lies as far out
+  std::string reason = {};             ///< one phrase for people
+};
+struct MatchVerdict {
+  Match match = Match::undecided;
+  std::string reason;
+  std::string rests_on;  ///< "repeats", "total uncertainty" ...; empty: on nothing
+  std::vector<MatchBasis> bases;
+};
+
+/// A laying of the drape, its own among them, and whether the match rests on it too.
+struct RepeatLine {
+  std::optional<std::size_t> input;  ///< index into DrapeInput::repeats; absent: its own sheet
+  std::string set, repeat, face;     ///< face empty: not stated
+  std::string left_out;              ///< why it is not among the repeats; empty: it is
+  std::optional<double> from_own_m;  ///< root mean square of the marks; absent: its own
+};
+
+/// One contribution to the uncertainty of a mean distance.
+struct BudgetLine {
+  std::string what;
+  double u_m = 0;      ///< standard uncertainty of the mean distance, where this alone errs
+  std::string origin;  ///< where it comes from
+};
+struct Budget {
+  std::vector<BudgetLine> lines;     ///< the largest first
+  std::vector<std::string> missing;  ///< what nothing is known of, and what to do
+  double expanded_m = 0;             ///< U: half width that holds 95 of 100 draws (JCGM 101)
+};
+
+/// Everything found for one drape.
+struct Report {
+  std::string name;  ///< scene of the simulations, else the set of the measured sheet
+  Measurement measurement;
+  std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
+  std::vector<RealSurface> real_surface;  ///< as DrapeInput::surfaces
+  /// Equilibria of one drape. They are in no other table; where there is no other simulation, the
+  /// nearest of each set stands in real_virtual too.
+  std::vector<BranchSet> branch_sets;
+  std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
+  bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
+  /// Index into real_virtual of the simulation that speaks for the drape. The rule stands before
+  /// any distance is known: the finest grid with five segments (else the most), of this program.
+  std::optional<std::size_t> headline;
+  std::optional<Budget> budget;     ///< of the headline's mean distance
+  std::vector<RepeatLine> repeats;  ///< empty: laid once; else its own first
+  /// The headline among the repeats that are not left out; absent where there is but its own.
+  std::optional<MarkRepeats> among_repeats;
+  double significance = 0.05;
+  MatchVerdict match;
+  std::vector<DrapemeterResult> drapemeters;  ///< as DrapeInput::simulations
+  DrapemeterResult measured_drapemeter;
+  std::vector<std::string> no_go;  ///< why the measurement is NO-GO, the first cause first
+  std::vector<std::string> warnings;
+
+  [[nodiscard]] bool go() const { return no_go.empty(); }
+};
+
+/// Simulations of one scene without a real cloth, as the paper's even tables.
+struct VirtualGroup {
+  std::string name;  ///< the scene
+  std::vector<Simulation> simulations;
+  std::vector<VirtualVirtual> pairs;  ///< indices into `simulations`
+};
+
+}  // namespace drape::compare

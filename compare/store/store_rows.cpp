@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/store/store_rows.hpp"
+
+#include <fmt/format.h>
+
+#include "core/files/files.hpp"
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+constexpr double kMicrojoule = 1e-6;
+
+std::optional<double> in_mm(const std::optional<double>& length_m) {
+  return length_m ? std::optional(*length_m / mm) : std::nullopt;
+}
+
+std::optional<double> low_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->low_m / mm) : std::nullopt;
+}
+std::optional<double> high_mm(const Trust& trust) {
+  return trust.bootstrap ? std::optional(trust.bootstrap->high_m / mm) : std::nullopt;
+}
+std::optional<double> in_percent(const std::optional<double>& ratio) {
+  return ratio ? std::optional(*ratio / units::percent) : std::nullopt;
+}
+
+std::optional<std::string> certificate_json(const Simulation& simulation) {
+  if (!simulation.certificate) return std::nullopt;
+  Json json = Json::object();
+  for (const auto& [name, value] : simulation.certificate->entries) json[name] = value;
+  return json.dump();
+}
+
+void insert_mark(Writer& writer, int id, const MarkError& mark) {
+  const Eigen::Vector3d real = mark.real_in_world / mm, simulated = mark.virtual_in_world / mm;
+  const Eigen::Vector3d parts = mark.warp_weft_normal_m / mm;
+  writer.insert("mark_error", id, mark.mark.row, mark.mark.col, mark.material_m.x() / mm,
+                mark.material_m.y() / mm, real.x(), real.y(), real.z(), simulated.x(),
+                simulated.y(), simulated.z(), mark.distance_m / mm, parts.x(), parts.y(), parts.z(),
+                in_mm(mark.sigma_mark_m), in_mm(mark.sigma_distance_m), mark.views);
+}
+
+void insert_comparison(Writer& writer, const std::string& key, const DrapeInput& input,
+                       const RealVirtual& row) {
+  const Simulation& simulation = input.simulations[row.simulation];
+  const DistanceStatistics& s = row.statistics;
+  const NormalStatistics& n = row.normal;
+  const Eigen::Vector2d percent = percent_of_patch(s.mean_m, input.measured.sheet.patch_m);
+  const auto aligned = [&](double RigidAlignment::*value, double unit) {
+    return row.aligned ? std::optional((*row.aligned).*value / unit) : std::nullopt;
+  };
+  const auto left = [&](double DistanceStatistics::*value) {
+    return row.aligned ? std::optional(row.aligned->after.*value / mm) : std::nullopt;
+  };
+  const std::optional<int> next_id;
+  writer.insert(
+      "comparison", next_id, key, input.measured.sha256, simulation.sheet.sha256, kMetricsVersion,
+      s.marks, static_cast<int>(row.marks.excluded.size()), s.mean_m / mm, in_mm(s.sigma_mean_m),
+      s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm, s.worst_mark.row, s.worst_mark.col,
+      percent.x(), percent.y(), low_mm(s.mean), high_mm(s.mean), in_mm(s.median.sigma_m),
+      low_mm(s.median), high_mm(s.median), in_mm(s.rms.sigma_m), low_mm(s.rms), high_mm(s.rms),
+      in_mm(s.p95.sigma_m), low_mm(s.p95), high_mm(s.p95), in_mm(s.max.sigma_m), low_mm(s.max),
+      high_mm(s.max), n.mean_m / mm, in_mm(n.mean.sigma_m), low_mm(n.mean), high_mm(n.mean),
+      n.rms_m / mm, row.to_surface.mean_m / mm, row.to_surface.max_m / mm,
+      left(&DistanceStatistics::mean_m), left(&DistanceStatistics::rms_m),
+      left(&DistanceStatistics::max_m), aligned(&RigidAlignment::centroid_shift_m, mm),
+      aligned(&RigidAlignment::turn_rad, units::deg), in_percent(row.strain.difference.warp),
+      in_percent(row.strain.difference.weft), in_percent(row.strain.difference.area));
+  const int id = writer.last_id();
+  for (const MarkError& mark : row.marks.marks) insert_mark(writer, id, mark);
+  writer.enter("comparison", key);
+}
+
+}  // namespace
+
+void insert_calibration(Writer& writer, const std::string& sha256, const std::string& rig) {
+  if (writer.insert("rig", rig)) writer.enter("rig", rig);
+  if (writer.insert("calibration", sha256, rig)) writer.enter("calibration", sha256);
+}
+
+void insert_drapemeter(Writer& writer, const std::string& sheet, const DrapemeterResult& result) {
+  if (!result.value) return;
+  constexpr double mm2 = mm * mm;
+  const Drapemeter& d = *result.value;
+  if (!writer.insert("drapemeter", sheet, d.centre_in_world.x() / mm, d.centre_in_world.y() / mm,
+                     d.covered_area_m2 / mm2, d.flat_area_m2 / mm2, in_percent(d.drape_coefficient),
+                     d.mean_radius_m / mm, d.folds, d.fold_depth_m / mm))
+    return;
+  for (const Harmonic& harmonic : d.spectrum) {
+    writer.insert("hem_harmonic", sheet, harmonic.order, harmonic.amplitude_m / mm,
+                  harmonic.phase_rad / units::deg);
+  }
+  writer.enter("drapemeter", sheet);
+}
+
+void insert_measured(Writer& writer, const SheetFile& file, const Measurement& measurement,
+                     const std::optional<RecordingId>& recording) {
+  const Sheet& sheet = file.sheet;
+  const auto& source = std::get<MeasuredSource>(sheet.source);
+  insert_calibration(writer, source.calibration_sha256, source.rig);
+  std::optional<std::string> recording_sha256;
+  if (recording) {
+    recording_sha256 = recording->sha256;
+    if (writer.insert("recording", recording->sha256, recording->recorded_on))
+      writer.enter("recording", recording->sha256);
+  }
+  const bool added = writer.insert(
+      "sheet", file.sha256, std::string("measured"), sheet.rows, sheet.cols, sheet.patch_m.x() / mm,
+      sheet.patch_m.y() / mm, measurement.marks, measurement.gaps, source.rig, source.set,
+      source.calibration_sha256, source.detections_sha256, recording_sha256,
+      in_mm(measurement.sigma_median_m), in_mm(measurement.sigma_max_m));
+  if (!added) return;
+  for (const Gap& gap : sheet.gaps)
+    writer.insert("gap", file.sha256, gap.mark.row, gap.mark.col, gap.reason);
+  writer.enter("sheet", file.sha256);
+}
+
+bool insert_simulated(Writer& writer, const Simulation& simulation) {
+  const Sheet& sheet = simulation.sheet.sheet;
+  const SimulatedSource& source = simulation.source();
+  const std::optional<std::string> absent;
+  const bool own = !simulation.other_simulator;
+  if (own && writer.insert("fabric", source.fabric_sha256, source.fabric))
+    writer.enter("fabric", source.fabric_sha256);
+  const std::string& key = simulation.sheet.sha256;
+  const std::optional<double> no_sigma;
+  const bool fresh =
+      writer.insert("sheet", key, std::string("simulated"), sheet.rows, sheet.cols,
+                    sheet.patch_m.x() / mm, sheet.patch_m.y() / mm,
+                    static_cast<int>(sheet.marks.size()), static_cast<int>(sheet.gaps.size()),
+                    absent, absent, absent, absent, absent, no_sigma, no_sigma);
+  if (fresh) writer.enter("sheet", key);
+  if (writer.insert("simulation", key, simulation.other_simulator.value_or("drapebench"),
+                    source.scene, own ? std::optional(source.scene_sha256) : absent,
+                    own ? std::optional(source.fabric_sha256) : absent,
+                    own ? absent : std::optional(source.fabric), source.start_sha256, sheet.rows,
+                    sheet.cols, simulation.segments(), source.model, source.solver, source.status,
+                    own ? std::optional(source.status == "at rest" ? 1 : 0) : std::optional<int>(),
+                    simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
+                    certificate_json(simulation)))
+    writer.enter("simulation", key);
+  if (const auto& b = simulation.branch) {
+    if (writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
+                      b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))
+      writer.enter("branch", key);
+  }
+  return fresh;
+}
+
+bool add_comparison(Writer& writer, const DrapeInput& input, const RealVirtual& row,
+                    const std::optional<TurnedDistance>& turned) {
+  const std::string key =
+      comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
+  const bool fresh = !writer.has("comparison", key);
+  if (fresh) insert_comparison(writer, key, input, row);
+  if (turned && writer.insert("branch_turn", key, turned->axis_in_world.x() / mm,
+                              turned->axis_in_world.y() / mm, turned->mean_m / mm,
+                              turned->turn_rad / units::deg, turned->half_turn ? 1 : 0))
+    writer.enter("branch_turn", key);
+  return fresh;
+}
+
+bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& row) {
+  const OtherSurface& surface = input.surfaces[row.surface];
+  const std::string key =
+      comparison_key({input.measured.sha256, "surface without marks", surface.sha256});
+  if (writer.has("surface_comparison", key)) return false;
+  const DistanceStatistics& s = row.to_surface;
+  const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
+    return row.both_ways ? std::optional((*row.both_ways).*one.*value / mm) : std::nullopt;
+  };
+  writer.insert("surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
+                surface.scene, surface.fabric, kMetricsVersion,
+                static_cast<int>(surface.mesh.points.size()),
+                static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
+                in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
+                s.max_m / mm, way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
+                way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
+                way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m));
+  writer.enter("surface_comparison", key);
+  return true;
+}
+
+bool insert_pair(Writer& writer, const std::optional<std::string>& measured,
+                 const std::vector<Simulation>& simulations, bool gaps_filled,
+                 const VirtualVirtual& row) {
+  const std::string &first = simulations[row.first].sheet.sha256,
+                    &second = simulations[row.second].sheet.sha256;
+  const std::string key = comparison_key({measured.value_or("no real cloth"), first, second});
+  if (writer.has("simulation_pair", key)) return false;
+  const DistanceStatistics& s = row.statistics;
+  writer.insert("simulation_pair", key, measured, first, second, row.label,
+                static_cast<int>(row.paper_order), kMetricsVersion, s.marks, gaps_filled ? 1 : 0,
+                s.mean_m / mm, s.median_m / mm, s.rms_m / mm, s.p95_m / mm, s.max_m / mm,
+                low_mm(s.mean), high_mm(s.mean), row.surface.mean_m() / mm,
+                row.surface.hausdorff_m() / mm);
+  writer.enter("simulation_pair", key);
+  return true;
+}
+
+}  // namespace drape::compare
