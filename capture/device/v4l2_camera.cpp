@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // USB and other V4L2 cameras: native pixel formats only, memory-mapped buffers.
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <libv4l2.h>
-#include <linux/videodev2.h>
 #include <poll.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 #include "capture/device/camera.hpp"
+#include "capture/device/v4l2_device.hpp"
 #include "capture/pixel/pixel_format.hpp"
 #include "core/error.hpp"
 
@@ -23,72 +20,6 @@ namespace {
 
 constexpr std::uint32_t kMappedBuffers = 8;
 constexpr double kExposureUnit_us = 100.0;  // V4L2_CID_EXPOSURE_ABSOLUTE counts 100 us
-
-/// An open device file.
-class Device {
- public:
-  explicit Device(const std::string& file) : file_(file) {
-    descriptor_ = ::open(file.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (descriptor_ < 0) return;
-    // libv4l2 would otherwise offer sizes and formats that it makes up itself.
-    if (::v4l2_fd_open(descriptor_, V4L2_DISABLE_CONVERSION) >= 0) return;
-    ::close(descriptor_);
-    descriptor_ = -1;
-  }
-  ~Device() {
-    if (descriptor_ >= 0) ::v4l2_close(descriptor_);
-  }
-  Device(const Device&) = delete;
-  Device& operator=(const Device&) = delete;
-  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
-  [[nodiscard]] int descriptor() const { return descriptor_; }
-  [[nodiscard]] bool call(unsigned long request, void* argument) const {
-    int result = 0;
-    do {
-      result = ::v4l2_ioctl(descriptor_, request, argument);
-    } while (result == -1 && errno == EINTR);
-    return result == 0;
-  }
-  void require(unsigned long request, void* argument, const std::string& doing) const {
-    if (call(request, argument)) return;
-    throw device_error(fmt::format("{} failed: {}", doing, std::strerror(errno)), file_,
-                       "unplug and plug the camera, and close other programs that use it");
-  }
-
- private:
-  std::string file_;
-  int descriptor_ = -1;
-};
-
-std::string text_of(const __u8* text) {
-  return reinterpret_cast<const char*>(text);
-}
-
-std::optional<v4l2_capability> capability_of(const std::string& file) {
-  const Device device(file);
-  v4l2_capability capability{};
-  if (!device.is_open() || !device.call(VIDIOC_QUERYCAP, &capability)) return std::nullopt;
-  const std::uint32_t able = (capability.capabilities & V4L2_CAP_DEVICE_CAPS) != 0
-                                 ? capability.device_caps
-                                 : capability.capabilities;
-  constexpr std::uint32_t captures = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
-  if ((able & captures) == 0 || (able & V4L2_CAP_STREAMING) == 0) return std::nullopt;
-  capability.device_caps = able;
-  return capability;
-}
-
-std::vector<std::pair<std::string, v4l2_capability>> capture_files() {
-  std::vector<std::string> files;
-  for (const auto& entry : std::filesystem::directory_iterator("/dev")) {
-    if (entry.path().filename().string().starts_with("video")) files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<std::pair<std::string, v4l2_capability>> found;
-  for (const std::string& file : files) {
-    if (const auto capability = capability_of(file)) found.emplace_back(file, *capability);
-  }
-  return found;
-}
 
 class V4l2Camera final : public CameraDevice {
  public:
@@ -407,7 +338,7 @@ class V4l2Camera final : public CameraDevice {
   }
 
   std::string name_;
-  Device device_;
+  V4l2Device device_;
   CameraIdentity identity_;
   std::vector<SettingReadBack> read_back_;
   std::vector<Mapped> mapped_;

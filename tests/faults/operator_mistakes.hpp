@@ -17,7 +17,15 @@ struct Mistake {
   std::vector<std::string> named;  ///< what is said of it: file, key, value
 };
 
-/// What an operator gets wrong at a bench, as changes to bench1.
+/// One text in a file of the rig replaced by another.
+[[nodiscard]] std::function<void(const SmallBench&)> typed(const std::string& file,
+                                                           const std::string& right,
+                                                           const std::string& wrong);
+
+/// What an operator gets wrong at a bench, as changes to bench1: by one word or number typed, and
+/// otherwise; and both.
+[[nodiscard]] std::vector<Mistake> typed_mistakes();
+[[nodiscard]] std::vector<Mistake> other_mistakes();
 [[nodiscard]] std::vector<Mistake> operator_mistakes();
 
 }  // namespace drape::test

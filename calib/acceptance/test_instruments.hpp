@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+#include <functional>
+
+#include "calib/acceptance/acceptance.hpp"
+#include "calib/joint.hpp"
+
+namespace drape::calib {
+
+[[nodiscard]] Target target_of_tests();
+
+/// A bench of two or three cameras that is calibrated once. Everything follows from the seed.
+struct Instrument {
+  unsigned seed = 0;
+  double noise_px = 0, common_share = 0;
+  /// Of the drawn errors over the stated ones: disturb() adds six shapes, each with a mean square
+  /// of 1, that the points' covariances do not state.
+  [[nodiscard]] double noise_ratio() const {
+    return std::sqrt(1 + 6 * common_share * common_share);
+  }
+  JointModel truth;  ///< cameras as they are
+  Calibration calibration;
+  Rig rig;
+};
+
+[[nodiscard]] Instrument instrument(unsigned seed);
+
+/// What the instrument sees of two stages, eight positions, five repeats and a ball. `fault` may
+/// change what is true since the calibration.
+[[nodiscard]] AcceptanceInput recorded(const Instrument& of,
+                                       const std::function<void(JointModel&)>& fault);
+
+[[nodiscard]] Acceptance accepted(const Instrument& made, const AcceptanceInput& input,
+                                  const AcceptanceOptions& options = {});
+
+inline void no_fault(JointModel&) {}
+
+}  // namespace drape::calib

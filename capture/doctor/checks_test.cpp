@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the doctor computes, without a camera; and what a cameras.toml may not say.
+#include "capture/doctor/checks.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::capture {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+TEST(CamerasFile, RefusesTheSameDeviceTwiceAndAMissingCamera) {
+  test::TemporaryFolder folder;
+  write_durable(folder.path() / "rig.toml",
+                read_text(test::source_root() / "rigs/bench1/rig.toml"));
+  const auto expect_refused = [&](const std::string& cameras, const std::string& why) {
+    write_durable(folder.path() / "cameras.toml",
+                  "schema = \"drapebench/cameras/1\"\n[sync]\nmethod = \"free_run\"\n"
+                  "frame_rate_hz = 5.0\n" +
+                      cameras);
+    try {
+      static_cast<void>(read_cameras_file(folder.path()));
+      ADD_FAILURE() << "accepted: " << why;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), HasSubstr(why));
+    }
+  };
+  const auto camera = [](const std::string& name, const std::string& device) {
+    return fmt::format("[[camera]]\nname = \"{}\"\nbackend = \"aravis\"\ndevice = \"{}\"\n", name,
+                       device);
+  };
+  expect_refused(camera("cam0", "S1") + camera("cam1", "S1"), "are the same device");
+  expect_refused(camera("cam0", "S1") + camera("cam1", "S2"), "has no device");
+  expect_refused(camera("cam9", "S1"), "no such camera");
+  expect_refused(camera("cam0", "S1") + "pixel_format = \"Mono99\"\n", "cannot be recorded");
+  expect_refused(camera("cam0", "S1") + "exposure_ms = 3.0\n", "exposure_ms");
+}
+
+TEST(DoctorChecks, LinkBudgetAndDelay) {
+  // 1.31 MB frames in packets of 1500 bytes: 896 + 2 packets of 1538 bytes on the wire.
+  const LinkNeeds needs = link_needs(1280 * 1024, 10, 1500, 4, 1e9);
+  EXPECT_NEAR(needs.bytes_per_s, 898 * 1538 * 10, 1538 * 10);
+  EXPECT_EQ(needs.packet_delay_ns, 3 * 1538 * 8);
+  LiveReport report;
+  LiveCameraReport& camera = report.cameras.emplace_back();
+  camera.name = "cam0";
+  camera.settings = {{"receive_buffer_bytes", "425984"},
+                     {"receive_buffer_of_a_frame_bytes", "2200000"},
+                     {"stream_socket", "udp"}};
+  EXPECT_THAT(check_receive_buffers(report).at(0).found,
+              HasSubstr("sysctl -w net.core.rmem_max=4400000"));
+  EXPECT_FALSE(check_disk_space(1, 2, "x").go);
+  EXPECT_TRUE(check_calibration(std::nullopt, 30).go);
+  EXPECT_FALSE(check_calibration("nowhere.json", 30).go);
+}
+
+/// Two webcams of 1280 x 720 px on one bus of 480 Mbit/s, as the kernel lists them.
+TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
+  const test::TemporaryFolder sys;
+  CamerasFile cameras;
+  cameras.frame_rate_hz = 10;
+  LiveReport report;
+  std::vector<FoundDevice> found;
+  for (int k = 0; k < 2; ++k) {
+    const fs::path usb = sys.path() / fmt::format("devices/pci/usb1/1-{}", k + 1);
+    const fs::path video = sys.path() / fmt::format("class/video4linux/video{}", k);
+    fs::create_directories(usb / "interface");
+    fs::create_directories(video);
+    write_durable(usb / "busnum", "1\n");
+    write_durable(usb / "speed", "480\n");
+    fs::create_directory_symlink(usb / "interface", video / "device");
+    LiveCamera& camera = cameras.cameras.emplace_back();
+    camera.name = fmt::format("cam{}", k);
+    camera.address.backend = Backend::v4l2;
+    camera.address.device = fmt::format("usb-{}", k);
+    camera.settings.width_px = 1280;
+    camera.settings.height_px = 720;
+    report.cameras.emplace_back().settings = {{"pixel_format", "YUYV"}};
+    FoundDevice& device = found.emplace_back();
+    device.backend = Backend::v4l2;
+    device.name = camera.address.device;
+    device.identity.address = fmt::format("/dev/video{}", k);
+  }
+  // Two of 1280 x 720 x 2 bytes, 10 times a second: 295 Mbit/s of the 384 that are for pictures.
+  std::vector<Check> checks = check_usb(cameras, found, report, sys.path());
+  ASSERT_EQ(checks.size(), 1U);
+  EXPECT_EQ(checks[0].name, "USB bus 1");
+  EXPECT_TRUE(checks[0].go) << checks[0].found;
+  EXPECT_THAT(checks[0].found, HasSubstr("295 Mbit/s for cam0, cam1; 384 of its 480 Mbit/s"));
+  cameras.frame_rate_hz = 15;
+  checks = check_usb(cameras, found, report, sys.path());
+  EXPECT_FALSE(checks.at(0).go);
+  EXPECT_THAT(checks.at(0).to_type, HasSubstr("frame_rate_hz = 13.0 or less"));
+  report.cameras[1].settings = {{"pixel_format", "MJPG"}};
+  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
+  for (const int k : {0, 1})
+    write_durable(sys.path() / fmt::format("devices/pci/usb1/1-{}/speed", k + 1), "5000\n");
+  report.cameras[1].settings = {{"pixel_format", "YUYV"}};
+  EXPECT_TRUE(check_usb(cameras, found, report, sys.path()).at(0).go);
+  EXPECT_TRUE(check_usb(cameras, {}, report, sys.path()).empty()) << "no device, nothing to say";
+}
+
+TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
+  const test::TemporaryFolder folder;
+  const fs::path calibration = folder.path() / "calibration.json";
+  write_durable(calibration, "{}");
+  const auto look = [&](const char* today) {
+    return check_acceptance(folder.path(), calibration, today);
+  };
+  EXPECT_TRUE(look("2026-03-01").go) << "none is no fault";
+  const auto write = [&](bool go, const std::string& sha256) {
+    Json json;
+    json["schema"] = "drapebench/acceptance/1";
+    json["calibration_sha256"] = sha256;
+    json["date"] = "2026-01-31";
+    json["valid_until"] = "2027-01-31";
+    json["go"] = go;
+    json["cause"] = go ? Json() : Json("cam1 moved since the calibration");
+    write_json(folder.path() / "acceptance.json", json);
+  };
+  const std::string own = sha256_of_file(calibration), another(64, '0');
+  write(true, own);
+  EXPECT_THAT(look("2027-01-31").found, testing::Not(HasSubstr("warning")));
+  EXPECT_THAT(look("2027-02-01").found, HasSubstr("warning, expired"));
+  write(true, another);
+  EXPECT_THAT(look("2026-03-01").found, HasSubstr("warning, of another calibration"));
+  write(false, own);
+  EXPECT_FALSE(look("2026-03-01").go);
+  EXPECT_THAT(look("2026-03-01").found, HasSubstr("NO-GO, cam1 moved"));
+}
+
+}  // namespace
+}  // namespace drape::capture
