@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "simulate/checker/dual.hpp"
+#include "simulate/checker/mesh_contact.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -25,10 +28,6 @@ constexpr Real kOverLimit = 1e-6L;   // of a friction element
 constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
 constexpr Real kOfSide = 2;          // of bending by sides between two triangles
 
-Point point_of(const Eigen::Vector3d& p) {
-  return {p.x(), p.y(), p.z()};
-}
-
 template <int N>
 Dual<N> inverse_root(const Dual<N>& square) {
   const Real size = std::sqrt(square.v);
@@ -37,7 +36,9 @@ Dual<N> inverse_root(const Dual<N>& square) {
 
 class Judge {
  public:
-  explicit Judge(const MeshRest& rest) : rest_(rest) {}
+  explicit Judge(const MeshRest& rest) : rest_(rest) {
+    if (rest.scene != nullptr) objects_.emplace(*rest.scene);
+  }
 
   MeshJudgement judge() {
     if (!fits()) return std::move(result_);
@@ -54,7 +55,9 @@ class Judge {
     hold();
     balance();
     enter();
-    cross();
+    result_.crossings = crossings_of(rest_);
+    if (result_.crossings > 0)
+      refuse("the cloth passes through itself in {} places", result_.crossings);
     return std::move(result_);
   }
 
@@ -81,6 +84,8 @@ class Judge {
         const int a = rest_.triangles[t][(k + 1) % 3], b = rest_.triangles[t][(k + 2) % 3];
         fit = side_at_.contains({std::min(a, b), std::max(a, b)});
       }
+    fit = fit && rest_.pinned.size() == rest_.pinned_in_world.size();
+    for (const int i : rest_.pinned) fit = fit && i >= 0 && i < count;
     if (fit && rest_.laws.friction) {
       const ClothFriction& friction = *rest_.laws.friction;
       const std::size_t triangles = rest_.triangles.size();
@@ -311,21 +316,28 @@ class Judge {
   }
 
   [[nodiscard]] bool is_held(int i) const {
+    if (rest_.scene != nullptr)
+      return std::find(rest_.pinned.begin(), rest_.pinned.end(), i) != rest_.pinned.end();
     return rest_.material_m[i].norm() <= rest_.disc_radius_m * (1 + double(kOnDisc));
   }
 
   /// Held points lie in the plane at their material places, and the sides between them too.
   void hold() {
     Real off = 0, turned = 0;
+    for (std::size_t k = 0; k < rest_.pinned.size(); ++k) {
+      const Point d =
+          minus(point_of(rest_.points_m[rest_.pinned[k]]), point_of(rest_.pinned_in_world[k]));
+      off = std::max(off, std::sqrt(checker::dot(d, d)));
+    }
     for (std::size_t i = 0; i < rest_.points_m.size(); ++i) {
-      if (!is_held(static_cast<int>(i))) continue;
+      if (rest_.scene != nullptr || !is_held(static_cast<int>(i))) continue;
       const Eigen::Vector2d& at = rest_.material_m[i];
       const Point d = minus(point_of(rest_.points_m[i]), {at.x(), at.y(), 0});
       off = std::max(off, std::sqrt(checker::dot(d, d)));
     }
     for (std::size_t s = 0; s < rest_.sides.size(); ++s) {
       const auto [from, to] = rest_.sides[s];
-      if (!is_held(from) || !is_held(to)) continue;
+      if (rest_.scene != nullptr || !is_held(from) || !is_held(to)) continue;
       const auto d = between(from, to);
       const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       const Point left = minus(point_of(rest_.of_sides[s]), {-d[1] / length, d[0] / length, 0});
@@ -350,9 +362,10 @@ class Judge {
       Point f = force_[i];
       for (int axis = 0; axis < 3; ++axis) f[axis] += mass_[i] * Real(g[axis]);
       const Point p = point_of(rest_.points_m[i]);
+      if (objects_) f = left_by(*objects_, p, f);
       const Real r = std::sqrt(p[0] * p[0] + p[1] * p[1]);
       // The cylinder pushes outwards, and no other direction.
-      if (p[2] < 0 && r > 0 && r <= Real(rest_.disc_radius_m) * (1 + kOnDisc)) {
+      if (!objects_ && p[2] < 0 && r > 0 && r <= Real(rest_.disc_radius_m) * (1 + kOnDisc)) {
         const Point out = {p[0] / r, p[1] / r, 0};
         const Real in = std::min<Real>(0, checker::dot(f, out));
         for (int axis = 0; axis < 3; ++axis) f[axis] -= in * out[axis];
@@ -361,7 +374,7 @@ class Judge {
     }
     for (std::size_t s = 0; s < moment_.size(); ++s) {
       const auto [from, to] = rest_.sides[s];
-      if (is_held(from) && is_held(to)) continue;
+      if (rest_.scene == nullptr && is_held(from) && is_held(to)) continue;
       sides = std::max(sides, std::sqrt(checker::dot(moment_[s], moment_[s])));
     }
     result_.residual = double(points / weight);
@@ -375,8 +388,25 @@ class Judge {
              result_.side_residual);
   }
 
+  /// Points may not, cloth between them only as the particle grid's may.
+  void enter_objects() {
+    Real longest = 0;
+    for (const auto& [from, to] : rest_.sides) {
+      const auto d = between(from, to);
+      longest = std::max(longest, std::sqrt(d[0] * d[0] + d[1] * d[1]));
+    }
+    const MeshDepths found = depths_of(*objects_, rest_);
+    result_.deepest_m = double(std::max(found.of_points, found.between));
+    if (found.of_points > kTouch_m)
+      refuse("a point lies {:.3g} mm deep in an object", double(found.of_points) * 1e3);
+    if (found.between > std::max(kBetween_m, kBetweenOfSide * longest))
+      refuse("the cloth lies {:.3g} mm deep in an object between its points: give a finer mesh",
+             double(found.between) * 1e3);
+  }
+
   /// Cloth in the cylinder that the discs end: points, and sides between them.
   void enter() {
+    if (objects_) return enter_objects();
     const Real disc = rest_.disc_radius_m;
     Real deepest = 0, longest = 0;
     for (const auto& [from, to] : rest_.sides) {
@@ -394,71 +424,8 @@ class Judge {
       refuse("the cloth lies {:.3g} mm deep in the discs' cylinder", double(deepest) * 1e3);
   }
 
-  /// Sides through triangles, by a lattice of boxes as large as the largest triangle.
-  void cross() {
-    Real size = 0;
-    std::vector<std::pair<Point, Point>> bounds;
-    for (const auto& t : rest_.triangles) {
-      Point low = point_of(rest_.points_m[t[0]]), high = low;
-      for (const int i : {t[1], t[2]})
-        for (int axis = 0; axis < 3; ++axis) {
-          low[axis] = std::min(low[axis], Real(rest_.points_m[i][axis]));
-          high[axis] = std::max(high[axis], Real(rest_.points_m[i][axis]));
-        }
-      for (int axis = 0; axis < 3; ++axis) size = std::max(size, high[axis] - low[axis]);
-      bounds.emplace_back(low, high);
-    }
-    if (!(size > 0)) return;
-    const auto box = [&](Real x) { return static_cast<long>(std::floor(x / size)); };
-    std::map<std::array<long, 3>, std::vector<int>> boxes;
-    const auto visit = [&](const Point& low, const Point& high, const auto& at) {
-      for (long x = box(low[0]); x <= box(high[0]); ++x)
-        for (long y = box(low[1]); y <= box(high[1]); ++y)
-          for (long z = box(low[2]); z <= box(high[2]); ++z) at(std::array<long, 3>{x, y, z});
-    };
-    for (std::size_t t = 0; t < bounds.size(); ++t)
-      visit(bounds[t].first, bounds[t].second,
-            [&](const auto& key) { boxes[key].push_back(static_cast<int>(t)); });
-    for (const auto& [from, to] : rest_.sides) {
-      const Point a = point_of(rest_.points_m[from]), b = point_of(rest_.points_m[to]);
-      Point low = a, high = a;
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(a[axis], b[axis]);
-        high[axis] = std::max(a[axis], b[axis]);
-      }
-      std::vector<int> near;
-      visit(low, high, [&](const auto& key) {
-        if (const auto found = boxes.find(key); found != boxes.end())
-          near.insert(near.end(), found->second.begin(), found->second.end());
-      });
-      std::sort(near.begin(), near.end());
-      near.erase(std::unique(near.begin(), near.end()), near.end());
-      for (const int t : near) result_.crossings += passes(from, to, a, minus(b, a), t) ? 1 : 0;
-    }
-    if (result_.crossings > 0)
-      refuse("the cloth passes through itself in {} places", result_.crossings);
-  }
-
-  [[nodiscard]] bool passes(int from, int to, const Point& a, const Point& way, int t) const {
-    const std::array<int, 3>& c = rest_.triangles[t];
-    for (const int i : c)
-      if (i == from || i == to) return false;
-    const Point o = point_of(rest_.points_m[c[0]]);
-    const Point u = minus(point_of(rest_.points_m[c[1]]), o),
-                v = minus(point_of(rest_.points_m[c[2]]), o), w = minus(a, o);
-    const Point normal = checker::cross(u, v);
-    const Real speed = checker::dot(normal, way);
-    if (speed == 0) return false;
-    const Real at = -checker::dot(normal, w) / speed;
-    if (at < 0 || at > 1) return false;
-    const Point p = {w[0] + at * way[0], w[1] + at * way[1], w[2] + at * way[2]};
-    const Real area2 = checker::dot(normal, normal);
-    const Real s = checker::dot(checker::cross(p, v), normal) / area2;
-    const Real r = checker::dot(checker::cross(u, p), normal) / area2;
-    return s >= 0 && r >= 0 && s + r <= 1;
-  }
-
   const MeshRest& rest_;
+  std::optional<Objects> objects_;
   std::map<std::array<int, 2>, int> side_at_;
   std::vector<Point> force_, moment_;
   std::vector<Real> mass_;

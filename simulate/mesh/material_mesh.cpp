@@ -18,6 +18,7 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kNear = 0.6;   // of the spacing: inner points keep so far from lines
+constexpr double kSame = 1e-6;  // of the spacing: two points that are one
 constexpr double kThin = 1e-9;  // of the squared longest side: a triangle without area
 
 double cross(const Vector2d& a, const Vector2d& b) {
@@ -31,31 +32,10 @@ double signed_area(const Polygon& polygon) {
   return sum;
 }
 
-bool inside(const Polygon& polygon, const Vector2d& p) {
-  bool in = false;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
-      in = !in;
-  }
-  return in;
-}
-
-double distance(const Polygon& polygon, const Vector2d& p) {
-  double least = 1e300;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector2d &a = polygon[i], along = polygon[(i + 1) % polygon.size()] - a;
-    const double t = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
-    least = std::min(least, (p - a - t * along).norm());
-  }
-  return least;
-}
-
 bool is_cloth(const ClothOutline& outline, const Vector2d& p) {
-  return inside(outline.outer, p) &&
+  return contains(outline.outer, p) &&
          std::none_of(outline.holes.begin(), outline.holes.end(),
-                      [&](const Polygon& hole) { return inside(hole, p); });
+                      [&](const Polygon& hole) { return contains(hole, p); });
 }
 
 /// Numbers in -1 .. 1 from a fixed sequence (splitmix64; Steele, Lea and Flood 2014).
@@ -95,7 +75,53 @@ std::vector<std::array<int, 3>> cloth_triangles(const ClothOutline& outline,
   return kept;
 }
 
+/// Adds the points that the caller names; one that stands near a line's own point takes its place,
+/// unless that is a corner.
+void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& lines, double h,
+               std::vector<Vector2d>& points) {
+  const auto is_corner = [&](const Vector2d& p) {
+    return std::any_of(lines.begin(), lines.end(), [&](const Polygon* line) {
+      return std::find(line->begin(), line->end(), p) != line->end();
+    });
+  };
+  for (const Vector2d& named : outline.points) {
+    const auto nearest =
+        std::min_element(points.begin(), points.end(), [&](const Vector2d& a, const Vector2d& b) {
+          return (a - named).squaredNorm() < (b - named).squaredNorm();
+        });
+    const double away = (*nearest - named).norm();
+    if (away < kSame * h) {
+      *nearest = named;
+    } else if (away < kNear / 2 * h && !is_corner(*nearest)) {
+      *nearest = named;
+    } else {
+      points.push_back(named);
+    }
+  }
+}
+
 }  // namespace
+
+bool contains(const Polygon& polygon, const Vector2d& p) {
+  bool in = false;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    if ((a.y() > p.y()) != (b.y() > p.y()) &&
+        p.x() < a.x() + (p.y() - a.y()) / (b.y() - a.y()) * (b.x() - a.x()))
+      in = !in;
+  }
+  return in;
+}
+
+double distance_m(const Polygon& polygon, const Vector2d& p) {
+  double least = 1e300;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2d &a = polygon[i], along = polygon[(i + 1) % polygon.size()] - a;
+    const double t = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (p - a - t * along).norm());
+  }
+  return least;
+}
 
 Polygon circle(const Vector2d& centre_m, double radius_m, int count, double turn_rad) {
   Polygon polygon;
@@ -166,6 +192,7 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
                       "give larger outlines or a finer mesh");
   std::vector<Vector2d> points;
   for (const Polygon* line : lines) add_line(*line, h, points);
+  add_named(outline, lines, h, points);
   const std::size_t fixed = points.size();
   Vector2d low = outline.outer.front(), high = low;
   for (const Vector2d& p : outline.outer) {
@@ -183,9 +210,11 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
       const Vector2d p =
           middle + Vector2d(c * lattice.x() - s * lattice.y(), s * lattice.x() + c * lattice.y()) +
           moved;
-      if (is_cloth(outline, p) && std::all_of(lines.begin(), lines.end(), [&](const Polygon* line) {
-            return distance(*line, p) >= kNear * h;
-          }))
+      if (is_cloth(outline, p) &&
+          std::all_of(lines.begin(), lines.end(),
+                      [&](const Polygon* line) { return distance_m(*line, p) >= kNear * h; }) &&
+          std::all_of(outline.points.begin(), outline.points.end(),
+                      [&](const Vector2d& named) { return (named - p).norm() >= kNear * h; }))
         points.push_back(p);
     }
   }

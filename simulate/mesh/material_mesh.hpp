@@ -15,7 +15,14 @@ struct ClothOutline {
   std::vector<Polygon> holes;
   /// Closed lines inside that triangles do not cross, such as the rim of a clamping disc.
   std::vector<Polygon> creases;
+  /// Material points that become points of the mesh, such as pins; on a line it is cut there.
+  std::vector<Eigen::Vector2d> points = {};
 };
+
+/// Whether a point lies inside a closed polygon of either sense.
+[[nodiscard]] bool contains(const Polygon& polygon, const Eigen::Vector2d& point_m);
+/// Distance (m) of a point from the nearest line of a closed polygon.
+[[nodiscard]] double distance_m(const Polygon& polygon, const Eigen::Vector2d& point_m);
 
 /// `count` corners on a circle, one at angle `turn_rad` from the warp.
 [[nodiscard]] Polygon circle(const Eigen::Vector2d& centre_m, double radius_m, int count,

@@ -7,6 +7,7 @@
 #include "core/files/files.hpp"
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/import.hpp"
+#include "simulate/piece/outline.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"
 
@@ -43,6 +44,11 @@ constexpr const char* kBranches = R"({"schema": "drapebench/branches/1",
  "branches": [{"branch": 1, "sheet": "branch-01/sheet.ply", "energy_uJ": 7188.8,
  "largest_residual_per_particle_weight": 6.3e-8, "stable": true, "starts": [0, 1],
  "hem_nodes": 4}]})";
+
+constexpr const char* kOutline =
+    "<svg xmlns='http://www.w3.org/2000/svg' width='20cm' height='20cm' viewBox='0 0 200 200'><g "
+    "transform='translate(1,2) rotate(30 100 100) scale(.9)'><path d='M10 10h150a20 20 0 0 1 0 "
+    "40V190C90 170 60 150 10 190Q0 100 10 10z'/><circle cx='80' cy='90' r='12'/></g></svg>";
 
 /// A file of this text, and perhaps another beside it.
 std::function<fs::path(const fs::path&)> with(const std::string& name, const std::string& text,
@@ -94,6 +100,11 @@ std::vector<Kind> stage_kinds() {
          if (!compare::read_other_surface(f))
            static_cast<void>(compare::read_other_mesh(f, small_sheet()));
        }},
+      {"outline_svg", with("piece.svg", kOutline),
+       [](const fs::path& f) { static_cast<void>(simulate::read_outline(f, 0.01)); }},
+      {"outline_csv",
+       with("piece.csv", "ring,warp_mm,weft_mm\n0,0,0\n0,90,0\n0,0,80\n1,9,9\n1,9,20\n1,20,9\n"),
+       [](const fs::path& f) { static_cast<void>(simulate::read_outline(f, 0.01)); }},
       {"branches", with("branches.json", kBranches, "branch-01/sheet.ply", "ply\n"),
        [](const fs::path& f) {
          static_cast<void>(compare::branch_of(f.parent_path() / "branch-01/sheet.ply"));

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "simulate/checker/mesh_rest.hpp"
+#include "simulate/checker/scene.hpp"
+
+/// What a mesh of cloth touches: the objects of a scene, and itself.
+namespace drape::simulate::checker {
+
+constexpr Real kTouch_m = 1e-7L;       ///< of a point to the object that presses on it
+constexpr Real kBetween_m = 0.5e-3L;   ///< depth between points that is believed ...
+constexpr Real kBetweenOfSide = 0.1L;  ///< ... or this part of the longest side; as on the grid
+
+[[nodiscard]] inline Point point_of(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
+
+/// What is left of a force on a point after the nearest object that touches it pushed against it,
+/// with friction up to the scene's coefficient of that push.
+[[nodiscard]] Point left_by(const Objects& objects, const Point& point, Point force);
+
+struct MeshDepths {
+  Real of_points = 0;
+  Real between = 0;  ///< of the quarters of sides and of the middles of triangles
+};
+[[nodiscard]] MeshDepths depths_of(const Objects& objects, const MeshRest& rest);
+
+/// Pairs of a side and a triangle that pass through each other and share no corner.
+[[nodiscard]] int crossings_of(const MeshRest& rest);
+
+}  // namespace drape::simulate::checker

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/piece/piece.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "simulate/objects/surroundings.hpp"
+#include "simulate/start/start.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using units::mm;
+
+constexpr double kMostPoints = 1e5;  // of a mesh
+constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
+constexpr double kOn_m = 1e-9;       // a point that rounding lifts so far off a surface lies on it
+
+/// Deepest of the shapes at a point; nothing where it is outside of all.
+std::optional<int> entered(const Surroundings& around, const Vector3d& point) {
+  std::optional<int> deepest;
+  double least = kOn_m;
+  for (int shape = 0; shape < around.count(); ++shape) {
+    const double gap = around.gap_m(shape, point);
+    if (gap > least) continue;
+    least = gap;
+    deepest = shape;
+  }
+  return deepest;
+}
+
+/// The point on the surface of what it has entered. Where two objects meet, the second move may
+/// lead back into the first: the next step goes on.
+bool push_out(const Surroundings& around, Vector3d& point, Vector3d& normal) {
+  const auto shape = entered(around, point);
+  if (!shape) return false;
+  normal = around.normal(*shape, point);
+  point -= std::min(0.0, around.gap_m(*shape, point)) * normal;
+  return true;
+}
+
+void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {
+  for (const Pin& pin : scene.pins) {
+    const Vector2d at = pin.material_m(print);
+    const bool on = contains(outline.outer, at) || distance_m(outline.outer, at) < kSame_m;
+    const bool in_hole = std::any_of(
+        outline.holes.begin(), outline.holes.end(),
+        [&](const Polygon& hole) { return contains(hole, at) && distance_m(hole, at) >= kSame_m; });
+    if (on && !in_hole) continue;
+    throw bad_input(fmt::format("the pin at warp {:g}, weft {:g} mm is not on the piece",
+                                at.x() / mm, at.y() / mm),
+                    {.file = scene.file.string(), .field = "pin"},
+                    "pin a point inside the outline");
+  }
+}
+
+void check_size(const ClothOutline& outline, double spacing_m) {
+  Vector2d low = outline.outer.front(), high = low;
+  for (const Vector2d& p : outline.outer) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const double points = ((high - low) / spacing_m).prod();
+  if (points <= kMostPoints) return;
+  throw usage_error(
+      fmt::format("a mesh of {:g} mm would have some {:.0f} points", spacing_m / mm, points),
+      fmt::format("give a wider --spacing-mm; up to {:g} points are taken", kMostPoints));
+}
+
+/// Flat as the scene says, and where its pins must be.
+StartState start_of(const Scene& scene, const Print& print, const std::optional<Sheet>& measured,
+                    double top_z_m) {
+  if (scene.start.mode == StartMode::measured)
+    throw bad_input("a piece cannot start from a measured shape",
+                    {.file = scene.file.string(), .field = "start.mode"},
+                    "write mode = \"flat\" or \"flat_from_measured\"");
+  const GridSpec grid{2, 2, print.patch_m};
+  return make_start(scene, print, grid, measured, top_z_m, 0);
+}
+
+}  // namespace
+
+ClothOutline outline_of(const Print& print) {
+  const Vector2d& p = print.patch_m;
+  return {{{0, 0}, {p.x(), 0}, p, {0, p.y()}}, {}, {}, {}};
+}
+
+PieceDrape drape_piece(const Scene& scene, const Print& print, const std::optional<Sheet>& measured,
+                       const ClothLaws& laws, ClothOutline outline, const PieceOptions& options) {
+  check_pins(scene, print, outline);
+  check_size(outline, options.spacing_m);
+  const Surroundings around(scene);
+  const StartState start = start_of(scene, print, measured, around.top_z_m());
+  for (const Pin& pin : scene.pins) outline.points.push_back(pin.material_m(print));
+  MeshOptions mesh_options;
+  mesh_options.spacing_m = options.spacing_m;
+  mesh_options.seed = options.seed;
+  MeshCloth cloth(triangulated(outline, mesh_options), laws);
+  const FlatPose& flat = start.report.flat;
+  const Eigen::AngleAxisd turn(flat.yaw_rad, Vector3d::UnitZ());
+  const Vector3d along_warp = turn * -Vector3d::UnitY(), along_weft = turn * Vector3d::UnitX();
+  PieceDrape piece;
+  piece.state = cloth.state_of([&](const Vector2d& p) {
+    return MeshCloth::Jet{flat.point_in_world(p, print.patch_m), along_warp, along_weft};
+  });
+  std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
+  piece.pinned_in_world = start.hold_in_world;
+  for (std::size_t k = 0; k < scene.pins.size(); ++k) {
+    const Vector2d at = outline.points[k];
+    const auto& points = cloth.mesh().points_m;
+    const auto nearest =
+        std::min_element(points.begin(), points.end(), [&](const Vector2d& a, const Vector2d& b) {
+          return (a - at).squaredNorm() < (b - at).squaredNorm();
+        });
+    piece.pinned.push_back(static_cast<int>(nearest - points.begin()));
+    held[piece.pinned.back()] = true;
+    piece.state[piece.pinned.back()] = piece.pinned_in_world[k];
+  }
+  RelaxationOptions relaxation = options.relaxation;
+  relaxation.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  const Contact contact{
+      [&](Vector3d& point, Vector3d& normal) { return push_out(around, point, normal); },
+      scene.friction};
+  piece.report = relax(cloth, piece.state, held, contact, relaxation);
+  piece.mesh = cloth.mesh();
+  piece.memory = cloth.memory();
+  return piece;
+}
+
+std::string ply_text(const PieceDrape& piece, const Vector2d& patch_m) {
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment millimetres, z up; u along the warp, v along the weft\n"
+      "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+      "property double u\nproperty double v\nelement face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      piece.mesh.points_m.size(), piece.mesh.triangles.size());
+  for (std::size_t i = 0; i < piece.mesh.points_m.size(); ++i) {
+    const Vector3d p = piece.state[i] / mm;
+    const Vector2d uv = piece.mesh.points_m[i].cwiseQuotient(patch_m);
+    text +=
+        fmt::format("{:.6f} {:.6f} {:.6f} {:.9f} {:.9f}\n", p.x(), p.y(), p.z(), uv.x(), uv.y());
+  }
+  for (const auto& t : piece.mesh.triangles) text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  return text;
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+#include "simulate/mesh/relaxation.hpp"
+
+namespace drape::simulate {
+
+struct PieceOptions {
+  double spacing_m = 0.005;  ///< of the mesh
+  unsigned seed = 1;         ///< chooses the lattice's jitter
+  RelaxationOptions relaxation;
+};
+
+/// A piece of cloth on a triangle mesh, draped over the objects of a scene.
+struct PieceDrape {
+  MaterialMesh mesh;  ///< (warp, weft) of the print's patch
+  MeshCloth::State state;
+  ClothMemory memory;
+  std::vector<int> pinned;  ///< points of the mesh, in the order of the scene's pins
+  std::vector<Eigen::Vector3d> pinned_in_world;
+  RelaxationReport report;
+};
+
+/// Corners of the print's patch, for a piece that is all of it.
+[[nodiscard]] ClothOutline outline_of(const Print& print);
+
+/// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"), by dynamic
+/// relaxation: the points of the mesh do not enter objects and table, with the scene's Coulomb
+/// friction; between points the cloth may cut a corner, and cloth on cloth does not touch. Pins
+/// hold points of the mesh. Throws Error(bad_input) for a start from a measured shape, a pin
+/// beside the piece, and as make_start().
+[[nodiscard]] PieceDrape drape_piece(const Scene& scene, const Print& print,
+                                     const std::optional<Sheet>& measured, const ClothLaws& laws,
+                                     ClothOutline outline, const PieceOptions& options);
+
+/// ASCII PLY in mm, with texture coordinates u = warp, v = weft over the sides of the patch.
+[[nodiscard]] std::string ply_text(const PieceDrape& piece, const Eigen::Vector2d& patch_m);
+
+}  // namespace drape::simulate

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shapes of an SVG file, which pugixml reads.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <pugixml.hpp>
+#include <regex>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/units.hpp"
+#include "simulate/piece/numbers.hpp"
+#include "simulate/piece/rings.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Affine2d;
+using Eigen::Vector2d;
+using units::mm;
+
+constexpr int kDeepest = 100;           // groups within each other
+constexpr std::size_t kLongest = 1000;  // characters of a size or transform
+
+/// Elements that draw nothing.
+const std::set<std::string> kSilent = {"title", "desc", "metadata", "defs", "style"};
+
+class SvgReader {
+ public:
+  SvgReader(const std::filesystem::path& file, double spacing_m)
+      : file_(file), builder_(spacing_m) {}
+
+  std::vector<Polygon> read() {
+    const std::string text = read_text(file_);
+    pugi::xml_document document;
+    const auto parsed = document.load_buffer(text.data(), text.size());
+    if (!parsed)
+      throw bad_input(fmt::format("this is no XML: {} at byte {}", parsed.description(),
+                                  static_cast<long>(parsed.offset)),
+                      {.file = file_.string()}, "export the outline as plain SVG");
+    const pugi::xml_node svg = document.child("svg");
+    if (!svg) refuse(svg, "the file has no <svg>", "export the outline as plain SVG");
+    visit(svg, scale_of(svg), 0);
+    return builder_.rings();
+  }
+
+ private:
+  [[noreturn]] void refuse(const pugi::xml_node& node, const std::string& why,
+                           const std::string& what_to_do) const {
+    std::string name = node.name();
+    if (const std::string id = node.attribute("id").value(); !id.empty()) name += " id=" + id;
+    throw bad_input(why, {.file = file_.string(), .field = name}, what_to_do);
+  }
+
+  /// A length with its unit, in metres; nothing without one.
+  [[nodiscard]] std::optional<double> length_m(const pugi::xml_node& node, const char* name) const {
+    static const std::regex form(R"(\s*([0-9.eE+-]+)\s*(mm|cm|in|px)?\s*)");
+    const std::string text = node.attribute(name).value();
+    std::smatch match;
+    if (text.size() > kLongest || !std::regex_match(text, match, form)) return std::nullopt;
+    NumberReader numbers(match[1].str());
+    const auto value = numbers.next();
+    if (!value || !numbers.at_end() || !(*value > 0)) return std::nullopt;
+    const std::string unit = match[2];
+    if (unit == "mm") return *value * mm;
+    if (unit == "cm") return *value * 10 * mm;
+    if (unit == "in") return *value * 25.4 * mm;
+    return *value * 25.4 / 96 * mm;
+  }
+
+  /// Metres of (weft, warp) from units of the drawing.
+  [[nodiscard]] Affine2d scale_of(const pugi::xml_node& svg) const {
+    const auto width = length_m(svg, "width"), height = length_m(svg, "height");
+    const std::string remedy =
+        "write e.g. <svg width=\"220mm\" height=\"220mm\" viewBox=\"0 0 220 220\">";
+    if (!width || !height) refuse(svg, "its width and height do not state a size", remedy);
+    Affine2d scale = Affine2d::Identity();
+    if (!svg.attribute("viewBox")) {
+      scale.linear() *= 25.4 / 96 * mm;
+      return scale;
+    }
+    NumberReader numbers(svg.attribute("viewBox").value());
+    double box[4] = {};
+    for (double& value : box) {
+      const auto next = numbers.next();
+      if (!next) refuse(svg, "its viewBox has not four numbers", remedy);
+      value = *next;
+    }
+    if (!(box[2] > 0 && box[3] > 0)) refuse(svg, "its viewBox has no area", remedy);
+    const double along_x = *width / box[2], along_y = *height / box[3];
+    if (std::abs(along_x / along_y - 1) > 1e-4)
+      refuse(svg, "its viewBox has other proportions than its width and height", remedy);
+    scale.linear() *= along_x;
+    scale.translation() = -along_x * Vector2d(box[0], box[1]);
+    return scale;
+  }
+
+  /// The product of a list of transforms (SVG 1.1, section 7.6).
+  [[nodiscard]] Affine2d transform_of(const pugi::xml_node& node) const {
+    Affine2d all = Affine2d::Identity();
+    const std::string text = node.attribute("transform").value();
+    if (text.size() > kLongest)
+      refuse(node, "its transform is too long", "export the outline as plain SVG");
+    static const std::regex one(R"(\s*,?\s*([a-zA-Z]+)\s*\(([^)]*)\)\s*)");
+    std::size_t at = 0;
+    for (std::sregex_iterator it(text.begin(), text.end(), one), end; it != end; ++it) {
+      if (static_cast<std::size_t>(it->position()) != at) break;
+      at += static_cast<std::size_t>(it->length());
+      NumberReader numbers((*it)[2].str());
+      std::vector<double> v;
+      while (const auto value = numbers.next()) v.push_back(*value);
+      const std::string name = (*it)[1];
+      Affine2d t = Affine2d::Identity();
+      if (name == "matrix" && v.size() == 6) {
+        t.matrix().topRows<2>() << v[0], v[2], v[4], v[1], v[3], v[5];
+      } else if (name == "translate" && (v.size() == 1 || v.size() == 2)) {
+        t.translation() = Vector2d(v[0], v.size() == 2 ? v[1] : 0);
+      } else if (name == "scale" && (v.size() == 1 || v.size() == 2)) {
+        t.linear() = Vector2d(v[0], v.back()).asDiagonal();
+      } else if (name == "rotate" && (v.size() == 1 || v.size() == 3)) {
+        const Vector2d centre = v.size() == 3 ? Vector2d(v[1], v[2]) : Vector2d(0, 0);
+        t = Eigen::Translation2d(centre) * Eigen::Rotation2Dd(v[0] * units::deg) *
+            Eigen::Translation2d(-centre);
+      } else if ((name == "skewX" || name == "skewY") && v.size() == 1) {
+        t.linear()(name == "skewX" ? 0 : 1, name == "skewX" ? 1 : 0) = std::tan(v[0] * units::deg);
+      } else {
+        refuse(node, fmt::format("`{}({})` is no transform", name, (*it)[2].str()),
+               "export the outline as plain SVG");
+      }
+      all = all * t;
+    }
+    if (at != text.size())
+      refuse(node, "its transform cannot be read", "export the outline as plain SVG");
+    return all;
+  }
+
+  double number(const pugi::xml_node& node, const char* name, std::optional<double> otherwise) {
+    const pugi::xml_attribute attribute = node.attribute(name);
+    if (!attribute && otherwise) return *otherwise;
+    NumberReader numbers(attribute.value());
+    const auto value = numbers.next();
+    if (!value || !numbers.at_end())
+      refuse(node, fmt::format("its {} is no number", name), "write it without a unit");
+    return *value;
+  }
+
+  void visit(const pugi::xml_node& node, const Affine2d& outer, int depth) {
+    if (depth > kDeepest) refuse(node, "groups lie too deep in each other", "ungroup the outline");
+    const Affine2d here = depth == 0 ? outer : outer * transform_of(node);
+    for (const pugi::xml_node& child : node.children()) {
+      if (child.type() != pugi::node_element) continue;
+      const std::string name = child.name();
+      // Editors keep their own settings under prefixes of their own.
+      if (kSilent.contains(name) || name.find(':') != std::string::npos) continue;
+      if (name == "g") {
+        visit(child, here, depth + 1);
+      } else {
+        builder_.to_metres = here * transform_of(child);
+        draw(child, name);
+        if (builder_.is_beyond_limits())
+          refuse(child,
+                 fmt::format("it reaches beyond {:g} m, or has more than {} corners", kFarthest_m,
+                             kMostCorners),
+                 "check its size and units, or give a wider --spacing-mm");
+      }
+    }
+  }
+
+  void draw(const pugi::xml_node& node, const std::string& name) {
+    if (name == "path") {
+      add_path(node.attribute("d").value(), builder_, [&](const std::string& why, std::size_t at) {
+        refuse(node, fmt::format("{}, at character {} of its path", why, at + 1),
+               "close every line of the outline (z)");
+      });
+    } else if (name == "polygon") {
+      polygon(node);
+    } else if (name == "rect") {
+      if (node.attribute("rx") || node.attribute("ry"))
+        refuse(node, "its corners are rounded", "convert the rectangle to a path");
+      const double x = number(node, "x", 0), y = number(node, "y", 0);
+      const double w = number(node, "width", {}), h = number(node, "height", {});
+      builder_.begin({x, y});
+      for (const Vector2d& p : {Vector2d(x + w, y), Vector2d(x + w, y + h), Vector2d(x, y + h)})
+        builder_.line_to(p);
+      builder_.close();
+    } else if (name == "circle" || name == "ellipse") {
+      const Vector2d centre(number(node, "cx", 0), number(node, "cy", 0));
+      const Vector2d radii = name == "circle"
+                                 ? Vector2d::Constant(number(node, "r", {}))
+                                 : Vector2d(number(node, "rx", {}), number(node, "ry", {}));
+      const auto place = [&](double t) -> Vector2d {
+        const double angle = 2 * std::numbers::pi * t;
+        return centre + Vector2d(radii.x() * std::cos(angle), radii.y() * std::sin(angle));
+      };
+      builder_.begin(place(0));
+      builder_.curve(place);
+      builder_.close();
+    } else {
+      refuse(node, fmt::format("<{}> is no closed outline", name),
+             "keep closed paths, polygons, rectangles, circles and ellipses alone");
+    }
+  }
+
+  void polygon(const pugi::xml_node& node) {
+    NumberReader numbers(node.attribute("points").value());
+    bool first = true;
+    while (const auto x = numbers.next()) {
+      const auto y = numbers.next();
+      if (!y) refuse(node, "its points are an odd number of numbers", "write x,y pairs");
+      first ? builder_.begin({*x, *y}) : builder_.line_to({*x, *y});
+      first = false;
+    }
+    if (first || !numbers.at_end()) refuse(node, "its points cannot be read", "write x,y pairs");
+    builder_.close();
+  }
+
+  std::filesystem::path file_;
+  RingBuilder builder_;
+};
+
+}  // namespace
+
+std::vector<Polygon> rings_of_svg(const std::filesystem::path& file, double spacing_m) {
+  return SvgReader(file, spacing_m).read();
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/program/command.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+#include "simulate/piece/outline.hpp"
+#include "simulate/programs/piece_files.hpp"
+#include "simulate/simulate.hpp"
+
+namespace fs = std::filesystem;
+using namespace drape;
+using namespace drape::simulate;
+using units::mm;
+
+namespace {
+
+struct Arguments {
+  fs::path scene, out;
+  std::optional<fs::path> outline, fabric, start;
+  double spacing_mm = PieceOptions{}.spacing_m / mm;
+  int segments = SimulateOptions{}.segments, most_steps = RelaxationOptions{}.most_steps;
+  int seed = static_cast<int>(PieceOptions{}.seed);
+  bool internal_friction = false;
+};
+
+int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+  RunRecord record("drape-piece", std::move(words), run_record_path(arguments.out / "piece.ply"));
+  const Scene scene = read_scene(arguments.scene);
+  const Print print = read_print(scene.print_file);
+  const Fabric fabric = read_fabric(arguments.fabric.value_or(scene.fabric_file));
+  std::optional<Sheet> measured;
+  record.input(arguments.scene);
+  record.input(scene.print_file);
+  for (const fs::path& file : fabric.files()) record.input(file);
+  if (arguments.start) {
+    measured = read_sheet(*arguments.start);
+    record.input(fs::path(*arguments.start).replace_extension(".json"));
+  }
+  PieceOptions options;
+  options.spacing_m = arguments.spacing_mm * mm;
+  options.seed = static_cast<unsigned>(arguments.seed);
+  options.relaxation.most_steps = arguments.most_steps;
+  ClothOutline outline = outline_of(print);
+  if (arguments.outline) {
+    outline = read_outline(*arguments.outline, options.spacing_m);
+    record.input(*arguments.outline);
+  }
+  SimulateReport fits;
+  const auto reach = find_reach(scene, fabric, print, measured);
+  ClothLaws laws = make_laws(fabric, arguments.segments, fits, reach);
+  if (arguments.internal_friction)
+    add_internal_friction(fabric, arguments.segments, laws, fits, reach);
+  const PieceDrape piece = drape_piece(scene, print, measured, laws, std::move(outline), options);
+  std::optional<MeshJudgement> judgement;
+  if (piece.report.at_rest)
+    judgement = judge_piece(piece, scene, laws, options.relaxation.residual);
+  const Ending ending = write_piece(arguments.out, {scene.name, fabric.name, print.patch_m}, piece,
+                                    judgement, record);
+  return finish(ending, common, record);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Command app("Drapes a piece of cloth of any outline over the objects of a scene.", "drape-piece");
+  CommonOptions common;
+  Arguments a;
+  add_common_options(app, common);
+  app.add_option("SCENE", a.scene, "scene.toml: objects, table, pins, start")->required();
+  app.add_option("--out", a.out, "folder for piece.ply, piece.toml, piece.json")->required();
+  app.add_option("--outline", a.outline,
+                 "SVG (x along the weft, y along the warp, size in mm) or CSV "
+                 "(ring,warp_mm,weft_mm) in the frame of the print's patch; default: all of it");
+  app.add_option("--fabric", a.fabric, "fabric.toml; default: the scene's");
+  app.add_option("--start-from", a.start, "measured sheet.ply that places start and pins");
+  app.add_option("--spacing-mm", a.spacing_mm, "of the mesh")->positive()->capture_default_str();
+  app.add_option("--segments", a.segments, "line segments per Kawabata curve")
+      ->capture_default_str();
+  app.add_option("--seed", a.seed, "of the mesh's jitter: another one for another start")
+      ->range(0, 1000000)
+      ->capture_default_str();
+  app.add_flag("--internal-friction", a.internal_friction,
+               "use both branches of the bending and shear loops");
+  app.add_option("--max-steps", a.most_steps, "of relaxation")->positive()->capture_default_str();
+  return run_program(app, argc, argv, common,
+                     [&] { return run(a, arguments_of(argc, argv), common); });
+}
