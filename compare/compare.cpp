@@ -35,9 +35,10 @@ constexpr std::array<PaperPair, 7> kPairs{{{11, 5, 11, 1},
                                            {11, 5, 31, 5},
                                            {21, 5, 31, 5}}};
 
-/// A branch is in no pair: the paper compares grids and segments, not equilibria.
+/// A branch is in no pair: the paper compares grids and segments, not equilibria; and falls, not
+/// what was refined.
 bool is(const Simulation& simulation, int grid, int segments) {
-  return !simulation.branch && simulation.sheet.sheet.rows == grid &&
+  return !simulation.branch && !simulation.refined && simulation.sheet.sheet.rows == grid &&
          simulation.sheet.sheet.cols == grid && simulation.segments() == segments;
 }
 
@@ -68,7 +69,8 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
 
 /// One scene per group, and no two simulations that the tables could not tell apart.
 void check_group(const std::vector<Simulation>& simulations) {
-  using Key = std::tuple<int, int, int, std::string, std::string, std::string, std::string, int>;
+  using Key = std::tuple<int, int, int, std::string, std::string, std::string, std::string, int,
+                         std::string>;
   std::map<Key, const Simulation*> seen;
   for (const Simulation& simulation : simulations) {
     const SimulatedSource& source = simulation.source();
@@ -81,7 +83,8 @@ void check_group(const std::vector<Simulation>& simulations) {
     const Key key(simulation.sheet.sheet.rows, simulation.sheet.sheet.cols, source.segments,
                   source.model, source.solver, source.fabric_sha256,
                   simulation.branch ? simulation.branch->set_sha256 : std::string(),
-                  simulation.branch ? simulation.branch->number : 0);
+                  simulation.branch ? simulation.branch->number : 0,
+                  simulation.refined ? simulation.refined->list_sha256 : std::string());
     const auto [first, fresh] = seen.emplace(key, &simulation);
     if (fresh) continue;
     throw bad_input(fmt::format("{} is given twice for one drape, here and in {}",

@@ -14,13 +14,15 @@ std::string Simulation::grid() const {
 }
 
 std::string Simulation::grid_text() const {
-  return branch ? fmt::format("{}, branch {}", grid(), branch->number) : grid();
+  if (branch) return fmt::format("{}, branch {}", grid(), branch->number);
+  return refined ? grid() + ", refined" : grid();
 }
 
 std::string Simulation::run_label() const {
   if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
   const int count = source().segments;
-  return fmt::format("{}, {} segment{}", grid(), count, count == 1 ? "" : "s");
+  return fmt::format("{}{}, {} segment{}", grid(), refined ? " refined" : "", count,
+                     count == 1 ? "" : "s");
 }
 
 std::string Simulation::label() const {

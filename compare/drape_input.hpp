@@ -10,6 +10,7 @@
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/dense.hpp"
 #include "compare/metrics/ensemble.hpp"
+#include "compare/metrics/refined.hpp"
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
 
@@ -50,10 +51,11 @@ struct Simulation {
   std::optional<std::string> other_simulator = {};  ///< name of another program that made it
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
+  std::optional<Refined> refined = {};              ///< carried over from a coarser grid
 
   [[nodiscard]] const SimulatedSource& source() const;
   [[nodiscard]] std::string grid() const;       ///< "21x21"
-  [[nodiscard]] std::string grid_text() const;  ///< "21x21", or "21x21, branch 3"
+  [[nodiscard]] std::string grid_text() const;  ///< "21x21", "21x21, branch 3" or "61x61, refined"
   [[nodiscard]] std::string run_label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
   [[nodiscard]] std::string label() const;      ///< the same, and "..., branch 3"
   /// Line segments per Kawabata curve; another simulator has none.

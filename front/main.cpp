@@ -57,7 +57,13 @@ int run_command(int argc, char** argv) {
   app.add_flag("--uncertainty", options.uncertainty,
                "also drape sensitivity for every drape: the total uncertainty is then complete");
   app.add_flag("--single", options.single,
-               "no ensemble: each drape from the scene's own start only");
+               "no ensemble and no refinement: each drape from the scene's own start only, on the "
+               "rig's own grids");
+  app.add_flag("!--no-refine", options.refine,
+               "leave out drape refine, which carries the finest drape over to finer grids and "
+               "states what the grid leaves");
+  app.add_option("--finest", options.finest,
+                 "particles per side that drape refine goes up to (default: its own, 61)");
   app.add_flag("--internal-friction", options.internal_friction,
                "simulate with both branches of the bending and shear loops");
   app.add_option("--operator", options.operator_name, "who ran it, for the store");

@@ -57,6 +57,9 @@ struct Bench {
   std::vector<Drape> drapes;
   fs::path out, store, reduced_rig;
 
+  [[nodiscard]] bool refines() const {
+    return options.refine && !options.single && !options.internal_friction;
+  }
   [[nodiscard]] fs::path target_detections() const { return out / "target-detections.json"; }
   [[nodiscard]] fs::path calibration() const { return out / "calibration.json"; }
 };
@@ -259,6 +262,54 @@ int headline_segments(const Rig& rig) {
   return five ? 5 : *std::max_element(rig.segments.begin(), rig.segments.end());
 }
 
+fs::path refinement_file(const Drape& drape) {
+  return drape.folder / "refined" / "refinement.json";
+}
+
+/// The drape that speaks for each scene on finer grids. A cloth with internal friction has a memory
+/// that belongs to its grid.
+Group refine_group(const Bench& bench) {
+  Group group{"refine", {}, bench.options.threads};
+  const int finest = *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end());
+  for (const Drape& drape : bench.drapes) {
+    const fs::path file = refinement_file(drape);
+    std::vector<std::string> arguments = {
+        simulation_folder(drape, finest, headline_segments(bench.rig)).string(),
+        "--scene",
+        drape.scene_file().string(),
+        "--fabric",
+        drape.scene.fabric_file.string(),
+        "--start-from",
+        (drape.folder / "sheet.ply").string(),
+        "--out",
+        file.parent_path().string(),
+        "--threads",
+        "1",
+        "--json"};
+    if (bench.options.finest) {
+      arguments.emplace_back("--finest");
+      arguments.push_back(std::to_string(*bench.options.finest));
+    }
+    group.steps.push_back(step("refine", "drape " + drape.scene.name, std::move(arguments), file));
+    group.steps.back().drape = drape.scene.name;
+  }
+  return group;
+}
+
+/// The sheet of the finest grid that came to rest, as far as the drape was refined.
+std::optional<fs::path> refined_sheet(const Bench& bench, const Drape& drape,
+                                      const std::set<fs::path>& failed) {
+  const fs::path list = refinement_file(drape);
+  if (!bench.refines() || failed.count(run_record_path(list)) != 0 || !fs::is_regular_file(list))
+    return std::nullopt;
+  const JsonNode root = JsonNode::open(list, "refinement", 1);
+  const std::optional<double> used = root.optional_number("used");
+  const std::vector<JsonNode> grids = root.items("grids");
+  if (!used || !(*used >= 0 && *used < static_cast<double>(grids.size()))) return std::nullopt;
+  const JsonNode& grid = grids[static_cast<std::size_t>(*used)];
+  return name_inside(list.parent_path(), grid.text("sheet"), grid.where("sheet"));
+}
+
 fs::path ensemble_file(const Drape& drape) {
   return drape.folder / "ensemble" / "branches.json";
 }
@@ -328,6 +379,8 @@ Step compare_step(const Bench& bench, const fs::path& report, const std::set<fs:
     for (const int grid : bench.rig.grids)
       for (const int segments : bench.rig.segments)
         simulated = add(simulation_folder(drape, grid, segments) / "sheet.ply") || simulated;
+    if (const auto sheet = refined_sheet(bench, drape, failed))
+      arguments.push_back(sheet->string());
     for (const fs::path& sheet : branch_sheets(bench, drape, failed))
       arguments.push_back(sheet.string());
     for (const DrapeRepeat& repeat : drape.repeats) {
@@ -427,6 +480,7 @@ Plan make_plan(const RunOptions& options) {
     groups.push_back(std::move(objects));
   groups.push_back(triangulate_group(bench));
   groups.push_back(simulate_group(bench));
+  if (bench.refines()) groups.push_back(refine_group(bench));
   if (!options.single) groups.push_back(ensemble_group(bench));
   if (options.uncertainty) groups.push_back(sensitivity_group(bench));
   return {bench.out,

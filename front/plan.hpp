@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -22,6 +23,8 @@ struct RunOptions {
   std::string operator_name;
   bool uncertainty = false;        ///< with the sensitivities that the total uncertainty needs
   bool single = false;             ///< no ensemble of starts for each drape
+  bool refine = true;              ///< carry each drape over to finer grids; not with `single`
+  std::optional<int> finest;       ///< of those, particles per side; absent: drape refine's own
   bool internal_friction = false;  ///< simulate with both branches of the curves' loops
   int threads = 1;
 };

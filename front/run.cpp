@@ -176,7 +176,7 @@ Json json_of(const StepEnding& ending) {
 
 /// Steps beside the drapes themselves: without them less is said of a result, not something wrong.
 bool is_extra(const Step& step) {
-  return step.stage == "sensitivity" || step.stage == "branches";
+  return step.stage == "sensitivity" || step.stage == "branches" || step.stage == "refine";
 }
 
 /// The first cause: what failed, else the first stage that is NO-GO, in its own words.

@@ -192,6 +192,10 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.history = read_history(file);
     session.read.emplace_back(file, sha256_of_file(file));
   }
+  if (auto listed = refined_of(simulation.sheet.file)) {
+    session.read.emplace_back(listed->list, listed->refined.list_sha256);
+    simulation.refined = std::move(listed->refined);
+  }
   if (const auto listed = branch_of(simulation.sheet.file)) {
     simulation.branch = listed->branch;
     session.read.emplace_back(listed->list, listed->branch.set_sha256);

@@ -30,15 +30,28 @@ const RealVirtual& headline_of(const Report& report) {
   return report.real_virtual[*report.headline];
 }
 
-/// The simulation that differs from the headline in nothing but its grid, the next coarser; or in
+/// The headline, or the fall that a refined one began with; nothing where that is not given.
+const RealVirtual* fall_of(const DrapeInput& input, const Report& report) {
+  const RealVirtual& headline = headline_of(report);
+  const auto& refined = input.simulations[headline.simulation].refined;
+  if (!refined) return &headline;
+  for (const RealVirtual& row : report.real_virtual)
+    if (input.simulations[row.simulation].sheet.sha256 == refined->rest_sha256) return &row;
+  return nullptr;
+}
+
+/// The simulation that differs from the fall in nothing but its grid, the next coarser; or in
 /// nothing but its segments. `below`: only grids with fewer rows.
 const RealVirtual* neighbour_of(const DrapeInput& input, const Report& report, bool other_grid,
                                 int below = std::numeric_limits<int>::max()) {
-  const Simulation& chosen = input.simulations[headline_of(report).simulation];
+  const RealVirtual* fall = fall_of(input, report);
+  if (fall == nullptr) return nullptr;
+  const Simulation& chosen = input.simulations[fall->simulation];
   const RealVirtual* best = nullptr;
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& other = input.simulations[row.simulation];
-    if (other.other_simulator || other.branch || other.source().model != chosen.source().model ||
+    if (other.other_simulator || other.branch || other.refined ||
+        other.source().model != chosen.source().model ||
         other.source().solver != chosen.source().solver || other.sheet.sheet.rows >= below)
       continue;
     const bool same_grid = other.sheet.sheet.rows == chosen.sheet.sheet.rows;
@@ -69,19 +82,42 @@ void add_neighbour(const DrapeInput& input, const Report& report, bool other_gri
                    BudgetInputs& inputs) {
   const std::string what = other_grid ? "grid" : "segments per curve";
   const RealVirtual& headline = headline_of(report);
+  const RealVirtual* fall = fall_of(input, report);
   const RealVirtual* other = neighbour_of(input, report, other_grid);
   const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
-  if (!places) {
+  const auto own = fall != nullptr ? places_on(*fall, headline) : std::nullopt;
+  if (!places || !own) {
     inputs.missing.push_back(what + ": simulate two");
     return;
   }
-  const MatrixX3d change_m = *places - *places_on(headline, headline);
+  const MatrixX3d change_m = *places - *own;
+  inputs.effects.push_back({what,
+                            fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
+                                        input.simulations[other->simulation].run_label(),
+                                        (other->statistics.mean_m - fall->statistics.mean_m) / mm),
+                            true, -change_m, change_m});
+}
+
+/// What the headline's grid may leave: as its refinement says, else the next coarser grid.
+void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
+  const RealVirtual& headline = headline_of(report);
+  const auto& refined = input.simulations[headline.simulation].refined;
+  if (!refined || !refined->left_m) return add_neighbour(input, report, true, inputs);
+  MatrixX3d moves_m(headline.marks.marks.size(), 3);
+  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
+    const MarkError& mark = headline.marks.marks[k];
+    const auto at = std::find(refined->marks.begin(), refined->marks.end(), mark.mark);
+    if (at == refined->marks.end()) {
+      inputs.missing.emplace_back("grid: the refinement lacks a mark");
+      return;
+    }
+    const Index row = at - refined->marks.begin();
+    // A mark within a cell is taken by cubics there and straight here.
+    moves_m.row(static_cast<Index>(k)) =
+        refined->moves_m.row(row) + refined->places_m.row(row) - mark.virtual_in_world.transpose();
+  }
   inputs.effects.push_back(
-      {what,
-       fmt::format("{} gives {:+.3f} mm; as much may be left, up or down",
-                   input.simulations[other->simulation].run_label(),
-                   (other->statistics.mean_m - headline.statistics.mean_m) / mm),
-       true, -change_m, change_m});
+      {"grid", "what its refinement may leave, up or down", true, -moves_m, moves_m});
 }
 
 std::filesystem::path first_list(const DrapeInput& input, const Report& report) {
@@ -314,6 +350,15 @@ std::optional<MemoryBand> memory_band_of(const DrapeInput& input, const Report& 
 std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report) {
   if (!report.headline) return std::nullopt;
   const RealVirtual& headline = headline_of(report);
+  const Simulation& own = input.simulations[headline.simulation];
+  if (own.refined) {
+    if (!own.refined->left_m) return std::nullopt;
+    GridError error;
+    error.order = own.refined->order;
+    error.left_m = own.refined->left_m;
+    error.refined = own.refined->sentence;
+    return error;
+  }
   const RealVirtual* other = neighbour_of(input, report, true);
   const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
   if (!places) return std::nullopt;
@@ -343,6 +388,7 @@ std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& re
 }
 
 std::string grid_sentence(const GridError& error) {
+  if (!error.refined.empty()) return error.refined;
   const std::string text =
       fmt::format("the marks lie {:.3f} mm from those of {}", error.apart_m / mm, error.coarser);
   if (error.left_m)
@@ -375,7 +421,7 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
   BudgetInputs inputs;
   add_measurement(input, report, inputs);
   if (input.simulations[headline_of(report).simulation].other_simulator) return inputs;
-  add_neighbour(input, report, true, inputs);
+  add_grid(input, report, inputs);
   add_neighbour(input, report, false, inputs);
   add_friction_band(input, report, inputs);
   add_memory(input, report, split, inputs);

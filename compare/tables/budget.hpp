@@ -32,7 +32,8 @@ struct BudgetInputs {
 [[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input,
                                                        const Report& report);
 
-/// What the headline's grid leaves, by the next two coarser ones (Richardson 1911). That holds
+/// What the headline's grid leaves, as drape-refine states it where that made the headline, else
+/// by the next two coarser ones (Richardson 1911). The latter holds
 /// where all three end on one branch, no farther apart than the ensemble's members are linked by,
 /// and where the marks' displacements fall from grid to grid as an error of order 1 to 3 does. An
 /// order above 2, the model's own, is not relied on.
@@ -44,6 +45,7 @@ struct GridError {
   double below_m = 0;             ///< between the two coarser ones, mean over the marks
   std::optional<double> order;    ///< that the three show; absent: not 1 to 3
   std::optional<double> left_m;   ///< mean over the marks; absent: not known
+  std::string refined;            ///< what drape-refine says, where it made the headline
 };
 [[nodiscard]] std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report);
 /// For people, without a full stop.

@@ -73,6 +73,11 @@ Vector3d LocalScene::to_world(const Vector3d& local) const {
   return Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * local + origin_in_world;
 }
 
+Vector3d LocalScene::to_local(const Vector3d& world) const {
+  const Eigen::AngleAxisd back(-yaw_rad, Vector3d::UnitZ());
+  return ToLocal{back.toRotationMatrix(), origin_in_world}.point(world);
+}
+
 double LocalScene::gravity_offset_j(double mass_kg) const {
   const Vector3d gravity = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()) * scene.gravity_m_per_s2;
   return -mass_kg * gravity.dot(origin_in_world);

@@ -29,6 +29,8 @@ struct LocalScene {
   StartReport placed;  ///< of the flat start, in the world
 
   [[nodiscard]] Eigen::Vector3d to_world(const Eigen::Vector3d& local) const;
+  /// Rounded as places of objects are.
+  [[nodiscard]] Eigen::Vector3d to_local(const Eigen::Vector3d& world) const;
   /// What gravity's energy of `mass_kg` in the world frame has more than in this one (J).
   [[nodiscard]] double gravity_offset_j(double mass_kg) const;
 };

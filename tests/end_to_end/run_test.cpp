@@ -226,7 +226,7 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
       "cd " + bench.folder().string() + " && exec " + drape + " run rig --out out";
   const Outcome first = drape::test::run_line(line);
   ASSERT_LE(first.exit_code, 1) << first.text;
-  EXPECT_THAT(first.text, HasSubstr("7 made, 0 up to date"));
+  EXPECT_THAT(first.text, HasSubstr("8 made, 0 up to date"));
   const fs::path out = bench.folder() / "out";
   const drape::Json list = drape::Json::parse(drape::read_text(out / "C/ensemble/branches.json"));
   ASSERT_GE(list["members_at_rest"].get<int>(), 20);
@@ -248,10 +248,46 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
       drape::test::run_line(drape::test::program("drape-results").string() + " verify --store " +
                             (out / "results.sqlite").string());
   EXPECT_EQ(verified.exit_code, 0) << verified.text;
-  EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 7 up to date"));
+  EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 8 up to date"));
   const Outcome single = bench.run("out");
   EXPECT_THAT(single.text, HasSubstr("1 made, 5 up to date"));
   EXPECT_THAT(drape::read_text(out / "report.html"), Not(HasSubstr("The ensemble:")));
+}
+
+TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
+  const SmallBench bench({"C"});
+  const std::string line = "cd " + bench.folder().string() + " && exec " +
+                           drape::test::program("drape").string() + " run rig --out out";
+  const Outcome first = drape::test::run_line(line + " --finest 29");
+  ASSERT_LE(first.exit_code, 1) << first.text;
+  const fs::path out = bench.folder() / "out";
+  const drape::Json list = drape::Json::parse(drape::read_text(out / "C/refined/refinement.json"));
+  ASSERT_TRUE(list["used"].is_number()) << list["sentence"];
+  EXPECT_EQ(list["marks"].size(), 121U);
+  const drape::Json& grid = list["grids"][list["used"].get<std::size_t>()];
+  EXPECT_EQ(list["rest_sha256"], drape::sha256_of_file(out / "C/simulations/11-1/sheet.json"));
+  const auto refined = drape::read_sheet(out / "C/refined" / grid["sheet"].get<std::string>());
+  EXPECT_EQ(refined.rows, grid["rows"]);
+  EXPECT_GT(refined.rows, 11);
+  const std::string sentence = list["sentence"];
+  EXPECT_THAT(sentence, HasSubstr("may be left to a grid without end"));
+  EXPECT_THAT(first.text, HasSubstr("grid's error: " + sentence));
+  EXPECT_THAT(first.text, HasSubstr("refined, 1 segment"));
+  EXPECT_THAT(drape::read_text(out / "report.html"),
+              HasSubstr("may be left to a grid without end"));
+  const std::string results = drape::test::program("drape-results").string();
+  const std::string store = " --store " + (out / "results.sqlite").string();
+  const Outcome stored = drape::test::run_line(
+      results + " --csv sql \"SELECT value FROM run_value WHERE owner = 'grid_error_mm'\"" + store);
+  double left_mm = 0;
+  ASSERT_EQ(std::sscanf(stored.text.c_str(), "value\n%lf", &left_mm), 1) << stored.text;
+  EXPECT_NEAR(left_mm, list["mean_left_mm"].get<double>(), 1e-4);
+  EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
+  EXPECT_THAT(drape::test::run_line(line + " --finest 29").text, HasSubstr("0 made"));
+  // Left out, the drape's own grid speaks again, and nothing but the comparison is made.
+  const Outcome without = drape::test::run_line(line + " --no-refine");
+  EXPECT_THAT(without.text, HasSubstr("1 made"));
+  EXPECT_THAT(without.text, Not(HasSubstr("without end")));
 }
 
 TEST(EndToEnd, InternalFrictionMakesTheDrapesAgainAndMeasuresNothingAgain) {

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/programs/refine_run.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/program/program.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+#include "simulate/checker/certify.hpp"
+#include "simulate/refine/refine.hpp"
+#include "simulate/refine/refine_json.hpp"
+#include "simulate/study/study.hpp"
+
+namespace drape::simulate {
+
+namespace fs = std::filesystem;
+using units::mm;
+
+namespace {
+
+SimulateOptions options_of(const CertificateClaim& claim, const SimulatedSource& source) {
+  SimulateOptions options;
+  options.rows = claim.rows;
+  options.cols = claim.cols;
+  options.segments = claim.segments;
+  options.reach = claim.reach;
+  options.model = claim.model;
+  options.mass = claim.paper_mass ? MassRule::paper : MassRule::area;
+  options.solver = source.solver == "rk4" ? "fall" : source.solver;
+  options.internal_friction = claim.memory.has_value();
+  return options;
+}
+
+/// `cause`: why nothing was refined; empty: it was.
+Ending ending_of(const Refinement& refinement, const RefineArguments& args,
+                 const std::string& cause) {
+  Ending ending;
+  const auto finest = refinement.finest_at_rest();
+  ending.go = finest.has_value();
+  ending.verdict = cause.empty() ? left_sentence(refinement) : cause;
+  for (const RefinedGrid& grid : refinement.grids)
+    ending.numbers.emplace_back(
+        folder_of(grid),
+        fmt::format("{}, {} steps{}", grid.result.report.sentence, grid.result.report.steps,
+                    grid.apart_m
+                        ? fmt::format(", {:.3f} mm from the grid before", *grid.apart_m / mm)
+                        : std::string()));
+  if (finest && refinement.left && refinement.left->mean_m() > args.how.goal_m)
+    ending.warnings.push_back(fmt::format("the goal of {:g} mm is missed by {:.3f} mm",
+                                          args.goal_mm,
+                                          (refinement.left->mean_m() - args.how.goal_m) / mm));
+  const fs::path sheet =
+      finest ? args.out / folder_of(refinement.grids[*finest]) / "sheet.ply" : args.out;
+  ending.next_command =
+      fmt::format("drape-compare MEASURED.ply {} {} --store results.sqlite --report report.html",
+                  (args.folder / "sheet.ply").string(), sheet.string());
+  return ending;
+}
+
+}  // namespace
+
+int run_refine(RefineArguments args, std::vector<std::string> words, const CommonOptions& common) {
+  if (args.folder.empty() || args.scene.empty() || args.out.empty())
+    throw usage_error("FOLDER, --scene or --out is missing", "give all three");
+  args.how.goal_m = args.goal_mm * mm;
+  args.how.check();
+  RunRecord record("drape-refine", std::move(words), args.out / "refinement.run.json");
+  const fs::path rest_file = args.folder / "sheet.json";
+  const CertificateClaim claim = read_claim(args.folder);
+  const Rest rest{read_sheet(rest_file), claim.contact_forces};
+  const Scene scene = read_scene(args.scene);
+  const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
+  const Print print = read_print(scene.print_file);
+  std::optional<Sheet> measured;
+  if (args.start) measured = read_sheet(*args.start);
+  const auto* source = std::get_if<SimulatedSource>(&rest.sheet.source);
+  if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
+      source->fabric_sha256 != fabric_sha256(fabric))
+    throw bad_input("the sheet was simulated from another content of the scene or the fabric",
+                    {.file = rest_file.string()}, "simulate it again");
+  record.input(rest_file);
+  record.input(args.folder / "certificate.json");
+  if (!claim.contact_forces.empty()) record.input(args.folder / "contact_forces.csv");
+  record.input(args.scene);
+  for (const fs::path& file : fabric.files()) record.input(file);
+  record.input(scene.print_file);
+  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
+  SimulateOptions options = options_of(claim, *source);
+  options.threads = thread_count(common);
+  Refinement refinement;
+  std::string cause;
+  if (!claim.at_rest)
+    cause = "the sheet to refine is not at rest";
+  else if (refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest).empty())
+    cause = fmt::format("{}x{} particles are as fine as --finest {} allows", claim.rows, claim.cols,
+                        args.how.finest);
+  if (cause.empty()) refinement = refine(scene, fabric, print, measured, options, rest, args.how);
+  for (RefinedGrid& grid : refinement.grids) {
+    auto& own = std::get<SimulatedSource>(grid.result.sheet.source);
+    own.start_sha256 = source->start_sha256;
+    own.solver = source->solver;
+    grid.result.sheet.no_go = rest.sheet.no_go;
+    options.rows = grid.result.sheet.rows;
+    options.cols = grid.result.sheet.cols;
+    write_outputs(args.out / folder_of(grid), grid.result, options, record);
+  }
+  write_json(args.out / "refinement.json",
+             refinement_json(refinement, print, args.how, sha256_of_file(rest_file), args.out));
+  record.output(args.out / "refinement.json");
+  return finish(ending_of(refinement, args, cause), common, record);
+}
+
+}  // namespace drape::simulate
