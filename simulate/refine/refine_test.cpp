@@ -90,7 +90,7 @@ TEST(RefinedGrids, HaveTheRootOfTwoTimesAsManyCells) {
   EXPECT_TRUE(rows(61, 61).empty());
 }
 
-constexpr double kLength = 0.2, kSpan = 0.16;  // m
+constexpr double kLength = 0.8, kSpan = 0.64;  // m
 
 /// A strip of nearly limp cloth that hangs from both ends.
 struct Hung {
@@ -105,16 +105,18 @@ struct Hung {
       write_durable(folder.path() / name, text);
     };
     write("print.toml",
-          "schema = \"drapebench/print/1\"\nrows = 21\ncols = 3\npitch_mm = 10\n"
-          "dot_diameter_mm = 2\npatch_mm = [200, 20]\nmargin_mm = [0.0, 0.0]\n"
+          "schema = \"drapebench/print/1\"\nrows = 21\ncols = 3\npitch_mm = 40\n"
+          "dot_diameter_mm = 2\npatch_mm = [800, 80]\nmargin_mm = [0.0, 0.0]\n"
           "[tags]\nfamily = \"tag36h11\"\nedge_mm = 2.0\nfirst_id = 0\ncells = []\n");
     write("tensile.csv",
-          "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n0,0,0\n1,500,500\n");
+          "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n0,0,0\n0.5,250,250\n1,"
+          "500,500\n");
     write("shear.csv",
-          "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n0,0,0\n8,4,4\n");
+          "shear_angle_deg,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"
+          "-8,-150,-150\n0,0,0\n8,150,150\n");
     write("bending.csv",
-          "curvature_per_cm,loading_moment_gf_cm_per_cm,unloading_moment_gf_cm_per_cm\n0,0,0\n"
-          "2,0.002,0.002\n");
+          "curvature_per_cm,loading_moment_gf_cm_per_cm,unloading_moment_gf_cm_per_cm\n"
+          "-2,-0.002,-0.002\n0,0,0\n2,0.002,0.002\n");
     const auto curve = [](const char* kind) {
       return "[" + std::string(kind) + "]\nwarp = \"" + kind + ".csv\"\nweft = \"" + kind +
              ".csv\"\n";
@@ -130,7 +132,7 @@ struct Hung {
     for (int col = 0; col < 3; ++col) {
       for (const int end : {0, 1})
         text += fmt::format("[[pin]]\nrow = {}\ncol = {}\nat_mm = [{}, {}, 0]\n", 20 * end, col,
-                            10 * (col - 1), (end == 0 ? 0.5 : -0.5) * kSpan / mm);
+                            40 * (col - 1), (end == 0 ? 0.5 : -0.5) * kSpan / mm);
     }
     write("scene.toml", text);
     scene = read_scene(folder.path() / "scene.toml");
@@ -155,26 +157,27 @@ double catenary_sag_m() {
 }
 
 // A catenary: the polygons on finer grids approach it by the order of the model, and what is stated
-// to be left is what is left. Stretch and bending, which a catenary has not, are worth less than
-// 5 um: the strip is 2e-5 longer and its bending length 0.6 mm.
+// to be left is what is left. What a catenary has not is worth less than 11 um of the sag: bending
+// (B / H times its curvature, 0.6 um; H, the horizontal pull, is 0.48 N/m), stretch (0.8 um over
+// 0.8 m) and the shear that lets the end give between its pins (H / G times 20 mm, 9 um).
 TEST(Refine, ApproachesACatenaryByOrderTwo) {
-  constexpr double kOther_m = 0.005 * mm;
+  constexpr double kOther_m = 0.011 * mm;
   const Hung hung;
   const SimulateResult rest =
       simulate_checked(hung.scene, hung.fabric, hung.print, std::nullopt, hung.options);
   ASSERT_EQ(rest.report.status, RestStatus::at_rest) << rest.report.sentence;
   RefineOptions how;
-  how.finest = 81;
+  how.finest = 41;
   how.goal_m = 1e-9;
   const Refinement refined = refine(hung.scene, hung.fabric, hung.print, std::nullopt, hung.options,
                                     {rest.sheet, rest.contact_forces}, how);
-  ASSERT_EQ(refined.grids.size(), 4U);
-  ASSERT_EQ(refined.finest_at_rest(), 3U);
+  ASSERT_EQ(refined.grids.size(), 2U);
+  ASSERT_EQ(refined.finest_at_rest(), 1U);
   ASSERT_TRUE(refined.left && refined.left->order);
   std::printf("order %.3f, left %.4f mm\n", *refined.left->order, refined.left->mean_m() / mm);
   EXPECT_NEAR(*refined.left->order, 2, 0.2);
   const int middle = 10 * hung.print.cols + 1;
-  const double error_m = refined.grids[3].places_m(middle, 2) + catenary_sag_m();
+  const double error_m = refined.grids[1].places_m(middle, 2) + catenary_sag_m();
   std::printf("sag: error %.4f mm, stated %.4f mm\n", error_m / mm,
               -refined.left->moves_m(middle, 2) / mm);
   EXPECT_NEAR(-refined.left->moves_m(middle, 2), error_m, 0.2 * std::abs(error_m) + kOther_m);
