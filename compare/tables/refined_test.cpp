@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+// A drape that was carried over to a finer grid, as the comparison and the budget take it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "compare/tables/budget.hpp"
+#include "compare/tables/tables.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+using Eigen::Vector3d;
+using testing::HasSubstr;
+using units::mm;
+
+constexpr double kMayBe_mm = 0.25;
+constexpr const char* kSentence = "0.250 mm may be left to a grid without end";
+
+test::Shape lifted(double by_m) {
+  return
+      [by_m](const Eigen::Vector2d& m) -> Vector3d { return test::flat(m) + Vector3d(0, 0, by_m); };
+}
+
+/// Falls 5 mm (five segments) and 6 mm (one) above the measured sheet, another grid 7 mm, and the
+/// first one refined, 4 mm above it; its grid may leave kMayBe_mm more.
+DrapeInput refined_drape() {
+  DrapeInput input = test::drape_of(
+      test::measured_sheet(),
+      {test::simulated_sheet(31, 5, lifted(5 * mm)), test::simulated_sheet(31, 1, lifted(6 * mm)),
+       test::simulated_sheet(21, 5, lifted(7 * mm)), test::simulated_sheet(61, 5, lifted(4 * mm))});
+  Refined refined;
+  refined.list_sha256 = "list";
+  refined.rest_sha256 = input.simulations[0].sheet.sha256;
+  refined.left_m = kMayBe_mm * mm;
+  refined.sentence = kSentence;
+  refined.moves_m = Eigen::MatrixX3d::Zero(121, 3);
+  refined.moves_m.col(2).setConstant(-kMayBe_mm * mm);
+  refined.places_m = refined.moves_m;
+  for (int k = 0; k < 121; ++k) {
+    refined.marks.push_back({k / 11, k % 11});
+    const auto& mark = input.measured.sheet.marks[static_cast<std::size_t>(k)];
+    refined.places_m.row(k) = mark.point_in_world + Vector3d(0, 0, 4 * mm);
+  }
+  input.simulations[3].refined = refined;
+  return input;
+}
+
+const InputEffect& effect_of(const BudgetInputs& inputs, const std::string& what) {
+  return *std::find_if(inputs.effects.begin(), inputs.effects.end(),
+                       [&](const InputEffect& effect) { return effect.what == what; });
+}
+
+TEST(Refined, SpeaksForTheDrapeAndStatesWhatItsGridLeaves) {
+  const DrapeInput input = refined_drape();
+  const Report report = compare_drape(input, {});
+  ASSERT_TRUE(report.headline);
+  const RealVirtual& headline = report.real_virtual[*report.headline];
+  EXPECT_EQ(input.simulations[headline.simulation].label(), "61x61 refined, 5 segments");
+  EXPECT_NEAR(headline.statistics.mean_m / mm, 4, 1e-9);
+  const auto error = grid_error_of(input, report);
+  ASSERT_TRUE(error && error->left_m);
+  EXPECT_NEAR(*error->left_m / mm, kMayBe_mm, 1e-12);
+  EXPECT_EQ(grid_sentence(*error), kSentence);
+  EXPECT_THAT(text_of(real_virtual_table(input, report)), HasSubstr("61x61, refined"));
+}
+
+TEST(Refined, IsNoPairOfThePapersTablesAndNoGridOfAFall) {
+  DrapeInput input = refined_drape();
+  const auto pairs = compare_drape(input, {}).virtual_virtual.size();
+  input.simulations.pop_back();
+  const Report falls = compare_drape(input, {});
+  EXPECT_EQ(falls.virtual_virtual.size(), pairs);
+  EXPECT_EQ(grid_error_of(input, falls)->coarser, "21x21, 5 segments");
+}
+
+// What another number of segments does is known of the fall that it began with.
+TEST(Refined, IsInTheBudgetByWhatItsGridLeavesAndByItsFall) {
+  DrapeInput input = refined_drape();
+  const BudgetInputs inputs = budget_inputs_of(input, compare_drape(input, {}), {});
+  const InputEffect& grid = effect_of(inputs, "grid");
+  EXPECT_TRUE(grid.rectangular);
+  EXPECT_NEAR(grid.up_m(60, 2) / mm, -kMayBe_mm, 1e-9);
+  EXPECT_NEAR(grid.down_m(60, 2) / mm, kMayBe_mm, 1e-9);
+  EXPECT_NEAR(effect_of(inputs, "segments per curve").up_m(60, 2) / mm, 1, 1e-9);
+  input.simulations.erase(input.simulations.begin());
+  const BudgetInputs alone = budget_inputs_of(input, compare_drape(input, {}), {});
+  EXPECT_THAT(alone.missing, testing::Contains("segments per curve: simulate two"));
+}
+
+TEST(Refined, IsWhatItsListSaysAsLongAsTheSheetIsTheSame) {
+  const drape::test::TemporaryFolder folder;
+  const auto sheet = folder.path() / "61x61" / "sheet.ply";
+  write_sheet(sheet, test::simulated_sheet(61, 5, lifted(4 * mm)));
+  EXPECT_FALSE(refined_of(sheet));
+  Json json;
+  json["schema"] = "drapebench/refinement/1";
+  json["rest_sha256"] = "ab";
+  json["goal_mm"] = 0.5;
+  json["used"] = 0;
+  json["order"] = nullptr;
+  json["mean_left_mm"] = kMayBe_mm;
+  json["sentence"] = kSentence;
+  json["grids"] =
+      Json::array({{{"sheet", "61x61/sheet.ply"},
+                    {"sheet_sha256", sha256_of_file(folder.path() / "61x61" / "sheet.json")}}});
+  json["marks"] = Json::array(
+      {{{"row", 1}, {"col", 2}, {"place_mm", {1, 2, 3}}, {"left_mm", {0, 0, kMayBe_mm}}}});
+  const auto list = folder.path() / "refinement.json";
+  write_json(list, json);
+  const auto found = refined_of(sheet);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->refined.rest_sha256, "ab");
+  EXPECT_FALSE(found->refined.order);
+  EXPECT_NEAR(*found->refined.left_m / mm, kMayBe_mm, 1e-12);
+  ASSERT_EQ(found->refined.marks.size(), 1U);
+  EXPECT_NEAR(found->refined.moves_m(0, 2) / mm, kMayBe_mm, 1e-12);
+  json["used"] = nullptr;
+  write_json(list, json);
+  EXPECT_FALSE(refined_of(sheet)->refined.left_m);
+  write_sheet(sheet, test::simulated_sheet(61, 5, lifted(3 * mm)));
+  EXPECT_FALSE(refined_of(sheet));
+}
+
+}  // namespace
+}  // namespace drape::compare
