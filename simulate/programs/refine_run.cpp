@@ -47,10 +47,6 @@ Ending ending_of(const Refinement& refinement, const RefineArguments& args,
                     grid.apart_m
                         ? fmt::format(", {:.3f} mm from the grid before", *grid.apart_m / mm)
                         : std::string()));
-  if (finest && refinement.left && refinement.left->mean_m() > args.how.goal_m)
-    ending.warnings.push_back(fmt::format("the goal of {:g} mm is missed by {:.3f} mm",
-                                          args.goal_mm,
-                                          (refinement.left->mean_m() - args.how.goal_m) / mm));
   const fs::path sheet =
       finest ? args.out / folder_of(refinement.grids[*finest]) / "sheet.ply" : args.out;
   ending.next_command =

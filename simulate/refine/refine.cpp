@@ -146,6 +146,7 @@ Refinement refine(const Scene& scene, const Fabric& fabric, const Print& print,
   const StaticCase the_case{local.scene, print, local.measured, surroundings, laws, given.mass};
 
   Refinement refinement;
+  refinement.goal_m = how.goal_m;
   refinement.coarse = {rest.sheet.rows, rest.sheet.cols, rest.sheet.patch_m};
   refinement.coarse_places_m = places_of_marks(rest.sheet, print);
   Here coarse{refinement.coarse, Field(3 * rest.sheet.marks.size(), 0.0)};

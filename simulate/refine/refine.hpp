@@ -49,6 +49,7 @@ struct GridLeft {
 
 /// Refinement of one rest, on its branch.
 struct Refinement {
+  double goal_m = 0;  ///< that was asked for
   GridSpec coarse;
   Eigen::MatrixX3d coarse_places_m;
   std::vector<RefinedGrid> grids;  ///< from coarse to fine; the last may have come to no rest

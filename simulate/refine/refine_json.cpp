@@ -75,6 +75,8 @@ std::string left_sentence(const Refinement& refinement) {
   if (*finest + 1 < refinement.grids.size())
     text += fmt::format("; {} is {}", folder_of(refinement.grids.back()),
                         refinement.grids.back().result.report.sentence);
+  if (left.mean_m() > refinement.goal_m)
+    text += fmt::format("; the goal of {:g} mm is missed", refinement.goal_m / mm);
   return text;
 }
 
