@@ -80,6 +80,13 @@ fs::path make_published(const fs::path& folder) {
   return folder / "published.csv";
 }
 
+fs::path make_refinement(const fs::path& folder) {
+  write_durable(folder / "43x43/sheet.json", "{}");
+  write_durable(folder / "43x43/sheet.ply", "ply\n");
+  write_durable(folder / "refinement.json", kRefinement);
+  return folder / "refinement.json";
+}
+
 void import_all(const fs::path& file) {
   for (const auto& fabric : simulate::read_published(file)) {
     try {
@@ -118,7 +125,7 @@ std::vector<Kind> stage_kinds() {
          static_cast<void>(compare::read_ensemble(f, sha256_of_file(f)));
          static_cast<void>(compare::read_friction_band(f, sha256_of_file(f)));
        }},
-      {"refinement", with("refinement.json", kRefinement, "43x43/sheet.ply", "ply\n"),
+      {"refinement", make_refinement,
        [](const fs::path& f) {
          static_cast<void>(compare::refined_of(f.parent_path() / "43x43/sheet.ply"));
        }},
