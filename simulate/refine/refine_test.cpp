@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
 
@@ -183,6 +184,32 @@ TEST(Refine, ApproachesACatenaryByOrderTwo) {
   EXPECT_NEAR(-refined.left->moves_m(middle, 2), error_m, 0.2 * std::abs(error_m) + kOther_m);
   EXPECT_THAT(left_sentence(refined), HasSubstr("over three grids the error falls by order"));
   EXPECT_THAT(left_sentence(refined), HasSubstr("the goal of 1e-06 mm is missed"));
+}
+
+// A world moved and turned about the vertical gives the same sheet, to what places are rounded to.
+TEST(Refine, DoesNotDependOnTheWorldsOrigin) {
+  constexpr double kSame_m = 1e-8;
+  const auto refined_in = [](const Vector3d& moved_m, double turned_rad) {
+    Hung hung;
+    const Eigen::AngleAxisd turn(turned_rad, Vector3d::UnitZ());
+    for (Pin& pin : hung.scene.pins) pin.point_in_world = turn * *pin.point_in_world + moved_m;
+    hung.scene.start.centre_in_world = moved_m;
+    hung.scene.start.yaw_rad += turned_rad;
+    hung.scene.table_z_m += moved_m.z();
+    RefineOptions how;
+    how.finest = 29;
+    const SimulateResult rest =
+        simulate_checked(hung.scene, hung.fabric, hung.print, std::nullopt, hung.options);
+    Refinement found = refine(hung.scene, hung.fabric, hung.print, std::nullopt, hung.options,
+                              {rest.sheet, rest.contact_forces}, how);
+    MatrixX3d places = found.grids.at(0).places_m;
+    for (auto row : places.rowwise())
+      row = (turn.inverse() * Vector3d(row.transpose() - moved_m)).transpose();
+    return places;
+  };
+  const MatrixX3d here = refined_in(Vector3d::Zero(), 0);
+  const MatrixX3d there = refined_in({0.3, -0.2, 1}, 37 * units::deg);
+  EXPECT_LT((here - there).rowwise().norm().maxCoeff(), kSame_m);
 }
 
 TEST(Refine, EndsAtTheGoalAndRefusesWhatItCannotCarry) {
