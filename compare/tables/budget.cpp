@@ -4,11 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <map>
 
+#include "compare/tables/grid_error.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -22,61 +20,7 @@ using Eigen::MatrixX3d;
 /// A measured Kawabata value and a friction coefficient repeat within 5 % (one standard deviation);
 /// stated, not derived.
 constexpr double kMeasuredPart = 0.05;
-constexpr double kLeastOrder = 1, kMostOrder = 3;  // of an error that grids show, to be believed
-constexpr double kModelOrder = 2;
 constexpr double kOpposite = 1e-6;  // of a push; two that differ by less but in sign are a pair
-
-const RealVirtual& headline_of(const Report& report) {
-  return report.real_virtual[*report.headline];
-}
-
-/// The headline, or the fall that a refined one began with; nothing where that is not given.
-const RealVirtual* fall_of(const DrapeInput& input, const Report& report) {
-  const RealVirtual& headline = headline_of(report);
-  const auto& refined = input.simulations[headline.simulation].refined;
-  if (!refined) return &headline;
-  for (const RealVirtual& row : report.real_virtual)
-    if (input.simulations[row.simulation].sheet.sha256 == refined->rest_sha256) return &row;
-  return nullptr;
-}
-
-/// The simulation that differs from the fall in nothing but its grid, the next coarser; or in
-/// nothing but its segments. `below`: only grids with fewer rows.
-const RealVirtual* neighbour_of(const DrapeInput& input, const Report& report, bool other_grid,
-                                int below = std::numeric_limits<int>::max()) {
-  const RealVirtual* fall = fall_of(input, report);
-  if (fall == nullptr) return nullptr;
-  const Simulation& chosen = input.simulations[fall->simulation];
-  const RealVirtual* best = nullptr;
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& other = input.simulations[row.simulation];
-    if (other.other_simulator || other.branch || other.refined ||
-        other.source().model != chosen.source().model ||
-        other.source().solver != chosen.source().solver || other.sheet.sheet.rows >= below)
-      continue;
-    const bool same_grid = other.sheet.sheet.rows == chosen.sheet.sheet.rows;
-    const bool same_segments = other.source().segments == chosen.source().segments;
-    if (other_grid ? same_grid || !same_segments : !same_grid || same_segments) continue;
-    const auto& known = best == nullptr ? row : *best;
-    const bool finer =
-        other.sheet.sheet.rows >= input.simulations[known.simulation].sheet.sheet.rows;
-    if (finer) best = &row;
-  }
-  return best;
-}
-
-/// Virtual places of the headline's marks on another simulation; nothing where one has no place.
-std::optional<MatrixX3d> places_on(const RealVirtual& other, const RealVirtual& headline) {
-  MatrixX3d places(headline.marks.marks.size(), 3);
-  std::map<MarkId, Eigen::Vector3d> known;
-  for (const MarkError& mark : other.marks.marks) known[mark.mark] = mark.virtual_in_world;
-  for (std::size_t k = 0; k < headline.marks.marks.size(); ++k) {
-    const auto found = known.find(headline.marks.marks[k].mark);
-    if (found == known.end()) return std::nullopt;
-    places.row(static_cast<Index>(k)) = found->second;
-  }
-  return places;
-}
 
 void add_neighbour(const DrapeInput& input, const Report& report, bool other_grid,
                    BudgetInputs& inputs) {
@@ -320,21 +264,6 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
   }
 }
 
-/// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is `ratio`, of spacings from fine to coarse;
-/// nothing beyond kLeastOrder to kMostOrder. That quotient grows with p.
-std::optional<double> order_of(const std::array<double, 3>& h, double ratio) {
-  const auto ratio_of = [&](double p) {
-    return (std::pow(h[2] / h[1], p) - 1) / (1 - std::pow(h[0] / h[1], p));
-  };
-  double low = kLeastOrder, high = kMostOrder;
-  if (!(ratio >= ratio_of(low) && ratio <= ratio_of(high))) return std::nullopt;
-  for (int k = 0; k < 60; ++k) {
-    const double middle = 0.5 * (low + high);
-    (ratio_of(middle) < ratio ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 }  // namespace
 
 std::optional<FrictionBand> friction_band_of(const DrapeInput& input, const Report& report) {
@@ -345,75 +274,6 @@ std::optional<FrictionBand> friction_band_of(const DrapeInput& input, const Repo
 std::optional<MemoryBand> memory_band_of(const DrapeInput& input, const Report& report) {
   if (report.branch_sets.empty()) return std::nullopt;
   return read_memory_band(first_list(input, report), report.branch_sets.front().sha256);
-}
-
-std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report) {
-  if (!report.headline) return std::nullopt;
-  const RealVirtual& headline = headline_of(report);
-  const Simulation& own = input.simulations[headline.simulation];
-  if (own.refined) {
-    if (!own.refined->left_m) return std::nullopt;
-    GridError error;
-    error.order = own.refined->order;
-    error.left_m = own.refined->left_m;
-    error.refined = own.refined->sentence;
-    return error;
-  }
-  const RealVirtual* other = neighbour_of(input, report, true);
-  const auto places = other != nullptr ? places_on(*other, headline) : std::nullopt;
-  if (!places) return std::nullopt;
-  const Simulation& coarse = input.simulations[other->simulation];
-  GridError error;
-  error.coarser = coarse.run_label();
-  error.apart_m = (*places - *places_on(headline, headline)).rowwise().norm().mean();
-  if (input.ensemble) error.reach_m = input.ensemble->reach_m;
-  const RealVirtual* last =
-      neighbour_of(input, report, true, input.simulations[other->simulation].sheet.sheet.rows);
-  const auto last_places = last != nullptr ? places_on(*last, headline) : std::nullopt;
-  if (!last_places) return error;
-  const MatrixX3d fine_m = *places - *places_on(headline, headline);
-  const MatrixX3d rough_m = *last_places - *places;
-  error.coarsest = input.simulations[last->simulation].run_label();
-  error.below_m = rough_m.rowwise().norm().mean();
-  if (!error.reach_m || std::max(error.apart_m, error.below_m) > *error.reach_m) return error;
-  const auto spacing_of = [&](const RealVirtual& row) {
-    return 1.0 / (input.simulations[row.simulation].sheet.sheet.rows - 1);
-  };
-  const std::array<double, 3> spacing{spacing_of(headline), spacing_of(*other), spacing_of(*last)};
-  error.order = order_of(spacing, (fine_m.array() * rough_m.array()).sum() / fine_m.squaredNorm());
-  if (!error.order) return error;
-  const double order = std::min(*error.order, kModelOrder);
-  error.left_m = error.apart_m / (std::pow(spacing[1] / spacing[0], order) - 1);
-  return error;
-}
-
-std::string grid_sentence(const GridError& error) {
-  if (!error.refined.empty()) return error.refined;
-  const std::string text =
-      fmt::format("the marks lie {:.3f} mm from those of {}", error.apart_m / mm, error.coarser);
-  if (error.left_m)
-    return fmt::format(
-        "{:.3f} mm may be left to a grid without end: {}, on one branch, and with {} the error "
-        "falls by order {:.1f}{}",
-        *error.left_m / mm, text, error.coarsest, *error.order,
-        *error.order > kModelOrder ? ", of which the model's 2 is relied on" : "");
-  if (!error.reach_m) return text + "; without an ensemble nothing says whether on one branch";
-  if (error.apart_m > *error.reach_m)
-    return text + fmt::format(
-                      ", farther than members of one branch ({:.3f} mm): other folds, which "
-                      "no extrapolation bounds",
-                      *error.reach_m / mm);
-  if (error.coarsest.empty())
-    return text + ", on one branch; two grids do not show how the error falls";
-  if (error.below_m > *error.reach_m)
-    return text + fmt::format(
-                      ", on one branch; {} has other folds, {:.3f} mm away, so that nothing shows "
-                      "how the error falls",
-                      error.coarsest, error.below_m / mm);
-  return text + fmt::format(
-                    ", on one branch; with {}, {:.3f} mm away, the error does not fall by an order "
-                    "of {:g} to {:g}, so that nothing is extrapolated",
-                    error.coarsest, error.below_m / mm, kLeastOrder, kMostOrder);
 }
 
 BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,

@@ -8,6 +8,7 @@
 #include "compare/metrics/friction_band.hpp"
 #include "compare/metrics/memory_band.hpp"
 #include "compare/tables/error_split.hpp"
+#include "compare/tables/grid_error.hpp"
 #include "compare/tables/propagation.hpp"
 #include "compare/tables/tables.hpp"
 
@@ -31,25 +32,6 @@ struct BudgetInputs {
 /// The same of internal friction.
 [[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input,
                                                        const Report& report);
-
-/// What the headline's grid leaves, as drape-refine states it where that made the headline, else
-/// by the next two coarser ones (Richardson 1911). The latter holds
-/// where all three end on one branch, no farther apart than the ensemble's members are linked by,
-/// and where the marks' displacements fall from grid to grid as an error of order 1 to 3 does. An
-/// order above 2, the model's own, is not relied on.
-struct GridError {
-  std::string coarser;            ///< "21x21, 5 segments"
-  double apart_m = 0;             ///< mean over the marks
-  std::optional<double> reach_m;  ///< of the ensemble's branches; absent: no ensemble
-  std::string coarsest;           ///< of the three; empty: there are two
-  double below_m = 0;             ///< between the two coarser ones, mean over the marks
-  std::optional<double> order;    ///< that the three show; absent: not 1 to 3
-  std::optional<double> left_m;   ///< mean over the marks; absent: not known
-  std::string refined;            ///< what drape-refine says, where it made the headline
-};
-[[nodiscard]] std::optional<GridError> grid_error_of(const DrapeInput& input, const Report& report);
-/// For people, without a full stop.
-[[nodiscard]] std::string grid_sentence(const GridError& error);
 
 /// Total uncertainty of the headline's mean distance by propagation of distributions (JCGM 101)
 /// over all inputs together, each mark followed in space.
