@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "simulate/mesh/relaxation.hpp"
+#include "simulate/mesh/cusick.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -51,7 +51,7 @@ MeshRest rest_of(const CusickDrape& drape, const ClothLaws& laws) {
   rest.laws = laws;
   rest.memory = drape.memory;
   rest.disc_radius_m = options_of().disc_m / 2;
-  rest.residual_tolerance = RelaxationOptions{}.residual;
+  rest.residual_tolerance = DescentOptions{}.residual;
   return rest;
 }
 

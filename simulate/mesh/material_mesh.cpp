@@ -179,6 +179,26 @@ MaterialMesh mesh_of(std::vector<Vector2d> points_m, std::vector<std::array<int,
   return mesh;
 }
 
+std::vector<int> border_of(const MaterialMesh& mesh) {
+  std::map<int, int> next;
+  for (const MaterialMesh::Edge& edge : mesh.edges) {
+    if (edge.left >= 0 && edge.right < 0) next[edge.from] = edge.to;
+    if (edge.right >= 0 && edge.left < 0) next[edge.to] = edge.from;
+  }
+  std::vector<int> longest;
+  while (!next.empty()) {
+    std::vector<int> loop;
+    for (int at = next.begin()->first; next.contains(at);) {
+      loop.push_back(at);
+      const int to = next.at(at);
+      next.erase(at);
+      at = to;
+    }
+    if (loop.size() > longest.size()) longest = loop;
+  }
+  return longest;
+}
+
 MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options) {
   const double h = options.spacing_m;
   std::vector<const Polygon*> lines = {&outline.outer};

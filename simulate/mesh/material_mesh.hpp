@@ -62,6 +62,9 @@ struct MeshOptions {
 /// than three corners, without area, or finer than the spacing can follow.
 [[nodiscard]] MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options);
 
+/// Corners of the outer border, in its order.
+[[nodiscard]] std::vector<int> border_of(const MaterialMesh& mesh);
+
 /// Delaunay triangles of points, in any order, counter-clockwise.
 [[nodiscard]] std::vector<std::array<int, 3>> delaunay(const std::vector<Eigen::Vector2d>& points);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "simulate/cloth/normal_curvature.hpp"
+#include "simulate/mesh/membrane.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -16,42 +17,6 @@ using Eigen::Vector3d;
 
 constexpr double kSeam = 2;  // of the jump's energy over the triangles beside; see MeshCloth
 constexpr double kNoLength = 1e-30;  // keeps quotients of vectors that vanish finite
-
-template <std::size_t N, std::size_t M>
-Vector3d combined(const std::array<double, N>& weight, const std::array<int, M>& unknown,
-                  const MeshCloth::State& state) {
-  Vector3d sum = Vector3d::Zero();
-  for (std::size_t k = 0; k < N; ++k) sum += weight[k] * state[unknown[k]];
-  return sum;
-}
-
-Vector3d metric_of(const Vector3d& u, const Vector3d& v) {
-  return {u.squaredNorm(), u.dot(v), v.squaredNorm()};
-}
-
-/// Stretches and angle of shear that a metric (|x_u|^2, x_u . x_v, |x_v|^2) states.
-struct Strain {
-  double a, b, sine;
-
-  explicit Strain(const Vector3d& metric)
-      : a(std::sqrt(std::max(metric[0], kNoLength))),
-        b(std::sqrt(std::max(metric[2], kNoLength))),
-        sine(std::clamp(metric[1] / (a * b), -1.0, 1.0)) {}
-  [[nodiscard]] double angle() const { return std::asin(sine); }
-  /// A moment per angle of shear, as derivatives to the metric.
-  [[nodiscard]] Vector3d of_angle(double moment) const {
-    const double per_sine = moment / std::max(std::sqrt(1 - sine * sine), 1e-9);
-    return per_sine * Vector3d(-sine / (2 * a * a), 1 / (a * b), -sine / (2 * b * b));
-  }
-};
-
-/// Derivatives of the membrane's energy per area to the metric.
-Vector3d stress_of(const Vector3d& metric, const ClothLaws& laws) {
-  const Strain strain(metric);
-  return strain.of_angle(laws.shear.odd_value(strain.angle())) +
-         Vector3d(laws.tensile[0].value(strain.a - 1) / (2 * strain.a), 0,
-                  laws.tensile[1].value(strain.b - 1) / (2 * strain.b));
-}
 
 }  // namespace
 
@@ -118,6 +83,26 @@ void MeshCloth::visit_bending_friction(const State& state, Visit visit) const {
   }
 }
 
+std::vector<std::array<double, 2>> MeshCloth::bending_stiffness(const State& state) const {
+  std::vector<std::array<double, 2>> stiffness;
+  const auto steeper = [](const ForceCurve& curve, double x) {
+    return std::max(curve.tangent(x), x > kNoLength ? curve.value(x) / x : curve.slope);
+  };
+  for (const Triangle& t : triangles_)
+    stiffness.push_back({steeper(laws_.bending[0], combined(t.d_uu, t.unknown, state).norm()),
+                         steeper(laws_.bending[1], combined(t.d_vv, t.unknown, state).norm())});
+  if (!laws_.friction) return stiffness;
+  visit_bending_friction(
+      state, [&](const Triangle&, std::size_t i, const std::array<NormalCurvature, 2>& curvature) {
+        for (int d = 0; d < 2; ++d) {
+          const FrictionStack& stack = laws_.friction->bending[d];
+          const double* slip = memory_.bending[d].data() + stack.elements.size() * i;
+          stiffness[i][d] += std::max(0.0, stack.tangent(curvature[d].value, slip));
+        }
+      });
+  return stiffness;
+}
+
 double MeshCloth::settle(const State& state) {
   if (!laws_.friction) return 0;
   const ClothFriction& friction = *laws_.friction;
@@ -133,10 +118,55 @@ double MeshCloth::settle(const State& state) {
   const std::vector<Vector3d> metric = metrics(state);
   const std::size_t elements = friction.shear.elements.size();
   for (std::size_t i = 0; i < metric.size(); ++i)
-    taken += area_[i] *
-             friction.shear.settle(Strain(metric[i]).angle(), memory_.shear.data() + elements * i);
+    taken += area_[i] * friction.shear.settle(MetricStrain(metric[i]).angle(),
+                                              memory_.shear.data() + elements * i);
   dissipated_j_ += taken;
   return taken;
+}
+
+void MeshCloth::take_over(const MeshCloth& other, const State& of_other, const State& own) {
+  if (!laws_.friction) return;
+  const auto nearest = [](const std::vector<Vector2d>& places, const Vector2d& p) {
+    const auto nearer = [&](const Vector2d& a, const Vector2d& b) {
+      return (a - p).squaredNorm() < (b - p).squaredNorm();
+    };
+    return static_cast<std::size_t>(std::min_element(places.begin(), places.end(), nearer) -
+                                    places.begin());
+  };
+  const auto middle = [](const MeshCloth& cloth, const Triangle& t) {
+    Vector2d sum = Vector2d::Zero();
+    for (const int corner : t.corner) sum += cloth.mesh_.points_m[corner] / 3;
+    return sum;
+  };
+  const ClothFriction& friction = *laws_.friction;
+  const auto take = [](const FrictionStack& stack, double strain, double others, const double* from,
+                       double* slip) {
+    for (std::size_t e = 0; e < stack.elements.size(); ++e) slip[e] = strain - (others - from[e]);
+  };
+  std::vector<Vector2d> middles;
+  std::vector<std::array<double, 2>> bent;
+  other.visit_bending_friction(of_other, [&](const Triangle& t, std::size_t,
+                                             const std::array<NormalCurvature, 2>& curvature) {
+    middles.push_back(middle(other, t));
+    bent.push_back({curvature[0].value, curvature[1].value});
+  });
+  visit_bending_friction(own, [&](const Triangle& t, std::size_t i,
+                                  const std::array<NormalCurvature, 2>& curvature) {
+    const std::size_t from = nearest(middles, middle(*this, t));
+    for (int d = 0; d < 2; ++d) {
+      const std::size_t count = friction.bending[d].elements.size();
+      take(friction.bending[d], curvature[d].value, bent[from][d],
+           other.memory_.bending[d].data() + count * from, memory_.bending[d].data() + count * i);
+    }
+  });
+  const std::vector<Vector3d> metric = metrics(own), others = other.metrics(of_other);
+  const std::size_t count = friction.shear.elements.size();
+  for (std::size_t i = 0; i < metric.size(); ++i) {
+    const std::size_t from = nearest(other.mesh_.points_m, mesh_.points_m[i]);
+    take(friction.shear, MetricStrain(metric[i]).angle(), MetricStrain(others[from]).angle(),
+         other.memory_.shear.data() + count * from, memory_.shear.data() + count * i);
+  }
+  dissipated_j_ = other.dissipated_j_;
 }
 
 std::vector<Vector3d> MeshCloth::metrics(const State& state) const {
@@ -185,7 +215,7 @@ Vector2d MeshCloth::normal_of(int edge) const {
 InternalEnergies MeshCloth::energies(const State& state) const {
   InternalEnergies sum;
   const auto add_membrane = [&](double area, const Vector3d& metric) {
-    const Strain strain(metric);
+    const MetricStrain strain(metric);
     sum.stretch_j +=
         area * (laws_.tensile[0].energy(strain.a - 1) + laws_.tensile[1].energy(strain.b - 1));
     sum.shear_j += area * laws_.shear.energy(std::abs(strain.angle()));
@@ -214,7 +244,7 @@ InternalEnergies MeshCloth::energies(const State& state) const {
   });
   const std::size_t elements = friction.shear.elements.size();
   for (std::size_t i = 0; i < metric.size(); ++i)
-    sum.shear_j += area_[i] * friction.shear.potential(Strain(metric[i]).angle(),
+    sum.shear_j += area_[i] * friction.shear.potential(MetricStrain(metric[i]).angle(),
                                                        memory_.shear.data() + elements * i);
   return sum;
 }
@@ -222,7 +252,7 @@ InternalEnergies MeshCloth::energies(const State& state) const {
 void MeshCloth::add_forces(const State& state, State& force) const {
   std::vector<Vector3d> stress = metrics(state);
   for (std::size_t i = 0; i < stress.size(); ++i) {
-    const Strain strain(stress[i]);
+    const MetricStrain strain(stress[i]);
     stress[i] = (1 - in_triangles_) * stress_of(stress[i], laws_);
     if (!laws_.friction) continue;
     const FrictionStack& stack = laws_.friction->shear;
@@ -278,7 +308,7 @@ std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {
   const std::vector<Vector3d> metric = metrics(state);
   std::vector<Eigen::Vector2d> fibre(metric.size());  // N/m, along warp and weft
   for (std::size_t i = 0; i < metric.size(); ++i) {
-    const Strain strain(metric[i]);
+    const MetricStrain strain(metric[i]);
     // Tangent along the fibre, tension over length across it: the larger of both bounds either.
     for (int d = 0; d < 2; ++d) {
       const ForceCurve& law = laws_.tensile[d];

@@ -43,6 +43,34 @@ class MeshCloth {
   [[nodiscard]] int unknowns() const { return points() + static_cast<int>(mesh_.edges.size()); }
   [[nodiscard]] const std::vector<double>& mass_kg() const { return mass_; }  ///< of the points
 
+  /// The elements, so that a solver can form second derivatives of its own.
+  struct Triangle {
+    std::array<int, 3> corner;
+    std::array<int, 6> unknown;  ///< corners, then sides
+    double area = 0;
+    std::array<double, 3> d_u, d_v;          ///< of the linear triangle
+    std::array<double, 6> d_uu, d_uv, d_vv;  ///< of Morley's
+  };
+  /// A side between two triangles.
+  struct Seam {
+    std::array<int, 12> unknown;    ///< of the triangle on the left, then of that on the right
+    std::array<double, 12> weight;  ///< of the difference of second derivatives along it
+    double stiffness = 0;           ///< N m^3
+  };
+  [[nodiscard]] const std::vector<Triangle>& triangles() const { return triangles_; }
+  [[nodiscard]] const std::vector<Seam>& seams() const { return seams_; }
+  [[nodiscard]] const ClothLaws& laws() const { return laws_; }
+  [[nodiscard]] double in_triangles() const { return in_triangles_; }
+  [[nodiscard]] const std::vector<double>& area_m2() const { return area_; }  ///< of the points
+  /// Unit vector in material coordinates, to the side's left.
+  [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
+  /// Mean over the triangles at each point of (|x_u|^2, x_u . x_v, |x_v|^2).
+  [[nodiscard]] std::vector<Eigen::Vector3d> metrics(const State& state) const;
+
+  /// Stiffness (N m) of each triangle along warp and weft in a state: the steeper of tangent and
+  /// secant, and the friction elements' tangent.
+  [[nodiscard]] std::vector<std::array<double, 2>> bending_stiffness(const State& state) const;
+
   /// State of a smooth map: position and its derivatives along warp and weft at a material point.
   struct Jet {
     Eigen::Vector3d x, x_u, x_v;
@@ -62,6 +90,9 @@ class MeshCloth {
   /// Internal friction, as Cloth has it; slips of bending by triangle, of shear by point.
   [[nodiscard]] const ClothMemory& memory() const { return memory_; }
   double settle(const State& state);
+  /// Takes over what each friction element of the same cloth on another mesh bears, from the
+  /// nearest there to the nearest here.
+  void take_over(const MeshCloth& other, const State& of_other, const State& own);
   [[nodiscard]] double dissipated_j() const { return dissipated_j_; }
 
   [[nodiscard]] InternalEnergies energies(const State& state) const;
@@ -72,25 +103,8 @@ class MeshCloth {
   [[nodiscard]] std::vector<double> stiffness_bounds(const State& state) const;
 
  private:
-  struct Triangle {
-    std::array<int, 3> corner;
-    std::array<int, 6> unknown;  ///< corners, then sides
-    double area = 0;
-    std::array<double, 3> d_u, d_v;          ///< of the linear triangle
-    std::array<double, 6> d_uu, d_uv, d_vv;  ///< of Morley's
-  };
-  /// A side between two triangles.
-  struct Seam {
-    std::array<int, 12> unknown;    ///< of the triangle on the left, then of that on the right
-    std::array<double, 12> weight;  ///< of the difference of second derivatives along it
-    double stiffness = 0;           ///< N m^3
-  };
   [[nodiscard]] Seam seam_of(int edge) const;
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
-  [[nodiscard]] Eigen::Vector2d normal_of(int edge) const;
-
-  /// Mean over the triangles at each point of (|x_u|^2, x_u . x_v, |x_v|^2).
-  [[nodiscard]] std::vector<Eigen::Vector3d> metrics(const State& state) const;
   template <class Visit>
   void visit_bending_friction(const State& state, Visit visit) const;
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "simulate/mesh/cusick.hpp"
 #include "simulate/mesh/relaxation.hpp"
 
 namespace drape::simulate {
@@ -410,7 +411,7 @@ TEST_F(Faille, IsNotHeldOutByACoarseMesh) {
 TEST_F(Faille, LoadsThatItDidNotRestUnderAreCounted) {
   options_.lowering_steps = 3;
   options_.shakes = 1;
-  options_.relaxation.most_steps = 20;
+  options_.descent.most_steps = 20;
   EXPECT_EQ(cusick_drape(laws_, options_).hurried_loads, 4);
 }
 

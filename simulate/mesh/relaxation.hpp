@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "simulate/mesh/mesh_cloth.hpp"
@@ -41,40 +40,5 @@ struct Contact {
 [[nodiscard]] RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state,
                                      const std::vector<bool>& held, const Contact& contact,
                                      const RelaxationOptions& options);
-
-/// A drapemeter with a clamping disc: a round specimen held flat between two discs.
-struct CusickOptions {
-  double disc_m = 0.180, specimen_m = 0.300;
-  double spacing_m = 0.0075;  ///< of the mesh; a third of it at the discs' rim
-  double warp_rad = 0;        ///< from the mesh lattice's first axis to the warp
-  unsigned start = 1;         ///< chooses the lattice's jitter and the first waves
-  /// The specimen lies on a table at the height of the discs, which goes down by the width of the
-  /// free ring in so many steps, the cloth nearly at rest at each; the last frees it. 1: let go at
-  /// once; its folds are then those that grow fastest in the relaxation's own time, too many.
-  int lowering_steps = 8;
-  /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
-  /// gravity. Without internal friction it changes no rest but the choice of one.
-  int shakes = 0;
-  double shake = 0.5;
-  /// Steps and residual are each load's; a load before the last that does not reach 1e-2 goes on
-  /// and is counted.
-  RelaxationOptions relaxation{.masses = 0.3};  ///< lighter and so faster: no Coulomb friction
-};
-
-struct CusickDrape {
-  MaterialMesh mesh;
-  MeshCloth::State state;  ///< points, then sides
-  ClothMemory memory;      ///< of internal friction, at this rest
-  RelaxationReport report;
-  int hurried_loads = 0;  ///< loads before the last at which it did not come near rest
-};
-/// Starts flat, with waves of 2 to 16 folds of random phase and 0.2 mm at the hem, on the table.
-[[nodiscard]] CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options);
-
-/// ASCII PLY in mm, z up, warp along x.
-[[nodiscard]] std::string ply_text(const CusickDrape& drape);
-
-/// Corners of the outer border, in its order.
-[[nodiscard]] std::vector<int> border_of(const MaterialMesh& mesh);
 
 }  // namespace drape::simulate

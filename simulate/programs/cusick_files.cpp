@@ -24,8 +24,8 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   rest.laws = laws;
   rest.memory = drape.memory;
   rest.disc_radius_m = options.disc_m / 2;
-  rest.gravity_m_per_s2 = options.relaxation.gravity_m_per_s2;
-  rest.residual_tolerance = options.relaxation.residual;
+  rest.gravity_m_per_s2 = options.descent.gravity_m_per_s2;
+  rest.residual_tolerance = options.descent.residual;
   judged.judgement = judge_mesh(rest);
   return judged;
 }

@@ -9,7 +9,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/checker/mesh_rest.hpp"
-#include "simulate/mesh/relaxation.hpp"
+#include "simulate/mesh/cusick.hpp"
 
 namespace drape::simulate {
 

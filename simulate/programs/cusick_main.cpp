@@ -17,9 +17,10 @@ namespace {
 struct Arguments {
   std::filesystem::path fabric, out;
   double disc_mm = 180, specimen_mm = 300, spacing_mm = 7.5, warp_deg = 0;
-  int starts = 1, most_steps = RelaxationOptions{}.most_steps;
+  int starts = 1, most_steps = DescentOptions{}.most_steps;
   bool internal_friction = false;
   int lowering_steps = CusickOptions{}.lowering_steps, shakes = 0;
+  double laid_coarser = CusickOptions{}.laid_coarser;
   double shake_percent = 50;
 };
 
@@ -40,9 +41,10 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     options.warp_rad = arguments.warp_deg * units::deg;
     options.start = static_cast<unsigned>(i + 1);
     options.lowering_steps = arguments.lowering_steps;
+    options.laid_coarser = arguments.laid_coarser;
     options.shakes = arguments.shakes;
     options.shake = arguments.shake_percent * units::percent;
-    options.relaxation.most_steps = arguments.most_steps;
+    options.descent.most_steps = arguments.most_steps;
     drapes[i] = judged_drape(laws, options);
   });
   const Ending ending = write_cusick(arguments.out, fabric.name, drapes, record);
@@ -71,6 +73,10 @@ int main(int argc, char** argv) {
                  "of the table on which the specimen lies at first; 1: let go at once")
       ->range(1, 1000)
       ->capture_default_str();
+  app.add_option("--laid-coarser", a.laid_coarser,
+                 "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself")
+      ->range(1, 4)
+      ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
                "use both branches of the bending and shear loops");
   app.add_option("--shakes", a.shakes, "times that gravity goes up and down before the last rest")
@@ -79,7 +85,7 @@ int main(int argc, char** argv) {
   app.add_option("--shake-percent", a.shake_percent, "of gravity")
       ->range(0, 100)
       ->capture_default_str();
-  app.add_option("--max-steps", a.most_steps, "of relaxation, at each load")
+  app.add_option("--max-steps", a.most_steps, "of descent, at each load")
       ->positive()
       ->capture_default_str();
   return run_program(app, argc, argv, common,

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/cusick.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kFirstWave = 2e-4;  // m
+constexpr int kWaves = 16;
+constexpr double kFinerAtTheClamp = 3;    // times than the mesh's spacing
+constexpr double kWidening = 1.1;         // of one ring's spacing to the next
+constexpr double kPassingResidual = 0.3;  // mean weights of a point; where loads turn
+constexpr double kOnDisc = 1e-6;          // of its radius
+constexpr int kAround = 16;               // points from which a shape is carried over
+
+/// Number in 0 .. 1 of a fixed sequence.
+double lot(unsigned seed, int k) {
+  const double x = std::sin(12.9898 * k + 78.233 * seed) * 43758.5453;
+  return x - std::floor(x);
+}
+
+/// Circles of points from a clamp outwards: cloth that leaves it along a curve must shear within a
+/// few millimetres, (B r^2 / G)^(1/4), so the mesh begins fine there and widens. A rim three times
+/// finer again still raises the drape coefficient by 2 points.
+std::vector<Polygon> rings(double clamp, double hem, double spacing, double turn) {
+  std::vector<Polygon> found;
+  const auto pieces = [](double radius, double side) {
+    return static_cast<int>(std::lround(2 * std::numbers::pi * radius / side));
+  };
+  double radius = clamp, side = spacing / kFinerAtTheClamp;
+  while (side < spacing && radius <= hem - spacing) {
+    found.push_back(circle({0, 0}, radius, pieces(radius, side), turn + radius / side));
+    radius += side * std::sqrt(3.0) / 2;
+    side *= kWidening;
+  }
+  return found;
+}
+
+/// A specimen on one mesh, and what of it the discs hold.
+class Specimen {
+ public:
+  Specimen(const ClothLaws& laws, const CusickOptions& options, double spacing)
+      : disc_(options.disc_m / 2),
+        hem_(options.specimen_m / 2),
+        options_(options),
+        cloth(mesh_of_specimen(spacing), laws),
+        held(held_unknowns()),
+        state(cloth.state_of(lies)),
+        stiffness_(cloth, held) {}
+
+  /// Waves at the hem, of lots.
+  void wave() {
+    for (int i = 0; i < cloth.points(); ++i) {
+      const Vector2d p = cloth.mesh().points_m[i];
+      if (held[i]) continue;
+      const double out = (p.norm() - disc_) / (hem_ - disc_), angle = std::atan2(p.y(), p.x());
+      double height = 0;
+      for (int k = 2; k <= kWaves; ++k)
+        height += std::cos(k * angle - 2 * std::numbers::pi * lot(options_.start, k));
+      state[i].z() += kFirstWave * out * out * height / std::sqrt(kWaves - 1.0);
+    }
+  }
+  /// Lowers the table from the discs' height until the cloth is free of it.
+  void lower() {
+    for (int k = 1; k < options_.lowering_steps; ++k)
+      pass(1, -(hem_ - disc_) * k / options_.lowering_steps);
+  }
+  /// Comes near rest under a part of gravity.
+  void pass(double gravity, double table_z_m = -std::numeric_limits<double>::infinity()) {
+    DescentOptions passing = options_.descent;
+    passing.gravity_m_per_s2 *= gravity;
+    passing.residual = std::max(passing.residual, kPassingResidual);
+    hurried_loads += go_down(passing, table_z_m).at_rest ? 0 : 1;
+  }
+  RelaxationReport rest() {
+    RelaxationReport report = go_down(options_.descent, -std::numeric_limits<double>::infinity());
+    report.steps = steps;
+    return report;
+  }
+  /// Takes over the shape of another mesh of the same specimen, and what its friction bears.
+  void take_over(const Specimen& other) {
+    const State flat_state = state;
+    state = cloth.state_of([&](const Vector2d& p) { return other.shape_at(p); });
+    for (std::size_t i = 0; i < state.size(); ++i)
+      if (held[i]) state[i] = flat_state[i];
+    cloth.take_over(other.cloth, other.state, state);
+    steps = other.steps;
+    hurried_loads = other.hurried_loads;
+  }
+
+ private:
+  using State = MeshCloth::State;
+  double disc_, hem_;
+  const CusickOptions& options_;
+
+ public:
+  MeshCloth cloth;
+  std::vector<bool> held;
+  State state;
+  int steps = 0, hurried_loads = 0;
+
+ private:
+  MeshStiffness stiffness_;
+
+  /// Warp along x, weft along y, seen from above with z up.
+  static MeshCloth::Jet lies(const Vector2d& p) {
+    return {{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
+  }
+  [[nodiscard]] MaterialMesh mesh_of_specimen(double spacing) const {
+    // The lattice of the mesh is turned against the warp; lots turn the two circles.
+    const double turn = 2 * std::numbers::pi * lot(options_.start, 0);
+    const auto count = static_cast<int>(std::lround(2 * std::numbers::pi * hem_ / spacing));
+    const ClothOutline outline{
+        circle({0, 0}, hem_, count, turn), {}, rings(disc_, hem_, spacing, 2 * turn)};
+    MeshOptions mesh_options;
+    mesh_options.spacing_m = spacing;
+    mesh_options.lattice_turn_rad = -options_.warp_rad;
+    mesh_options.seed = options_.start;
+    return triangulated(outline, mesh_options);
+  }
+  [[nodiscard]] std::vector<bool> held_unknowns() const {
+    const auto clamped = [&](int point) {
+      return cloth.mesh().points_m[point].norm() <= disc_ * (1 + kOnDisc);
+    };
+    std::vector<bool> all;
+    all.reserve(static_cast<std::size_t>(cloth.unknowns()));
+    for (int i = 0; i < cloth.points(); ++i) all.push_back(clamped(i));
+    for (const auto& edge : cloth.mesh().edges)
+      all.push_back(clamped(edge.from) && clamped(edge.to));
+    return all;
+  }
+  RelaxationReport go_down(const DescentOptions& options, double table_z_m) {
+    const Drapemeter bodies{disc_ * (1 - kOnDisc), table_z_m};
+    const RelaxationReport report = descend(cloth, state, held, stiffness_, bodies, options);
+    steps += report.steps;
+    return report;
+  }
+  /// A quadratic through the points around, by least squares that weigh the farthest with nothing.
+  [[nodiscard]] MeshCloth::Jet shape_at(const Vector2d& p) const {
+    const auto& points = cloth.mesh().points_m;
+    std::vector<std::pair<double, int>> near;
+    for (int i = 0; i < cloth.points(); ++i) near.emplace_back((points[i] - p).squaredNorm(), i);
+    std::partial_sort(near.begin(), near.begin() + kAround, near.end());
+    const double reach2 = near[kAround - 1].first, reach = std::sqrt(reach2);
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 3> right = Eigen::Matrix<double, 6, 3>::Zero();
+    for (int k = 0; k + 1 < kAround; ++k) {
+      const auto [away2, i] = near[k];
+      const Vector2d d = (points[i] - p) / reach;
+      const double weight = std::pow(1 - away2 / reach2, 2);
+      Eigen::Matrix<double, 6, 1> terms;
+      terms << 1, d.x(), d.y(), d.x() * d.x(), d.x() * d.y(), d.y() * d.y();
+      normal += weight * terms * terms.transpose();
+      right += weight * terms * state[i].transpose();
+    }
+    const Eigen::Matrix<double, 6, 3> fit = normal.ldlt().solve(right);
+    return {fit.row(0).transpose(), fit.row(1).transpose() / reach, fit.row(2).transpose() / reach};
+  }
+};
+
+}  // namespace
+
+CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
+  const double laid = options.spacing_m * options.laid_coarser;
+  if (!(options.disc_m / 2 > laid && options.specimen_m / 2 > options.disc_m / 2 + laid))
+    throw usage_error("the disc, the ring of cloth or the mesh's spacing do not fit",
+                      "give a disc smaller than the specimen and a finer mesh");
+  std::optional<Specimen> coarse;
+  Specimen specimen(laws, options, options.spacing_m);
+  if (options.laid_coarser > 1) {
+    coarse.emplace(laws, options, laid);
+    coarse->wave();
+    coarse->lower();
+    coarse->pass(1);
+    specimen.take_over(*coarse);
+  } else {
+    specimen.wave();
+    specimen.lower();
+  }
+  for (int k = 0; k < 2 * options.shakes; ++k)
+    specimen.pass(k % 2 == 0 ? 1 + options.shake : 1 - options.shake);
+  CusickDrape drape;
+  drape.report = specimen.rest();
+  drape.mesh = specimen.cloth.mesh();
+  drape.state = std::move(specimen.state);
+  drape.memory = specimen.cloth.memory();
+  drape.hurried_loads = specimen.hurried_loads;
+  return drape;
+}
+
+std::string ply_text(const CusickDrape& drape) {
+  std::string text = fmt::format(
+      "ply\nformat ascii 1.0\ncomment millimetres, z up, warp along x\nelement vertex {}\n"
+      "property double x\nproperty double y\nproperty double z\nelement face {}\n"
+      "property list uchar int vertex_indices\nend_header\n",
+      drape.mesh.points_m.size(), drape.mesh.triangles.size());
+  for (std::size_t i = 0; i < drape.mesh.points_m.size(); ++i) {
+    const Eigen::Vector3d p = drape.state[i] / units::mm;
+    text += fmt::format("{:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
+  }
+  for (const auto& t : drape.mesh.triangles) text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  return text;
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/descent.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numeric>
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using State = MeshCloth::State;
+
+constexpr double kSink_m = 0.5e-3;    // of cloth into the table, by its own weight
+constexpr double kOnWall = 1e-5;      // of the wall's radius; the checker takes it as on the wall
+constexpr double kWallWeights = 100;  // mean weights of a point that press it in so far
+constexpr double kArmijo = 1e-4;      // of the slope, that a step must gain (Nocedal and Wright)
+constexpr double kRounding = 1e-14;   // of the energy, that a step may lose
+constexpr double kShorter = 0.5, kShortest = 0.1;  // of a step that was too long
+constexpr int kTries = 12;
+constexpr double kFlat = 1e-8;  // of a step's slope: less curvature is not remembered
+
+Eigen::Map<Eigen::VectorXd> flat(State& state) {
+  return {state.front().data(), 3 * static_cast<Eigen::Index>(state.size())};
+}
+
+/// Energy, forces and what supports the cloth.
+class Potential {
+ public:
+  Potential(const MeshCloth& cloth, const std::vector<bool>& held, const Drapemeter& bodies,
+            const Vector3d& gravity)
+      : cloth_(cloth), held_(held), bodies_(bodies), gravity_(gravity) {
+    const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
+    weight_n_ = gravity.norm() * mass / cloth.points();
+    wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
+    for (const MaterialMesh::Edge& edge : cloth.mesh().edges)
+      side_m_ += (cloth.mesh().points_m[edge.to] - cloth.mesh().points_m[edge.from]).norm() /
+                 static_cast<double>(cloth.mesh().edges.size());
+  }
+
+  [[nodiscard]] double mean_side_m() const { return side_m_; }
+
+  /// Internal and of height.
+  [[nodiscard]] double own_energy_j(const State& state) const {
+    double sum = cloth_.energies(state).sum_j();
+    for (int i = 0; i < cloth_.points(); ++i) sum -= cloth_.mass_kg()[i] * gravity_.dot(state[i]);
+    return sum;
+  }
+  /// With what wall and table hold.
+  [[nodiscard]] double energy_j(const State& state) const {
+    double sum = own_energy_j(state);
+    visit_supports(state, [&](int, const Vector3d&, double depth, double stiffness) {
+      sum += stiffness / 2 * depth * depth;
+    });
+    return sum;
+  }
+  struct Residuals {
+    double point = 0, side = 0;  ///< as in the options
+    double reported = 0;  ///< of points, where support takes what it can; as the checker has it
+  };
+  /// Minus the energy's gradient, nothing where held.
+  Residuals forces(const State& state, State& force) const {
+    std::fill(force.begin(), force.end(), Vector3d::Zero());
+    cloth_.add_forces(state, force);
+    for (int i = 0; i < cloth_.points(); ++i) force[i] += cloth_.mass_kg()[i] * gravity_;
+    Residuals residuals;
+    std::vector<int> supported;
+    visit_supports(state, [&](int i, const Vector3d& normal, double depth, double stiffness) {
+      const Vector3d along = force[i] - std::min(0.0, force[i].dot(normal)) * normal;
+      residuals.reported = std::max(residuals.reported, along.norm() / weight_n_);
+      supported.push_back(i);
+      force[i] += stiffness * depth * normal;
+    });
+    auto next = supported.begin();
+    for (int i = 0; i < cloth_.unknowns(); ++i) {
+      if (held_[i]) force[i].setZero();
+      if (i >= cloth_.points()) {
+        residuals.side = std::max(residuals.side, force[i].norm() / (weight_n_ * side_m_));
+        continue;
+      }
+      const double size = force[i].norm() / weight_n_;
+      residuals.point = std::max(residuals.point, size);
+      while (next != supported.end() && *next < i) ++next;
+      if (next == supported.end() || *next != i)
+        residuals.reported = std::max(residuals.reported, size);
+    }
+    return residuals;
+  }
+  [[nodiscard]] std::vector<std::pair<int, Matrix3d>> supports(const State& state) const {
+    std::vector<std::pair<int, Matrix3d>> found;
+    visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
+      found.emplace_back(i, stiffness * normal * normal.transpose());
+    });
+    return found;
+  }
+
+ private:
+  /// visit(point, normal, depth, N/m) for each point in the table or in the wall.
+  template <class Visit>
+  void visit_supports(const State& state, Visit visit) const {
+    for (int i = 0; i < cloth_.points(); ++i) {
+      if (held_[i]) continue;
+      const Vector3d& p = state[i];
+      if (p.z() < bodies_.table_z_m)
+        visit(i, Vector3d::UnitZ(), bodies_.table_z_m - p.z(),
+              cloth_.mass_kg()[i] * gravity_.norm() / kSink_m);
+      const double r = p.head<2>().norm();
+      if (p.z() < 0 && r < bodies_.wall_radius_m && r > 0)
+        visit(i, Vector3d(p.x() / r, p.y() / r, 0), bodies_.wall_radius_m - r, wall_n_per_m_);
+    }
+  }
+
+  const MeshCloth& cloth_;
+  const std::vector<bool>& held_;
+  const Drapemeter& bodies_;
+  Vector3d gravity_;
+  double weight_n_ = 0, wall_n_per_m_ = 0, side_m_ = 0;
+};
+
+/// Steps and what the forces lost over them; the newest last.
+class Pairs {
+ public:
+  explicit Pairs(int most) : most_(static_cast<std::size_t>(most)) {}
+  [[nodiscard]] bool empty() const { return pairs_.empty(); }
+  void clear() { pairs_.clear(); }
+  void add(Eigen::VectorXd step, Eigen::VectorXd lost, double product) {
+    pairs_.push_back({std::move(step), std::move(lost), product});
+    if (pairs_.size() > most_) pairs_.pop_front();
+  }
+  /// The inverse of what they tell of the second derivatives, times a force, in place.
+  void apply(State& force, const MeshStiffness& stiffness) const {
+    std::vector<double> taken(pairs_.size());
+    for (std::size_t k = pairs_.size(); k-- > 0;) {
+      taken[k] = pairs_[k].step.dot(flat(force)) / pairs_[k].product;
+      flat(force) -= taken[k] * pairs_[k].lost;
+    }
+    stiffness.solve(force);
+    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+      const double put = pairs_[k].lost.dot(flat(force)) / pairs_[k].product;
+      flat(force) += (taken[k] - put) * pairs_[k].step;
+    }
+  }
+
+ private:
+  struct Pair {
+    Eigen::VectorXd step, lost;
+    double product = 0;
+  };
+  std::size_t most_;
+  std::deque<Pair> pairs_;
+};
+
+}  // namespace
+
+RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
+                         MeshStiffness& stiffness, const Drapemeter& bodies,
+                         const DescentOptions& options) {
+  const Potential potential(cloth, held, bodies, options.gravity_m_per_s2);
+  State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
+  Pairs pairs(options.pairs);
+  RelaxationReport report;
+  double energy = potential.energy_j(state);
+  Potential::Residuals residuals = potential.forces(state, force);
+  int since_factor = options.factor_every;
+  while (std::isfinite(energy)) {
+    report.at_rest = std::max(residuals.point, residuals.side) <= options.residual;
+    if (report.at_rest || report.steps >= options.most_steps) break;
+    if (since_factor >= options.factor_every) {
+      if (!stiffness.factorise(state, potential.supports(state))) break;
+      since_factor = 0;
+    }
+    ++since_factor;
+    step = force;
+    pairs.apply(step, stiffness);
+    const double slope = flat(force).dot(flat(step));
+    double far = 0;
+    for (int i = 0; i < cloth.points(); ++i) far = std::max(far, step[i].norm());
+    double part = std::min(1.0, potential.mean_side_m() / far), next_energy = 0;
+    bool down = false;
+    int tries = 0;
+    for (; slope > 0 && tries < kTries && !down; ++tries) {
+      flat(next) = flat(state) + part * flat(step);
+      next_energy = potential.energy_j(next);
+      down = next_energy <= energy - kArmijo * part * slope + kRounding * std::abs(energy);
+      if (down) break;
+      // The least of the parabola through both energies and the slope.
+      const double least = slope * part * part / (2 * (next_energy - energy + slope * part));
+      part = std::isfinite(least) ? std::clamp(least, kShortest * part, kShorter * part)
+                                  : kShortest * part;
+    }
+    if (!down) {
+      // With a fresh matrix and nothing remembered there is no way down but rounding.
+      if (pairs.empty() && since_factor == 1) break;
+      pairs.clear();
+      since_factor = options.factor_every;
+      continue;
+    }
+    const Potential::Residuals next_residuals = potential.forces(next, next_force);
+    Eigen::VectorXd moved = flat(next) - flat(state), lost = flat(force) - flat(next_force);
+    const double product = moved.dot(lost);
+    if (product > kFlat * part * slope) pairs.add(std::move(moved), std::move(lost), product);
+    if (tries > 1) since_factor = options.factor_every;
+    std::swap(state, next);
+    std::swap(force, next_force);
+    residuals = next_residuals;
+    energy = next_energy;
+    ++report.steps;
+    if (cloth.laws().friction) {
+      cloth.settle(state);
+      energy = potential.energy_j(state);
+    }
+  }
+  report.residual = residuals.reported;
+  report.dissipated_j = cloth.dissipated_j();
+  report.energy_j = potential.own_energy_j(state);
+  return report;
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <vector>
+
+#include "simulate/mesh/mesh_cloth.hpp"
+#include "simulate/mesh/mesh_stiffness.hpp"
+#include "simulate/mesh/relaxation.hpp"
+
+namespace drape::simulate {
+
+/// What a drapemeter's cloth may meet, both without friction.
+struct Drapemeter {
+  double wall_radius_m = 0;  ///< an upright cylinder about the z axis below z = 0, cloth outside
+  double table_z_m = -std::numeric_limits<double>::infinity();  ///< a horizontal pad
+};
+
+struct DescentOptions {
+  int most_steps = 20000;
+  double residual =
+      1e-3;  ///< of a free point, in mean weights of a point; of a side, over its length
+  Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
+  int pairs = 10;        ///< of steps and gradients that are remembered
+  int factor_every = 5;  ///< steps between two matrices
+};
+
+/// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
+/// line search), with MeshStiffness in place of a multiple of the identity. A step moves no point
+/// by more than the mean side. Internal friction settles after each.
+///
+/// Wall and table push in proportion to depth: the table so that cloth sinks in by half a
+/// millimetre under its own weight, for it only leads to a rest and is gone there; the wall by a
+/// hundred weights of a mean point for 1e-5 of its radius, what lies on it for the checker.
+/// `stiffness` is that of the same cloth and `held` unknowns.
+[[nodiscard]] RelaxationReport descend(MeshCloth& cloth, MeshCloth::State& state,
+                                       const std::vector<bool>& held, MeshStiffness& stiffness,
+                                       const Drapemeter& bodies, const DescentOptions& options);
+
+}  // namespace drape::simulate

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/mesh_stiffness.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+
+#include "simulate/mesh/membrane.hpp"
+#include "simulate/sparse/graph_factor.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+/// Gradients of a strain in the points around, as c c^T.
+struct Gradient {
+  std::vector<Vector3d> stretch[2], shear;
+
+  void reset(std::size_t count) {
+    for (auto* of : {&stretch[0], &stretch[1], &shear}) of->assign(count, Vector3d::Zero());
+  }
+  /// Adds `share` of a triangle's metric, whose derivatives are u and v, at the point with d_u,
+  /// d_v.
+  void add(std::size_t at, const MetricStrain& strain, double share, double d_u, double d_v,
+           const Vector3d& u, const Vector3d& v) {
+    const double a = strain.a, b = strain.b, s = strain.sine;
+    const Vector3d of_a = share * d_u / a * u, of_b = share * d_v / b * v;
+    stretch[0][at] += of_a;
+    stretch[1][at] += of_b;
+    shear[at] += (share / (a * b) * (d_u * v + d_v * u) - s * (of_a / a + of_b / b)) /
+                 std::max(strain.cosine(), 1e-3);
+  }
+};
+
+/// Tangents along warp and weft and of shear, times an area.
+Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws, double area) {
+  return area * Vector3d(laws.tensile[0].tangent(strain.a - 1),
+                         laws.tensile[1].tangent(strain.b - 1),
+                         std::max(0.0, laws.shear.tangent(std::abs(strain.angle()))));
+}
+
+}  // namespace
+
+/// Points with weights, each point once.
+class MeshStiffness::Weights {
+ public:
+  void add(int point, double weight) {
+    const auto at =
+        std::find_if(of_.begin(), of_.end(), [&](const auto& w) { return w.first == point; });
+    if (at == of_.end())
+      of_.emplace_back(point, weight);
+    else
+      at->second += weight;
+  }
+  void add(const Weights& other, double factor) {
+    for (const auto& [point, weight] : other.of_) add(point, factor * weight);
+  }
+  [[nodiscard]] double of(int point) const {
+    for (const auto& [p, weight] : of_)
+      if (p == point) return weight;
+    return 0;
+  }
+  [[nodiscard]] std::vector<std::pair<int, double>>::const_iterator begin() const {
+    return of_.begin();
+  }
+  [[nodiscard]] std::vector<std::pair<int, double>>::const_iterator end() const {
+    return of_.end();
+  }
+
+ private:
+  std::vector<std::pair<int, double>> of_;
+};
+
+/// Factor of the sides' scalar matrix, for right-hand sides of three columns.
+class MeshStiffness::SidesFactor {
+ public:
+  explicit SidesFactor(const Eigen::SparseMatrix<double>& matrix) {
+    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor(matrix);
+    lower_ = factor.matrixL();
+    place_.resize(static_cast<std::size_t>(matrix.rows()));
+    for (Eigen::Index i = 0; i < matrix.rows(); ++i) place_[i] = factor.permutationP().indices()[i];
+    work_.resize(place_.size());
+  }
+  void solve(std::vector<Vector3d>& b) const {
+    for (std::size_t i = 0; i < b.size(); ++i) work_[place_[i]] = b[i];
+    const int* begin = lower_.outerIndexPtr();
+    const int* row = lower_.innerIndexPtr();
+    const double* value = lower_.valuePtr();
+    const auto count = static_cast<int>(b.size());
+    for (int j = 0; j < count; ++j) {
+      const Vector3d x = work_[j] /= value[begin[j]];
+      for (int k = begin[j] + 1; k < begin[j + 1]; ++k) work_[row[k]] -= value[k] * x;
+    }
+    for (int j = count; j-- > 0;) {
+      Vector3d x = work_[j];
+      for (int k = begin[j] + 1; k < begin[j + 1]; ++k) x -= value[k] * work_[row[k]];
+      work_[j] = x / value[begin[j]];
+    }
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_[place_[i]];
+  }
+
+ private:
+  Eigen::SparseMatrix<double> lower_;
+  std::vector<int> place_;
+  mutable std::vector<Vector3d> work_;
+};
+
+struct MeshStiffness::Parts {
+  const MeshCloth& cloth;
+  const std::vector<bool>& held;
+  std::vector<int> vertex, free_points, free_sides, row_of_side;  ///< -1: held
+  std::vector<Weights> of_side;  ///< a side's derivative from points
+  /// Points on which a triangle's bending depends, their weights, and the blocks of each pair.
+  struct Patch {
+    std::vector<int> points, places;
+    std::vector<Vector3d> weight;  ///< of x_uu, x_uv, x_vv
+  };
+  std::vector<Patch> patches;
+  /// Points around a point, itself among them, and the triangles there.
+  struct Ring {
+    std::vector<int> points, places, triangles;
+  };
+  std::vector<Ring> rings;
+  std::unique_ptr<GraphMatrix> matrix;
+  std::unique_ptr<GraphFactor> factor;
+  std::unique_ptr<SidesFactor> sides;
+  mutable std::vector<Vector3d> of_points, of_sides;
+
+  Parts(const MeshCloth& of, const std::vector<bool>& held_unknowns)
+      : cloth(of), held(held_unknowns) {
+    number();
+    place_sides();
+    place_patches();
+    place_rings();
+    join();
+    factor_sides();
+  }
+
+  [[nodiscard]] bool at_hem(int edge) const {
+    const MaterialMesh::Edge& e = cloth.mesh().edges[edge];
+    return e.left < 0 || e.right < 0;
+  }
+
+  void number() {
+    for (int i = 0; i < cloth.unknowns(); ++i) {
+      auto& list = i < cloth.points() ? free_points : free_sides;
+      auto& rank = i < cloth.points() ? vertex : row_of_side;
+      rank.push_back(held[i] ? -1 : static_cast<int>(list.size()));
+      if (!held[i]) list.push_back(i);
+    }
+    of_points.resize(free_points.size());
+    of_sides.resize(free_sides.size());
+  }
+
+  void place_sides() {
+    const MaterialMesh& mesh = cloth.mesh();
+    const int points = cloth.points(), edges = static_cast<int>(mesh.edges.size());
+    of_side.resize(mesh.edges.size());
+    for (int e = 0; e < edges; ++e) {
+      if (held[points + e] || at_hem(e)) continue;
+      const Vector2d n = cloth.normal_of(e);
+      const int beside[2] = {mesh.edges[e].left, mesh.edges[e].right};
+      const double areas[2] = {mesh.area_m2(beside[0]), mesh.area_m2(beside[1])};
+      for (int s = 0; s < 2; ++s) {
+        const MeshCloth::Triangle& t = cloth.triangles()[beside[s]];
+        const double weight = areas[s] / (areas[0] + areas[1]);
+        for (int k = 0; k < 3; ++k)
+          of_side[e].add(t.corner[k], weight * (t.d_u[k] * n.x() + t.d_v[k] * n.y()));
+      }
+    }
+    const ClothLaws& laws = cloth.laws();
+    for (int e = 0; e < edges; ++e) {
+      if (held[points + e] || !at_hem(e)) continue;
+      const MeshCloth::Triangle& t =
+          cloth.triangles()[std::max(mesh.edges[e].left, mesh.edges[e].right)];
+      const auto own =
+          std::find(t.unknown.begin(), t.unknown.end(), points + e) - t.unknown.begin();
+      const auto stiffness = [&](std::size_t a, std::size_t b) {
+        return laws.bending[0].slope * t.d_uu[a] * t.d_uu[b] +
+               laws.bending[1].slope * t.d_vv[a] * t.d_vv[b] +
+               laws.twist_n_m * t.d_uv[a] * t.d_uv[b];
+      };
+      for (std::size_t k = 0; k < 6; ++k) {
+        if (static_cast<std::ptrdiff_t>(k) == own) continue;
+        const double follows = -stiffness(own, k) / stiffness(own, own);
+        if (k < 3)
+          of_side[e].add(t.corner[k], follows);
+        else
+          of_side[e].add(of_side[t.unknown[k] - points], follows);
+      }
+    }
+  }
+
+  void place_patches() {
+    for (const MeshCloth::Triangle& t : cloth.triangles()) {
+      Patch patch;
+      Weights uu, uv, vv;
+      for (std::size_t k = 0; k < 6; ++k) {
+        Weights of;
+        if (k < 3)
+          of.add(t.corner[k], 1);
+        else
+          of = of_side[t.unknown[k] - cloth.points()];
+        uu.add(of, t.d_uu[k]);
+        uv.add(of, t.d_uv[k]);
+        vv.add(of, t.d_vv[k]);
+      }
+      for (const auto& [point, weight] : uu) {
+        patch.points.push_back(point);
+        patch.weight.emplace_back(weight, uv.of(point), vv.of(point));
+      }
+      patches.push_back(std::move(patch));
+    }
+  }
+
+  void place_rings() {
+    rings.resize(static_cast<std::size_t>(cloth.points()));
+    for (std::size_t t = 0; t < cloth.triangles().size(); ++t) {
+      const auto& corners = cloth.triangles()[t].corner;
+      for (const int i : corners) {
+        rings[i].triangles.push_back(static_cast<int>(t));
+        rings[i].points.insert(rings[i].points.end(), corners.begin(), corners.end());
+      }
+    }
+    for (Ring& ring : rings) sort_once(ring.points);
+  }
+
+  static void sort_once(std::vector<int>& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+
+  /// The matrix, and the places of all pairs.
+  void join() {
+    std::vector<std::vector<int>> neighbours(free_points.size());
+    const auto join_all = [&](const std::vector<int>& points) {
+      for (const int a : points)
+        for (const int b : points)
+          if (a != b && vertex[a] >= 0 && vertex[b] >= 0)
+            neighbours[vertex[a]].push_back(vertex[b]);
+    };
+    for (const Ring& ring : rings) join_all(ring.points);
+    for (const Patch& patch : patches) join_all(patch.points);
+    for (auto& list : neighbours) sort_once(list);
+    matrix = std::make_unique<GraphMatrix>(std::move(neighbours));
+    std::vector<Vector2d> places;
+    for (const int i : free_points) places.push_back(cloth.mesh().points_m[i]);
+    factor = std::make_unique<GraphFactor>(*matrix, places);
+    const auto places_of = [&](const std::vector<int>& points) {
+      std::vector<int> of_pairs;
+      for (const int a : points)
+        for (const int b : points) {
+          const int i = vertex[a], j = vertex[b];
+          of_pairs.push_back(j >= 0 && i >= j ? matrix->place(i, j) : -1);
+        }
+      return of_pairs;
+    };
+    for (Ring& ring : rings) ring.places = places_of(ring.points);
+    for (Patch& patch : patches) patch.places = places_of(patch.points);
+  }
+
+  void factor_sides() {
+    const ClothLaws& laws = cloth.laws();
+    double bend[2];
+    for (int d = 0; d < 2; ++d)
+      bend[d] = laws.bending[d].slope + (laws.friction ? laws.friction->bending[d].stiffness() : 0);
+    std::vector<Eigen::Triplet<double>> entries;
+    const auto row = [&](int unknown) {
+      return unknown < cloth.points() ? -1 : row_of_side[unknown - cloth.points()];
+    };
+    const auto add = [&](const auto& unknown, const auto& value) {
+      for (std::size_t a = 0; a < unknown.size(); ++a)
+        for (std::size_t b = 0; b < unknown.size(); ++b)
+          if (row(unknown[a]) >= 0 && row(unknown[b]) >= 0)
+            entries.emplace_back(row(unknown[a]), row(unknown[b]), value(a, b));
+    };
+    for (const MeshCloth::Triangle& t : cloth.triangles())
+      add(t.unknown, [&](std::size_t a, std::size_t b) {
+        return t.area * (bend[0] * t.d_uu[a] * t.d_uu[b] + bend[1] * t.d_vv[a] * t.d_vv[b] +
+                         laws.twist_n_m * t.d_uv[a] * t.d_uv[b]);
+      });
+    for (const MeshCloth::Seam& seam : cloth.seams())
+      add(seam.unknown, [&](std::size_t a, std::size_t b) {
+        return seam.stiffness * seam.weight[a] * seam.weight[b];
+      });
+    const auto size = static_cast<Eigen::Index>(free_sides.size());
+    Eigen::SparseMatrix<double> of_sides_alone(size, size);
+    of_sides_alone.setFromTriplets(entries.begin(), entries.end());
+    sides = std::make_unique<SidesFactor>(of_sides_alone);
+  }
+
+  /// Adds k c c^T for three strains.
+  void add_strains(const Gradient& c, const Vector3d& k, const std::vector<int>& places,
+                   std::size_t stride) {
+    const std::size_t count = c.shear.size();
+    for (std::size_t p = 0; p < count; ++p) {
+      const Vector3d a = k[0] * c.stretch[0][p], b = k[1] * c.stretch[1][p], s = k[2] * c.shear[p];
+      for (std::size_t q = 0; q < count; ++q) {
+        const int place = places[p * stride + q];
+        if (place < 0) continue;
+        Matrix3d& block = matrix->block(place);
+        for (int col = 0; col < 3; ++col)
+          block.col(col) +=
+              c.stretch[0][q][col] * a + c.stretch[1][q][col] * b + c.shear[q][col] * s;
+      }
+    }
+  }
+
+  void form(const MeshCloth::State& state) {
+    matrix->set_zero();
+    const ClothLaws& laws = cloth.laws();
+    const auto& triangles = cloth.triangles();
+    std::vector<Vector3d> u, v;
+    for (const MeshCloth::Triangle& t : triangles) {
+      u.push_back(combined(t.d_u, t.unknown, state));
+      v.push_back(combined(t.d_v, t.unknown, state));
+    }
+    std::vector<Vector3d> metric = cloth.metrics(state), stress(metric.size());
+    const double at_points = 1 - cloth.in_triangles();
+    Gradient gradient;
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+      const MetricStrain strain(metric[i]);
+      stress[i] = at_points * stress_of(metric[i], laws);
+      Vector3d k = tangents(strain, laws, at_points * cloth.area_m2()[i]);
+      if (laws.friction) {
+        const FrictionStack& stack = laws.friction->shear;
+        const double* slip = cloth.memory().shear.data() + stack.elements.size() * i;
+        stress[i] += strain.of_angle(stack.force(strain.angle(), slip));
+        k[2] += cloth.area_m2()[i] * std::max(0.0, stack.tangent(strain.angle(), slip));
+      }
+      const Ring& ring = rings[i];
+      gradient.reset(ring.points.size());
+      for (const int t : ring.triangles)
+        for (int c = 0; c < 3; ++c) {
+          const auto at =
+              std::lower_bound(ring.points.begin(), ring.points.end(), triangles[t].corner[c]);
+          gradient.add(static_cast<std::size_t>(at - ring.points.begin()), strain,
+                       triangles[t].area / (3 * cloth.area_m2()[i]), triangles[t].d_u[c],
+                       triangles[t].d_v[c], u[t], v[t]);
+        }
+      add_strains(gradient, k, ring.places, ring.points.size());
+    }
+    const auto bend = cloth.bending_stiffness(state);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      const MeshCloth::Triangle& t = triangles[i];
+      const Patch& patch = patches[i];
+      const std::size_t count = patch.points.size();
+      const Vector3d own = metric_of(u[i], v[i]);
+      const MetricStrain strain(own);
+      gradient.reset(3);
+      for (int c = 0; c < 3; ++c) gradient.add(c, strain, 1, t.d_u[c], t.d_v[c], u[i], v[i]);
+      // The corners are the first of a patch's points.
+      add_strains(gradient, tangents(strain, laws, cloth.in_triangles() * t.area), patch.places,
+                  count);
+      const Vector3d pull =
+          t.area * (cloth.in_triangles() * stress_of(own, laws) +
+                    (stress[t.corner[0]] + stress[t.corner[1]] + stress[t.corner[2]]) / 3);
+      Eigen::Matrix2d tension;
+      tension << 2 * pull[0], pull[1], pull[1], 2 * pull[2];
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> parts;
+      parts.computeDirect(tension);
+      tension = parts.eigenvectors() * parts.eigenvalues().cwiseMax(0).asDiagonal() *
+                parts.eigenvectors().transpose();
+      for (std::size_t p = 0; p < count; ++p)
+        for (std::size_t q = 0; q < count; ++q) {
+          const int place = patch.places[p * count + q];
+          if (place < 0) continue;
+          const Vector3d &a = patch.weight[p], &b = patch.weight[q];
+          double k = t.area * (bend[i][0] * a[0] * b[0] + laws.twist_n_m * a[1] * b[1] +
+                               bend[i][1] * a[2] * b[2]);
+          if (p < 3 && q < 3)
+            k += Vector2d(t.d_u[p], t.d_v[p]).dot(tension * Vector2d(t.d_u[q], t.d_v[q]));
+          matrix->block(place).diagonal().array() += k;
+        }
+    }
+  }
+};
+
+MeshStiffness::MeshStiffness(const MeshCloth& cloth, const std::vector<bool>& held)
+    : parts_(std::make_unique<Parts>(cloth, held)) {}
+MeshStiffness::~MeshStiffness() = default;
+
+bool MeshStiffness::factorise(const MeshCloth::State& state,
+                              const std::vector<std::pair<int, Matrix3d>>& supports) {
+  Parts& my = *parts_;
+  my.form(state);
+  for (const auto& [point, stiffness] : supports)
+    if (my.vertex[point] >= 0)
+      my.matrix->block(my.matrix->place(my.vertex[point], my.vertex[point])) += stiffness;
+  return my.factor->factorise(*my.matrix);
+}
+
+void MeshStiffness::solve(MeshCloth::State& b) const {
+  const Parts& my = *parts_;
+  const int points = my.cloth.points();
+  for (std::size_t k = 0; k < my.free_points.size(); ++k) my.of_points[k] = b[my.free_points[k]];
+  for (std::size_t k = 0; k < my.free_sides.size(); ++k) {
+    const Vector3d& own = my.of_sides[k] = b[my.free_sides[k]];
+    for (const auto& [point, weight] : my.of_side[my.free_sides[k] - points])
+      if (my.vertex[point] >= 0) my.of_points[my.vertex[point]] += weight * own;
+  }
+  my.factor->solve(my.of_points);
+  my.sides->solve(my.of_sides);
+  std::fill(b.begin(), b.end(), Vector3d::Zero());
+  for (std::size_t k = 0; k < my.free_points.size(); ++k) b[my.free_points[k]] = my.of_points[k];
+  for (std::size_t k = 0; k < my.free_sides.size(); ++k) {
+    Vector3d& own = b[my.free_sides[k]] = my.of_sides[k];
+    for (const auto& [point, weight] : my.of_side[my.free_sides[k] - points])
+      if (my.vertex[point] >= 0) own += weight * my.of_points[my.vertex[point]];
+  }
+}
+
+}  // namespace drape::simulate

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "simulate/mesh/mesh_cloth.hpp"
+
+namespace drape::simulate {
+
+/// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, and
+/// its factor: what a descent divides by.
+///
+/// Of the membrane it has the products of first derivatives and the tension of each triangle, not
+/// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
+/// linear triangles on both sides (weighted so that a bend across the side is exact; at the hem,
+/// where nothing holds a side, from the triangle's own least energy). What the sides' derivatives
+/// differ from that is a second, scalar matrix, of the sides alone, with the seams, for the
+/// stiffness of the elements before anything slips.
+class MeshStiffness {
+ public:
+  /// `held` unknowns do not move. Neither argument may go before this object.
+  MeshStiffness(const MeshCloth& cloth, const std::vector<bool>& held);
+  ~MeshStiffness();
+  MeshStiffness(const MeshStiffness&) = delete;
+  MeshStiffness& operator=(const MeshStiffness&) = delete;
+
+  /// Forms and factors the matrix of a state; `supports` (N/m) are added to the points named. False
+  /// when rounding leaves it not positive definite.
+  [[nodiscard]] bool factorise(const MeshCloth::State& state,
+                               const std::vector<std::pair<int, Eigen::Matrix3d>>& supports);
+  /// Solves in place; nothing for what is held.
+  void solve(MeshCloth::State& b) const;
+
+ private:
+  class Weights;
+  class SidesFactor;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace drape::simulate
