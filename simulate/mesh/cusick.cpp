@@ -21,11 +21,12 @@ using Eigen::Vector3d;
 
 constexpr double kFirstWave = 2e-4;  // m
 constexpr int kWaves = 16;
-constexpr double kFinerAtTheClamp = 3;    // times than the mesh's spacing
-constexpr double kWidening = 1.1;         // of one ring's spacing to the next
-constexpr double kPassingResidual = 0.3;  // mean weights of a point; where loads turn
-constexpr double kOnDisc = 1e-6;          // of its radius
-constexpr int kAround = 16;               // points from which a shape is carried over
+constexpr double kFinerAtTheClamp = 3;  // times than the mesh's spacing
+constexpr double kWidening = 1.1;       // of one ring's spacing to the next
+constexpr double kPassingResidual = 1;  // mean weights of a point; where loads turn
+constexpr double kOnDisc = 1e-6;        // of its radius
+constexpr double kLaidPieces = 6;       // of the free ring, at least, that show its folds
+constexpr int kAround = 16;             // points from which a shape is carried over
 
 /// Number in 0 .. 1 of a fixed sequence.
 double lot(unsigned seed, int k) {
@@ -175,13 +176,17 @@ class Specimen {
 }  // namespace
 
 CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
-  const double laid = options.spacing_m * options.laid_coarser;
-  if (!(options.disc_m / 2 > laid && options.specimen_m / 2 > options.disc_m / 2 + laid))
+  if (!(options.laid_coarser >= 1))
+    throw usage_error("a specimen is laid on a mesh that is no finer than its own",
+                      "give 1 or more");
+  const double disc = options.disc_m / 2, ring = options.specimen_m / 2 - disc;
+  if (!(disc > options.spacing_m && ring > options.spacing_m))
     throw usage_error("the disc, the ring of cloth or the mesh's spacing do not fit",
                       "give a disc smaller than the specimen and a finer mesh");
+  const double laid = options.spacing_m * options.laid_coarser;
   std::optional<Specimen> coarse;
   Specimen specimen(laws, options, options.spacing_m);
-  if (options.laid_coarser > 1) {
+  if (options.laid_coarser > 1 && ring >= kLaidPieces * laid * (1 - kOnDisc)) {
     coarse.emplace(laws, options, laid);
     coarse->wave();
     coarse->lower();

@@ -17,15 +17,16 @@ struct CusickOptions {
   /// The specimen lies on a table at the height of the discs, which goes down by the width of the
   /// free ring in so many steps, the cloth nearly at rest at each; the last frees it. 1: let go at
   /// once; its folds are then those that grow fastest, too many.
-  int lowering_steps = 8;
-  /// Of the mesh on which it is laid, in spacings; its shape is then carried to the mesh and rests
-  /// there. 1: laid on the mesh itself.
-  double laid_coarser = 1;
+  int lowering_steps = 4;
+  /// Spacing of the mesh on which it is laid, in spacings; shape and friction are then carried to
+  /// the mesh itself and rest there. It is laid on the mesh itself where this is 1 or the free ring
+  /// would be less than six spacings wide, too few for its folds.
+  double laid_coarser = 4.0 / 3;
   /// Load history before the last rest: so often to rest under (1 + shake) and (1 - shake) times
   /// gravity. Without internal friction it changes no rest but the choice of one.
   int shakes = 0;
   double shake = 0.5;
-  /// Steps and residual are each load's; a load before the last that does not reach 0.3 goes on and
+  /// Steps and residual are each load's; a load before the last that does not reach 1 goes on and
   /// is counted.
   DescentOptions descent;
 };

@@ -22,7 +22,9 @@ struct DescentOptions {
   double residual =
       1e-3;  ///< of a free point, in mean weights of a point; of a side, over its length
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
-  int pairs = 10;        ///< of steps and gradients that are remembered
+  double farthest_step =
+      0.15;       ///< of a point, in mean sides: short ones stay with the folds that are there
+  int pairs = 5;  ///< of steps and gradients that are remembered
   int factor_every = 5;  ///< steps between two matrices
 };
 

@@ -417,7 +417,6 @@ TEST_F(Faille, LoadsThatItDidNotRestUnderAreCounted) {
 
 /// Let go at once, cloth folds as grows fastest; on a table that goes down it follows the rest.
 TEST_F(Faille, EndsLowerFromATableThatGoesDown) {
-  options_.spacing_m = 0.020;
   CusickOptions at_once = options_;
   at_once.lowering_steps = 1;
   for (const unsigned start : {1U, 2U}) {

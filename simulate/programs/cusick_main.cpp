@@ -73,9 +73,11 @@ int main(int argc, char** argv) {
                  "of the table on which the specimen lies at first; 1: let go at once")
       ->range(1, 1000)
       ->capture_default_str();
-  app.add_option("--laid-coarser", a.laid_coarser,
-                 "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself")
-      ->range(1, 4)
+  app.add_option(
+         "--laid-coarser", a.laid_coarser,
+         "spacing of the mesh on which it is laid, in spacings; 1: the mesh itself, as where the "
+         "ring would have less than six")
+      ->positive()
       ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
                "use both branches of the bending and shear loops");
