@@ -128,6 +128,36 @@ TEST_P(MeshRests, ListsThatDoNotFitAreRefused) {
 
 INSTANTIATE_TEST_SUITE_P(Friction, MeshRests, testing::Bool());
 
+/// Gravity that leans presses one side of the cloth on the cylinder.
+TEST_P(MeshRests, ClothThatPressesOnTheCylinderRests) {
+  CusickOptions options = options_of();
+  options.descent.gravity_m_per_s2 = {10, 0, -9};
+  const CusickDrape drape = cusick_drape(laws_, options);
+  ASSERT_TRUE(drape.report.at_rest);
+  MeshRest rest = rest_of(drape, laws_);
+  rest.gravity_m_per_s2 = options.descent.gravity_m_per_s2;
+  const MeshJudgement found = judge_mesh(rest);
+  EXPECT_THAT(found.refusals, IsEmpty());
+  EXPECT_NEAR(found.residual, drape.report.residual, 1e-6);
+  const double radius = options.disc_m / 2;
+  double least = 2;
+  for (const Eigen::Vector3d& p : rest.points_m)
+    if (p.z() < 0) least = std::min(least, p.head<2>().norm() / radius);
+  EXPECT_LE(least, 1 - 1e-6) << "nothing presses";
+  EXPECT_GE(least, 1 - 1e-5);
+}
+
+/// Laid on a coarser mesh, it ends as a rest of its own.
+TEST_P(MeshRests, AShapeThatWasCarriedOverRests) {
+  CusickOptions options = options_of();
+  options.spacing_m = options.disc_m / 16;
+  options.laid_coarser = 1.25;
+  const CusickDrape carried = cusick_drape(laws_, options);
+  EXPECT_GT(carried.mesh.points_m.size(), 2 * drape_.mesh.points_m.size());
+  ASSERT_TRUE(carried.report.at_rest);
+  EXPECT_THAT(judge_mesh(rest_of(carried, laws_)).refusals, IsEmpty());
+}
+
 TEST(MeshRest, ForgottenSlipsAreRefused) {
   const ClothLaws laws = laws_of(true);
   MeshRest rest = rest_of(cusick_drape(laws, options_of()), laws);

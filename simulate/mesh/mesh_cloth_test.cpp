@@ -180,10 +180,10 @@ double energy_of_a_wave(double spacing) {
   });
   std::vector<bool> held(static_cast<std::size_t>(cloth.points()), true);
   for (const auto& edge : cloth.mesh().edges) held.push_back(edge.left < 0 || edge.right < 0);
-  RelaxationOptions relaxation;
-  relaxation.most_steps = 3000;
-  relaxation.residual = -1;  // points are held: all steps
-  static_cast<void>(relax(cloth, state, held, {}, relaxation));
+  MeshStiffness stiffness(cloth, held);
+  DescentOptions descent;
+  descent.residual = 1e-9;  // of the sides: the points are held
+  EXPECT_TRUE(descend(cloth, state, held, stiffness, {}, descent).at_rest);
   const double area = cloth.mesh().area_m2();
   double smooth = 0;  // of cos^2 over the patch, by its triangles' middles
   for (int t = 0; t < static_cast<int>(cloth.mesh().triangles.size()); ++t) {
@@ -289,6 +289,39 @@ TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
               1e-5 * size);
 }
 
+/// What friction elements bear is carried from mesh to mesh; of a cloth bent alike everywhere and
+/// back in part that is one number.
+TEST(MeshCloth, ItsFrictionIsTakenOverFromAnotherMesh) {
+  ClothLaws laws = laws_of(true);
+  const double b = laws.bending[0].slope, g = laws.shear.slope;
+  const FrictionStack bending{{{5 * b, 10 * b, 0}, {b, 5 * b, 0}}};
+  laws.friction = ClothFriction{{bending, bending}, {{{3 * g, 0.002 * g, 0.1 * g}}}};
+  MeshCloth coarse(irregular_mesh(0.006), laws), fine(irregular_mesh(0.004, 8), laws);
+  const auto bent = [](const MeshCloth& cloth, double curvature) {
+    return cloth.state_of([=](const Vector2d& p) {
+      const double a = curvature * p.x();  // on a cylinder, sheared
+      return MeshCloth::Jet{
+          {std::sin(a) / curvature, p.y() + 0.02 * p.x(), (1 - std::cos(a)) / curvature},
+          {std::cos(a), 0.02, std::sin(a)},
+          {0, 1, 0}};
+    });
+  };
+  coarse.settle(bent(coarse, 30));
+  coarse.settle(bent(coarse, 15));
+  fine.take_over(coarse, bent(coarse, 15), bent(fine, 15));
+  EXPECT_EQ(fine.dissipated_j(), coarse.dissipated_j());
+  const double last = fine.dissipated_j();
+  // Elements are at their limits already: the same shape takes what the meshes' strains differ by.
+  fine.settle(bent(fine, 15));
+  EXPECT_NEAR(fine.dissipated_j() / last, 1, 1e-2);
+  // Bent a little further they move back from their limits, where a cloth without a past slips on.
+  MeshCloth forgetful(irregular_mesh(0.004, 8), laws);
+  forgetful.settle(bent(fine, 15));
+  const double remembered = fine.energies(bent(fine, 17)).bending_j;
+  EXPECT_NEAR(remembered / coarse.energies(bent(coarse, 17)).bending_j, 1, 1e-2);
+  EXPECT_GT(forgetful.energies(bent(fine, 17)).bending_j, 1.05 * remembered);
+}
+
 /// Deflection of the end of a short strip clamped on one side, of a small weight, over that of a
 /// beam, w L^4 / (8 B): a strip of constant width bends like a plate without Poisson's effect.
 double cantilever_ratio(double spacing, bool along_weft) {
@@ -313,10 +346,11 @@ double cantilever_ratio(double spacing, bool along_weft) {
   for (int i = 0; i < cloth.points(); ++i) held.push_back(along(i) < 1e-9);
   for (const auto& edge : cloth.mesh().edges)
     held.push_back(along(edge.from) < 1e-9 && along(edge.to) < 1e-9);
-  RelaxationOptions relaxation;
-  relaxation.gravity_m_per_s2 = {0, 0, -kGravity};
-  relaxation.residual = 1e-6;
-  const RelaxationReport report = relax(cloth, state, held, {}, relaxation);
+  MeshStiffness stiffness(cloth, held);
+  DescentOptions descent;
+  descent.gravity_m_per_s2 = {0, 0, -kGravity};
+  descent.residual = 1e-6;
+  const RelaxationReport report = descend(cloth, state, held, stiffness, {}, descent);
   EXPECT_TRUE(report.at_rest) << report.residual;
   double sum = 0;
   int count = 0;
