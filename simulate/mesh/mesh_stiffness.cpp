@@ -85,27 +85,27 @@ class MeshStiffness::SidesFactor {
     work_.resize(place_.size());
   }
   void solve(std::vector<Vector3d>& b) const {
-    for (std::size_t i = 0; i < b.size(); ++i) work_[place_[i]] = b[i];
+    for (std::size_t i = 0; i < b.size(); ++i) work_[place_[i]] << b[i], 0;
     const int* begin = lower_.outerIndexPtr();
     const int* row = lower_.innerIndexPtr();
     const double* value = lower_.valuePtr();
     const auto count = static_cast<int>(b.size());
     for (int j = 0; j < count; ++j) {
-      const Vector3d x = work_[j] /= value[begin[j]];
+      const Eigen::Vector4d x = work_[j] /= value[begin[j]];
       for (int k = begin[j] + 1; k < begin[j + 1]; ++k) work_[row[k]] -= value[k] * x;
     }
     for (int j = count; j-- > 0;) {
-      Vector3d x = work_[j];
+      Eigen::Vector4d x = work_[j];
       for (int k = begin[j] + 1; k < begin[j + 1]; ++k) x -= value[k] * work_[row[k]];
       work_[j] = x / value[begin[j]];
     }
-    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_[place_[i]];
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_[place_[i]].head<3>();
   }
 
  private:
   Eigen::SparseMatrix<double> lower_;
   std::vector<int> place_;
-  mutable std::vector<Vector3d> work_;
+  mutable std::vector<Eigen::Vector4d> work_;  ///< three columns and nothing: whole vectors
 };
 
 struct MeshStiffness::Parts {

@@ -178,7 +178,7 @@ bool GraphFactor::factorise(const GraphMatrix& matrix) {
     add_children(fronts_, front, true);
     if (!factor_columns(front.lower.data(), front.rows, front.cols, scratch_)) return false;
     if (front.rows == front.cols) continue;
-    std::fill(front.update.begin(), front.update.end(), 0.0);
+    if (front.cols == 0) std::fill(front.update.begin(), front.update.end(), 0.0);
     set_minus_outer(front.lower.data(), front.rows, front.cols, front.update.data(), scratch_);
     add_children(fronts_, front, false);
   }
