@@ -177,7 +177,8 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     const double slope = flat(force).dot(flat(step));
     double far = 0;
     for (int i = 0; i < cloth.points(); ++i) far = std::max(far, step[i].norm());
-    double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far), next_energy = 0;
+    double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far),
+           next_energy = 0;
     bool down = false;
     int tries = 0;
     for (; slope > 0 && tries < kTries && !down; ++tries) {
