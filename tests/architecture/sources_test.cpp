@@ -20,20 +20,27 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr std::size_t max_file_lines = 500;
+constexpr std::size_t max_file_lines = 400;
+constexpr std::size_t max_public_header_lines = 149;
 constexpr std::size_t max_main_lines = 100;
 constexpr int max_folder_files = 25;
 // Everything counted. The goal is 2,500 (missed, with the mesh reader of two stages and the checks
 // of all readers in it); the limit keeps core from growing until it is met.
 constexpr std::size_t max_core_lines = 5150;
 
-TEST(Sources, NoFileIsLongerThan500Lines) {
+TEST(Sources, NoFileIsLongerThan400Lines) {
   std::vector<std::string> findings;
   for (const SourceFile& file : cpp_files()) {
     if (file.lines.size() <= max_file_lines) continue;
     findings.push_back(fmt::format("{}: {} lines", file.path, file.lines.size()));
   }
   EXPECT_THAT(findings, IsEmpty());
+}
+
+TEST(Sources, PublicHeadersStayUnder150Lines) {
+  for (const std::string stage : stages)
+    EXPECT_LE(read_source(stage + "/" + stage + ".hpp").lines.size(), max_public_header_lines)
+        << stage;
 }
 
 TEST(Sources, NoFolderHoldsMoreThan25SourceFiles) {
