@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/checker/sheet.hpp"
+#include "simulate/checker/reaction.hpp"
 
 namespace drape::simulate::checker {
 namespace {
-
-using Vector3 = Eigen::Matrix<Real, 3, 1>;
-using Matrix3 = Eigen::Matrix<Real, 3, 3>;
-using VectorX = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
-using Sparse = Eigen::SparseMatrix<Real>;
 
 constexpr Real kFrictionless = 1e-9;
 constexpr Real kMostFriction = 1e4;    // steeper cones are as good as half spaces
@@ -29,32 +23,6 @@ constexpr Real kShrink = 0.1;     // from one penalty to the next
 constexpr Real kCentred = 0.1;    // gain of a step below which the penalty may grow
 constexpr int kNewtonSteps = 40;  // per penalty
 constexpr Real kToBoundary = 0.95, kShorter = 0.8, kShortest = 1e-9;
-
-Vector3 vector_of(const Point& p) {
-  return {p[0], p[1], p[2]};
-}
-
-Real size_of(const Point& f) {
-  return std::sqrt(f[0] * f[0] + f[1] * f[1] + f[2] * f[2]);
-}
-
-Real largest_of(const std::vector<Point>& force) {
-  Real most = 0;
-  for (const Point& f : force) most = std::max(most, size_of(f));
-  return most;
-}
-
-/// Force at one support: coordinates are friction times pressing and the two tangential ones, so
-/// that the cone is |tangential| <= first.
-struct Reaction {
-  Matrix3 axes;  ///< force = axes * value
-  Vector3 value, change;
-  Matrix3 own_spread;  ///< inverse of the barrier's second derivative
-
-  [[nodiscard]] static Real room(const Vector3& v) {
-    return v[0] > 0 ? v[0] * v[0] - v[1] * v[1] - v[2] * v[2] : -1;
-  }
-};
 
 /// An interior point method (Nesterov and Nemirovski 1994) for: reactions in their cones and what
 /// is left on each particle in a ball, so that they add up to nothing. Logarithmic barriers hold

@@ -10,6 +10,7 @@
 
 #include "simulate/checker/dual.hpp"
 #include "simulate/checker/mesh_contact.hpp"
+#include "simulate/checker/mesh_membrane.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -17,22 +18,12 @@ namespace {
 using namespace checker;
 using Jet = Dual<18>;  // of a triangle's corners and sides
 using Place = Vector<18>;
-using CornerJet = Dual<9>;  // of a triangle's corners alone
-using CornerPlace = Vector<9>;
-using MetricJet = Dual<3>;  // of |x_u|^2, x_u . x_v, |x_v|^2
-
 constexpr Real kOnDisc = 1e-5L;      // of the radius: a place this near to the rim lies on it
 constexpr Real kHeld_m = 1e-9L;      // a held point is where it is held up to rounding
 constexpr Real kRounding = 1e-6L;    // of a force, between double and long double
 constexpr Real kOverLimit = 1e-6L;   // of a friction element
 constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
 constexpr Real kOfSide = 2;          // of bending by sides between two triangles
-
-template <int N>
-Dual<N> inverse_root(const Dual<N>& square) {
-  const Real size = std::sqrt(square.v);
-  return chain(square, 1 / size, -1 / (2 * size * square.v));
-}
 
 class Judge {
  public:
@@ -97,15 +88,10 @@ class Judge {
     return fit;
   }
 
-  /// (warp, weft) of one point less another.
-  [[nodiscard]] std::array<Real, 2> between(int from, int to) const {
-    const Eigen::Vector2d &a = rest_.material_m[from], &b = rest_.material_m[to];
-    return {Real(b.x()) - Real(a.x()), Real(b.y()) - Real(a.y())};
-  }
-
   void add(int t) {
     const std::array<int, 3>& corner = rest_.triangles[t];
-    const auto first = between(corner[0], corner[1]), second = between(corner[0], corner[2]);
+    const auto first = between(rest_, corner[0], corner[1]),
+               second = between(rest_, corner[0], corner[2]);
     const Real area = (first[0] * second[1] - first[1] * second[0]) / 2;
     if (!(area > 0)) {
       refuse("triangle {} has no area or turns the wrong way about", t);
@@ -116,7 +102,7 @@ class Judge {
     std::array<int, 6> unknown{};
     for (int k = 0; k < 3; ++k) {
       const int a = (k + 1) % 3, b = (k + 2) % 3, from = corner[a], to = corner[b];
-      const auto d = between(from, to);
+      const auto d = between(rest_, from, to);
       const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       const std::array<Real, 2> out = {d[1], -d[0]};  // normal times length
       // The middle of a side has the mean position of its ends ...
@@ -178,55 +164,6 @@ class Judge {
     return sum;
   }
 
-  /// A triangle's metric by its corners.
-  struct Metric {
-    Real area;
-    std::array<CornerJet, 3> of;
-  };
-  [[nodiscard]] Metric metric_of(int t) const {
-    const std::array<int, 3>& corner = rest_.triangles[t];
-    const auto first = between(corner[0], corner[1]), second = between(corner[0], corner[2]);
-    const Real twice = first[0] * second[1] - first[1] * second[0];
-    std::array<CornerPlace, 2> way;  // from the first corner to the others
-    for (int k = 0; k < 2; ++k)
-      for (int axis = 0; axis < 3; ++axis) {
-        CornerJet& at = way[k][axis];
-        at.v = Real(rest_.points_m[corner[k + 1]][axis]) - Real(rest_.points_m[corner[0]][axis]);
-        at.d[3 * (k + 1) + axis] = 1;
-        at.d[axis] = -1;
-      }
-    CornerPlace x_u, x_v;
-    for (int axis = 0; axis < 3; ++axis) {
-      x_u[axis] = (1 / twice) * (second[1] * way[0][axis] - first[1] * way[1][axis]);
-      x_v[axis] = (1 / twice) * (first[0] * way[1][axis] - second[0] * way[0][axis]);
-    }
-    return {twice / 2, {dot(x_u, x_u), dot(x_u, x_v), dot(x_v, x_v)}};
-  }
-
-  struct Membrane {
-    MetricJet energy, angle;
-  };
-  /// Stretch and shear per area from a metric, and its angle of shear.
-  [[nodiscard]] Membrane membrane_of(const std::array<Real, 3>& metric) const {
-    std::array<MetricJet, 3> m;
-    for (int k = 0; k < 3; ++k) {
-      m[k].v = metric[k];
-      m[k].d[k] = 1;
-    }
-    const ClothLaws& laws = rest_.laws;
-    MetricJet warp = root(m[0]), weft = root(m[2]);
-    warp.v -= 1;
-    weft.v -= 1;
-    const MetricJet sine = m[1] * inverse_root(m[0] * m[2]);
-    const Real s = std::clamp<Real>(sine.v, -1, 1);
-    const Real cosine = std::sqrt(std::max<Real>(1e-6L, 1 - s * s));
-    const MetricJet angle = chain(sine, std::asin(s), 1 / cosine);
-    const MetricJet size = chain(angle, std::abs(angle.v), angle.v < 0 ? -1 : 1);
-    return {work_under(laws.tensile[0], warp) + work_under(laws.tensile[1], weft) +
-                work_under(laws.shear, size),
-            angle};
-  }
-
   /// Stretch and shear: by far the most of it at the points, from the mean metric of the triangles
   /// around each; a share in the triangles.
   void stretch() {
@@ -234,7 +171,7 @@ class Judge {
     std::vector<Real> area(rest_.points_m.size(), 0);
     std::vector<std::array<Real, 3>> mean(rest_.points_m.size()), stress(rest_.points_m.size());
     for (std::size_t t = 0; t < rest_.triangles.size(); ++t) {
-      metric.push_back(metric_of(static_cast<int>(t)));
+      metric.push_back(metric_of(rest_, static_cast<int>(t)));
       for (const int i : rest_.triangles[t]) {
         area[i] += metric[t].area / 3;
         for (int k = 0; k < 3; ++k) mean[i][k] += metric[t].area / 3 * metric[t].of[k].v;
@@ -243,7 +180,7 @@ class Judge {
     for (std::size_t i = 0; i < mean.size(); ++i) {
       if (!(area[i] > 0)) continue;
       for (Real& m : mean[i]) m /= area[i];
-      const Membrane found = membrane_of(mean[i]);
+      const Membrane found = membrane_of(rest_.laws, mean[i]);
       MetricJet energy = (1 - kOfTriangle) * found.energy;
       if (rest_.laws.friction)
         energy = energy + slipped(rest_.laws.friction->shear, rest_.memory.shear,
@@ -255,7 +192,7 @@ class Judge {
       const std::array<int, 3>& corner = rest_.triangles[t];
       const MetricJet own =
           kOfTriangle *
-          membrane_of({metric[t].of[0].v, metric[t].of[1].v, metric[t].of[2].v}).energy;
+          membrane_of(rest_.laws, {metric[t].of[0].v, metric[t].of[1].v, metric[t].of[2].v}).energy;
       result_.energy_j += double(metric[t].area * own.v);
       for (int k = 0; k < 3; ++k) {
         const Real pull =
@@ -284,7 +221,7 @@ class Judge {
       for (int k = 3; k < 6; ++k) beside[q.unknown[k]].push_back(&q);
     for (std::size_t s = 0; s < beside.size(); ++s) {
       if (beside[s].size() != 2) continue;
-      const auto d = between(rest_.sides[s][0], rest_.sides[s][1]);
+      const auto d = between(rest_, rest_.sides[s][0], rest_.sides[s][1]);
       const Real square = d[0] * d[0] + d[1] * d[1];
       const Real u2 = d[0] * d[0] / square, v2 = d[1] * d[1] / square;
       const Real cross = 2 * d[0] * d[1] / square;
@@ -338,7 +275,7 @@ class Judge {
     for (std::size_t s = 0; s < rest_.sides.size(); ++s) {
       const auto [from, to] = rest_.sides[s];
       if (rest_.scene != nullptr || !is_held(from) || !is_held(to)) continue;
-      const auto d = between(from, to);
+      const auto d = between(rest_, from, to);
       const Real length = std::sqrt(d[0] * d[0] + d[1] * d[1]);
       const Point left = minus(point_of(rest_.of_sides[s]), {-d[1] / length, d[0] / length, 0});
       turned = std::max(turned, std::sqrt(checker::dot(left, left)));
@@ -352,7 +289,7 @@ class Judge {
     const Eigen::Vector3d& g = rest_.gravity_m_per_s2;
     for (const Real m : mass_) total += m;
     for (const auto& [from, to] : rest_.sides) {
-      const auto d = between(from, to);
+      const auto d = between(rest_, from, to);
       length += std::sqrt(d[0] * d[0] + d[1] * d[1]) / static_cast<Real>(rest_.sides.size());
     }
     const Real weight = total * Real(g.norm()) / static_cast<Real>(mass_.size());
@@ -392,7 +329,7 @@ class Judge {
   void enter_objects() {
     Real longest = 0;
     for (const auto& [from, to] : rest_.sides) {
-      const auto d = between(from, to);
+      const auto d = between(rest_, from, to);
       longest = std::max(longest, std::sqrt(d[0] * d[0] + d[1] * d[1]));
     }
     const MeshDepths found = depths_of(*objects_, rest_);
