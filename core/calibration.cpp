@@ -20,31 +20,21 @@ constexpr int kCalibrationVersion = 1;
 constexpr double kPerMm2 = 1 / (mm * mm);
 
 Json json_of(const BrownLens& lens) {
-  Json json;
-  json["model"] = "brown";
-  json["fx_px"] = lens.fx_px;
-  json["fy_px"] = lens.fy_px;
-  json["cx_px"] = lens.cx_px;
-  json["cy_px"] = lens.cy_px;
-  json["k1"] = lens.k1;
-  json["k2"] = lens.k2;
-  json["p1"] = lens.p1;
-  json["p2"] = lens.p2;
-  json["k3"] = lens.k3;
-  return json;
+  return {{"model", "brown"},    {"fx_px", lens.fx_px}, {"fy_px", lens.fy_px},
+          {"cx_px", lens.cx_px}, {"cy_px", lens.cy_px}, {"k1", lens.k1},
+          {"k2", lens.k2},       {"p1", lens.p1},       {"p2", lens.p2},
+          {"k3", lens.k3}};
 }
 
 Json json_of(const TsaiLens& lens) {
-  Json json;
-  json["model"] = "tsai";
-  json["focal_mm"] = lens.focal_m / mm;
-  json["kappa1_per_mm2"] = lens.kappa1_per_m2 / kPerMm2;
-  json["cx_px"] = lens.cx_px;
-  json["cy_px"] = lens.cy_px;
-  json["scale_x"] = lens.scale_x;
-  json["pixel_pitch_x_um"] = lens.pixel_pitch_x_m / um;
-  json["pixel_pitch_y_um"] = lens.pixel_pitch_y_m / um;
-  return json;
+  return {{"model", "tsai"},
+          {"focal_mm", lens.focal_m / mm},
+          {"kappa1_per_mm2", lens.kappa1_per_m2 / kPerMm2},
+          {"cx_px", lens.cx_px},
+          {"cy_px", lens.cy_px},
+          {"scale_x", lens.scale_x},
+          {"pixel_pitch_x_um", lens.pixel_pitch_x_m / um},
+          {"pixel_pitch_y_um", lens.pixel_pitch_y_m / um}};
 }
 
 std::variant<BrownLens, TsaiLens> read_lens(const JsonNode& node) {

@@ -22,16 +22,14 @@ Json or_null(const std::optional<T>& value) {
 }
 
 Json json_of(const Detection& d) {
-  Json json;
-  json["row"] = d.mark.row;
-  json["col"] = d.mark.col;
-  json["px"] = to_json_vector(d.centre_px);
-  json["cov_px2"] = to_json(d.covariance_px2);
-  json["semi_axes_px"] = to_json_vector(d.semi_axes_px);
-  json["axis_angle_deg"] = d.axis_angle_rad / deg;
-  json["contrast"] = d.contrast;
-  json["chi2_per_dof"] = d.chi2_per_dof;
-  return json;
+  return {{"row", d.mark.row},
+          {"col", d.mark.col},
+          {"px", to_json_vector(d.centre_px)},
+          {"cov_px2", to_json(d.covariance_px2)},
+          {"semi_axes_px", to_json_vector(d.semi_axes_px)},
+          {"axis_angle_deg", d.axis_angle_rad / deg},
+          {"contrast", d.contrast},
+          {"chi2_per_dof", d.chi2_per_dof}};
 }
 
 Detection read_detection(const JsonNode& node) {
@@ -51,12 +49,10 @@ Json json_of(const IslandDot& d) {
 }
 
 Json json_of(const Rejection& r) {
-  Json json;
-  json["row"] = r.mark ? Json(r.mark->row) : Json();
-  json["col"] = r.mark ? Json(r.mark->col) : Json();
-  json["px"] = r.centre_px ? to_json_vector(*r.centre_px) : Json();
-  json["reason"] = r.reason;
-  return json;
+  return {{"row", r.mark ? Json(r.mark->row) : Json()},
+          {"col", r.mark ? Json(r.mark->col) : Json()},
+          {"px", r.centre_px ? to_json_vector(*r.centre_px) : Json()},
+          {"reason", r.reason}};
 }
 
 Rejection read_rejection(const JsonNode& node) {
@@ -68,10 +64,7 @@ Rejection read_rejection(const JsonNode& node) {
 }
 
 Json json_of(const TagDetection& tag) {
-  Json json;
-  json["id"] = tag.id;
-  json["corners_px"] = to_json(tag.corners_px.transpose());
-  return json;
+  return {{"id", tag.id}, {"corners_px", to_json(tag.corners_px.transpose())}};
 }
 
 TagDetection read_tag(const JsonNode& node) {
@@ -82,16 +75,14 @@ TagDetection read_tag(const JsonNode& node) {
 }
 
 Json json_of(const MarkLattice& lattice) {
-  Json json;
-  json["surface"] = lattice.surface == Surface::cloth ? "cloth" : "target";
-  json["rows"] = lattice.rows;
-  json["cols"] = lattice.cols;
-  json["pitch_mm"] = lattice.pitch_m / mm;
-  json["dot_diameter_mm"] = lattice.dot_diameter_m / mm;
-  json["patch_mm"] = to_json_vector(lattice.patch_m / mm);
-  json["margin_mm"] = to_json_vector(lattice.margin_m / mm);
-  json["sha256"] = lattice.sha256;
-  return json;
+  return {{"surface", lattice.surface == Surface::cloth ? "cloth" : "target"},
+          {"rows", lattice.rows},
+          {"cols", lattice.cols},
+          {"pitch_mm", lattice.pitch_m / mm},
+          {"dot_diameter_mm", lattice.dot_diameter_m / mm},
+          {"patch_mm", to_json_vector(lattice.patch_m / mm)},
+          {"margin_mm", to_json_vector(lattice.margin_m / mm)},
+          {"sha256", lattice.sha256}};
 }
 
 MarkLattice read_lattice(const JsonNode& node) {

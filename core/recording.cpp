@@ -22,14 +22,12 @@ RecordedFrame read_recorded_frame(const JsonNode& node) {
 }
 
 Json json_of(const RecordedFrame& frame) {
-  Json json;
-  json["camera"] = frame.camera;
-  json["file"] = frame.file;
-  json["sha256"] = frame.sha256;
-  json["width_px"] = frame.width_px;
-  json["height_px"] = frame.height_px;
-  json["device_time_s"] = frame.device_time_s ? Json(*frame.device_time_s) : Json();
-  return json;
+  return {{"camera", frame.camera},
+          {"file", frame.file},
+          {"sha256", frame.sha256},
+          {"width_px", frame.width_px},
+          {"height_px", frame.height_px},
+          {"device_time_s", frame.device_time_s ? Json(*frame.device_time_s) : Json()}};
 }
 
 /// Each set once, and in it each camera once: which of two would be measured?

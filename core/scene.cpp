@@ -94,11 +94,21 @@ std::optional<double> optional_length(const TomlTable& table, const std::string&
   return table.has(key) ? std::optional(table.positive(key) * mm) : std::nullopt;
 }
 
+Eigen::Vector2d material_point_m(const TomlTable& table, const std::string& key) {
+  const std::vector<double> at = table.numbers(key, 2);
+  return {at[0] * mm, at[1] * mm};
+}
+
+Clamp read_clamp(const TomlTable& table) {
+  return {material_point_m(table, "from_material_mm"), material_point_m(table, "to_material_mm"),
+          vector3(table, "from_mm") * mm, vector3(table, "to_mm") * mm,
+          direction(table, "direction")};
+}
+
 Pin read_pin(const TomlTable& table) {
   Pin pin;
   if (table.has("at_material_mm")) {
-    const std::vector<double> at = table.numbers("at_material_mm", 2);
-    pin.at_material_m = Eigen::Vector2d(at[0], at[1]) * mm;
+    pin.at_material_m = material_point_m(table, "at_material_mm");
   } else {
     pin.mark = {table.integer("row"), table.integer("col")};
   }
@@ -110,8 +120,7 @@ Start read_start(const TomlTable& table) {
   Start start;
   if (table.has("history")) start.history = table.texts("history");
   const std::string mode = table.text("mode");
-  if (mode == "measured") start.mode = StartMode::measured;
-  if (mode == "measured") return start;
+  if (mode == "measured") return {StartMode::measured, 0, {}, 0, start.history};
   if (mode == "flat") {
     start.mode = StartMode::flat;
     start.centre_in_world = vector3(table, "centre_mm") * mm;
@@ -158,6 +167,7 @@ Scene read_scene(const std::filesystem::path& file) {
                                    table.boolean_or("on_stand", false)});
   }
   for (const TomlTable& table : root.tables("pin")) scene.pins.push_back(read_pin(table));
+  for (const TomlTable& table : root.tables("clamp")) scene.clamps.push_back(read_clamp(table));
   scene.start = read_start(root.table("start"));
   root.finish();
   return scene;

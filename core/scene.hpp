@@ -72,6 +72,14 @@ struct Pin {
   }
 };
 
+/// A line of the cloth along warp or weft, held on a straight line in space with its slope.
+struct Clamp {
+  Eigen::Vector2d from_material_m, to_material_m;  ///< (warp, weft)
+  Eigen::Vector3d from_in_world, to_in_world;
+  Eigen::Vector3d
+      direction_in_world;  ///< unit; how cloth leaves, from a line inside to larger ones
+};
+
 /// How the virtual cloth starts.
 enum class StartMode {
   flat_from_measured,  ///< flat and horizontal above the obstacle, placed by the measured marks
@@ -102,6 +110,7 @@ struct Scene {
   std::optional<double> stated_table_uncertainty_m;
   std::optional<double> friction_uncertainty;  ///< standard uncertainty of `friction`
   std::vector<Pin> pins;
+  std::vector<Clamp> clamps;
   Start start;
   std::vector<std::string> stand_ins;  ///< values of this scene that nobody measured
 

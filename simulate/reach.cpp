@@ -4,6 +4,7 @@
 
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/world.hpp"
 
 namespace drape::simulate {
@@ -28,7 +29,9 @@ std::optional<CurveReach> find_reach(const Scene& scene, const Fabric& fabric, c
   how.solver = "fall";
   const GridSpec grid{kFirstGrid, kFirstGrid, print.patch_m};
   const StaticDrape first = drape_statically(the_case, grid, static_options(local.scene, how));
-  const Cloth::Strains strains = Cloth(grid, laws, MassRule::area).strains(first.position);
+  Cloth cloth(grid, laws, MassRule::area);
+  cloth.clamp(clamps_on(local.scene, grid).places);
+  const Cloth::Strains strains = cloth.strains(first.position);
   const CurveReach reach{.tensile = {kFinerGrids * std::max(strains.warp_most, 0.0),
                                      kFinerGrids * std::max(strains.weft_most, 0.0)},
                          .shear_rad = kFinerGrids * strains.shear_most_rad,

@@ -14,6 +14,7 @@
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/motion_run.hpp"
 #include "simulate/overlaps.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/world.hpp"
@@ -199,6 +200,7 @@ SimulateResult move_with(const StaticCase& the_case, const Fabric& fabric, const
   const Surroundings& surroundings = the_case.surroundings;
   Cloth cloth(grid, the_case.laws, options.mass,
               options.model == "paper" ? ClothModel::paper : ClothModel::consistent);
+  cloth.clamp(clamps_on(scene, grid).places);
   const StartState start = make_start(scene, the_case.print, grid, the_case.measured,
                                       surroundings.top_z_m(), options.imperfection_m);
   SimulateOptions how = options;
@@ -267,6 +269,16 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   return move_once(the_case, fabric, grid, options, result, memory, shakes_of(history));
 }
 
+void require_clampable(const Scene& scene, const SimulateOptions& options) {
+  if (scene.clamps.empty()) return;
+  const auto require = [&](bool good, const char* what, const char* to_do) {
+    if (!good) throw bad_input(what, {.file = scene.file.string(), .field = "clamp"}, to_do);
+  };
+  require(!options.internal_friction, "a clamped cloth has no internal friction at its clamp",
+          "leave out --internal-friction, or hold it with [[pin]]");
+  require(!options.round, "a round specimen has no edge for a clamp", "hold it with [[pin]]");
+}
+
 /// In the frame of `scene`. A sheet that falls by implicit steps knows neither itself nor sharp
 /// edges: where it would end in one of them, or nowhere, it falls by Runge-Kutta instead.
 SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Print& print,
@@ -274,6 +286,7 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   SimulateResult result;
   SimulateReport& report = result.report;
   const GridSpec grid{options.rows, options.cols, print.patch_m, options.round};
+  require_clampable(scene, options);
   ClothLaws laws = make_laws(fabric, options.segments, report, options.reach);
   if (options.internal_friction)
     add_internal_friction(fabric, options.segments, laws, report, options.reach);
@@ -284,6 +297,8 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   if (!options.internal_friction && !history_of(scene).empty())
     report.warnings.emplace_back(
         "start.history leaves no trace: without --internal-friction the cloth has no memory");
+  for (std::string& warning : check_clamps(scene, grid))
+    report.warnings.push_back(std::move(warning));
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
   const Surroundings surroundings(scene);
   const StaticCase the_case{scene, print, measured, surroundings, laws, options.mass};

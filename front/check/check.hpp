@@ -47,6 +47,9 @@ void add(BenchCheck& check, const std::filesystem::path& file, const std::string
 /// `print` may lack.
 void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check);
 
+/// A clamp holds a line of the cloth along warp or weft, about as long as in space.
+void check_clamps(const Scene& scene, const Print* print, BenchCheck& check);
+
 /// The tag families that detect knows.
 [[nodiscard]] std::vector<std::string> known_tag_families();
 

@@ -153,8 +153,9 @@ void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check)
 
 /// A drape that nothing holds, an object that stands there twice, a start from above the room.
 void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
-  if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty())
-    add(check, scene.file, "object", "the scene has neither an [[object]] nor a [[pin]]",
+  if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty())
+    add(check, scene.file, "object",
+        "the scene has neither an [[object]] nor a [[pin]] or a [[clamp]]",
         "describe what the cloth lies on or hangs from");
   std::map<std::string, std::size_t> seen;
   std::size_t index = 0;
@@ -249,6 +250,7 @@ void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCh
                     scene.friction, *scene.friction_uncertainty),
         "give one standard deviation, or leave it out and list friction in stand_ins");
   check_pins(scene, print, check);
+  check_clamps(scene, print, check);
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     check_foot(scene, i, check);
     check_uncertainty(scene, i, check);

@@ -10,6 +10,7 @@
 #include "core/files/csv.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
+#include "simulate/checker/clamps.hpp"
 #include "simulate/checker/edges.hpp"
 #include "simulate/checker/layers.hpp"
 #include "simulate/checker/scene.hpp"
@@ -265,7 +266,12 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   find_refusals(report, sheet, claim);
   if (!report.refusals.empty()) return report;
   const std::vector<Point> points = points_of(sheet);
-  Mechanics mechanics = mechanics_of(spec_of(sheet, fabric, claim), points);
+  const checker::Clamps clamps = checker::clamps_of(scene, sheet, points);
+  report.refusals = clamps.refusals;
+  if (!report.refusals.empty()) return report;
+  SheetSpec spec = spec_of(sheet, fabric, claim);
+  spec.clamped = clamps.halves;
+  Mechanics mechanics = mechanics_of(spec, points);
   if (claim.memory) {
     if (!mechanics.memory_fits) {
       report.refusals.emplace_back("the sheet's memory is not that of this grid and fabric");
@@ -279,7 +285,12 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   compare_strains(report, claim, mechanics);
   const Objects objects(scene);
   judge_distances(report, claim, objects, points, sheet.rows, sheet.cols);
-  const std::vector<Support> pins = pins_of(report, scene, print, sheet, points);
+  std::vector<Support> pins = pins_of(report, scene, print, sheet, points);
+  if (!scene.clamps.empty()) {
+    limit(report, "distance of a clamped point from its place (m)", 0, clamps.farthest_m,
+          kPinAllowed_m);
+    pins.insert(pins.end(), clamps.supports.begin(), clamps.supports.end());
+  }
   if (claim.at_rest) judge_balance(report, claim, objects, points, mechanics, pins);
   return report;
 }

@@ -34,6 +34,7 @@ class Builder {
     for (int r = 0; r < spec_.rows; ++r) {
       for (int c = 0; c < spec_.cols; ++c) at_particle(r, c);
     }
+    for (const HalfTriple& half : spec_.clamped) half_triple(half);
     if (spec_.paper_model) {
       for (int r = 0; r < spec_.rows; ++r) {
         for (int c = 0; c < spec_.cols; ++c) paper_lines(r, c);
@@ -105,7 +106,29 @@ class Builder {
     book(result_.stretch_j, cloth_width * rest * work_under(spec_.laws.tensile[d], strain), ends);
   }
 
+  /// The edge from a clamp, seen across it, and the edge forward of the same length: the change
+  /// from the one to the other bends half a spacing of cloth.
+  void half_triple(const HalfTriple& half) {
+    const bool along_warp = half.d == 0;
+    const Real rest = along_warp ? warp_ : weft_;
+    const Real cloth_width = along_warp ? width(half.held % spec_.cols, spec_.cols, weft_)
+                                        : width(half.held / spec_.cols, spec_.rows, warp_);
+    const std::vector<int> ends = {half.held, half.next};
+    const Vector<6> edge = combine(duals<6>(ends), {-1, 1});
+    Dual<6> ahead, beside;
+    for (int axis = 0; axis < 3; ++axis) {
+      ahead = ahead + half.forward[axis] * edge[axis];
+      beside = beside + half.normal[axis] * edge[axis];
+    }
+    const Dual<6> back = root(ahead * ahead + beside * beside) - ahead;
+    const Dual<6> curvature = (2 / (rest * rest)) * root(back * back + beside * beside);
+    book(result_.bending_j,
+         cloth_width * rest / 2 * work_under(spec_.laws.bending[half.d], curvature), ends);
+  }
+
   void triple(int d, const std::vector<int>& three, Real rest, Real cloth_width) {
+    for (const HalfTriple& half : spec_.clamped)
+      if (half.d == d && half.held == three[1]) return;
     const auto corners = duals<9>(three);
     const Vector<9> bend = combine(corners, {1, -2, 1});
     const Dual<9> curvature = (1 / (rest * rest)) * root(dot(bend, bend));

@@ -22,6 +22,13 @@ using Point = std::array<Real, 3>;
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+/// Half a triple at a clamp: from the particle `held` to `next`, along the threads of direction d.
+/// The sheet leaves along `forward`, both units across the clamp.
+struct HalfTriple {
+  int held = 0, next = 0, d = 0;
+  Point forward{}, normal{};
+};
+
 struct SheetSpec {
   int rows = 0, cols = 0;
   Real patch_warp_m = 0, patch_weft_m = 0;
@@ -29,6 +36,7 @@ struct SheetSpec {
   bool paper_mass = false;
   ClothLaws laws;
   ClothMemory memory;  ///< where laws.friction is
+  std::vector<HalfTriple> clamped;
 };
 
 struct Mechanics {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "simulate/cloth/clamp.hpp"
+
 namespace drape::simulate {
 namespace {
 
@@ -111,6 +113,10 @@ InternalEnergies Cloth::energies(const Field& x) const {
       sum.bending_j += line.triple_width[i] * line.spacing * laws_.bending[d].energy(curvature);
     }
   }
+  for (const ClampedPlace& place : clamped_) {
+    const ClampedBend bend(*this, place, x);
+    sum.bending_j += bend.scale_m2 * laws_.bending[place.direction].energy(bend.curvature_per_m);
+  }
   if (model_ == ClothModel::paper) {
     add_paper_energies(x, sum);
     return sum;
@@ -155,6 +161,9 @@ Cloth::Strains Cloth::strains(const Field& x) const {
           std::max(found.curvature_most_per_m, bend.norm() / (line.spacing * line.spacing));
     }
   }
+  for (const ClampedPlace& place : clamped_)
+    found.curvature_most_per_m =
+        std::max(found.curvature_most_per_m, ClampedBend(*this, place, x).curvature_per_m);
   for (int i = 0; i + grid_.cols + 1 < n; ++i) {
     if (cell_[i] == 0) continue;
     found.shear_most_rad = std::max(found.shear_most_rad, std::abs(std::asin(shear_sine(x, i))));
@@ -174,9 +183,11 @@ double Cloth::stiffness_bound_per_s2(const Strains& s) const {
       model_ == ClothModel::paper ? 2 / std::max(0.1, std::cos(s.shear_most_rad)) : 1.0;
   double shear =
       steeper * 4 * laws_.shear.steepest_up_to(s.shear_most_rad) * (1 / (hu * hu) + 1 / (hv * hv));
+  // A half triple's second derivative is at most 8 w B / l^3, where the sheet leaves backwards.
+  const double bends = clamped_.empty() ? 16 : 16 + 8;
   double bending =
-      16 * (laws_.bending[0].steepest_up_to(s.curvature_most_per_m) / std::pow(hu, 4) +
-            laws_.bending[1].steepest_up_to(s.curvature_most_per_m) / std::pow(hv, 4)) +
+      bends * (laws_.bending[0].steepest_up_to(s.curvature_most_per_m) / std::pow(hu, 4) +
+               laws_.bending[1].steepest_up_to(s.curvature_most_per_m) / std::pow(hv, 4)) +
       16 * laws_.twist_n_m / (hu * hu * hv * hv);
   if (laws_.friction) {
     shear += 4 * laws_.friction->shear.stiffness() * (1 / (hu * hu) + 1 / (hv * hv));

@@ -47,6 +47,14 @@ struct ClothLaws {
   std::optional<ClothFriction> friction = std::nullopt;  ///< absent: the cloth has no memory
 };
 
+/// A place where a line of particles begins at a clamp: `held` stands on the clamp and `next` is
+/// free. The sheet leaves along `forward`; `normal` is that of the sheet there. Both are unit.
+struct ClampedPlace {
+  int held = 0, next = 0;
+  int direction = 0;  ///< of the line: 0 warp, 1 weft
+  Eigen::Vector3d forward, normal;
+};
+
 /// How mass is spread over the particles. `area`: by the cloth each stands for. `paper`: density
 /// times area by the number of particles (paper section 4), too heavy on borders.
 enum class MassRule { area, paper };
@@ -108,6 +116,15 @@ class Cloth {
   [[nodiscard]] bool has_cell(int corner) const { return cell_[corner] != 0; }
   /// Sine of the angle by which a cell's mid-lines depart from a right angle, -1 .. 1.
   [[nodiscard]] double shear_sine(const Field& position, int cell) const;
+
+  /// Puts clamps in: a held particle's triple is replaced by half of one towards each `next`, bent
+  /// by the edge y = x[next] - x[held] and its mirror image behind the clamp. With w the width of
+  /// the spring, a and b the parts of y along forward and normal, and r = sqrt(a^2 + b^2),
+  ///   half triple: w l / 2 bending.energy(2 sqrt(2 r (r - a)) / l^2),
+  /// which is 0 only where the sheet leaves forward. So the free length begins at the held
+  /// particle.
+  void clamp(std::vector<ClampedPlace> places);
+  [[nodiscard]] const std::vector<ClampedPlace>& clamped_places() const { return clamped_; }
 
   /// Internal friction (laws().friction; without it the memory is empty). Forces and energies are
   /// those of a step that began at the last settle(): of elements that have followed a way without
@@ -206,6 +223,7 @@ class Cloth {
   void add_friction_energies(const Field& position, InternalEnergies& sum) const;
 
   void cut_round();
+  void add_clamp_forces(const Field& position, Field& force) const;
   void prepare_work();
   void take_positions(const Field& position);
   void keep_last_row(Band band);
@@ -237,6 +255,7 @@ class Cloth {
   ClothLaws laws_;
   ClothModel model_;
   Line lines_[2];
+  std::vector<ClampedPlace> clamped_;
   std::vector<double> cell_;  ///< 1 for a cell with lower corner i, 0 where there is none
   std::vector<double> mass_, area_;
   double heaviest_ratio_ = 1;  ///< largest area mass over given mass

@@ -90,6 +90,7 @@ void Cloth::add_forces(const Field& position, const Field* velocity, Field& forc
     }
     keep_last_row(band);
   }
+  if (!clamped_.empty()) add_clamp_forces(position, force);
   if (laws_.friction) add_bending_friction(force);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "simulate/cloth/clamp.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
 namespace drape::simulate {
@@ -139,6 +140,15 @@ void add_cells(const Cloth& cloth, const Field& x, bool convex, Range range, Gri
   }
 }
 
+void add_clamps(const Cloth& cloth, const Field& x, GridMatrix& sum) {
+  for (const ClampedPlace& place : cloth.clamped_places()) {
+    const Matrix3d block = clamped_hessian(cloth, place, x);
+    sum.add(place.held, place.held, block);
+    sum.add(place.next, place.next, block);
+    sum.add(place.next, place.held, -block);
+  }
+}
+
 }  // namespace
 
 SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen::VectorXd& way) {
@@ -172,6 +182,7 @@ void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMat
   const int cols = cloth.grid().cols;
   if (rows < kWorthBands) {
     add({0, cloth.count()});
+    add_clamps(cloth, position, hessian);
     return;
   }
   // Bands have no particle in common: an element reaches over two more rows at most, so those that
@@ -184,6 +195,7 @@ void add_hessian(const Cloth& cloth, const Field& position, bool convex, GridMat
     add({first * cols, (last ? rows : first + kBand - 2) * cols});
   });
   for (int k = 1; k < bands; ++k) add({(k * kBand - 2) * cols, k * kBand * cols});
+  add_clamps(cloth, position, hessian);
 }
 
 }  // namespace drape::simulate

@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/prolong.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start_check.hpp"
 
@@ -151,6 +152,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
     const bool first = level == 0;
     const bool last = level + 1 == levels.size();
     Cloth cloth(here, the_case.laws, the_case.mass);
+    cloth.clamp(clamps_on(scene, here).places);
     StaticOptions now = options;
     if (!last) {
       now.only_a_start = true;
@@ -300,7 +302,9 @@ void book_static(const StaticCase& the_case, const GridSpec& grid, const StaticO
         "definite");
   }
   result.contact_forces = found.contact_forces;
-  report.strains = Cloth(grid, the_case.laws, the_case.mass).strains(drape.position);
+  Cloth cloth(grid, the_case.laws, the_case.mass);
+  cloth.clamp(clamps_on(the_case.scene, grid).places);
+  report.strains = cloth.strains(drape.position);
 }
 
 }  // namespace drape::simulate

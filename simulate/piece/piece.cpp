@@ -94,6 +94,9 @@ ClothOutline outline_of(const Print& print) {
 
 PieceDrape drape_piece(const Scene& scene, const Print& print, const std::optional<Sheet>& measured,
                        const ClothLaws& laws, ClothOutline outline, const PieceOptions& options) {
+  if (!scene.clamps.empty())
+    throw bad_input("a piece on triangles takes no clamp",
+                    {.file = scene.file.string(), .field = "clamp"}, "hold it with [[pin]]");
   check_pins(scene, print, outline);
   check_size(outline, options.spacing_m);
   const Surroundings around(scene);

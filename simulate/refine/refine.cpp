@@ -11,6 +11,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/start/local_frame.hpp"
 #include "simulate/world.hpp"
 
@@ -57,6 +58,7 @@ struct Here {
 StaticDrape rest_on(const StaticCase& the_case, const GridSpec& grid, const Here& coarse,
                     StaticOptions how) {
   Cloth cloth(grid, the_case.laws, the_case.mass);
+  cloth.clamp(clamps_on(the_case.scene, grid).places);
   how.falls = false;
   how.paced = false;
   how.first_step_s = kFirstStep_s;

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/start/local_frame.hpp"
 
 namespace drape::simulate {
@@ -125,6 +126,11 @@ void add_holds(const Scene& scene, const Print& print, const GridSpec& grid,
     }
     start.hold_in_world.push_back(*place);
     start.holds.push_back(hold_at(grid, at));
+  }
+  for (const ClampedParticle& held : clamps_on(scene, grid).held) {
+    start.hold_in_world.push_back(held.place_in_world);
+    start.holds.push_back(
+        {{held.particle, held.particle, held.particle, held.particle}, {1, 0, 0, 0}});
   }
 }
 

@@ -126,7 +126,7 @@ void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
 }
 
 bool is_round(const Scene& scene) {
-  if (!scene.pins.empty()) return false;
+  if (!scene.pins.empty() || !scene.clamps.empty()) return false;
   std::optional<Vector2d> common;
   for (const Obstacle& obstacle : scene.obstacles) {
     const std::optional<Vector2d> axis = axis_of(obstacle);

@@ -44,6 +44,7 @@ VectorXd force_change(Cloth& cloth, const Field& position, FabricValue value,
   Field twice(position.size(), 0.0);
   cloth.add_forces(position, nullptr, once);
   Cloth stronger(cloth.grid(), scaled(cloth.laws(), value, 2), MassRule::area);
+  stronger.clamp(cloth.clamped_places());
   stronger.add_forces(position, nullptr, twice);
   for (int i = 0; i < n; ++i) change.segment<3>(3 * i) = at(twice, i) - at(once, i);
   return change;

@@ -9,6 +9,7 @@
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
+#include "simulate/start/clamps.hpp"
 #include "simulate/study/branches.hpp"
 #include "simulate/study/checked.hpp"
 
@@ -205,6 +206,7 @@ class Bench {
                                StaticOptions how) {
     keep_layers(how);
     Cloth cloth(grid, the_case.laws, the_case.mass);
+    cloth.clamp(clamps_on(scene_, grid).places);
     how.first_step_s = kContinueStep_s;
     how.paced = false;
     StaticSolver solver(cloth, surroundings_, how);
@@ -233,6 +235,7 @@ class Bench {
     const ClothLaws laws = laws_of(base());
     const StaticCase the_case{scene_, print_, measured_, surroundings_, laws, options_.mass};
     Cloth cloth(base_grid_, laws, options_.mass);
+    cloth.clamp(clamps_on(scene_, base_grid_).places);
     StaticOptions how = static_options(scene_, options_);
     keep_layers(how);
     how.first_step_s = kContinueStep_s;

@@ -163,7 +163,8 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
 
 std::optional<MirrorPlane> MirrorPlane::of(const StaticCase& the_case) {
   const Scene& scene = the_case.scene;
-  if (scene.pins.size() < 2 || !scene.gravity_m_per_s2.head<2>().isZero(0)) return std::nullopt;
+  if (scene.pins.size() < 2 || !scene.clamps.empty() || !scene.gravity_m_per_s2.head<2>().isZero(0))
+    return std::nullopt;
   std::vector<Vector3d> places;
   MirrorPlane plane;
   const auto count = static_cast<double>(scene.pins.size());

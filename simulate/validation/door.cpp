@@ -108,6 +108,15 @@ void write_scene(const DoorCase& c, const Vector3d& origin, const fs::path& fold
     text += fmt::format("[[pin]]\nrow = {}\ncol = {}\nat_mm = {}\n", row, col,
                         list_mm((c.held_at ? c.held_at : c.start)(u, v) + origin));
   }
+  for (const Clamp& clamp : c.clamps) {
+    text += fmt::format(
+        "[[clamp]]\nfrom_material_mm = [{:.17g}, {:.17g}]\nto_material_mm = [{:.17g}, {:.17g}]\n"
+        "from_mm = {}\nto_mm = {}\ndirection = {}\n",
+        clamp.from_material_m.x() / mm, clamp.from_material_m.y() / mm,
+        clamp.to_material_m.x() / mm, clamp.to_material_m.y() / mm,
+        list_mm(clamp.from_in_world + origin), list_mm(clamp.to_in_world + origin),
+        list_mm(mm * clamp.direction_in_world));
+  }
   write_durable(folder / "scene.toml", text);
 }
 

@@ -26,7 +26,8 @@ struct DoorCase {
   std::function<Eigen::Vector3d(double u, double v)> start;
   bool starts_flat = false;  ///< with mode `flat`: start() must be flat_place()
   std::function<Eigen::Vector3d(double u, double v)> held_at;
-  std::vector<int> pinned;  ///< particles
+  std::vector<int> pinned;    ///< particles
+  std::vector<Clamp> clamps;  ///< about the case's own origin
   /// Largest residual by Runge-Kutta and by the fall, of a particle's weight.
   double motion_tolerance = 1e-4, static_tolerance = 1e-6;
   long motion_steps = 400000;

@@ -108,6 +108,17 @@ std::vector<Kind> core_kinds() {
       {"print", copied("print.toml"), [](const fs::path& f) { static_cast<void>(read_print(f)); }},
       {"scene", copied("scenes/A.toml"),
        [](const fs::path& f) { static_cast<void>(read_scene(f)); }},
+      {"clamped_scene",
+       [](const fs::path& folder) {
+         const fs::path file = copied("scenes/A.toml")(folder);
+         write_durable(file,
+                       read_text(file) +
+                           "\n[[clamp]]\nfrom_material_mm = [0, 0]\nto_material_mm = [0, 200]\n"
+                           "from_mm = [0, 0, 200]\nto_mm = [200, 0, 200]\n"
+                           "direction = [0, -1, 0]\n");
+         return file;
+       },
+       [](const fs::path& f) { static_cast<void>(read_scene(f)); }},
       {"curve", copied("fabrics/A/bending_warp.csv"),
        [](const fs::path& f) {
          static_cast<void>(read_csv(f, {"curvature_per_cm", "loading_moment_gf_cm_per_cm",
