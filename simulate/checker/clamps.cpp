@@ -9,7 +9,7 @@ namespace {
 
 constexpr Real kOnLine_m = 2e-6L;  // m, in the material: what files round to
 
-Point point_of(const Eigen::Vector3d& p) {
+Point vector_in(const Eigen::Vector3d& p) {
   return {p.x(), p.y(), p.z()};
 }
 
@@ -53,7 +53,7 @@ class Holder {
 
   void hold(const Clamp& clamp, Clamps& sum) {
     const MaterialLine line(clamp);
-    const Point from = point_of(clamp.from_in_world), to = point_of(clamp.to_in_world);
+    const Point from = vector_in(clamp.from_in_world), to = vector_in(clamp.to_in_world);
     const bool has_length = line.length > 0 && dot(minus(to, from), minus(to, from)) > 0;
     const bool on_thread =
         std::min(std::abs(line.along_warp), std::abs(line.along_weft)) < kOnLine_m;
@@ -62,7 +62,7 @@ class Holder {
       return;
     }
     const Point along = unit_of(minus(to, from));
-    const Point out = point_of(clamp.direction_in_world);
+    const Point out = vector_in(clamp.direction_in_world);
     const Point across = minus(out, times(along, dot(out, along)));
     if (!(dot(across, across) > 0)) {
       sum.refusals.emplace_back("a clamp is left along itself");

@@ -280,7 +280,7 @@ TEST(Clamp, ThatNoGridCanHoldIsNamed) {
                   }),
                   "left along itself"));
   EXPECT_TRUE(has(fault_of([](Clamp& c) { c.from_material_m.x() = c.to_material_m.x() = 0.033; }),
-                  "3 mm beside the nearest row"));
+                  "7 mm beside the nearest row"));
   Held held;
   held.options.solver = "fall";
   held.options.internal_friction = true;
