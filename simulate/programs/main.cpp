@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
@@ -9,6 +8,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"
+#include "simulate/start/start_file.hpp"
 #include "simulate/study/checked.hpp"
 #include "simulate/study/study.hpp"
 
@@ -39,8 +39,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   SimulateResult result =
       simulate_checked(inputs.scene, inputs.fabric, inputs.print, inputs.measured, args.options);
   if (args.start) {
-    std::get<SimulatedSource>(result.sheet.source).start_sha256 =
-        sha256_of_file(fs::path(*args.start).replace_extension(".json"));
+    std::get<SimulatedSource>(result.sheet.source).start_sha256 = start_sha256(*args.start);
     result.sheet.no_go = inputs.measured->no_go;
   }
   write_outputs(args.out, result, args.options, record);

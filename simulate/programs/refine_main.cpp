@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
   app.add_option("FOLDER", args.folder, "of a simulation, with sheet.ply and certificate.json");
   app.add_option("--scene", args.scene, "scene.toml that was simulated");
   app.add_option("--fabric", args.fabric, "fabric.toml; default: the scene's");
-  app.add_option("--start-from", args.start, "measured sheet.ply that placed the start and pins");
+  app.add_option("--start-from", args.start,
+                 "measured sheet.ply or mesh.toml that placed the start and pins");
   app.add_option("--finest", args.how.finest, "particles along the longer side, at most")
       ->capture_default_str();
   app.add_option("--goal-mm", args.goal_mm,

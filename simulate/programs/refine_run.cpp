@@ -11,6 +11,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/refine/refine.hpp"
 #include "simulate/refine/refine_json.hpp"
+#include "simulate/start/start_file.hpp"
 #include "simulate/study/study.hpp"
 
 namespace drape::simulate {
@@ -70,7 +71,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
   const Print print = read_print(scene.print_file);
   std::optional<Sheet> measured;
-  if (args.start) measured = read_sheet(*args.start);
+  if (args.start) measured = read_start(*args.start, print);
   const auto* source = std::get_if<SimulatedSource>(&rest.sheet.source);
   if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
       source->fabric_sha256 != fabric_sha256(fabric))
@@ -82,7 +83,8 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   record.input(args.scene);
   for (const fs::path& file : fabric.files()) record.input(file);
   record.input(scene.print_file);
-  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
+  if (args.start)
+    for (const fs::path& file : start_files(*args.start)) record.input(file);
   SimulateOptions options = options_of(claim, *source);
   options.threads = thread_count(common);
   Refinement refinement;

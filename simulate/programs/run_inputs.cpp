@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/programs/run_inputs.hpp"
 #include "core/program/command.hpp"
+#include "simulate/start/start_file.hpp"
 
 namespace drape::simulate {
 
@@ -21,7 +22,8 @@ void add_run_options(Command& app, RunArguments& args, const std::string& out_ho
   app.add_option("--segments", args.options.segments, "line segments per Kawabata curve")
       ->capture_default_str();
   add_fit_option(app, args.fit);
-  app.add_option("--start-from", args.start, "measured sheet.ply that places start and pins");
+  app.add_option("--start-from", args.start,
+                 "measured sheet.ply, or mesh.toml of another simulator, for start and pins");
   app.add_option("--out", args.out, out_holds);
 }
 
@@ -29,11 +31,12 @@ RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   const Scene scene = read_scene(args.scene);
   RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
-  if (args.start) inputs.measured = read_sheet(*args.start);
+  if (args.start) inputs.measured = read_start(*args.start, inputs.print);
   record.input(args.scene);
   for (const fs::path& file : inputs.fabric.files()) record.input(file);
   record.input(scene.print_file);
-  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
+  if (args.start)
+    for (const fs::path& file : start_files(*args.start)) record.input(file);
   args.options.rows = args.options.cols = args.grid;
   // The model of the paper and round specimens keep the paper's fit.
   if (args.fit == "drape" && args.options.model == "consistent" && !args.options.round)

@@ -9,6 +9,7 @@
 #include "simulate/fabric/fabric.hpp"
 #include "simulate/fabric/import.hpp"
 #include "simulate/piece/outline.hpp"
+#include "simulate/start/start_file.hpp"
 #include "tests/fuzz/kinds.hpp"
 #include "tests/support/paths.hpp"
 
@@ -113,6 +114,14 @@ std::vector<Kind> stage_kinds() {
        [](const fs::path& f) {
          if (!compare::read_other_surface(f))
            static_cast<void>(compare::read_other_mesh(f, small_sheet()));
+       }},
+      {"start_mesh", with("other.toml", kOtherMesh, "other.ply", kOtherPly),
+       [](const fs::path& f) {
+         Print print;
+         print.rows = print.cols = 2;
+         print.pitch_m = 0.04;
+         print.patch_m = {0.04, 0.04};
+         static_cast<void>(simulate::read_start(f, print));
        }},
       {"outline_svg", with("piece.svg", kOutline),
        [](const fs::path& f) { static_cast<void>(simulate::read_outline(f, 0.01)); }},
