@@ -121,6 +121,7 @@ std::vector<Kind> stage_kinds() {
          print.rows = print.cols = 2;
          print.pitch_m = 0.04;
          print.patch_m = {0.04, 0.04};
+         print.margin_m = {0, 0};
          static_cast<void>(simulate::read_start(f, print));
        }},
       {"outline_svg", with("piece.svg", kOutline),
