@@ -19,7 +19,6 @@ constexpr double kLiftGap = 1e-6;        // m; a touching particle further out h
 constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
 constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
 constexpr int kFollowSteps = 4;          // between two looks where on its line a place presses
-constexpr double kChooseMargin = 2e-6;   // m; beyond twice the displacement of the last step
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's path between searches
 // A corner particle is a quarter of a mean one and takes part in up to a dozen line contacts.
 constexpr double kLineContactShare = 12;

@@ -85,6 +85,9 @@ class Motion {
   [[nodiscard]] const PairContacts& pair_contacts() const { return pair_contacts_; }
 
  private:
+  /// m; beyond twice the displacement of the last step, where contacts are chosen
+  static constexpr double kChooseMargin = 2e-6;
+
   struct Touch {
     int particle = 0;
     int shape = 0;
