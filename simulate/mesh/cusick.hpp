@@ -17,7 +17,7 @@ struct CusickOptions {
   /// The specimen lies on a table at the height of the discs, which goes down by the width of the
   /// free ring in so many steps, the cloth nearly at rest at each; the last frees it. 1: let go at
   /// once; its folds are then those that grow fastest, too many.
-  int lowering_steps = 4;
+  int lowering_steps = 8;
   /// Spacing of the mesh on which it is laid, in spacings; shape and friction are then carried to
   /// the mesh itself and rest there. It is laid on the mesh itself where this is 1 or the free ring
   /// would be less than six spacings wide, too few for its folds.
