@@ -19,18 +19,19 @@ struct Drapemeter {
 
 struct DescentOptions {
   int most_steps = 20000;
-  double residual =
-      1e-3;  ///< of a free point, in mean weights of a point; of a side, over its length
+  /// Of a free point, in mean weights of a point; of a side, in those times the mean side.
+  double residual = 1e-3;
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
-  double farthest_step =
-      0.15;       ///< of a point, in mean sides: short ones stay with the folds that are there
-  int pairs = 5;  ///< of steps and gradients that are remembered
+  /// Of a point, in mean sides. Short steps stay with the folds that are there; of 0.15, 0.3, 0.5
+  /// and 1 this ends lowest over two fabrics and two spacings.
+  double farthest_step = 0.3;
+  int pairs = 5;         ///< of steps and gradients that are remembered
   int factor_every = 5;  ///< steps between two matrices
 };
 
 /// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
-/// line search), with MeshStiffness in place of a multiple of the identity. A step moves no point
-/// by more than the mean side. Internal friction settles after each.
+/// line search), with MeshStiffness in place of a multiple of the identity.
+/// Internal friction settles after each step.
 ///
 /// Wall and table push in proportion to depth: the table so that cloth sinks in by half a
 /// millimetre under its own weight, for it only leads to a rest and is gone there; the wall by a
