@@ -10,9 +10,9 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/objects/surroundings.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"
 

@@ -10,9 +10,9 @@
 #include <numbers>
 
 #include "core/units.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/solver.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/study/checked.hpp"
 #include "simulate/validation/sheets.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/trials.hpp"

@@ -9,10 +9,10 @@
 
 #include "core/units.hpp"
 #include "simulate/dynamics/motion.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

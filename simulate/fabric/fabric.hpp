@@ -59,4 +59,7 @@ struct Fabric {
 /// Half the mean distance of the branches over the middle half of the test: what merging hides.
 [[nodiscard]] double half_hysteresis(const KawabataCurve& curve);
 
+/// Whether one of the texts, of a fabric or a scene, speaks of `word`.
+[[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
+
 }  // namespace drape::simulate

@@ -5,8 +5,8 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "simulate/ensemble/band.hpp"
 #include "simulate/programs/run_inputs.hpp"
-#include "simulate/study/band.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;

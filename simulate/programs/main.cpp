@@ -6,10 +6,10 @@
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/start/start_file.hpp"
-#include "simulate/study/checked.hpp"
 #include "simulate/study/study.hpp"
 
 namespace fs = std::filesystem;

@@ -7,8 +7,8 @@
 
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/refine/refine.hpp"
-#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -13,8 +13,8 @@
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/refine/refine_json.hpp"
-#include "simulate/study/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -8,7 +8,7 @@
 
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
-#include "simulate/study/checked.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

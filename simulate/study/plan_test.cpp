@@ -14,7 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "simulate/study/checked.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -72,11 +72,6 @@ std::string name_of(FabricValue value) {
   return "areal_density";
 }
 
-bool names(const std::vector<std::string>& stand_ins, const std::string& word) {
-  return std::any_of(stand_ins.begin(), stand_ins.end(),
-                     [&](const std::string& what) { return what.find(word) != std::string::npos; });
-}
-
 bool is_stand_in(const Fabric& fabric, FabricValue value) {
   const std::string name = name_of(value);
   const std::string kind = name.substr(0, name.find('_'));

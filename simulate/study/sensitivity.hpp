@@ -32,8 +32,6 @@ inline constexpr FabricValue kFabricValues[] = {
 /// A value that nobody measured lies within half of what was put in its place; a measured Kawabata
 /// value repeats within 5 % (one standard deviation). Both are stated, not derived.
 inline constexpr double kStandInPart = 0.5, kMeasuredPart = 0.05;
-/// Whether one of the texts speaks of `word`.
-[[nodiscard]] bool names(const std::vector<std::string>& stand_ins, const std::string& word);
 /// Twist is one where no bending at 45 degrees was measured.
 [[nodiscard]] bool is_stand_in(const Fabric& fabric, FabricValue value);
 /// The laws with one value times `factor`.

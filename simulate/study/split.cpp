@@ -8,10 +8,10 @@
 
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/ensemble/branches.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/start/clamps.hpp"
-#include "simulate/study/branches.hpp"
-#include "simulate/study/checked.hpp"
 
 namespace drape::simulate {
 namespace {

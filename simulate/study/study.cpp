@@ -13,8 +13,8 @@
 #include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
-#include "simulate/study/branches.hpp"
-#include "simulate/study/checked.hpp"
+#include "simulate/ensemble/branches.hpp"
+#include "simulate/ensemble/checked.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -10,9 +10,9 @@
 
 #include "core/units.hpp"
 #include "simulate/cloth/clamp.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/hessian.hpp"
 #include "simulate/start/clamps.hpp"
-#include "simulate/study/checked.hpp"
 #include "simulate/validation/door.hpp"
 #include "simulate/validation/exact.hpp"
 #include "tests/support/paths.hpp"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/memory_band.hpp"
+#include "simulate/ensemble/memory_band.hpp"
 
 #include <algorithm>
 
 #include "core/units.hpp"
+#include "simulate/ensemble/friction_band.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/start/history.hpp"
-#include "simulate/study/friction_band.hpp"
 
 namespace drape::simulate {
 namespace {

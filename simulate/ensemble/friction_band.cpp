@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/friction_band.hpp"
+#include "simulate/ensemble/friction_band.hpp"
 
 #include <Eigen/Geometry>
 #include <array>
 
 #include "core/units.hpp"
 #include "simulate/equilibrium/mixture.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 namespace {

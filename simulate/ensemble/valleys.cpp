@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/valleys.hpp"
+#include "simulate/ensemble/valleys.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

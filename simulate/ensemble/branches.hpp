@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "core/files/json_file.hpp"
+#include "simulate/ensemble/friction_band.hpp"
+#include "simulate/ensemble/memory_band.hpp"
 #include "simulate/equilibrium/run.hpp"
-#include "simulate/study/friction_band.hpp"
-#include "simulate/study/memory_band.hpp"
 
 namespace drape::simulate {
 

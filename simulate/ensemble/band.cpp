@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/band.hpp"
+#include "simulate/ensemble/band.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/units.hpp"
+#include "simulate/ensemble/checked.hpp"
 #include "simulate/equilibrium/mixture.hpp"
-#include "simulate/study/checked.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/linkage.hpp"
+#include "simulate/ensemble/linkage.hpp"
 
 #include <algorithm>
 #include <cmath>

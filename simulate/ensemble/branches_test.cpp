@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/branches.hpp"
+#include "simulate/ensemble/branches.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "core/units.hpp"
-#include "simulate/study/linkage.hpp"
+#include "simulate/ensemble/linkage.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -5,7 +5,7 @@
 #include <complex>
 #include <numbers>
 
-#include "simulate/study/branches.hpp"
+#include "simulate/ensemble/branches.hpp"
 
 namespace drape::simulate {
 namespace {

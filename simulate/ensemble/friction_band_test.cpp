@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/friction_band.hpp"
+#include "simulate/ensemble/friction_band.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/ensemble/band.hpp"
+#include "simulate/ensemble/branches.hpp"
 #include "simulate/start/start.hpp"
-#include "simulate/study/band.hpp"
-#include "simulate/study/branches.hpp"
 #include "simulate/study/split.hpp"
 #include "tests/support/heavy_strip.hpp"
 #include "tests/support/paths.hpp"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/files/json_file.hpp"
-#include "simulate/study/branches.hpp"
+#include "simulate/ensemble/branches.hpp"
 
 namespace drape::simulate {
 

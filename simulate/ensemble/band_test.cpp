@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/study/band.hpp"
+#include "simulate/ensemble/band.hpp"
 
 #include <gtest/gtest.h>
 
