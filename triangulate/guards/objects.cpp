@@ -191,8 +191,8 @@ std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const 
         file, i + 1, text_of(against(seen, object)), stated.place_m() / mm, stated.size_m() / mm,
         chi2_limit(object), suggestion(sheet, spans, object, scene)));
   }
-  if (!scene.obstacles.empty() && scene.pins.empty() && !sheet.marks.empty() &&
-      nearest_m > allowed_m) {
+  if (!scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty() &&
+      !sheet.marks.empty() && nearest_m > allowed_m) {
     found.push_back(fmt::format(
         "{}, object {}: no mark touches it, the nearest lies {:.2f} mm above, and cloth that "
         "rests on it at most {:.2f} mm; {}",
