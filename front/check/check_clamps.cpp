@@ -32,9 +32,11 @@ void check_clamps(const Scene& scene, const Print* print, BenchCheck& check) {
       problem("to_material_mm", "has no length", "give two ends apart from each other, or a pin");
       continue;
     }
-    if (along.cwiseAbs().minCoeff() > 0)
+    if (along.cwiseAbs().minCoeff() > 0) {
       problem("to_material_mm", "crosses the threads",
               "a clamp runs along warp or weft: give both ends the same warp or the same weft");
+      continue;
+    }
     const double stretch = in_space.norm() / along.norm() - 1;
     if (std::abs(stretch) > kMostStretch)
       problem("to_mm",
