@@ -130,11 +130,12 @@ Matrix3d gap_curvature(const Surroundings& surroundings, int shape, const Vector
   return 0.5 * (sum + sum.transpose());
 }
 
-bool is_seen_flat(const Surroundings& surroundings, int shape, const SheetTriangle& triangle) {
+bool is_seen_flat(const Surroundings& surroundings, int shape, std::span<const Vector3d> corners) {
   if (!surroundings.is_convex(shape)) return false;
-  const Vector3d first = surroundings.normal(shape, triangle[0]);
-  return (surroundings.normal(shape, triangle[1]) - first).norm() <= kSamePlane &&
-         (surroundings.normal(shape, triangle[2]) - first).norm() <= kSamePlane;
+  const Vector3d first = surroundings.normal(shape, corners.front());
+  return std::all_of(corners.begin() + 1, corners.end(), [&](const Vector3d& corner) {
+    return (surroundings.normal(shape, corner) - first).norm() <= kSamePlane;
+  });
 }
 
 /// Newton's method within the triangle, by steps that lower the depth.

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <span>
 
 #include "simulate/objects/surroundings.hpp"
 
@@ -26,10 +27,10 @@ struct DeepestPlace {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< depth's derivative is share * normal
 };
 
-/// Whether no place of the triangle can be deeper than its corners: a convex object shows all of
-/// them the same plane.
+/// Whether no place of a piece can be deeper than its corners: a convex object shows all of them
+/// the same plane.
 [[nodiscard]] bool is_seen_flat(const Surroundings& surroundings, int shape,
-                                const SheetTriangle& triangle);
+                                std::span<const Eigen::Vector3d> corners);
 
 [[nodiscard]] DeepestPlace deepest_place(const Surroundings& surroundings, int shape,
                                          const SheetTriangle& triangle);

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "simulate/cloth/wide.hpp"
+#include "simulate/contact/deepest.hpp"
 #include "simulate/contact/solid_features.hpp"
 
 namespace drape::simulate {
@@ -15,14 +16,22 @@ using Eigen::Vector3d;
 
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
 constexpr double kLookAgain = 30e-6;  // m; path after which a watched element is searched again
-constexpr double kEndShare = 0.02;    // what is nearer to a particle than this fraction is its own
-constexpr int kThirdSteps = 14;       // of the ternary search: 0.4 % of the line piece
-constexpr int kHalfSteps = 20;        // of halving: a millionth of it
-constexpr double kFlatSlope = 1e-9;   // of the distance along a line: all its places are as deep
+constexpr double kFromEdge =
+    0.5e-3;                          // m; a piece farther on a face than this stays on it meanwhile
+constexpr double kEndShare = 0.02;   // what is nearer to a particle than this fraction is its own
+constexpr int kThirdSteps = 14;      // of the ternary search: 0.4 % of the line piece
+constexpr int kHalfSteps = 20;       // of halving: a millionth of it
+constexpr double kFlatSlope = 1e-9;  // of the distance along a line: all its places are as deep
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
 constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
 constexpr int kSettle = 32;       // looks in which places come to where they stay
+
+/// Whether normals turn within the depth that the stiffer springs allow.
+bool turns_at_once(const Surroundings& surroundings, int shape) {
+  const Cylinder* const cylinder = surroundings.cylinder(shape);
+  return is_sharp(surroundings, shape) || (cylinder != nullptr && cylinder->edge_radius_m == 0);
+}
 
 /// Lines mix two particles, cells four.
 int corners_of(const LineContacts::Point& point) {
@@ -49,15 +58,17 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
   shear_stiffness_ = mass * gravity_m_per_s2 / sink_m;
   const double stiffer =
       std::max(shear_stiffness_, cloth.total_mass_kg() * gravity_m_per_s2 / sheet_sink_m);
+  double stiffest = shear_stiffness_;
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     const bool sharp = is_sharp(surroundings, shape);
     watched_.push_back(!surroundings.is_flat(shape) && (shapes == Shapes::all || !sharp));
-    const double stiffness = sharp ? shear_stiffness_ : stiffer;
+    const double stiffness = turns_at_once(surroundings, shape) ? shear_stiffness_ : stiffer;
     // A fifth of critical: a light corner particle takes part in a dozen of these and must stay
     // stable.
     pressing_.push_back({stiffness, 0.4 * std::sqrt(stiffness * mass)});
+    if (watched_.back()) stiffest = std::max(stiffest, stiffness);
   }
-  frequency2_ = stiffer / mass;
+  frequency2_ = stiffest / mass;
   const GridSpec& grid = cloth.grid();
   reach_m_ = 0.75 * std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   elements_ = (2 + kCellPoints * kCellPoints) * cloth.count();
@@ -92,6 +103,17 @@ double LineContacts::followed_share(int shape, const Vector3d& p, const Vector3d
   return t;
 }
 
+/// On a face the particles bear it all. There places between them, the stiffer the more, would hand
+/// their load over in many small parts only: multipliers are moved once in each step. What may
+/// reach an edge before places are found again is watched.
+bool LineContacts::leaves_to_particles(int shape, std::span<Vector3d> corners) const {
+  if (follows_) return false;
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& corner : corners) middle += corner / static_cast<double>(corners.size());
+  for (Vector3d& corner : corners) corner += kFromEdge * (corner - middle).normalized();
+  return is_seen_flat(*surroundings_, shape, corners);
+}
+
 double LineContacts::try_line(const Field& position, int element, int a, int b) {
   const Vector3d p = at(position, a);
   const Vector3d q = at(position, b);
@@ -107,6 +129,8 @@ double LineContacts::try_line(const Field& position, int element, int a, int b) 
     const double ends = std::max(surroundings_->gap_m(shape, p), surroundings_->gap_m(shape, q));
     least = std::min(least, 2 * middle - ends);
     if (2 * middle - ends > kWatch) continue;
+    std::array corners{p, q};
+    if (leaves_to_particles(shape, corners)) continue;
     const double t = follows_ ? followed_share(shape, p, q) : deepest_share(shape, p, q);
     if (t < kEndShare || t > 1 - kEndShare) continue;
     if (surroundings_->gap_m(shape, p + t * (q - p)) > kWatch) continue;
@@ -128,6 +152,12 @@ double LineContacts::try_cell(const Field& position, int corner) {
     const double middle = surroundings_->gap_m(shape, centre);
     if (middle > reach_m_) {
       least = std::min(least, middle - reach_m_);
+      continue;
+    }
+    std::array<Vector3d, 4> corners;
+    for (int k = 0; k < 4; ++k) corners[k] = at(position, point.particle[k]);
+    if (leaves_to_particles(shape, corners)) {
+      least = 0;
       continue;
     }
     point.shape = shape;

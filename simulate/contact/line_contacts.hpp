@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "simulate/cloth/cloth.hpp"
@@ -14,8 +15,9 @@ namespace drape::simulate {
 /// deepest point (Shapes::smooth: at a place that slides there) and each cell at nine inner points,
 /// so that an edge of a box cannot cut through a coarse grid. The force is elastic, far softer than
 /// the springs: on a surface that is smooth the whole sheet would sink in by at most
-/// `sheet_sink_m`, for a corner bears the same part of it on any grid; on meshes and boxes of sharp
-/// edges, whose normals turn within the depth, one particle's weight by `sink_m`. Friction is an
+/// `sheet_sink_m`, for a corner bears the same part of it on any grid; on meshes, boxes and
+/// cylinders of sharp edges, whose normals turn within the depth, one particle's weight by
+/// `sink_m`. Friction is an
 /// elastic-plastic tangential spring of the latter stiffness.
 class LineContacts {
  public:
@@ -80,6 +82,7 @@ class LineContacts {
   [[nodiscard]] Push push(const Point& point, const Field& position, const Field* velocity) const;
   /// These append the points found and return by how much the particles of the element may move
   /// before there can be others.
+  [[nodiscard]] bool leaves_to_particles(int shape, std::span<Eigen::Vector3d> corners) const;
   double try_line(const Field& position, int element, int a, int b);
   double try_cell(const Field& position, int corner);
   [[nodiscard]] double deepest_share(int shape, const Eigen::Vector3d& p,

@@ -49,6 +49,9 @@ class Surroundings {
   }
   /// The shape where it is of that kind, else null.
   [[nodiscard]] const Box* box(int shape) const { return std::get_if<Box>(&shapes_[shape]); }
+  [[nodiscard]] const Cylinder* cylinder(int shape) const {
+    return std::get_if<Cylinder>(&shapes_[shape]);
+  }
   [[nodiscard]] const PlacedMesh* mesh(int shape) const {
     return std::get_if<PlacedMesh>(&shapes_[shape]);
   }
