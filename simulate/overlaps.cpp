@@ -67,12 +67,6 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   const SelfDistance self = self_distance(grid, position);
   report.least_self_distance_m = self.least_m;
   report.self_crossings = self.crossings;
-  if (self.creases > 0) {
-    report.warnings.push_back(fmt::format(
-        "neighbouring cells pass through each other in {} pairs of triangles: a fold is "
-        "sharper than the grid; a finer --grid follows it",
-        self.creases));
-  }
   std::string fault;
   const double depth_m =
       -std::min(report.least_gap_table_m, report.least_gap_object_m.value_or(0.0));

@@ -187,63 +187,26 @@ TEST(Simulate, ASheetWithANeedleThroughItIsNotCalledAtRest) {
 }
 
 TEST(Simulate, ASheetThatDivergesIsRunAgainWithMoreLooks) {
-  // Drawn scene 283 of seed 7341: it slides off a box, and one particle's thread is stretched past
-  // a bend of its curve between two looks at the step's limit.
-  const test::TemporaryFolder folder;
-  write_durable(folder.path() / "scene.toml",
-                "schema = \"drapebench/scene/1\"\n"
-                "name = \"S283\"\n"
-                "fabric = \"fabric.toml\"\n"
-                "print = \"print.toml\"\n"
-                "table_z_mm = -400\n"
-                "friction = 0.180\n"
-                "stand_ins = [\"friction\"]\n"
-                "[start]\n"
-                "mode = \"flat\"\n"
-                "centre_mm = [9.325, 6.144, 90.919]\n"
-                "yaw_deg = 62.788\n"
-                "[[object]]\n"
-                "kind = \"box\"\n"
-                "size_mm = [93.999, 117.976, 87.919]\n"
-                "edge_radius_mm = 2.630\n"
-                "yaw_deg = 47.726\n"
-                "x_mm = 0\n"
-                "y_mm = 0\n"
-                "z_bottom_mm = 0\n");
-  write_durable(folder.path() / "fabric.toml",
-                "schema = \"drapebench/fabric/1\"\n"
-                "name = \"drawn\"\n"
-                "areal_density_g_per_m2 = 157.2\n"
-                "stand_ins = [\"all\"]\n"
-                "[tensile]\n"
-                "warp_kes = { emt_percent = 5.52, lt = 0.681, rt_percent = 60 }\n"
-                "weft_kes = { emt_percent = 9.93, lt = 0.834, rt_percent = 60 }\n"
-                "[shear]\n"
-                "warp_kes = { g_gf_per_cm_deg = 0.326 }\n"
-                "weft_kes = { g_gf_per_cm_deg = 0.326 }\n"
-                "[bending]\n"
-                "warp_kes = { b_gf_cm2_per_cm = 0.0411 }\n"
-                "weft_kes = { b_gf_cm2_per_cm = 0.0239 }\n");
-  write_durable(folder.path() / "print.toml",
-                "schema = \"drapebench/print/1\"\n"
-                "rows = 11\n"
-                "cols = 11\n"
-                "pitch_mm = 15.0\n"
-                "dot_diameter_mm = 4.0\n"
-                "patch_mm = [150.0, 150.0]\n"
-                "margin_mm = [0.0, 0.0]\n"
-                "[tags]\n"
-                "family = \"tag36h11\"\n"
-                "edge_mm = 10.0\n"
-                "first_id = 0\n"
-                "cells = []\n");
-  const Scene scene = read_scene(folder.path() / "scene.toml");
+  // Threads ten times softer up to 0.5 %: as the sheet hangs down it stretches past that bend,
+  // where the step's limit is a third, and nobody looks at it.
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  scene.obstacles.clear();
+  scene.start = {StartMode::flat, 0, Vector3d(0, 0, 0.3), 0};
+  scene.pins = {{{0, 0}, Vector3d(-0.0775, 0.1, 0.3)}, {{0, 10}, Vector3d(0.0775, 0.1, 0.3)}};
+  Fabric fabric = read_fabric(scene.fabric_file);
+  for (KawabataCurve& curve : fabric.tensile) {
+    const double stiffness = curve.loading.back() / curve.x.back();
+    for (std::size_t k = 0; k < curve.x.size(); ++k)
+      curve.loading[k] = stiffness * (0.1 * curve.x[k] + std::max(0.0, 0.9 * (curve.x[k] - 5e-3)));
+    curve.unloading = curve.loading;
+  }
+  fabric.areal_density_kg_per_m2 *= 10;
   SimulateOptions options;
-  options.rows = options.cols = 18;
-  const Fabric fabric = read_fabric(scene.fabric_file);
-  const Print print = read_print(scene.print_file);
-  options.reach = find_reach(scene, fabric, print, std::nullopt);
-  const SimulateResult result = simulate(scene, fabric, print, std::nullopt, options);
+  options.rows = options.cols = 9;
+  options.steps_between_looks = 100000;
+  options.contact_between_particles = false;  // else its springs hold the step down
+  const SimulateResult result =
+      simulate(scene, fabric, read_print(scene.print_file), std::nullopt, options);
   EXPECT_EQ(result.report.status, RestStatus::at_rest) << result.report.sentence;
   EXPECT_THAT(result.report.warnings, testing::Contains(testing::HasSubstr("diverged after")));
 }

@@ -32,6 +32,9 @@ constexpr Real kResidualMargin =
 constexpr Real kTouch = 5e-6L;  // m; a place nearer to an object than this may press on it
 // What presses a sharp edge or corner sinks in elastically, so it may lie this deep.
 constexpr Real kPressedEdge = 0.1e-3L;  // m
+// Of the spacing: layers that a grid step joins press no farther apart, for a sheared cell is no
+// fold.
+constexpr Real kNeighbours = 0.25L;
 constexpr int kRounds = 400;
 constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
 constexpr double kSlipAllowed = 1e-5;  // of an element's limit: rounding of the file
@@ -168,17 +171,24 @@ Real add_weight(Mechanics& mechanics, const std::vector<Point>& points, const Sc
   return energy;
 }
 
+checker::LayerReach layer_reach_of(const CertificateClaim& claim, const Sheet& sheet) {
+  const Real thickness = claim.cloth_thickness_m;
+  const Real spacing = std::min(Real(sheet.patch_m.x()) / (sheet.rows - 1),
+                                Real(sheet.patch_m.y()) / (sheet.cols - 1));
+  return {thickness + kTouch, std::min(thickness, kNeighbours * spacing) + kTouch};
+}
+
 /// Pins, and wherever the sheet may press on something.
 std::vector<Support> all_supports(const CertificateClaim& claim, const Objects& objects,
-                                  const std::vector<Point>& points, std::vector<Support> supports) {
+                                  const std::vector<Point>& points,
+                                  const checker::LayerReach& reach, std::vector<Support> supports) {
   const auto add = [&](const std::vector<Support>& more) {
     supports.insert(supports.end(), more.begin(), more.end());
   };
   add(supports_of(objects, points, claim.rows, claim.cols, kTouch));
   add(checker::edge_supports_of(objects, points, claim.rows, claim.cols, kPressedEdge));
   if (claim.cloth_thickness_m > 0)
-    add(checker::layer_supports_of(points, claim.rows, claim.cols,
-                                   Real(claim.cloth_thickness_m) + kTouch));
+    add(checker::layer_supports_of(points, claim.rows, claim.cols, reach));
   return supports;
 }
 
@@ -187,16 +197,16 @@ std::vector<Support> all_supports(const CertificateClaim& claim, const Objects& 
 std::optional<checker::Balance> stated_balance(const CertificateClaim& claim,
                                                const Objects& objects,
                                                const std::vector<Point>& points,
+                                               const checker::LayerReach& reach,
                                                const Mechanics& mechanics,
                                                const std::vector<Support>& pins, Real most_n) {
   if (claim.contact_forces.empty()) return std::nullopt;
   std::vector<Point> sum = mechanics.force;
   const std::size_t itself = objects.scene->obstacles.size() + 1;
-  const Real near_m = Real(claim.cloth_thickness_m) + kTouch;
   for (const ContactForce& stated : claim.contact_forces) {
     if (static_cast<std::size_t>(stated.shape) == itself) {
       if (claim.cloth_thickness_m > 0 &&
-          checker::add_stated_layers(points, claim.cols, objects.scene->friction, near_m, stated,
+          checker::add_stated_layers(points, claim.cols, objects.scene->friction, reach, stated,
                                      sum))
         continue;
       return std::nullopt;
@@ -208,8 +218,8 @@ std::optional<checker::Balance> stated_balance(const CertificateClaim& claim,
 }
 
 void judge_balance(CertifyReport& report, const CertificateClaim& claim, const Objects& objects,
-                   const std::vector<Point>& points, const Mechanics& mechanics,
-                   const std::vector<Support>& pins) {
+                   const std::vector<Point>& points, const checker::LayerReach& reach,
+                   const Mechanics& mechanics, const std::vector<Support>& pins) {
   const Scene& scene = *objects.scene;
   Real mass = 0;
   for (const Real m : mechanics.mass) mass += m;
@@ -218,12 +228,12 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const O
   const Real most = kResidualMargin * Real(claim.residual_tolerance);
   checker::Balance found{HUGE_VALL, 0};
   if (const auto stated =
-          stated_balance(claim, objects, points, mechanics, pins, most * mean_weight)) {
+          stated_balance(claim, objects, points, reach, mechanics, pins, most * mean_weight)) {
     found = *stated;
     report.contacts = static_cast<int>(claim.contact_forces.size() + pins.size());
   }
   if (!(found.largest <= most * mean_weight)) {
-    const std::vector<Support> supports = all_supports(claim, objects, points, pins);
+    const std::vector<Support> supports = all_supports(claim, objects, points, reach, pins);
     const checker::Balance sought =
         checker::balance(mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
     if (sought.largest < found.largest) found = sought;
@@ -291,7 +301,8 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
           kPinAllowed_m);
     pins.insert(pins.end(), clamps.supports.begin(), clamps.supports.end());
   }
-  if (claim.at_rest) judge_balance(report, claim, objects, points, mechanics, pins);
+  if (claim.at_rest)
+    judge_balance(report, claim, objects, points, layer_reach_of(claim, sheet), mechanics, pins);
   return report;
 }
 

@@ -253,10 +253,11 @@ struct StatedOnLayers {
           {0.01L * int{i / 12}, 0.01L * (col < 6 ? col : 11.3L - col), col < 6 ? 0 : 0.4e-3L});
     }
   }
-  [[nodiscard]] std::optional<std::vector<checker::Point>> get(const ContactForce& stated,
-                                                               double friction = 0) const {
+  [[nodiscard]] std::optional<std::vector<checker::Point>> get(
+      const ContactForce& stated, double friction = 0,
+      checker::Real neighbours_m = 0.505e-3L) const {
     std::vector<checker::Point> sum(points.size());
-    if (!checker::add_stated_layers(points, 12, friction, 0.505e-3L, stated, sum))
+    if (!checker::add_stated_layers(points, 12, friction, {0.505e-3L, neighbours_m}, stated, sum))
       return std::nullopt;
     return sum;
   }
@@ -293,6 +294,33 @@ TEST(StatedForces, BetweenLayersActOnNearestPlacesOfTwoLayers) {
   for (const ContactForce& stated : refused) EXPECT_FALSE(layers.get(stated));
   for (checker::Point& p : layers.points) p[2] *= 1.3L;
   EXPECT_FALSE(layers.get({1, {10, 1, 2, 13}, {1, -0.7, -0.3, 0}, {0, 0, 4}})) << "too far apart";
+}
+
+TEST(StatedForces, ActBetweenNeighboursThatShareNoParticle) {
+  StatedOnLayers fold;
+  // Particle 5 lies below the next cell, 0.3 of a step from particle 6.
+  const ContactForce press{1, {5, 6, 7, 18}, {1, -0.7, -0.3, 0}, {0, 0, -4}};
+  const auto found = fold.get(press);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(static_cast<double>((*found)[5][2]), -4, 1e-12);
+  EXPECT_NEAR(static_cast<double>((*found)[6][2]), 2.8, 1e-12);
+  EXPECT_FALSE(fold.get(press, 0, 0.3e-3L)) << "too far for neighbours";
+  const ContactForce own_cell{1, {5, 6, 17, 18}, {1, -1, 0, 0}, {0, 0, -4}};
+  EXPECT_FALSE(fold.get(own_cell));
+}
+
+TEST(Crossings, OfNeighbouringCellsCount) {
+  StatedOnLayers fold;
+  EXPECT_EQ(checker::crossings_of(fold.points, 3, 12), 0);
+  for (int row = 0; row < 3; ++row) {
+    // Only the cells of columns 4 to 6 are left near each other.
+    fold.points[row * 12 + 6] = {0.01L * row, 0.045L, 0.4e-3L};
+    for (int col = 7; col < 12; ++col)
+      fold.points[row * 12 + col] = {0.01L * row, 0.2L, 0.01L * col};
+  }
+  EXPECT_EQ(checker::crossings_of(fold.points, 3, 12), 0);
+  fold.points[18][2] = -0.4e-3L;
+  EXPECT_GT(checker::crossings_of(fold.points, 3, 12), 0);
 }
 
 }  // namespace

@@ -11,7 +11,6 @@ namespace {
 
 /// A cell with its triangles and edges, diagonal included, and its box.
 struct Cell {
-  int row = 0, col = 0;
   std::array<std::array<int, 3>, 2> triangle{};
   std::array<std::array<int, 2>, 5> edge{};
   std::array<int, 4> corner{};
@@ -24,8 +23,6 @@ std::vector<Cell> cells_of(const std::vector<Point>& points, int rows, int cols)
     for (int c = 0; c + 1 < cols; ++c) {
       const int i = r * cols + c;
       Cell cell;
-      cell.row = r;
-      cell.col = c;
       cell.corner = {i, i + 1, i + cols, i + cols + 1};
       cell.triangle = {{{i, i + 1, i + cols}, {i + 1, i + cols + 1, i + cols}}};
       cell.edge = {{{i, i + 1},
@@ -52,15 +49,13 @@ std::vector<Cell> cells_of(const std::vector<Point>& points, int rows, int cols)
 constexpr Real kNearestAllowed = 1e-6L;  // slope of the distance along a piece, where it is least
 constexpr Real kWeightAllowed = 1e-12L;  // off from one, of a layer's weights
 
-/// Calls visit(a, b) for cells at least `apart` rows or columns from each other whose boxes come
-/// within `near_m`.
+/// Calls visit(a, b) for cells whose boxes come within `near_m`.
 template <class Visit>
-void visit_near(const std::vector<Cell>& cells, int apart, Real near_m, Visit visit) {
+void visit_near(const std::vector<Cell>& cells, Real near_m, Visit visit) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (std::size_t j = i + 1; j < cells.size(); ++j) {
       const Cell &a = cells[i], &b = cells[j];
       if (b.low[0] > a.high[0] + near_m) break;
-      if (std::abs(a.row - b.row) < apart && std::abs(a.col - b.col) < apart) continue;
       bool apart_in_space = false;
       for (int axis = 1; axis < 3; ++axis) {
         apart_in_space = apart_in_space || b.low[axis] > a.high[axis] + near_m ||
@@ -87,23 +82,43 @@ bool passes_through(const std::vector<Point>& points, const std::array<int, 2>& 
   return s >= 0 && t >= 0 && s + t <= 1;
 }
 
+bool are_within(int i, int j, int cols, int steps) {
+  return std::abs(i / cols - j / cols) <= steps && std::abs(i % cols - j % cols) <= steps;
+}
+
+/// Whether all four particles lie in one cell.
+bool are_in_one_cell(const std::array<int, 4>& particle, int cols) {
+  for (const int i : particle) {
+    for (const int j : particle) {
+      if (!are_within(i, j, cols, 1)) return false;
+    }
+  }
+  return true;
+}
+
+/// How far apart two pieces, the first one of `firsts` particles, may press; nothing where they are
+/// no two layers.
+Real reach_of(const std::array<int, 4>& particle, int firsts, int cols, const LayerReach& reach) {
+  if (are_in_one_cell(particle, cols)) return 0;
+  Real least = reach.layers_m;
+  for (int k = 0; k < firsts; ++k) {
+    for (int l = firsts; l < 4; ++l) {
+      if (particle[k] == particle[l]) return 0;
+      if (are_within(particle[k], particle[l], cols, 1))
+        least = std::min(least, reach.neighbours_m);
+    }
+  }
+  return least;
+}
+
 class LayerCollector {
  public:
-  LayerCollector(const std::vector<Point>& points, Real near_m)
-      : points_(points), near_m_(near_m) {}
-
-  void add(const std::array<int, 4>& particle, const std::array<Real, 4>& weight) {
-    Point way{};
-    for (int k = 0; k < 4; ++k) {
-      for (int axis = 0; axis < 3; ++axis) way[axis] += weight[k] * points_[particle[k]][axis];
-    }
-    const Real size = std::sqrt(dot(way, way));
-    if (size > near_m_ || !(size > 0)) return;
-    for (Real& w : way) w /= size;
-    found_.push_back({particle, weight, way, false});
-  }
+  LayerCollector(const std::vector<Point>& points, int cols, const LayerReach& reach)
+      : points_(points), cols_(cols), reach_(reach) {}
 
   void point_and_triangle(int i, const std::array<int, 3>& t) {
+    const Real near_m = reach_of({i, t[0], t[1], t[2]}, 1, cols_, reach_);
+    if (!(near_m > 0)) return;
     const Point& p = points_[t[0]];
     const Point u = minus(points_[t[1]], p), v = minus(points_[t[2]], p);
     const Point w = minus(points_[i], p), normal = cross(u, v);
@@ -111,18 +126,20 @@ class LayerCollector {
     if (!(area2 > 0)) return;
     const Real s = dot(cross(w, v), normal) / area2, r = dot(cross(u, w), normal) / area2;
     if (s >= 0 && r >= 0 && s + r <= 1) {
-      add({i, t[0], t[1], t[2]}, {1, s + r - 1, -s, -r});
+      add({i, t[0], t[1], t[2]}, {1, s + r - 1, -s, -r}, near_m);
       return;
     }
     for (int k = 0; k < 3; ++k) {
       const Point edge = minus(points_[t[(k + 1) % 3]], points_[t[k]]);
       const Real share =
           std::clamp<Real>(dot(minus(points_[i], points_[t[k]]), edge) / dot(edge, edge), 0, 1);
-      add({i, t[k], t[(k + 1) % 3], t[k]}, {1, share - 1, -share, 0});
+      add({i, t[k], t[(k + 1) % 3], t[k]}, {1, share - 1, -share, 0}, near_m);
     }
   }
 
   void edges(const std::array<int, 2>& one, const std::array<int, 2>& two) {
+    const Real near_m = reach_of({one[0], one[1], two[0], two[1]}, 2, cols_, reach_);
+    if (!(near_m > 0)) return;
     const Point u = minus(points_[one[1]], points_[one[0]]);
     const Point v = minus(points_[two[1]], points_[two[0]]);
     const Point w = minus(points_[one[0]], points_[two[0]]);
@@ -132,53 +149,50 @@ class LayerCollector {
     const Real s = (uv * dot(v, w) - vv * dot(u, w)) / det;
     const Real t = (uu * dot(v, w) - uv * dot(u, w)) / det;
     if (s > 0 && s < 1 && t > 0 && t < 1)
-      add({one[0], one[1], two[0], two[1]}, {1 - s, s, t - 1, -t});
+      add({one[0], one[1], two[0], two[1]}, {1 - s, s, t - 1, -t}, near_m);
   }
 
   [[nodiscard]] std::vector<Support> take() { return std::move(found_); }
 
  private:
+  void add(const std::array<int, 4>& particle, const std::array<Real, 4>& weight, Real near_m) {
+    Point way{};
+    for (int k = 0; k < 4; ++k) {
+      for (int axis = 0; axis < 3; ++axis) way[axis] += weight[k] * points_[particle[k]][axis];
+    }
+    const Real size = std::sqrt(dot(way, way));
+    if (size > near_m || !(size > 0)) return;
+    for (Real& w : way) w /= size;
+    found_.push_back({particle, weight, way, false});
+  }
+
   const std::vector<Point>& points_;
-  Real near_m_;
+  int cols_;
+  LayerReach reach_;
   std::vector<Support> found_;
 };
 
-}  // namespace
-
-namespace {
-
-bool are_within(int i, int j, int cols, int steps) {
-  return std::abs(i / cols - j / cols) <= steps && std::abs(i % cols - j % cols) <= steps;
-}
-
-/// How many of the four particles are the first layer's: one and a triangle, or two edges, each
-/// within one cell and the two no neighbours; 0 where they are neither, or the weights are not.
-int firsts_of(const ContactForce& stated, std::size_t particles, int cols) {
-  for (const int i : stated.particle) {
-    if (static_cast<std::size_t>(i) >= particles) return 0;
-  }
-  const int firsts = are_within(stated.particle[0], stated.particle[1], cols, 1) ? 2 : 1;
+/// Whether the four particles are a first piece of `firsts` and a second one, each within one cell,
+/// and the weights are those of a place on either.
+bool are_pieces(const ContactForce& stated, int firsts, int cols) {
   std::array<Real, 2> sum{};
   for (int k = 0; k < 4; ++k) {
     const Real weight = k < firsts ? stated.weight[k] : -stated.weight[k];
-    if (weight < 0) return 0;
+    if (weight < 0) return false;
     sum[k < firsts ? 0 : 1] += weight;
     for (int l = 0; l < k; ++l) {
       const bool same = (k < firsts) == (l < firsts);
-      if (are_within(stated.particle[k], stated.particle[l], cols, 1) != same) return 0;
+      if (same && !are_within(stated.particle[k], stated.particle[l], cols, 1)) return false;
     }
   }
-  const bool whole =
-      std::abs(sum[0] - 1) <= kWeightAllowed && std::abs(sum[1] - 1) <= kWeightAllowed;
-  return whole ? firsts : 0;
+  return std::abs(sum[0] - 1) <= kWeightAllowed && std::abs(sum[1] - 1) <= kWeightAllowed;
 }
 
-}  // namespace
-
-bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction, Real near_m,
-                       const ContactForce& stated, std::vector<Point>& sum) {
-  const int firsts = firsts_of(stated, points.size(), cols);
-  if (firsts == 0) return false;
+/// The same as add_stated_layers(), of a first piece of `firsts` particles.
+bool add_as(const std::vector<Point>& points, int firsts, int cols, Real friction,
+            const LayerReach& reach, const ContactForce& stated, std::vector<Point>& sum) {
+  if (!are_pieces(stated, firsts, cols)) return false;
+  const Real near_m = reach_of(stated.particle, firsts, cols, reach);
   Point apart{}, force{};
   std::array<Point, 2> place{};  // on the first and on the second layer
   for (int k = 0; k < 4; ++k) {
@@ -211,12 +225,30 @@ bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction
   return true;
 }
 
+}  // namespace
+
+bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction,
+                       const LayerReach& reach, const ContactForce& stated,
+                       std::vector<Point>& sum) {
+  for (const int i : stated.particle) {
+    if (i < 0 || static_cast<std::size_t>(i) >= points.size()) return false;
+  }
+  // Neighbours may be read in both ways where a weight is 0.
+  return add_as(points, 2, cols, friction, reach, stated, sum) ||
+         add_as(points, 1, cols, friction, reach, stated, sum);
+}
+
 int crossings_of(const std::vector<Point>& points, int rows, int cols) {
   int count = 0;
-  visit_near(cells_of(points, rows, cols), 2, 0, [&](const Cell& a, const Cell& b) {
+  visit_near(cells_of(points, rows, cols), 0, [&](const Cell& a, const Cell& b) {
     for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
       for (const auto& edge : from->edge) {
-        for (const auto& triangle : to->triangle) count += passes_through(points, edge, triangle);
+        for (const auto& triangle : to->triangle) {
+          const bool meet = std::any_of(triangle.begin(), triangle.end(), [&](int corner) {
+            return corner == edge[0] || corner == edge[1];
+          });
+          count += !meet && passes_through(points, edge, triangle);
+        }
       }
     }
   });
@@ -224,9 +256,9 @@ int crossings_of(const std::vector<Point>& points, int rows, int cols) {
 }
 
 std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows, int cols,
-                                       Real near_m) {
-  LayerCollector collector(points, near_m);
-  visit_near(cells_of(points, rows, cols), 2, near_m, [&](const Cell& a, const Cell& b) {
+                                       const LayerReach& reach) {
+  LayerCollector collector(points, cols, reach);
+  visit_near(cells_of(points, rows, cols), reach.layers_m, [&](const Cell& a, const Cell& b) {
     for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
       for (const int corner : from->corner) {
         for (const auto& triangle : to->triangle) collector.point_and_triangle(corner, triangle);

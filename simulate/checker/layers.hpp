@@ -9,21 +9,28 @@
 /// The checker's own view of a sheet that lies on itself, in long double.
 namespace drape::simulate::checker {
 
-/// Pairs of an edge of one cell and a triangle of another, at least two cells away along the warp
-/// or the weft, that pass through each other.
+/// Pairs of an edge of one cell and a triangle of another, which have no particle in common, that
+/// pass through each other.
 [[nodiscard]] int crossings_of(const std::vector<Point>& points, int rows, int cols);
 
-/// Particles near triangles and edges near edges of another layer, at most `near_m` apart, as
-/// supports that push them apart: positive weights on one layer, negative ones on the other.
+/// How far apart (m) two pieces of the sheet may press on each other.
+struct LayerReach {
+  Real layers_m = 0;
+  Real neighbours_m = 0;  ///< where a grid step joins them
+};
+
+/// Particles near triangles and edges near edges of another layer as supports that push them apart:
+/// positive weights on one layer, negative ones on the other.
 [[nodiscard]] std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows,
-                                                     int cols, Real near_m);
+                                                     int cols, const LayerReach& reach);
 
 /// Adds the stated force (N) of one layer of the sheet on another to `sum`, and its opposite to
 /// that one, as far as contact can do it: pressing along the line between the two places, with what
 /// friction adds across. False where the places are not two points of a particle and a triangle or
-/// of two edges, at least two grid steps apart along the sheet, that are nearest to each other and
-/// at most `near_m` apart.
-bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction, Real near_m,
-                       const ContactForce& stated, std::vector<Point>& sum);
+/// of two edges, without a common particle and not in one cell, that are nearest to each other and
+/// within reach.
+bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction,
+                       const LayerReach& reach, const ContactForce& stated,
+                       std::vector<Point>& sum);
 
 }  // namespace drape::simulate::checker

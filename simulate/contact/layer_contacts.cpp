@@ -6,17 +6,18 @@
 #include <cmath>
 
 #include "simulate/contact/line_contacts.hpp"
+#include "simulate/contact/neighbours.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kStepsApart = 2;        // grid steps between the particles of two layers
 constexpr double kStiffens = 0.5;     // of the thickness, below which contact stiffens
 constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
 constexpr double kKept = 0.2;         // of a pair's distance, that a step leaves
 constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
+constexpr double kNotAsked = -1e300;  // of a distance
 constexpr double kSurely = 1 + 1e-9;  // of the thickness: beyond, no rounding makes a pair press
 
 }  // namespace
@@ -32,6 +33,8 @@ LayerContacts::LayerContacts(const Cloth& cloth, double gravity_m_per_s2, double
     if (!grid_.has_cell(r, c)) continue;
     Cell cell;
     cell.corner = i;
+    cell.row = r;
+    cell.col = c;
     const bool right = grid_.has_cell(r, c + 1), below = grid_.has_cell(r + 1, c);
     cell.vertex[cell.vertices++] = i;
     if (!right && !grid_.has_cell(r - 1, c + 1)) cell.vertex[cell.vertices++] = i + 1;
@@ -55,6 +58,7 @@ void LayerContacts::begin(const Field& position) {
   start_ = position;
   pairs_.clear();
   lands_ = false;
+  for (Cell& cell : cells_) cell.apart.fill(kNotAsked);
   list(position);
 }
 
@@ -80,10 +84,16 @@ void LayerContacts::measure(Cell& cell, const Field& to) const {
   }
 }
 
-bool LayerContacts::may_meet(const Cell& a, const Cell& b) const {
+bool LayerContacts::may_meet(Cell& a, const Cell& b) {
   const Vector3d apart = a.centre - b.centre, way = a.way - b.way;
   const double way2 = way.squaredNorm();
   const double share = way2 > 0 ? std::clamp(-apart.dot(way) / way2, 0.0, 1.0) : 0.0;
+  const int rows = b.row - a.row, cols = b.col - a.col;
+  if (rows <= 1 && std::abs(cols) <= 1) {  // the later one lies to the right or below
+    double& apart_m = a.apart[rows == 0 ? 0 : 2 + cols];
+    if (apart_m == kNotAsked) apart_m = least_apart_m(grid_, start_, a.corner, b.corner);
+    return apart_m <= kSurely * (thickness_ + way.norm() + a.spread + b.spread);
+  }
   const double reach = a.radius + b.radius + a.spread + b.spread + thickness_;
   return (apart + share * way).squaredNorm() <= reach * reach;
 }
@@ -100,14 +110,11 @@ void LayerContacts::list(const Field& to) {
   }
   tree_.refit(boxes_);
   found_.clear();
-  const int s = grid_.cols;
   for (std::size_t k = 0; k < cells_.size(); ++k) {
     tree_.query(boxes_[k], [&](int other) {
       if (other <= static_cast<int>(k)) return;
-      const Cell &a = cells_[k], &b = cells_[other];
-      if (std::abs(a.corner / s - b.corner / s) < kStepsApart &&
-          std::abs(a.corner % s - b.corner % s) < kStepsApart)
-        return;
+      Cell& a = cells_[k];
+      const Cell& b = cells_[other];
       if (may_meet(a, b)) list_cells(a, b, to);
     });
   }
@@ -129,34 +136,23 @@ void LayerContacts::list(const Field& to) {
 }
 
 void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
+  const bool neighbours = are_neighbours(grid_, a.corner, b.corner);
   for (const auto& [from, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     for (int v = 0; v < from->vertices; ++v) {
-      for (const auto& t : other->triangle) offer({false, {from->vertex[v], t[0], t[1], t[2]}}, to);
+      for (const auto& t : other->triangle)
+        offer({false, {from->vertex[v], t[0], t[1], t[2]}}, neighbours, to);
     }
   }
   for (int e = 0; e < a.edges; ++e) {
     for (int f = 0; f < b.edges; ++f)
-      offer({true, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}}, to);
+      offer({true, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}}, neighbours, to);
   }
-}
-
-bool LayerContacts::are_layers(const LayerPair& pair) const {
-  const int firsts = pair.edges ? 2 : 1;
-  const int s = grid_.cols;
-  for (int k = 0; k < firsts; ++k) {
-    for (int l = firsts; l < 4; ++l) {
-      const int i = pair.particle[k], j = pair.particle[l];
-      if (std::abs(i / s - j / s) < kStepsApart && std::abs(i % s - j % s) < kStepsApart)
-        return false;
-    }
-  }
-  return true;
 }
 
 /// Takes a pair that may come nearer than a thickness on the way.
-void LayerContacts::offer(const LayerPair& pair, const Field& to) {
-  if (!are_layers(pair)) return;
+void LayerContacts::offer(const LayerPair& pair, bool neighbours, const Field& to) {
   const int firsts = pair.edges ? 2 : 1;
+  if (neighbours && !are_two_layers(grid_, pair.particle, firsts)) return;
   std::array<Vector3d, 4> way;
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
@@ -168,9 +164,10 @@ void LayerContacts::offer(const LayerPair& pair, const Field& to) {
     double& most = k < firsts ? first : second;
     most = std::max(most, (way[k] - mean).norm());
   }
-  if (is_far(pair, start_, thickness_ + first + second)) return;
+  const double thickness = layers_apart_m(grid_, pair.particle, firsts, thickness_);
+  if (is_far(pair, start_, thickness + first + second)) return;
   const double distance = nearest_points(pair, start_).apart.norm();
-  if (distance - first - second < thickness_) found_.push_back({pair, distance});
+  if (distance - first - second < thickness) found_.push_back({pair, thickness, distance});
 }
 
 double LayerContacts::share_of(const LayerPair& pair, const Field& position) const {
@@ -191,6 +188,15 @@ double LayerContacts::safe_share(const Field& to) const {
     const double distance = pair.distance_m;
     if ((1 - kKept) * distance > surely) continue;
     share = std::min(share, clear_share(pair.of, start_, to, distance, kKept * distance, share));
+  }
+  return share;
+}
+
+double LayerContacts::free_share(const Field& to) const {
+  double share = 1;
+  for (const Pair& pair : pairs_) {
+    const double least = std::min(kStiffens * pair.thickness_m, pair.distance_m);
+    share = std::min(share, clear_share(pair.of, start_, to, pair.distance_m, least, share));
   }
   return share;
 }
@@ -219,25 +225,25 @@ int LayerContacts::review(const Field& to) {
   int changed = 0;
   for (Pair& pair : pairs_) {
     if (pair.lands || pair.share == 0) continue;
-    const double distance = pair.distance_m;
-    if (distance < thickness_) continue;
+    const double distance = pair.distance_m, thickness = pair.thickness_m;
+    if (distance < thickness) continue;
     const NearestPoints nearest = nearest_points(pair.of, start_);
     double along = 0;
     for (int k = 0; k < 4; ++k)
       along += nearest.weight[k] * at(to, pair.of.particle[k]).dot(nearest.apart);
-    if (along >= thickness_ * distance) continue;
-    if (clear_share(pair.of, start_, to, distance, thickness_) == 1) continue;
+    if (along >= thickness * distance) continue;
+    if (clear_share(pair.of, start_, to, distance, thickness) == 1) continue;
     pair.lands = lands_ = true;
     ++changed;
   }
   return changed;
 }
 
-LayerContacts::Law LayerContacts::law(double distance_m) const {
-  const double d = std::max(distance_m, kNearest * thickness_);
-  const double in = thickness_ - d;
+LayerContacts::Law LayerContacts::law(double distance_m, double thickness_m) const {
+  const double d = std::max(distance_m, kNearest * thickness_m);
+  const double in = thickness_m - d;
   Law law{0.5 * in * in, -in, 1};
-  const double stiff = kStiffens * thickness_;
+  const double stiff = kStiffens * thickness_m;
   if (d < stiff) {
     const double left = stiff - d, log = std::log(d / stiff);
     law.energy_j -= left * left * log;
@@ -253,9 +259,9 @@ LayerContacts::Law LayerContacts::law(double distance_m) const {
 double LayerContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position, thickness_)) continue;
+    if (is_far(pair.of, position, pair.thickness_m)) continue;
     const double distance = nearest_points(pair.of, position).apart.norm();
-    if (distance < thickness_) sum += pair.share * law(distance).energy_j;
+    if (distance < pair.thickness_m) sum += pair.share * law(distance, pair.thickness_m).energy_j;
   }
   return sum;
 }
@@ -263,12 +269,13 @@ double LayerContacts::energy_j(const Field& position) const {
 std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) const {
   std::vector<Push> all;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position, thickness_)) continue;
+    if (is_far(pair.of, position, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
-    if (!(distance < thickness_) || !(distance > 0) || pair.share == 0) continue;
-    all.push_back({pair.of.particle, nearest.weight,
-                   -pair.share * law(distance).slope_n / distance * nearest.apart});
+    if (!(distance < pair.thickness_m) || !(distance > 0) || pair.share == 0) continue;
+    all.push_back(
+        {pair.of.particle, nearest.weight,
+         -pair.share * law(distance, pair.thickness_m).slope_n / distance * nearest.apart});
   }
   return all;
 }
@@ -286,12 +293,12 @@ int LayerContacts::pressing(const Field& position) const {
 std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, bool convex) const {
   std::vector<Block> all;
   for (const Pair& pair : pairs_) {
-    if (!pair.lands && is_far(pair.of, position, thickness_)) continue;
+    if (!pair.lands && is_far(pair.of, position, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
-    const bool presses = distance < thickness_;
+    const bool presses = distance < pair.thickness_m;
     if ((!presses && !pair.lands) || !(distance > 0) || pair.share == 0) continue;
-    const Law at_distance = presses ? law(distance) : Law{0, 0, stiffness_};
+    const Law at_distance = presses ? law(distance, pair.thickness_m) : Law{0, 0, stiffness_};
     Eigen::Matrix<double, 12, 1> slope;
     for (int k = 0; k < 4; ++k)
       slope.segment<3>(3 * k) = nearest.weight[k] / distance * nearest.apart;
@@ -312,7 +319,7 @@ void LayerContacts::add_changes(Eigen::VectorXd& gradient) const {
     const NearestPoints nearest = nearest_points(pair.of, start_);
     const double distance = nearest.apart.norm();
     const Vector3d pull =
-        pair.share * stiffness_ * (distance - thickness_) / distance * nearest.apart;
+        pair.share * stiffness_ * (distance - pair.thickness_m) / distance * nearest.apart;
     for (int k = 0; k < 4; ++k)
       gradient.segment<3>(3 * pair.of.particle[k]) += nearest.weight[k] * pull;
   }

@@ -11,7 +11,7 @@
 namespace drape::simulate {
 
 /// Contact of the sheet with itself without time, as a potential: particles and triangles, edges
-/// and edges, at least two grid steps apart along the sheet, press elastically when they come
+/// and edges that are two layers, those of neighbouring cells too, press elastically when they come
 /// nearer than a thickness, with the stiffness of LineContacts; from half a thickness on ever
 /// stiffer (Li et al. 2020), so that no force closes the last of it. No friction. Between begin()
 /// and the next one everything is the gradient of energy_j().
@@ -33,6 +33,9 @@ class LayerContacts {
   void watch(const Field& to);
   /// The part of that straight path which brings no pair nearer than a fifth of its distance.
   [[nodiscard]] double safe_share(const Field& to) const;
+  /// The part of it for what nothing pushes back, as pins that are carried: none enters the last
+  /// half of a thickness, which no force would open again.
+  [[nodiscard]] double free_share(const Field& to) const;
   /// Takes pairs that would come to press by going on to `to` into the quadratic model; how many.
   int review(const Field& to);
   [[nodiscard]] bool lands() const { return lands_; }  ///< review() changed something
@@ -63,33 +66,35 @@ class LayerContacts {
  private:
   struct Pair {
     LayerPair of;
-    double distance_m = 0;  ///< where the step starts
-    double share = 1;       ///< of edges that are nearly parallel
-    bool lands = false;     ///< review() found that it will press
+    double thickness_m = 0;  ///< nearer than this it presses
+    double distance_m = 0;   ///< where the step starts
+    double share = 1;        ///< of edges that are nearly parallel
+    bool lands = false;      ///< review() found that it will press
   };
   /// Of the energy of a pair, N/m and N: by distance.
   struct Law {
     double energy_j = 0, slope_n = 0, stiffness_n_per_m = 0;
   };
   struct Cell {
-    int corner = 0;
+    int corner = 0, row = 0, col = 0;
     std::array<int, 4> vertex{};
     std::array<std::array<int, 2>, 5> edge{};
     std::array<std::array<int, 3>, 2> triangle{};
     int vertices = 0, edges = 0;
+    /// least_apart_m() where the step starts, of the neighbours that come later.
+    std::array<double, 4> apart{};
     // Of the straight path:
     Eigen::Vector3d centre, way;
     double radius = 0, spread = 0;
   };
 
-  [[nodiscard]] Law law(double distance_m) const;
+  [[nodiscard]] Law law(double distance_m, double thickness_m) const;
   void list(const Field& to);
   void measure(Cell& cell, const Field& to) const;
-  [[nodiscard]] bool may_meet(const Cell& a, const Cell& b) const;
+  [[nodiscard]] bool may_meet(Cell& a, const Cell& b);
   void list_cells(const Cell& a, const Cell& b, const Field& to);
-  void offer(const LayerPair& pair, const Field& to);
+  void offer(const LayerPair& pair, bool neighbours, const Field& to);
   [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position, double reach_m) const;
-  [[nodiscard]] bool are_layers(const LayerPair& pair) const;
   [[nodiscard]] double share_of(const LayerPair& pair, const Field& position) const;
 
   GridSpec grid_;

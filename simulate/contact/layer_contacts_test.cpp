@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "simulate/contact/line_contacts.hpp"
+#include "simulate/contact/neighbours.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/solver.hpp"
 
@@ -125,6 +128,39 @@ TEST(LayerPair, AClearPathKeepsItsDistanceAndAThrownOneIsCut) {
   EXPECT_GT(cut, 20);
 }
 
+TEST(Neighbours, MeetNowhereAndDoNotShareACell) {
+  const GridSpec grid{4, 5, {0.03, 0.04}};
+  EXPECT_TRUE(are_two_layers(grid, {0, 1, 2, 6}, 1)) << "a particle and the next cell's triangle";
+  EXPECT_FALSE(are_two_layers(grid, {0, 1, 6, 5}, 1)) << "its own cell's";
+  EXPECT_FALSE(are_two_layers(grid, {1, 1, 2, 6}, 1)) << "a corner of it";
+  EXPECT_TRUE(are_two_layers(grid, {0, 5, 2, 6}, 2));
+  EXPECT_FALSE(are_two_layers(grid, {0, 5, 1, 6}, 2)) << "opposite sides of a cell";
+  EXPECT_EQ(layers_apart_m(grid, {0, 5, 2, 6}, 2, 5e-3), 2.5e-3) << "a quarter of the spacing";
+  EXPECT_EQ(layers_apart_m(grid, {0, 5, 8, 9}, 2, 5e-3), 5e-3);
+}
+
+TEST(Neighbours, NoneIsNearerThanTheBound) {
+  const GridSpec grid{3, 3, {0.02, 0.03}};
+  int useful = 0;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    Field x = random_places(seed, grid.count(), 0.00003 * seed);
+    for (int i = 0; i < grid.count(); ++i)
+      add_at(x, i, {int{i / 3} * grid.warp_spacing_m(), (i % 3) * grid.weft_spacing_m(), 0});
+    for (const int two : {1, 3, 4}) {
+      const double bound = least_apart_m(grid, x, 0, two);
+      useful += bound > 0;
+      const int s = grid.cols;
+      for (const LayerPair& pair :
+           {LayerPair{false, {0, two, two + 1, two + s}}, LayerPair{false, {two + s + 1, 0, 1, s}},
+            LayerPair{true, {0, 1, two + 1, two + s}}, LayerPair{true, {1, s, two + 1, two + s}}}) {
+        if (!are_two_layers(grid, pair.particle, pair.edges ? 2 : 1)) continue;
+        EXPECT_LE(bound, nearest_points(pair, x).apart.norm()) << seed << " " << two;
+      }
+    }
+  }
+  EXPECT_GT(useful, 100);
+}
+
 /// A strip that is folded over itself: the lower layer on z = 0, a half circle, the upper layer.
 Field folded_strip(const GridSpec& grid, double radius) {
   Field x(3 * static_cast<std::size_t>(grid.count()));
@@ -241,6 +277,49 @@ TEST(LayerContacts, WithoutItTheSameSheetPassesThroughItself) {
   EXPECT_EQ(folded.report.layers, 0);
 }
 
+/// A limp strip on a table, folded at one line of particles, whose upper half falls shut.
+StaticReport falls_shut(bool meets_itself, int& crossings) {
+  const GridSpec grid{5, 9, {0.04, 0.08}};
+  ClothLaws limp = cotton();
+  limp.bending[0] = limp.bending[1] = {2e-8, {}};
+  limp.twist_n_m = 1e-8;
+  Cloth cloth(grid, limp, MassRule::area);
+  Surroundings table;
+  table.add(Table{0});
+  StaticOptions options;
+  options.friction = 0.4;
+  options.falls = true;
+  options.cloth_thickness_m = kThickness;
+  options.meets_itself = meets_itself;
+  StaticSolver solver(cloth, table, options);
+  solver.position.resize(3 * static_cast<std::size_t>(grid.count()));
+  for (int i = 0; i < grid.count(); ++i) {
+    const double row = int{i / grid.cols} * grid.warp_spacing_m();
+    const double along = (i % grid.cols - 4) * grid.weft_spacing_m();
+    const double rises = along > 0 ? along : 0;
+    put_at(solver.position, i, {row, along > 0 ? -0.98 * along : along, 0.2 * rises});
+  }
+  StaticReport report = solver.solve();
+  crossings = self_distance(grid, solver.position).crossings;
+  return report;
+}
+
+TEST(LayerContacts, KeepTheCellsOfAFoldAsSharpAsTheGridApart) {
+  int crossings = 0;
+  const StaticReport report = falls_shut(true, crossings);
+  EXPECT_EQ(report.status, StaticStatus::at_rest);
+  EXPECT_EQ(crossings, 0);
+  const GridSpec grid{5, 9, {0.04, 0.08}};
+  const auto is_of_neighbours = [&](const ContactForce& contact) {
+    return contact.shape == 1 &&
+           layers_apart_m(grid, contact.particle, contact.weight[1] > 0 ? 2 : 1, 1) < 1;
+  };
+  EXPECT_TRUE(
+      std::any_of(report.contact_forces.begin(), report.contact_forces.end(), is_of_neighbours));
+  (void)falls_shut(false, crossings);
+  EXPECT_GT(crossings, 0);
+}
+
 TEST(LayerContacts, GiveTheSameBytesOnTwoThreads) {
   EXPECT_EQ(rest_of_folded(true, 1).position, rest_of_folded(true, 2).position);
 }
@@ -268,6 +347,41 @@ TEST(LayerContacts, ThatNothingMeetsChangeNoByte) {
     return solver.position;
   };
   EXPECT_EQ(drape(true), drape(false));
+}
+
+TEST(LineContacts, OfAStaticSheetAreNowhereOnAFlatFace) {
+  const GridSpec grid{9, 9, {0.08, 0.08}};
+  const Cloth cloth(grid, cotton(), MassRule::area);
+  Surroundings box;
+  box.add(Box{{Eigen::Matrix3d::Identity(), {0, 0, -0.05}}, {0.07, 0.2, 0.1}, 1e-3});
+  Field x(3 * static_cast<std::size_t>(grid.count()));
+  for (int i = 0; i < grid.count(); ++i)
+    put_at(x, i, {0.01 * int{i / grid.cols} - 0.04, 0.01 * (i % grid.cols) - 0.04, 0});
+  LineContacts contacts(cloth, box, 0.4, kGravity);
+  contacts.refresh(x);
+  // Rows 0 and 8 lie beyond the faces of x = -35 and 35 mm: places of the first and last cells.
+  EXPECT_GT(contacts.count(), 0);
+  for (const LineContacts::Point& point : contacts.points()) {
+    const auto [first, last] = std::minmax_element(point.particle.begin(), point.particle.end());
+    EXPECT_TRUE(*first / grid.cols == 0 || *last / grid.cols == 8) << *first << " " << *last;
+  }
+}
+
+TEST(LineContacts, AreStifferOnlyWhereTheyPressOnSmoothSurfaces) {
+  const GridSpec grid{21, 21, {0.2, 0.2}};
+  const Cloth cloth(grid, cotton(), MassRule::area);
+  const double soft = kGravity / LineContacts::sink_m;
+  Surroundings table, sharp, round;
+  table.add(Table{0});
+  sharp.add(Box{{}, {0.1, 0.1, 0.1}, 0});
+  round.add(Sphere{{0, 0, 0}, 0.05});
+  const auto frequency2 = [&](const Surroundings& surroundings) {
+    return LineContacts(cloth, surroundings, 0.4, kGravity, LineContacts::Shapes::smooth)
+        .frequency_squared_per_s2();
+  };
+  EXPECT_DOUBLE_EQ(frequency2(table), soft);
+  EXPECT_DOUBLE_EQ(frequency2(sharp), soft);
+  EXPECT_DOUBLE_EQ(frequency2(round), kGravity * grid.count() / LineContacts::sheet_sink_m);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "simulate/contact/line_contacts.hpp"
+#include "simulate/contact/neighbours.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -24,7 +25,6 @@ constexpr double kTorn =
 constexpr double kRestDepth = 10e-6;    // m; nor may deeper pairs approach at all
 constexpr double kThroughShare = 0.25;  // of the thickness: longest displacement in one step
 constexpr double kSlack = 0.03;  // of a solid's contact beyond a triangle or edge: no gaps between
-constexpr int kApart = 2;        // rows or columns between cells that are two layers
 constexpr int kLandingSweeps = 3;
 constexpr double kLeastMobility = 0.1;  // of a place whose particles nothing holds
 
@@ -143,19 +143,19 @@ void PairContacts::refresh(const Field& position) {
 }
 
 void PairContacts::emit_layers(const Field& position, int one, int two) {
-  const int s = grid_.cols;
-  if (std::abs(one / s - two / s) < kApart && std::abs(one % s - two % s) < kApart) return;
+  const bool neighbours = are_neighbours(grid_, one, two);
+  if (neighbours && least_apart_m(grid_, position, one, two) > reach_ + thickness_) return;
   const CellElements a(grid_, one), b(grid_, two);
   for (const auto& [from, to] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     for (int v = 0; v < from->vertices; ++v) {
       for (const auto& t : to->triangle)
-        offer(position, Kind::layers_point, {from->vertex[v], t[0], t[1], t[2]}, 0);
+        offer_layers(position, Kind::layers_point, {from->vertex[v], t[0], t[1], t[2]}, neighbours);
     }
   }
   for (int e = 0; e < a.edges; ++e) {
     for (int f = 0; f < b.edges; ++f)
-      offer(position, Kind::layers_edge, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]},
-            0);
+      offer_layers(position, Kind::layers_edge,
+                   {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}, neighbours);
   }
 }
 
@@ -186,7 +186,24 @@ void PairContacts::offer(const Field& position, Kind kind, const std::array<int,
   pair.kind = kind;
   pair.node = node;
   pair.feature = feature;
+  pair.thickness = thickness_;
   pairs_.push_back(pair);
+}
+
+/// The same where the pair is two layers. Boxes of neighbours meet, however flat the sheet is.
+void PairContacts::offer_layers(const Field& position, Kind kind, const std::array<int, 4>& node,
+                                bool neighbours) {
+  const int firsts = kind == Kind::layers_point ? 1 : 2;
+  if (!are_two_layers(grid_, node, firsts)) return;
+  const std::size_t before = pairs_.size();
+  offer(position, kind, node, 0);
+  if (pairs_.size() == before) return;
+  Pair& pair = pairs_.back();
+  pair.thickness = layers_apart_m(grid_, node, firsts, thickness_);
+  if (!neighbours) return;
+  const std::optional<Meeting> meeting = meet(pair, position);
+  const double distance = meeting ? meeting->gap + pair.thickness : apart(pair, position);
+  if (distance > reach_ + thickness_) pairs_.pop_back();
 }
 
 /// Puts the pairs in order and takes over what is known of those that were watched before.
@@ -225,12 +242,12 @@ std::optional<PairContacts::Meeting> PairContacts::meet(const Pair& pair,
   const double distance = nearest->way.norm();
   if (!(distance > 0)) {
     if (!pair.known) return std::nullopt;
-    return Meeting{nearest->weight, pair.side, -thickness_};
+    return Meeting{nearest->weight, pair.side, -pair.thickness};
   }
-  Meeting meeting{nearest->weight, nearest->way / distance, distance - thickness_};
+  Meeting meeting{nearest->weight, nearest->way / distance, distance - pair.thickness};
   if (pair.known && meeting.direction.dot(pair.side) < 0) {
     meeting.direction = -meeting.direction;
-    meeting.gap = -distance - thickness_;
+    meeting.gap = -distance - pair.thickness;
   }
   return meeting;
 }
@@ -282,7 +299,7 @@ void PairContacts::choose(const Field& position, double way_m, double margin_m) 
     // A pair that stayed clear cannot have changed sides, however it has turned.
     if (!pair.chosen) pair.known = false;
     const std::optional<Meeting> meeting = meet(pair, position);
-    const double gap = meeting ? meeting->gap : apart(pair, position) - thickness_;
+    const double gap = meeting ? meeting->gap : apart(pair, position) - pair.thickness;
     pair.clear_until = way_m + 0.5 * gap;
     pair.chosen = gap <= 2 * margin_m;
     if (!meeting || !pair.chosen) {
@@ -398,7 +415,7 @@ void PairContacts::advance(const Field& position, const Field& velocity, double 
     Pair& pair = pairs_[k];
     const std::optional<Meeting> meeting = meet(pair, position);
     if (!meeting) continue;
-    if (meeting->gap > -thickness_ || pair.kind == Kind::solid_corner ||
+    if (meeting->gap > -pair.thickness || pair.kind == Kind::solid_corner ||
         pair.kind == Kind::solid_edge) {
       pair.side = meeting->direction;
       pair.known = true;

@@ -20,11 +20,10 @@ namespace drape::simulate {
 /// - corner of a solid against triangle, edge of a solid against edge of the sheet. (Particles
 ///   against the faces of solids are Motion's own contacts.)
 ///
-/// Cells that touch each other, or whose rows and columns differ by less than two, do not count as
-/// two layers. A pair that comes together is stopped inelastically (paper section 4.3); what
-/// presses from then on is elastic with the stiffness and damping of LineContacts, and friction is
-/// an elastic-plastic tangential spring. Which side of a layer another one lies on is remembered,
-/// so that layers which were pressed through are pressed back.
+/// Two layers may lie in neighbouring cells. A pair that comes together is stopped inelastically
+/// (paper section 4.3); what presses from then on is elastic with the stiffness and damping of
+/// LineContacts, and friction is an elastic-plastic tangential spring. Which side of a layer
+/// another one lies on is remembered, so that layers which were pressed through are pressed back.
 class PairContacts {
  public:
   /// `thickness_m` 0: the sheet does not meet itself.
@@ -65,6 +64,7 @@ class PairContacts {
     Kind kind = Kind::layers_point;
     std::array<int, 4> node{};  ///< particles; from count() on a point of solids_
     int feature = 0;            ///< corner or edge of a solid
+    double thickness = 0;       ///< that two layers keep apart
     bool known = false;         ///< side is set
     bool chosen = false;        ///< in the last step
     bool pressed = false;
@@ -87,6 +87,8 @@ class PairContacts {
   void emit_layers(const Field& position, int one, int two);
   void emit_solids(const Field& position, int cell);
   void offer(const Field& position, Kind kind, const std::array<int, 4>& node, int feature);
+  void offer_layers(const Field& position, Kind kind, const std::array<int, 4>& node,
+                    bool neighbours);
   void keep_known(std::vector<Pair>& before);
   void choose(const Field& position, double way_m, double margin_m);
   [[nodiscard]] Eigen::Vector3d point(const Field& position, int node) const;

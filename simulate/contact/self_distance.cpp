@@ -13,7 +13,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kNeighbourSteps = 3;
-constexpr int kContactSteps = 2;  // from here on layers press on each other
 constexpr double kMostStrips = 1e6;
 
 struct Triangle {
@@ -96,12 +95,13 @@ bool pierces(const Triangle& one, const Triangle& t) {
 }
 
 void judge_pair(const Triangle& one, const Triangle& two, SelfDistance& found, double& least) {
-  const int steps = std::max(std::abs(one.row - two.row), std::abs(one.col - two.col));
   if (pierces(one, two) || pierces(two, one)) {
-    ++(steps < kContactSteps ? found.creases : found.crossings);
-    if (steps >= kContactSteps) least = 0;
+    ++found.crossings;
+    least = 0;
   }
-  if (steps < kNeighbourSteps) return;
+  if (std::abs(one.row - two.row) < kNeighbourSteps &&
+      std::abs(one.col - two.col) < kNeighbourSteps)
+    return;
   for (int k = 0; k < 3; ++k) {
     const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
     least = std::min({least, point_triangle(a, two), point_triangle(two.corner[k], one)});

@@ -13,7 +13,6 @@ namespace drape::simulate {
 struct SelfDistance {
   std::optional<double> least_m;  ///< absent: nothing is nearer than one grid spacing
   int crossings = 0;              ///< pairs of triangles that pass through each other
-  int creases = 0;                ///< the same of neighbouring cells: a fold sharper than the grid
 };
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
 

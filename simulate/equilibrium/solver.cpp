@@ -179,7 +179,7 @@ bool StaticSolver::carry_pins(double most_m) {
   if (!contacts_.carry_pins(position, most_m)) return false;
   layers_.begin(before);
   layers_.watch(position);
-  const double share = layers_.safe_share(position);
+  const double share = layers_.free_share(position);
   for (std::size_t k = 0; share < 1 && k < before.size(); ++k)
     position[k] = before[k] + share * (position[k] - before[k]);
   return true;
