@@ -2,6 +2,7 @@
 // The fall of a sheet, by implicit steps in time.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/equilibrium/solver.hpp"
@@ -20,6 +21,10 @@ constexpr double kFarForContacts =
     200e-6;                             // m; displacement after which contacts are searched again
 constexpr double kPinTravelTime = 0.3;  // s; pins move from the start to their places
 constexpr int kMostSteps = 5000;
+// Steps without a lower energy after which the fall ends: layers beside places on a mesh, which are
+// found again ever so often, can keep a sheet trembling for ever.
+constexpr int kTrembles = 250;
+constexpr double kLower = 1e-7;  // m; all of the sheet lower by this much: lower
 
 }  // namespace
 
@@ -40,6 +45,8 @@ void StaticSolver::fall(StaticReport& report) {
   double time_s = 0, kinetic_before_j = 0;
   double step_s = std::min(options_.longest_fall_step_s, options_.first_step_s);
   bool rising = false;
+  double least_j = std::numeric_limits<double>::infinity();
+  int lowest_at = 0;
   for (int steps = 0; steps < kMostSteps && time_s < options_.longest_fall_s; ++steps) {
     double fastest = 0;
     for (int i = 0; i < n; ++i) fastest = std::max(fastest, at(velocity, i).norm());
@@ -54,6 +61,12 @@ void StaticSolver::fall(StaticReport& report) {
     drag_per_s2_ = options_.damping_per_s / step_s;
     begin_step();
     if (!std::isfinite(residual_)) break;
+    const double energy_j = kinetic_before_j + gravity_energy_j() + inner_.sum_j();
+    if (pins_move || energy_j < least_j - kLower * weight_n_ * n) {
+      least_j = energy_j;
+      lowest_at = steps;
+    }
+    if (steps - lowest_at >= kTrembles) break;
     factor_serves_ = false;
     const Field before = position;
     if (!find_step(report, Solve::again) || !take_step(report)) {

@@ -12,11 +12,12 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int kHalvings = 4;     // of a step that does not lower the potential
-constexpr double kPoor = 0.5;    // ratio of energy change; below, a step is corrected, iterated on
-constexpr double kSoft = 1.5;    // ratio above which a way by the convex matrix may be too short
-constexpr int kCorrections = 4;  // of a step, with its factor
-constexpr double kWorth = 0.02;  // gain of a correction that is worth its cost, of the prediction
+constexpr int kHalvings = 4;   // of a step that does not lower the potential
+constexpr double kPoor = 0.5;  // ratio of energy change; below, a step is corrected, iterated on
+constexpr double kSoft = 1.5;  // ratio above which a way by the convex matrix may be too short
+constexpr double kAtSaddle = 0.1;  // residual below which a paced run may go so far, too
+constexpr int kCorrections = 4;    // of a step, with its factor
+constexpr double kWorth = 0.02;    // gain of a correction that is worth its cost, of the prediction
 constexpr double kGrow = 0.25, kShrink = 4;  // of mu
 // While the sheet still falls its pseudo-time step stays below 0.03 s: longer ones jump from the
 // fold that forms first to others, which motion does not find.
@@ -179,7 +180,8 @@ bool StaticSolver::take_step(StaticReport& report) {
     double ratio = predicted > 0 ? -potential_change(way) / predicted : 0.0;
     const bool inexact = options_.paced ? ratio < kPoor : std::abs(ratio - 1) > kWorth;
     if (std::isfinite(ratio) && !tiny && predicted > 0 && inexact) improve(predicted, ratio, way);
-    const bool soft = !options_.paced && convex_ && std::isfinite(ratio) && ratio > kSoft;
+    const bool soft = (!options_.paced || residual_ < kAtSaddle) && convex_ &&
+                      std::isfinite(ratio) && ratio > kSoft;
     if (soft && !tiny && predicted > 0) stretch(predicted, ratio, way);
     if (halving == 0 && mixes() && !tiny && predicted > 0 && !(ratio > kPoor))
       iterate(report, predicted, ratio, way);
