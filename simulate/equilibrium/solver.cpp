@@ -37,9 +37,6 @@ constexpr int kSearches = 3;         // for points between particles near rest; 
 constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
 constexpr int kStates = 20;          // of friction, tried for a first-order displacement
 constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
-constexpr int kStagnation = 50;      // iterations without progress after which a run ends
-constexpr double kLess = 0.9;        // of the least residual so far: progress
-constexpr double kStillFall = 1e-7;  // m; all of the sheet lower by this much: progress
 constexpr double kSaddle = 1;        // residual below which definiteness is decided in double
 constexpr double kPinned = 1e-9;     // m
 constexpr double kGapDone = 2e-9;    // m
@@ -287,50 +284,6 @@ bool StaticSolver::find_step(StaticReport& report, Solve solve) {
     return step_.allFinite();
   }
   return false;
-}
-
-void StaticSolver::note(StaticReport& report) {
-  report.history.push_back({pseudo_time_s_, residual_, gravity_energy_j(),
-                            contacts_.stored_j(position) + layers_.energy_j(position), inner_,
-                            contacts_.touching(position)});
-}
-
-void StaticSolver::finish(StaticReport& report) {
-  double squares = 0;
-  for (const double f : force_) squares += f * f;
-  report.residual = residual_;
-  report.residual_rms = std::sqrt(squares / cloth_.count()) / weight_n_;
-  report.pin_error_m = contacts_.pin_error_m(position);
-  report.gap_error_m = contacts_.gap_error_m(position);
-  report.touching = contacts_.touching(position);
-  report.between = contacts_.between();
-  report.contact_energy_j = contacts_.stored_j(position) + layers_.energy_j(position);
-  report.contact_forces = contacts_.forces(position);
-  for (const LayerContacts::Push& push : layers_.pushes(position))
-    report.contact_forces.push_back(
-        {surroundings_.count(), push.particle, push.weight, push.force});
-  report.layers = layers_.pressing(position);
-  report.cloth_thickness_m = layers_.thickness_m();
-}
-
-/// Whether the last kStagnation iterations brought neither the least residual nor the energy down.
-bool StaticSolver::stagnates(const StaticReport& report) {
-  const StaticIteration& now = report.history.back();
-  const double least_fall_j = kStillFall * weight_n_ * cloth_.count();
-  if (now.residual < kLess * best_residual_ || now.sum_j() < best_j_ - least_fall_j) {
-    best_residual_ = std::min(best_residual_, now.residual);
-    best_j_ = std::min(best_j_, now.sum_j());
-    progress_at_ = report.iterations;
-  }
-  // Balanced forces alone are no rest: what presses may still be closing its gaps.
-  if (now.residual < options_.residual_tolerance) {
-    const double gap_m = contacts_.gap_error_m(position);
-    if (gap_m < kLess * best_gap_m_) {
-      best_gap_m_ = gap_m;
-      progress_at_ = report.iterations;
-    }
-  }
-  return report.iterations - progress_at_ >= kStagnation;
 }
 
 StaticReport StaticSolver::solve() {

@@ -10,41 +10,13 @@
 #include "core/error.hpp"
 #include "simulate/mesh/cusick.hpp"
 #include "simulate/mesh/relaxation.hpp"
+#include "simulate/mesh/test_cloth.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-ClothLaws laws_of(bool straight) {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.138;
-  laws.tensile[0] = {2000, {}};
-  laws.tensile[1] = {1500, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = {8e-6, {}};
-  laws.bending[1] = {5e-6, {}};
-  laws.twist_n_m = 9e-6;
-  if (straight) return laws;
-  laws.tensile[0].hinges = {{0.01, 3000}, {0.03, 5000}};
-  laws.shear.hinges = {{0.05, 20}};
-  laws.bending[0].hinges = {{20, -4e-6}};
-  return laws;
-}
-
-/// An L with a round hole, 60 x 50 mm, on an irregular mesh.
-MaterialMesh irregular_mesh(double spacing = 0.004, unsigned seed = 3) {
-  ClothOutline outline;
-  outline.outer = {{0, 0}, {0.06, 0}, {0.06, 0.02}, {0.035, 0.022}, {0.03, 0.05}, {0, 0.05}};
-  outline.holes = {circle({0.015, 0.03}, 0.008, 16)};
-  MeshOptions options;
-  options.spacing_m = spacing;
-  options.jitter = 0.35;
-  options.smoothing = 0;
-  options.seed = seed;
-  return triangulated(outline, options);
-}
 
 TEST(Mesher, AnyOutlineIsCoveredByTriangles) {
   const MaterialMesh mesh = irregular_mesh();
@@ -405,60 +377,6 @@ TEST(Relaxation, FrictionHoldsClothOnASlopeUpToItsCoefficient) {
     EXPECT_TRUE(report.at_rest) << report.residual;
     // Until its first steps press it on the slope it may move by far less than its spacing.
     for (int i = 0; i < cloth.points(); ++i) EXPECT_LT((state[i] - start[i]).norm(), 1e-6);
-  }
-}
-
-/// Polyester faille of Matsudaira et al. 2015 (tables 1 and 2; shear is a stand-in).
-class Faille : public testing::Test {
- protected:
-  Faille() {
-    laws_.density_kg_per_m2 = 0.1043;
-    laws_.tensile[0] = laws_.tensile[1] = {500, {}};
-    laws_.shear = {33.7, {}};
-    laws_.bending[0] = laws_.bending[1] = {1.86e-6, {}};
-    laws_.twist_n_m = 1.86e-6;
-    options_.disc_m = 0.127;
-    options_.specimen_m = 0.254;
-    options_.spacing_m = 0.015;
-  }
-  ClothLaws laws_;
-  CusickOptions options_;
-};
-
-/// Published drape coefficient 28.3 %: cloth so limp that linear triangles of this size hold it
-/// out, at 52 %.
-TEST_F(Faille, IsNotHeldOutByACoarseMesh) {
-  options_.lowering_steps = 1;
-  const CusickDrape drape = cusick_drape(laws_, options_);
-  ASSERT_TRUE(drape.report.at_rest) << drape.report.residual;
-  const std::vector<int> hem = border_of(drape.mesh);
-  double shadow = 0;
-  for (std::size_t i = 0; i < hem.size(); ++i) {
-    const Vector3d &a = drape.state[hem[i]], &b = drape.state[hem[(i + 1) % hem.size()]];
-    shadow += (a.x() * b.y() - a.y() * b.x()) / 2;
-  }
-  const double disc = std::numbers::pi / 4 * options_.disc_m * options_.disc_m;
-  const double coefficient = 100 * (shadow - disc) / (drape.mesh.area_m2() - disc);
-  EXPECT_NEAR(coefficient, 28.3, 10);
-}
-
-TEST_F(Faille, LoadsThatItDidNotRestUnderAreCounted) {
-  options_.lowering_steps = 3;
-  options_.shakes = 1;
-  options_.descent.most_steps = 20;
-  EXPECT_EQ(cusick_drape(laws_, options_).hurried_loads, 4);
-}
-
-/// Let go at once, cloth folds as grows fastest; on a table that goes down it follows the rest.
-TEST_F(Faille, EndsLowerFromATableThatGoesDown) {
-  CusickOptions at_once = options_;
-  at_once.lowering_steps = 1;
-  for (const unsigned start : {1U, 2U}) {
-    options_.start = at_once.start = start;
-    const CusickDrape lowered = cusick_drape(laws_, options_);
-    const CusickDrape fallen = cusick_drape(laws_, at_once);
-    ASSERT_TRUE(lowered.report.at_rest && fallen.report.at_rest) << start;
-    EXPECT_LT(lowered.report.energy_j, fallen.report.energy_j) << start;
   }
 }
 
