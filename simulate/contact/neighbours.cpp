@@ -64,12 +64,14 @@ double least_apart_m(const GridSpec& grid, const Field& position, int one, int t
     down += 0.25 * (c + d - a - b);
     right += 0.25 * (b + d - a - c);
   }
-  const double row = 0.5 * (one / grid.cols + two / grid.cols + 1);
-  const double col = 0.5 * (one % grid.cols + two % grid.cols + 1);
+  const int rows = one / grid.cols + two / grid.cols + 1;
+  const int cols = one % grid.cols + two % grid.cols + 1;
+  const double row = 0.5 * rows, col = 0.5 * cols;  // of the middle
   double off2 = 0;
   for (const int i : {one, two}) {
     for (const int k : {i, i + 1, i + grid.cols, i + grid.cols + 1}) {
-      const Vector3d image = middle + (k / grid.cols - row) * down + (k % grid.cols - col) * right;
+      const int at_row = k / grid.cols, at_col = k % grid.cols;
+      const Vector3d image = middle + (at_row - row) * down + (at_col - col) * right;
       off2 = std::max(off2, (at(position, k) - image).squaredNorm());
     }
   }

@@ -154,6 +154,7 @@ class Specimen {
   [[nodiscard]] MeshCloth::Jet shape_at(const Vector2d& p) const {
     const auto& points = cloth.mesh().points_m;
     std::vector<std::pair<double, int>> near;
+    near.reserve(points.size());
     for (int i = 0; i < cloth.points(); ++i) near.emplace_back((points[i] - p).squaredNorm(), i);
     std::partial_sort(near.begin(), near.begin() + kAround, near.end());
     const double reach2 = near[kAround - 1].first, reach = std::sqrt(reach2);

@@ -90,9 +90,7 @@ void add_named(const ClothOutline& outline, const std::vector<const Polygon*>& l
           return (a - named).squaredNorm() < (b - named).squaredNorm();
         });
     const double away = (*nearest - named).norm();
-    if (away < kSame * h) {
-      *nearest = named;
-    } else if (away < kNear / 2 * h && !is_corner(*nearest)) {
+    if (away < kSame * h || (away < kNear / 2 * h && !is_corner(*nearest))) {
       *nearest = named;
     } else {
       points.push_back(named);

@@ -23,7 +23,7 @@ MatrixX3d places_of(const std::filesystem::path& csv) {
   for (Eigen::Index k = 0; k < places.rows(); ++k)
     for (int axis = 0; axis < 3; ++axis)
       places(k, axis) =
-          mm * other.columns[static_cast<std::size_t>(2 + axis)][static_cast<std::size_t>(k)];
+          mm * other.columns[2 + static_cast<std::size_t>(axis)][static_cast<std::size_t>(k)];
   return places;
 }
 

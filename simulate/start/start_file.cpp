@@ -131,8 +131,9 @@ void add_grid(const TomlTable& grid, const std::vector<Vector3d>& points,
                 "give the number of vertices of one row");
   const std::size_t outer = points.size() / inner;
   const auto material = [&](std::size_t i) {
-    const double along = static_cast<double>(i % inner) / static_cast<double>(inner - 1);
-    const double across = static_cast<double>(i / inner) / static_cast<double>(outer - 1);
+    const std::size_t in_row = i % inner, row = i / inner;
+    const double along = static_cast<double>(in_row) / static_cast<double>(inner - 1);
+    const double across = static_cast<double>(row) / static_cast<double>(outer - 1);
     return inner_is_warp ? extent.at(along, across) : extent.at(across, along);
   };
   for (std::size_t i = 0; i + inner + 1 < points.size(); ++i) {
