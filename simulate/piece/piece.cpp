@@ -122,6 +122,12 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
         std::min_element(points.begin(), points.end(), [&](const Vector2d& a, const Vector2d& b) {
           return (a - at).squaredNorm() < (b - at).squaredNorm();
         });
+    if ((*nearest - at).norm() > kSame_m)
+      throw bad_input(
+          fmt::format("the pin at warp {:g}, weft {:g} mm is nearer to another one than "
+                      "a mesh of {:g} mm can tell apart",
+                      at.x() / mm, at.y() / mm, options.spacing_m / mm),
+          {.file = scene.file.string(), .field = "pin"}, "give a finer --spacing-mm");
     piece.pinned.push_back(static_cast<int>(nearest - points.begin()));
     held[piece.pinned.back()] = true;
     piece.state[piece.pinned.back()] = piece.pinned_in_world[k];

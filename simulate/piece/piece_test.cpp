@@ -132,6 +132,12 @@ TEST(Piece, APinBesideItAndAMeasuredStartAreRefused) {
   scene.pins = {pin};
   EXPECT_THROW((void)drape_piece(scene, patch(), std::nullopt, cotton(), odd_piece(), coarse()),
                Error);
+  // Two that the mesh would make one.
+  pin.at_material_m = {0.0, 0.03};
+  scene.pins = {pin, pin};
+  scene.pins[0].at_material_m = {0.0, 0.031};
+  EXPECT_THROW((void)drape_piece(scene, patch(), std::nullopt, cotton(), odd_piece(), coarse()),
+               Error);
   scene.pins.clear();
   scene.start.mode = StartMode::measured;
   EXPECT_THROW((void)drape_piece(scene, patch(), std::nullopt, cotton(), odd_piece(), coarse()),
