@@ -56,15 +56,17 @@ Json json_of(const MeasuredSource& source) {
 }
 
 Json json_of(const SimulatedSource& source) {
-  return {{"scene", source.scene},
-          {"fabric", source.fabric},
-          {"scene_sha256", source.scene_sha256},
-          {"fabric_sha256", source.fabric_sha256},
-          {"start_sha256", source.start_sha256 ? Json(*source.start_sha256) : Json()},
-          {"segments", source.segments},
-          {"model", source.model},
-          {"solver", source.solver},
-          {"status", source.status}};
+  Json json = {{"scene", source.scene},
+               {"fabric", source.fabric},
+               {"scene_sha256", source.scene_sha256},
+               {"fabric_sha256", source.fabric_sha256},
+               {"start_sha256", source.start_sha256 ? Json(*source.start_sha256) : Json()},
+               {"segments", source.segments},
+               {"model", source.model},
+               {"solver", source.solver},
+               {"status", source.status}};
+  if (source.refined_from_sha256) json["refined_from_sha256"] = *source.refined_from_sha256;
+  return json;
 }
 
 std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) {
@@ -84,7 +86,8 @@ std::variant<MeasuredSource, SimulatedSource> read_source(const JsonNode& root) 
                          node.integer("segments"),
                          node.text("model"),
                          node.text("solver"),
-                         node.text("status")};
+                         node.text("status"),
+                         node.optional_text("refined_from_sha256")};
 }
 
 Json json_of(const ErrorBudget& budget) {

@@ -55,8 +55,10 @@ struct SimulatedSource {
   std::optional<std::string> start_sha256;  ///< of the measured sheet that placed it
   int segments = 0;                         ///< line segments per Kawabata curve
   std::string model;                        ///< "consistent" or "paper"
-  std::string solver;                       ///< "rk4" or "static"
+  std::string solver;                       ///< "fall", "static" or "rk4"
   std::string status;                       ///< "at rest", or why not
+  /// Of the coarser sheet at rest that was carried over to this grid, whose solver stands above.
+  std::optional<std::string> refined_from_sha256 = std::nullopt;
 };
 
 /// A cloth in space, real or virtual: one type, indexed alike (paper section 5).

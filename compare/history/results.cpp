@@ -184,6 +184,8 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
       "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
       "c.measured_sha256, c.simulated_sha256, m.detections_sha256, m.calibration_sha256, "
       "s.scene_sha256, s.fabric_sha256, s.start_sha256, s.certificate_sha256, "
+      "(SELECT rest_sha256 FROM refinement WHERE sheet_sha256 = s.sheet_sha256) AS "
+      "refined_from_sha256, "
       "s.certificate_json AS certificate FROM comparison AS c JOIN sheet AS m ON m.sha256 = "
       "c.measured_sha256 JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 LEFT JOIN "
       "fabric "

@@ -84,6 +84,10 @@ constexpr const char* kTables[] = {
   certificate_sha256 TEXT,
   certificate_json TEXT  -- names end in their units
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE refinement (  -- of a sheet that a coarser one at rest was carried over to
+  sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES simulation (sheet_sha256),
+  rest_sha256 TEXT NOT NULL  -- of that sheet, which need not be stored
+) STRICT, WITHOUT ROWID)sql",
     R"sql(CREATE TABLE drapemeter (
   sheet_sha256 TEXT NOT NULL PRIMARY KEY REFERENCES sheet (sha256),
   centre_x_mm REAL NOT NULL,
@@ -251,6 +255,7 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "sheet",
                                        "gap",
                                        "simulation",
+                                       "refinement",
                                        "drapemeter",
                                        "hem_harmonic",
                                        "comparison",

@@ -69,6 +69,7 @@ const std::vector<LedgerKind>& ledger_kinds() {
        {"SELECT * FROM sheet WHERE sha256 = ?1",
         "SELECT * FROM gap WHERE sheet_sha256 = ?1 ORDER BY \"row\", \"col\""}},
       {"simulation", "sheet_sha256", {"SELECT * FROM simulation WHERE sheet_sha256 = ?1"}},
+      {"refinement", "sheet_sha256", {"SELECT * FROM refinement WHERE sheet_sha256 = ?1"}},
       {"drapemeter",
        "sheet_sha256",
        {"SELECT * FROM drapemeter WHERE sheet_sha256 = ?1",

@@ -254,6 +254,24 @@ TEST(Migration, RunsOfVersion5StayAndSayNothingOfWhatTheirMatchRestsOn) {
   EXPECT_EQ(list_runs(reader, {}).rows.size(), 1U);
 }
 
+TEST(Migration, Version6LackedWhatARefinedSheetWasCarriedOverFrom) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "old.sqlite";
+  import_height(file, 5 * mm);
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    database.exec("DROP TABLE refinement");
+    database.exec("PRAGMA user_version = 6");
+  }
+  const auto had = list_results(StoreReader(file), {}).rows;
+  ASSERT_EQ(had.size(), 2U) << "a reader needs no migration";
+  Store(file).close();
+  const StoreReader reader(file);
+  EXPECT_EQ(list_results(reader, {}).rows, had);
+  EXPECT_EQ(one(reader, "SELECT count(*) FROM refinement"), "0");
+  EXPECT_THAT(check_ledger(reader).findings, IsEmpty());
+}
+
 TEST_P(KeptVersion, SealedItIsVerifiedAsItIs) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "old.sqlite";

@@ -18,7 +18,7 @@ class Database;
 
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 6;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 7;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 

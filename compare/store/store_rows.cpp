@@ -142,6 +142,8 @@ bool insert_simulated(Writer& writer, const Simulation& simulation) {
                     simulation.certificate ? std::optional(simulation.certificate->sha256) : absent,
                     certificate_json(simulation)))
     writer.enter("simulation", key);
+  if (source.refined_from_sha256 && writer.insert("refinement", key, *source.refined_from_sha256))
+    writer.enter("refinement", key);
   if (const auto& b = simulation.branch) {
     if (writer.insert("branch", key, b->set_sha256, b->number, b->of, b->energy_j / kMicrojoule,
                       b->residual, b->stable ? 1 : 0, b->starts, b->hem_nodes, b->round ? 1 : 0))

@@ -10,6 +10,7 @@
 
 #include <csignal>
 #include <fstream>
+#include <map>
 
 #include "compare/history/results.hpp"
 #include "compare/test_sheets.hpp"
@@ -98,6 +99,30 @@ TEST(Store, EveryColumnIsTypedAndEveryMetricDefined) {
       "SELECT name FROM pragma_table_info('comparison') WHERE type = 'REAL' AND name NOT IN "
       "(SELECT name FROM metric)");
   EXPECT_TRUE(undefined.rows.empty()) << undefined.rows[0][0];
+}
+
+TEST(Store, NamesTheSheetThatARefinedOneWasCarriedOverFrom) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite";
+  const std::string rest(64, 'b');
+  Sheet refined = test::simulated_sheet(21, 5);
+  std::get<SimulatedSource>(refined.source).refined_from_sha256 = rest;
+  StoreExample made;
+  made.input = test::drape_of(test::measured_sheet(), {refined, test::simulated_sheet(11, 5)});
+  made.report = compare_drape(made.input, {});
+  import_into(file, made);
+  const StoreReader reader(file);
+  const auto stored = reader.query(
+      "SELECT grid_rows, rest_sha256 FROM refinement JOIN simulation USING (sheet_sha256)");
+  ASSERT_EQ(stored.rows.size(), 1U);
+  EXPECT_EQ(stored.rows[0], (std::vector<std::string>{"21", rest}));
+  std::map<std::string, std::string> shown;  // by grid
+  for (const auto& row : reader.query("SELECT comparison, grid_size FROM v_comparison").rows) {
+    for (const auto& fact : show_result(reader, row[0]).provenance.rows)
+      if (fact[0] == "refined_from_sha256") shown[row[1]] = fact[1];
+  }
+  EXPECT_EQ(shown.at("21x21"), rest);
+  EXPECT_EQ(shown.count("11x11"), 0U) << "it was carried over from none";
 }
 
 TEST(Store, ImportingAgainAddsNothingAndChangesNoByte) {

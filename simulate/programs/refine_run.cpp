@@ -99,6 +99,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
     auto& own = std::get<SimulatedSource>(grid.result.sheet.source);
     own.start_sha256 = source->start_sha256;
     own.solver = source->solver;
+    own.refined_from_sha256 = sha256_of_file(rest_file);
     grid.result.sheet.no_go = rest.sheet.no_go;
     options.rows = grid.result.sheet.rows;
     options.cols = grid.result.sheet.cols;

@@ -269,6 +269,8 @@ TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
   const auto refined = drape::read_sheet(out / "C/refined" / grid["sheet"].get<std::string>());
   EXPECT_EQ(refined.rows, grid["rows"]);
   EXPECT_GT(refined.rows, 11);
+  EXPECT_EQ(std::get<drape::SimulatedSource>(refined.source).refined_from_sha256,
+            list["rest_sha256"].get<std::string>());
   const std::string sentence = list["sentence"];
   EXPECT_THAT(sentence, HasSubstr("may be left to a grid without end"));
   const std::size_t stated = first.text.find("C, grid's error ");
@@ -281,6 +283,9 @@ TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
   const std::string store = " --store " + (out / "results.sqlite").string();
   const Outcome stored = drape::test::run_line(
       results + " --csv sql \"SELECT value FROM run_value WHERE owner = 'grid_error_mm'\"" + store);
+  const Outcome carried = drape::test::run_line(
+      results + " --csv sql \"SELECT DISTINCT rest_sha256 FROM refinement\"" + store);
+  EXPECT_EQ(carried.text, "rest_sha256\n" + list["rest_sha256"].get<std::string>() + "\n");
   double left_mm = 0;
   ASSERT_EQ(std::sscanf(stored.text.c_str(), "value\n%lf", &left_mm), 1) << stored.text;
   EXPECT_NEAR(left_mm, list["mean_left_mm"].get<double>(), 1e-4);
