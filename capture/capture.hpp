@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -84,37 +83,5 @@ struct VerifyReport {
 /// first. Throws Error(bad_input) only when the manifest itself cannot be used.
 [[nodiscard]] VerifyReport verify_recording(const std::filesystem::path& recording_folder,
                                             const CaptureOptions& options);
-
-// ---- frame sources: where cameras plug in -------------------------------------------------
-
-/// One image as its file bytes (PNG, JPEG or TIFF); decoding is the reader's business.
-struct SourceFrame {
-  std::string camera;
-  std::vector<unsigned char> bytes;
-  std::string sha256;  ///< of `bytes`
-  int width_px = 0, height_px = 0;
-  std::optional<double> device_time_s;  ///< absent when the camera's clock is not known
-};
-
-/// Frames of one instant, one of every camera in the order of FrameSource::cameras().
-struct SourceSet {
-  std::string name;
-  std::vector<SourceFrame> frames;
-};
-
-/// Something that yields frame sets one after another: a recording now, live cameras behind the
-/// same interface later. Not safe for use from two threads.
-class FrameSource {
- public:
-  virtual ~FrameSource() = default;
-  [[nodiscard]] virtual const std::vector<std::string>& cameras() const = 0;
-  /// The next set, or nothing at the end. Throws Error naming set, camera and file (bad_input) or
-  /// device (device) when a frame cannot be had whole; never yields an incomplete set.
-  [[nodiscard]] virtual std::optional<SourceSet> next() = 0;
-};
-
-/// Replays a recording set by set, each image compared with its SHA-256.
-[[nodiscard]] std::unique_ptr<FrameSource> open_replay(
-    const std::filesystem::path& recording_folder);
 
 }  // namespace drape::capture

@@ -113,17 +113,4 @@ std::optional<double> clock_jump_s(const ClockSample& before, const ClockSample&
   return kNs * 0.5 * (static_cast<double>(least) + static_cast<double>(most));
 }
 
-std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_index,
-                                        const std::vector<std::int64_t>& device_ns,
-                                        double period_s) {
-  std::vector<ClockJump> jumps;
-  for (std::size_t i = 1; i < frame_index.size() && i < device_ns.size(); ++i) {
-    const auto frames = static_cast<double>(frame_index[i] - frame_index[i - 1]);
-    const double passed = kNs * static_cast<double>(device_ns[i] - device_ns[i - 1]);
-    const double jump = passed - frames * period_s;
-    if (std::abs(jump) > 0.5 * period_s) jumps.push_back({i, jump});
-  }
-  return jumps;
-}
-
 }  // namespace drape::capture

@@ -49,18 +49,4 @@ struct ClockFitOptions {
                                                  const ClockSample& after,
                                                  double largest_ppm = 500.0);
 
-/// A device clock that does not advance with its own frame count: index of the first frame after
-/// the jump and by how much the clock jumped.
-struct ClockJump {
-  std::size_t frame = 0;
-  double jump_s = 0;
-};
-
-/// Jumps of a device clock, found from frames that a timer exposes every `period_s`: the time
-/// between two frames must be their distance in frames times the period, to half a period.
-/// `frame_index` is unwrapped, both in order of arrival.
-[[nodiscard]] std::vector<ClockJump> find_clock_jumps(const std::vector<std::int64_t>& frame_index,
-                                                      const std::vector<std::int64_t>& device_ns,
-                                                      double period_s);
-
 }  // namespace drape::capture

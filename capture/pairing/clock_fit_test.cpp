@@ -73,20 +73,6 @@ TEST(ClockFit, RefusesAJumpANegativeRoundTripAndNothing) {
   EXPECT_FALSE(fit_clock({{10, 0, 5}}, {}));
 }
 
-TEST(ClockJumps, AreToldFromLostFrames) {
-  std::vector<std::int64_t> index = {0, 1, 2, 5, 6, 7};
-  std::vector<std::int64_t> device;
-  device.reserve(index.size());
-  for (const std::int64_t i : index) device.push_back(i * kSecond / 10);
-  EXPECT_TRUE(find_clock_jumps(index, device, 0.1).empty());
-  device[4] += 3 * kSecond;
-  device[5] += 3 * kSecond;
-  const auto jumps = find_clock_jumps(index, device, 0.1);
-  ASSERT_EQ(jumps.size(), 1U);
-  EXPECT_EQ(jumps[0].frame, 4U);
-  EXPECT_NEAR(jumps[0].jump_s, 3, 1e-9);
-}
-
 TEST(FrameId, CountsOnOverTheWrapAndSkipsZero) {
   FrameIdUnwrapper ids({1, 65535});
   EXPECT_EQ(ids.unwrap(65534), 0);

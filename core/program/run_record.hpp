@@ -13,12 +13,6 @@
 
 namespace drape {
 
-/// A file and its content at the time of the run.
-struct FileHash {
-  std::string path;  ///< relative to the folder of the run record
-  std::string sha256;
-};
-
 /// Provenance of one program run (run.json): program, version, arguments, inputs and outputs with
 /// SHA-256, times, exit code, hash of the ending. The only file with clock times in it.
 ///

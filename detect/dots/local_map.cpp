@@ -54,11 +54,6 @@ Eigen::Matrix2d turned_root(const Eigen::Matrix2d& root_px_per_m,
   return root_px_per_m * (rotation / length) * mirror;
 }
 
-LocalMap map_of_dot(const Eigen::Vector2d& centre_px, const Eigen::Matrix2d& shape_px2,
-                    double dot_radius_m, const Eigen::Matrix2d& neighbour_px_per_m) {
-  return {centre_px, turned_root(symmetric_root(shape_px2) / dot_radius_m, neighbour_px_per_m)};
-}
-
 namespace {
 
 /// Miss in units of one step in any direction of the print, plus two pixels so that grazing views
@@ -72,46 +67,11 @@ double in_steps(const Eigen::Vector2d& miss, const LocalMap& from, const LocalMa
   return std::sqrt(miss.dot(unit.inverse() * miss));
 }
 
-CreaseStep best_crease(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
-  const Eigen::Vector2d moved = to.centre_px - from.centre_px;
-  CreaseStep best{1e9, to};
-  constexpr int places = 9;
-  for (int k = 1; k <= places; ++k) {
-    const double fraction = k / (places + 1.0);
-    const Eigen::Vector2d predicted =
-        (fraction * from.px_per_m + (1 - fraction) * to.px_per_m) * step_m;
-    best.error = std::min(best.error, in_steps(moved - predicted, from, to, step_m));
-  }
-  return best;
-}
-
 }  // namespace
 
 double step_error(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
   const Eigen::Vector2d predicted = 0.5 * (from.px_per_m + to.px_per_m) * step_m;
   return in_steps(to.centre_px - from.centre_px - predicted, from, to, step_m);
-}
-
-CreaseStep crease_step(const LocalMap& from, const LocalMap& to, const Eigen::Vector2d& step_m) {
-  // det(J_to R - J_from) = 0 with det(A - B) = det A + det B - tr(adj(B) A), linear in cos and sin.
-  const Eigen::Matrix2d& a = to.px_per_m;
-  Eigen::Matrix2d adjoint;
-  adjoint << from.px_per_m(1, 1), -from.px_per_m(0, 1), -from.px_per_m(1, 0), from.px_per_m(0, 0);
-  const Eigen::Matrix2d b = adjoint * a;
-  const double along_cos = b(0, 0) + b(1, 1);
-  const double along_sin = b(0, 1) - b(1, 0);
-  const double sum = a.determinant() + from.px_per_m.determinant();
-  const double ratio = std::clamp(sum / std::hypot(along_cos, along_sin), -1.0, 1.0);
-  const double middle = std::atan2(along_sin, along_cos);
-  CreaseStep best{1e9, to};
-  for (const double sign : {-1.0, 1.0}) {
-    const double angle = middle + sign * std::acos(ratio);
-    Eigen::Matrix2d rotation;
-    rotation << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
-    const CreaseStep step = best_crease(from, {to.centre_px, a * rotation}, step_m);
-    if (step.error < best.error) best = step;
-  }
-  return best;
 }
 
 }  // namespace drape::detect

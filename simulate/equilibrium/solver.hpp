@@ -104,7 +104,6 @@ class StaticSolver {
   void load(const Eigen::Vector3d& gravity_m_per_s2);
 
   [[nodiscard]] double gravity_energy_j() const;
-  [[nodiscard]] double mean_weight_n() const { return weight_n_; }
   /// First-order displacement of the sheet, x, y, z of each particle in turn, when `force` (N, in
   /// the same order) begins to act at the equilibrium. What slides and would be drawn back sticks,
   /// found by solving again until nothing changes; so the displacement for minus the force is
