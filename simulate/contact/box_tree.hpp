@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <vector>
 
 namespace drape::simulate {
@@ -24,6 +25,13 @@ class BoxTree {
     if (!nodes_.empty()) search(0, box, visit);
   }
 
+  /// Calls visit(one, other) once for every two items whose boxes meet, the lower number first, in
+  /// an order that depends on the centres alone.
+  template <class Visit>
+  void query_pairs(Visit visit) const {
+    if (!nodes_.empty()) search_pairs(0, 0, visit);
+  }
+
  private:
   struct Node {
     Eigen::AlignedBox3d box;
@@ -42,6 +50,32 @@ class BoxTree {
     }
     for (int k = here.first; k < here.first + here.count; ++k) {
       if (boxes_[order_[k]].intersects(box)) visit(order_[k]);
+    }
+  }
+
+  template <class Visit>
+  void search_pairs(int one, int two, Visit& visit) const {
+    const Node &a = nodes_[one], &b = nodes_[two];
+    if (one != two && !a.box.intersects(b.box)) return;
+    if (a.left < 0 && b.left < 0) {
+      for (int k = a.first; k < a.first + a.count; ++k) {
+        for (int l = one == two ? k + 1 : b.first; l < b.first + b.count; ++l) {
+          const int s = order_[k], t = order_[l];
+          if (boxes_[s].intersects(boxes_[t])) visit(std::min(s, t), std::max(s, t));
+        }
+      }
+      return;
+    }
+    if (one == two) {
+      search_pairs(a.left, a.left, visit);
+      search_pairs(a.left + 1, a.left + 1, visit);
+      search_pairs(a.left, a.left + 1, visit);
+    } else if (a.left >= 0 && (b.left < 0 || a.count >= b.count)) {
+      search_pairs(a.left, two, visit);
+      search_pairs(a.left + 1, two, visit);
+    } else {
+      search_pairs(one, b.left, visit);
+      search_pairs(one, b.left + 1, visit);
     }
   }
   void build(int node, const std::vector<Eigen::Vector3d>& centres);

@@ -56,6 +56,7 @@ LayerContacts::LayerContacts(const Cloth& cloth, double gravity_m_per_s2, double
 void LayerContacts::begin(const Field& position) {
   if (!on()) return;
   start_ = position;
+  listed_.clear();
   pairs_.clear();
   lands_ = false;
   for (Cell& cell : cells_) cell.apart.fill(kNotAsked);
@@ -64,6 +65,14 @@ void LayerContacts::begin(const Field& position) {
 
 void LayerContacts::watch(const Field& to) {
   if (on()) list(to);
+}
+
+bool LayerContacts::goes_elsewhere(const Cell& cell, const Field& to) const {
+  for (const int i :
+       {cell.corner, cell.corner + 1, cell.corner + grid_.cols, cell.corner + grid_.cols + 1}) {
+    if (at(to, i) != at(listed_, i)) return true;
+  }
+  return false;
 }
 
 /// The bounding ball of a cell at the start, its displacement, and how far particles deviate from
@@ -98,26 +107,31 @@ bool LayerContacts::may_meet(Cell& a, const Cell& b) {
   return (apart + share * way).squaredNorm() <= reach * reach;
 }
 
+/// Only of cells that go elsewhere than they did when it was asked last: the others' pairs are
+/// listed.
 void LayerContacts::list(const Field& to) {
+  bool any = false;
   for (std::size_t k = 0; k < cells_.size(); ++k) {
-    measure(cells_[k], to);
-    const Cell& cell = cells_[k];
+    Cell& cell = cells_[k];
+    cell.changed = listed_.empty() || goes_elsewhere(cell, to);
+    if (!cell.changed) continue;
+    any = true;
+    measure(cell, to);
     const Vector3d end = cell.centre + cell.way;
     const double reach = cell.radius + cell.spread + 0.5 * thickness_;
     boxes_[k] = Eigen::AlignedBox3d(cell.centre.cwiseMin(end), cell.centre.cwiseMax(end));
     boxes_[k].min().array() -= reach;
     boxes_[k].max().array() += reach;
   }
+  if (!any) return;
+  listed_ = to;
   tree_.refit(boxes_);
   found_.clear();
-  for (std::size_t k = 0; k < cells_.size(); ++k) {
-    tree_.query(boxes_[k], [&](int other) {
-      if (other <= static_cast<int>(k)) return;
-      Cell& a = cells_[k];
-      const Cell& b = cells_[other];
-      if (may_meet(a, b)) list_cells(a, b, to);
-    });
-  }
+  tree_.query_pairs([&](int one, int other) {
+    Cell& a = cells_[one];
+    const Cell& b = cells_[other];
+    if ((a.changed || b.changed) && may_meet(a, b)) list_cells(a, b, to);
+  });
   std::sort(found_.begin(), found_.end(), [](const Pair& a, const Pair& b) { return a.of < b.of; });
   std::vector<Pair> all;
   all.reserve(pairs_.size() + found_.size());

@@ -86,10 +86,12 @@ class LayerContacts {
     // Of the straight path:
     Eigen::Vector3d centre, way;
     double radius = 0, spread = 0;
+    bool changed = false;  ///< that path since list() was asked last
   };
 
   [[nodiscard]] Law law(double distance_m, double thickness_m) const;
   void list(const Field& to);
+  [[nodiscard]] bool goes_elsewhere(const Cell& cell, const Field& to) const;
   void measure(Cell& cell, const Field& to) const;
   [[nodiscard]] bool may_meet(Cell& a, const Cell& b);
   void list_cells(const Cell& a, const Cell& b, const Field& to);
@@ -104,6 +106,7 @@ class LayerContacts {
   std::vector<Eigen::AlignedBox3d> boxes_;
   bool lands_ = false;
   Field start_;
+  Field listed_;             ///< where list() was asked last in this step; empty: not yet
   std::vector<Pair> pairs_;  ///< in order
   std::vector<Pair> found_;  ///< scratch of list()
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/equilibrium/solver.hpp"
 
@@ -25,6 +26,7 @@ constexpr int kMostSteps = 5000;
 // found again ever so often, can keep a sheet trembling for ever.
 constexpr int kTrembles = 250;
 constexpr double kLower = 1e-7;  // m; all of the sheet lower by this much: lower
+constexpr int kLook = 8;         // steps between two looks whether the sheet passes through itself
 
 }  // namespace
 
@@ -47,6 +49,7 @@ void StaticSolver::fall(StaticReport& report) {
   bool rising = false;
   double least_j = std::numeric_limits<double>::infinity();
   int lowest_at = 0;
+  const bool looks = !options_.meets_itself && options_.cloth_thickness_m > 0;
   for (int steps = 0; steps < kMostSteps && time_s < options_.longest_fall_s; ++steps) {
     double fastest = 0;
     for (int i = 0; i < n; ++i) fastest = std::max(fastest, at(velocity, i).norm());
@@ -101,6 +104,10 @@ void StaticSolver::fall(StaticReport& report) {
     }
     kinetic_before_j = kinetic_j;
     if (settles && residual_ < options_.fall_residual && kinetic_j < quiet_j) break;
+    if (looks && steps % kLook == 0 && self_distance(cloth_.grid(), position).crossings > 0) {
+      report.through_itself = true;
+      break;
+    }
   }
   momentum_.clear();
   drag_per_s2_ = 0;

@@ -191,7 +191,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
       after(solver, drape.report);
     coarser = coarse;
     coarse = here;
-    if (drape.report.status == StaticStatus::diverged) break;
+    if (drape.report.status == StaticStatus::diverged || drape.report.through_itself) break;
   }
   if (coarse.count() != grid.count()) drape.position = prolong(drape.position, coarse, grid);
   return drape;
@@ -224,7 +224,8 @@ StaticDrape drape_after_history(const StaticCase& the_case, const GridSpec& grid
 bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options, const Field& position,
                         const StaticReport& found) {
   return !options.meets_itself && options.cloth_thickness_m > 0 &&
-         found.status != StaticStatus::diverged && self_distance(grid, position).crossings > 0;
+         found.status != StaticStatus::diverged &&
+         (found.through_itself || self_distance(grid, position).crossings > 0);
 }
 
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,

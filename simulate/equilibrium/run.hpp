@@ -48,16 +48,16 @@ struct StaticDrape {
   double dissipated_j = 0;
 };
 
-/// Whether a sheet that was taken to pass through itself, and ended so, has to meet itself.
+/// Whether a sheet that was taken to pass through itself, and did, has to meet itself.
 [[nodiscard]] bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options,
                                       const Field& position, const StaticReport& found);
 
-/// Drapes from the scene's start. A sheet that ends passing through itself is draped once more,
-/// from the same start, as one that meets itself. Up to 41 particles per side on the grid itself,
-/// because a coarse grid folds otherwise; beyond, to rest on a coarse grid first and from its
-/// interpolation over finer ones, each only as near to rest as the next needs. A start from the
-/// measured sheet stays on the finest grid, and so does a cloth with internal friction, whose state
-/// is the grid's own; that one first goes through the scene's history.
+/// Drapes from the scene's start. A sheet that passes through itself as it falls, or ends so, is
+/// draped once more, from the same start, as one that meets itself. Up to 41 particles per side on
+/// the grid itself, because a coarse grid folds otherwise; beyond, to rest on a coarse grid first
+/// and from its interpolation over finer ones, each only as near to rest as the next needs. A start
+/// from the measured sheet stays on the finest grid, and so does a cloth with internal friction,
+/// whose state is the grid's own; that one first goes through the scene's history.
 [[nodiscard]] StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                                            const StaticOptions& options,
                                            const StartChange& change = {},

@@ -294,6 +294,7 @@ StaticReport StaticSolver::solve() {
   strains_ = {};
   contacts_.refresh(position);
   if (options_.falls) fall(report);
+  if (report.through_itself) return report;
   int searches = 0;
   const double settled = options_.paced ? kSettled : kSettledOnFiner;
   const int most_searches = options_.paced ? kSearches : kSearchesOnFiner;

@@ -63,6 +63,7 @@ struct StaticReport {
   int layers = 0;                ///< pairs of pieces of the sheet that press on each other
   double cloth_thickness_m = 0;  ///< that layers kept apart; 0: the sheet did not meet itself
   double contact_energy_j = 0;
+  bool through_itself = false;  ///< the fall ended at once, where the sheet passed through itself
   std::vector<ContactForce> contact_forces;  ///< in the frame of the solver
   std::vector<StaticIteration> history;
 };
@@ -90,7 +91,8 @@ class StaticSolver {
   /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
   /// forces ask for.
   void lean(double reach_m);
-  /// Lets the sheet fall from `position` with its inertia until it is nearly still.
+  /// Lets the sheet fall from `position` with its inertia until it is nearly still. One that is
+  /// taken to pass through itself, and does, falls no further: it has to meet itself.
   void fall(StaticReport& report);
   /// Goes to rest from `position`. Of internal friction this is one step, in which no element turns
   /// back: fall() settles it at each of its own.

@@ -109,42 +109,69 @@ struct Loops {
     for (Index r = 0; r < count; ++r) to[r] += from[r];
   }
 
-  /// `registers` of rows of subtract_columns().
-  template <Index registers>
+  /// `registers` of rows of subtract_columns(); `tail`: and one more that ends with row `height`
+  /// and overlaps them. What lies in two is computed twice alike.
+  template <Index registers, bool tail>
   DRAPE_INLINE static void subtract_rows(Real* column, const Real* panel, Index lead,
-                                         const Real* factors, Index step, Index count) {
-    Register sum[registers];
-#pragma GCC unroll 4
-    for (Index l = 0; l < registers; ++l) sum[l].load(column + l * size);
+                                         const Real* factors, Index step, Index count,
+                                         Index height) {
+    constexpr Index all = registers + (tail ? 1 : 0);
+    Index at[all];
+    Register sum[all];
+#pragma GCC unroll 8
+    for (Index l = 0; l < all; ++l) {
+      at[l] = l < registers ? l * size : height - size;
+      sum[l].load(column + at[l]);
+    }
     for (Index k = 0; k < count; ++k) {
-#pragma GCC unroll 4
-      for (Index l = 0; l < registers; ++l) {
+#pragma GCC unroll 8
+      for (Index l = 0; l < all; ++l) {
         Register a;
-        a.load(panel + k * lead + l * size);
+        a.load(panel + k * lead + at[l]);
         sum[l].add_product(a, -factors[k * step]);
       }
     }
-#pragma GCC unroll 4
-    for (Index l = 0; l < registers; ++l) sum[l].store(column + l * size);
+#pragma GCC unroll 8
+    for (Index l = 0; l < all; ++l) sum[l].store(column + at[l]);
+  }
+
+  template <bool tail>
+  DRAPE_INLINE static void subtract_last(Real* column, const Real* panel, Index lead,
+                                         const Real* factors, Index step, Index count,
+                                         Index height) {
+    switch (height / size) {
+      case 1:
+        return subtract_rows<1, tail>(column, panel, lead, factors, step, count, height);
+      case 2:
+        return subtract_rows<2, tail>(column, panel, lead, factors, step, count, height);
+      case 3:
+        return subtract_rows<3, tail>(column, panel, lead, factors, step, count, height);
+      default:
+        return subtract_rows<4, tail>(column, panel, lead, factors, step, count, height);
+    }
   }
 
   DRAPE_INLINE static void subtract_columns(Real* column, const Real* panel, Index lead,
                                             const Real* factors, Index step, Index count,
                                             Index height) {
-    Index r = 0;
-    for (; r + 4 * size <= height; r += 4 * size) {
-      subtract_rows<4>(column + r, panel + r, lead, factors, step, count);
-    }
-    for (; r + size <= height; r += size) {
-      subtract_rows<1>(column + r, panel + r, lead, factors, step, count);
-    }
-    for (; r < height; ++r) {
-      Real sum = column[r];
+    if (height < size) {
       for (Index k = 0; k < count; ++k) {
-        sum = std::fma(panel[k * lead + r], -factors[k * step], sum);
+        const Real factor = -factors[k * step];
+        for (Index r = 0; r < height; ++r)
+          column[r] = std::fma(panel[k * lead + r], factor, column[r]);
       }
-      column[r] = sum;
+      return;
     }
+    while (height >= 5 * size) {
+      subtract_rows<4, false>(column, panel, lead, factors, step, count, height);
+      column += 4 * size;
+      panel += 4 * size;
+      height -= 4 * size;
+    }
+    if (height % size == 0)
+      subtract_last<false>(column, panel, lead, factors, step, count, height);
+    else
+      subtract_last<true>(column, panel, lead, factors, step, count, height);
   }
 
   /// `count` dot products in `lanes` partial sums each, added in halves down to one.
