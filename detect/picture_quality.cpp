@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 namespace drape::detect {
 namespace {
@@ -22,6 +24,16 @@ double quantile_of(std::vector<float>& values, double part) {
       values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
+}
+
+/// The same of 8-bit values that were counted.
+double quantile_of(const std::array<std::size_t, 256>& counts, double part) {
+  const std::size_t all = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  if (all == 0) return 0;
+  const auto at = static_cast<std::size_t>(part * static_cast<double>(all - 1));
+  std::size_t below = 0, value = 0;
+  while (below + counts[value] <= at) below += counts[value++];
+  return static_cast<double>(value);
 }
 
 double median_of(std::vector<double> values) {
@@ -55,17 +67,32 @@ std::string range_of(const std::vector<TagDetection>& tags) {
 }  // namespace
 
 PictureQuality quality_of(const GreyImage& image) {
-  std::vector<float> levels, slopes;
-  for (int y = 0; y < image.height_px; y += kStride) {
-    for (int x = 1; x + 1 < image.width_px; ++x) {
-      levels.push_back(image.level(x, y));
-      slopes.push_back(0.5F * std::abs(image.level(x + 1, y) - image.level(x - 1, y)));
-    }
-  }
   PictureQuality quality;
-  quality.dark = quantile_of(levels, 0.01);
-  quality.light = quantile_of(levels, 0.99);
-  const double steepest = quantile_of(slopes, 0.999);
+  double steepest = 0;
+  if (image.levels.empty()) {
+    std::array<std::size_t, 256> levels{}, doubled_slopes{};
+    for (int y = 0; y < image.height_px; y += kStride) {
+      const std::uint8_t* row = image.bytes.data() + static_cast<std::size_t>(y) * image.width_px;
+      for (int x = 1; x + 1 < image.width_px; ++x) {
+        ++levels[row[x]];
+        ++doubled_slopes[static_cast<std::size_t>(std::abs(row[x + 1] - row[x - 1]))];
+      }
+    }
+    quality.dark = quantile_of(levels, 0.01);
+    quality.light = quantile_of(levels, 0.99);
+    steepest = 0.5 * quantile_of(doubled_slopes, 0.999);
+  } else {
+    std::vector<float> levels, slopes;
+    for (int y = 0; y < image.height_px; y += kStride) {
+      for (int x = 1; x + 1 < image.width_px; ++x) {
+        levels.push_back(image.level(x, y));
+        slopes.push_back(0.5F * std::abs(image.level(x + 1, y) - image.level(x - 1, y)));
+      }
+    }
+    quality.dark = quantile_of(levels, 0.01);
+    quality.light = quantile_of(levels, 0.99);
+    steepest = quantile_of(slopes, 0.999);
+  }
   // The slope of a step that a Gaussian blurs is its height over sqrt(2 pi) widths.
   if (steepest > 0)
     quality.edge_px = (quality.light - quality.dark) / (std::sqrt(2 * std::numbers::pi) * steepest);

@@ -63,6 +63,17 @@ std::vector<std::string> said_of(const ClothView& view) {
   return poor_views(frames, qualities);
 }
 
+TEST(PictureQuality, EightBitsAreCountedAsTheirLevelsAreSorted) {
+  const GreyImage counted = picture_of({});
+  GreyImage sorted = counted;
+  for (const std::uint8_t byte : counted.bytes) sorted.levels.push_back(byte);
+  const PictureQuality a = quality_of(counted), b = quality_of(sorted);
+  EXPECT_EQ(a.dark, b.dark);
+  EXPECT_EQ(a.light, b.light);
+  EXPECT_EQ(a.edge_px, b.edge_px);
+  EXPECT_GT(a.light, a.dark);
+}
+
 TEST(PictureQuality, ADimViewIsNamedWithTheMarksItCosts) {
   ClothView dim;
   dim.bright = 8;

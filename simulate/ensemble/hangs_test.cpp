@@ -170,6 +170,7 @@ std::optional<HangRest> rest_of_random_start(const StaticCase& the_case, const G
 }
 
 constexpr double kGoal = 0.01 * percent;  // of the energy against the pins' height
+constexpr int kReported = 25;             // random starts between two lines of what they found
 
 struct Ends {
   double fall_j = 0, lowest_j = 0, best_start_j = 0, best_random_j = 0;
@@ -211,6 +212,12 @@ Ends ends_of(int seed, int particles, int kicks, int randoms) {
   for (int k = 0; k < randoms; ++k) {
     const auto rest = rest_of_random_start(the_case, grid, by_fall, k);
     if (rest && !rest->crosses) ends.best_random_j = std::min(ends.best_random_j, rest->energy_j);
+    if ((k + 1) % kReported != 0) continue;
+    fmt::print(
+        "  hang {} at {}, {} random starts: best {:.4f} uJ, lowest branch {:.4f}, one fall "
+        "{:.4f}\n",
+        seed, particles, k + 1, ends.best_random_j * 1e6, ends.lowest_j * 1e6, ends.fall_j * 1e6);
+    std::fflush(stdout);
   }
   const double least_j = std::min(ends.lowest_j, ends.best_random_j);
   const auto gap = [&](double energy_j) {
@@ -225,13 +232,14 @@ Ends ends_of(int seed, int particles, int kicks, int randoms) {
   return ends;
 }
 
-/// Issue: within 0.01 % of the best energy that 200 random starts find.
+/// Issue: within 0.01 % of the best energy that 200 random starts find. Coarse grids first, so that
+/// a trial that is broken off says most; DRAPE_FIRST_TRIAL is its first hang.
 TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
   const int hangs = drape::test::trial_count(1, 12);
   const int randoms = drape::test::trial_count(12, 200);
   const std::vector<int> grids = hangs == 1 ? std::vector<int>{9} : std::vector<int>{21, 31, 41};
-  for (int seed = 0; seed < hangs; ++seed) {
-    for (const int grid : grids) {
+  for (const int grid : grids) {
+    for (int seed = drape::test::first_trial(); seed < hangs; ++seed) {
       const Ends ends = ends_of(seed, grid, hangs == 1 ? 32 : BranchOptions{}.kicks, randoms);
       EXPECT_LE(ends.lowest_j, ends.best_start_j) << seed << ", " << grid;
       EXPECT_LE(ends.lowest_j, ends.best_random_j + kGoal * std::abs(ends.best_random_j))

@@ -26,7 +26,7 @@ constexpr int kMostSteps = 5000;
 // found again ever so often, can keep a sheet trembling for ever.
 constexpr int kTrembles = 250;
 constexpr double kLower = 1e-7;  // m; all of the sheet lower by this much: lower
-constexpr int kLook = 8;         // steps between two looks whether the sheet passes through itself
+constexpr int kLook = 16;        // steps between two looks whether the sheet passes through itself
 
 }  // namespace
 

@@ -3,12 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <type_traits>
 
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
 #define DRAPE_X86 1
 #else
 #define DRAPE_X86 0
+#endif
+// Whether the compiler turns a register by places that it does not know.
+#if defined(__GNUC__) && !defined(__clang__)
+#define DRAPE_TURNS 1
+#else
+#define DRAPE_TURNS 0
 #endif
 // Inlined into the functions of each instruction set, so that it is compiled with that set.
 #define DRAPE_INLINE inline __attribute__((always_inline))
@@ -174,6 +182,33 @@ struct Loops {
       subtract_last<true>(column, panel, lead, factors, step, count, height);
   }
 
+#if DRAPE_TURNS
+  using Lane = std::conditional_t<sizeof(Real) == 4, std::int32_t, std::int64_t>;
+  typedef Lane Lanes __attribute__((vector_size(size * sizeof(Lane))));
+
+  /// Adds the products of the last `left` rows to the first partial sums. Whole registers are read,
+  /// that end with the last row, and turned.
+  template <Index count>
+  DRAPE_INLINE static void add_tail(const Real* panel, Index lead, const Real* vector, Index height,
+                                    Index left, Register (&sum)[count][1]) {
+    Lanes lane;
+    for (Index k = 0; k < size; ++k) lane[k] = static_cast<Lane>(k);
+    const Lanes from = (lane + static_cast<Lane>(size - left)) & static_cast<Lane>(size - 1);
+    const Lanes here = lane < static_cast<Lane>(left);
+    Register v;
+    v.load(vector + height - size);
+    v.v = __builtin_shuffle(v.v, from);
+#pragma GCC unroll 8
+    for (Index c = 0; c < count; ++c) {
+      Register a, more = sum[c][0];
+      a.load(panel + c * lead + height - size);
+      a.v = __builtin_shuffle(a.v, from);
+      more.add_product(a, v);
+      sum[c][0].v = here ? more.v : sum[c][0].v;
+    }
+  }
+#endif
+
   /// `count` dot products in `lanes` partial sums each, added in halves down to one.
   template <Index count>
   DRAPE_INLINE static void dot(const Real* panel, Index lead, const Real* vector, Index height,
@@ -194,6 +229,14 @@ struct Loops {
         }
       }
     }
+#if DRAPE_TURNS
+    if constexpr (size == lanes) {
+      if (r < height && height >= lanes) {
+        add_tail<count>(panel, lead, vector, height, height - r, sum);
+        r = height;
+      }
+    }
+#endif
 #pragma GCC unroll 8
     for (Index c = 0; c < count; ++c) {
       Real partial[lanes];
