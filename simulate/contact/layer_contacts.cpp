@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "simulate/contact/line_contacts.hpp"
 #include "simulate/contact/neighbours.hpp"
@@ -149,17 +150,23 @@ void LayerContacts::list(const Field& to) {
   pairs_.swap(all);
 }
 
+/// Two particles of these cells come nearer by `closer` at most on the way, so that most pairs are
+/// passed over before their own ways are looked at.
 void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
-  const bool neighbours = are_neighbours(grid_, a.corner, b.corner);
+  const bool neighbours = std::abs(a.row - b.row) < 2 && std::abs(a.col - b.col) < 2;
+  const double closer = 2 * kSurely * ((a.way - b.way).norm() + a.spread + b.spread);
+  const auto offer_near = [&](const LayerPair& pair) {
+    if (!is_far(pair, start_, thickness_ + closer)) offer(pair, neighbours, to);
+  };
   for (const auto& [from, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     for (int v = 0; v < from->vertices; ++v) {
       for (const auto& t : other->triangle)
-        offer({false, {from->vertex[v], t[0], t[1], t[2]}}, neighbours, to);
+        offer_near({false, {from->vertex[v], t[0], t[1], t[2]}});
     }
   }
   for (int e = 0; e < a.edges; ++e) {
     for (int f = 0; f < b.edges; ++f)
-      offer({true, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}}, neighbours, to);
+      offer_near({true, {a.edge[e][0], a.edge[e][1], b.edge[f][0], b.edge[f][1]}});
   }
 }
 

@@ -25,15 +25,20 @@ int cols_apart(const GridSpec& grid, int i, int j) {
 }  // namespace
 
 bool are_two_layers(const GridSpec& grid, const std::array<int, 4>& particle, int firsts) {
-  int rows = 0, cols = 0;
-  for (int k = 0; k < 4; ++k) {
-    for (int l = k + 1; l < 4; ++l) {
-      if (k < firsts && l >= firsts && particle[k] == particle[l]) return false;
-      rows = std::max(rows, rows_apart(grid, particle[k], particle[l]));
-      cols = std::max(cols, cols_apart(grid, particle[k], particle[l]));
+  for (int k = 0; k < firsts; ++k) {
+    for (int l = firsts; l < 4; ++l) {
+      if (particle[k] == particle[l]) return false;
     }
   }
-  return rows > 1 || cols > 1;
+  int top = grid.rows, bottom = 0, left = grid.cols, right = 0;
+  for (const int i : particle) {
+    const int row = i / grid.cols, col = i % grid.cols;
+    top = std::min(top, row);
+    bottom = std::max(bottom, row);
+    left = std::min(left, col);
+    right = std::max(right, col);
+  }
+  return bottom - top > 1 || right - left > 1;
 }
 
 double layers_apart_m(const GridSpec& grid, const std::array<int, 4>& particle, int firsts,
@@ -69,10 +74,11 @@ double least_apart_m(const GridSpec& grid, const Field& position, int one, int t
   const double row = 0.5 * rows, col = 0.5 * cols;  // of the middle
   double off2 = 0;
   for (const int i : {one, two}) {
-    for (const int k : {i, i + 1, i + grid.cols, i + grid.cols + 1}) {
-      const int at_row = k / grid.cols, at_col = k % grid.cols;
+    const int first_row = i / grid.cols, first_col = i % grid.cols;
+    for (int k = 0; k < 4; ++k) {
+      const int at_row = first_row + k / 2, at_col = first_col + k % 2;
       const Vector3d image = middle + (at_row - row) * down + (at_col - col) * right;
-      off2 = std::max(off2, (at(position, k) - image).squaredNorm());
+      off2 = std::max(off2, (at(position, grid.index(at_row, at_col)) - image).squaredNorm());
     }
   }
   const double dd = down.squaredNorm(), rr = right.squaredNorm(), dr = down.dot(right);
