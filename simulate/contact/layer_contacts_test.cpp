@@ -275,6 +275,8 @@ TEST(LayerContacts, WithoutItTheSameSheetPassesThroughItself) {
   const Folded folded = rest_of_folded(false);
   EXPECT_GT(self_distance({7, 31, {0.03, 0.15}}, folded.position).crossings, 0);
   EXPECT_EQ(folded.report.layers, 0);
+  EXPECT_TRUE(folded.report.through_itself) << "it falls no further than that";
+  EXPECT_NE(folded.report.status, StaticStatus::at_rest);
 }
 
 /// A limp strip on a table, folded at one line of particles, whose upper half falls shut.
@@ -318,6 +320,51 @@ TEST(LayerContacts, KeepTheCellsOfAFoldAsSharpAsTheGridApart) {
       std::any_of(report.contact_forces.begin(), report.contact_forces.end(), is_of_neighbours));
   (void)falls_shut(false, crossings);
   EXPECT_GT(crossings, 0);
+}
+
+TEST(LayerContacts, ListedAgainForWhatMovedOnAreThoseListedAtOnce) {
+  const GridSpec grid{7, 31, {0.03, 0.15}};
+  const Cloth cloth(grid, cotton(), MassRule::area);
+  LayerContacts again(cloth, kGravity, kThickness), once(cloth, kGravity, kThickness);
+  const Field start = folded_strip(grid, 0.4e-3);
+  Field near = start, nearer = start;  // the upper half comes down, then a few particles more
+  for (int i = 0; i < grid.count(); ++i) {
+    if (at(start, i).z() > 0.5e-3) put_at(near, i, at(start, i) - Vector3d(0, 0, 0.2e-3));
+    put_at(nearer, i, at(near, i));
+    if (i % 31 > 20 && i < 3 * 31) put_at(nearer, i, at(near, i) - Vector3d(0, 0, 0.3e-3));
+  }
+  again.begin(start);
+  again.watch(near);
+  again.watch(nearer);
+  once.begin(start);
+  once.watch(nearer);
+  EXPECT_GT(once.energy_j(nearer), 0);
+  EXPECT_EQ(again.energy_j(nearer), once.energy_j(nearer));
+  EXPECT_EQ(again.pressing(nearer), once.pressing(nearer));
+}
+
+TEST(BoxTree, VisitsEveryTwoBoxesThatMeetOnce) {
+  constexpr int kBoxes = 60;
+  const Field middles = random_places(1, kBoxes, 1), sizes = random_places(2, kBoxes, 0.4);
+  std::vector<Vector3d> centres;
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (int i = 0; i < kBoxes; ++i) {
+    centres.push_back(at(middles, i));
+    const Vector3d half = at(sizes, i).cwiseAbs();
+    boxes.emplace_back(centres.back() - half, centres.back() + half);
+  }
+  BoxTree tree(centres);
+  tree.refit(boxes);
+  std::vector<std::pair<int, int>> found, expected;
+  tree.query_pairs([&](int one, int other) { found.emplace_back(one, other); });
+  for (int i = 0; i < kBoxes; ++i) {
+    for (int j = i + 1; j < kBoxes; ++j) {
+      if (boxes[i].intersects(boxes[j])) expected.emplace_back(i, j);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  EXPECT_GT(expected.size(), 10U);
+  EXPECT_EQ(found, expected);
 }
 
 TEST(LayerContacts, GiveTheSameBytesOnTwoThreads) {

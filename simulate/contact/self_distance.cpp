@@ -170,14 +170,32 @@ void Strips::for_each_pair(const Reach& reach, const Use& use) const {
   }
 }
 
-}  // namespace
-
-SelfDistance self_distance(const GridSpec& grid, const Field& position) {
-  const std::vector<Triangle> triangles = triangles_of(grid, position);
+double largest_radius(const std::vector<Triangle>& triangles) {
   double radius = 0;
   for (const Triangle& t : triangles) {
     for (const Vector3d& corner : t.corner) radius = std::max(radius, (corner - t.centre).norm());
   }
+  return radius;
+}
+
+}  // namespace
+
+bool passes_through_itself(const GridSpec& grid, const Field& position) {
+  const std::vector<Triangle> triangles = triangles_of(grid, position);
+  const double reach = 2 * largest_radius(triangles);
+  const Strips strips(triangles, reach);
+  bool passes = false;
+  strips.for_each_pair([&] { return passes ? 0 : reach; },
+                       [&](int i, int j) {
+                         const Triangle &one = triangles[i], &two = triangles[j];
+                         passes = passes || pierces(one, two) || pierces(two, one);
+                       });
+  return passes;
+}
+
+SelfDistance self_distance(const GridSpec& grid, const Field& position) {
+  const std::vector<Triangle> triangles = triangles_of(grid, position);
+  const double radius = largest_radius(triangles);
   const double cap = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   const Strips strips(triangles, cap + 2 * radius);
   SelfDistance found;

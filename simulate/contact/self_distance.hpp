@@ -15,5 +15,7 @@ struct SelfDistance {
   int crossings = 0;              ///< pairs of triangles that pass through each other
 };
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
+/// Whether there are crossings, at less cost.
+[[nodiscard]] bool passes_through_itself(const GridSpec& grid, const Field& position);
 
 }  // namespace drape::simulate

@@ -77,6 +77,7 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
       }
       const SelfDistance found = self_distance(kSelfGrid, turned);
       EXPECT_EQ(found.crossings, still.crossings);
+      EXPECT_EQ(passes_through_itself(kSelfGrid, turned), still.crossings > 0);
       EXPECT_NEAR(found.least_m.value_or(1), *still.least_m, 1e-12);
     }
   }
@@ -100,12 +101,14 @@ TEST(SelfDistance, ASheetThroughItsNeighboursIsSeen) {
 
 TEST(SelfDistance, ASheetThroughItselfIsSeen) {
   // A loop whose end dives through its beginning.
-  const SelfDistance found = self_distance(kSelfGrid, shaped([](double u, double v) {
-                                             if (u < 0.1) return Vector3d(u, v, 0);
-                                             return Vector3d(0.2 - u + 0.0031, v, 0.1521 - u);
-                                           }));
+  const Field loop = shaped([](double u, double v) {
+    if (u < 0.1) return Vector3d(u, v, 0);
+    return Vector3d(0.2 - u + 0.0031, v, 0.1521 - u);
+  });
+  const SelfDistance found = self_distance(kSelfGrid, loop);
   EXPECT_GT(found.crossings, 0);
   EXPECT_EQ(found.least_m.value_or(1), 0);
+  EXPECT_TRUE(passes_through_itself(kSelfGrid, loop));
 }
 
 }  // namespace

@@ -104,7 +104,7 @@ void StaticSolver::fall(StaticReport& report) {
     }
     kinetic_before_j = kinetic_j;
     if (settles && residual_ < options_.fall_residual && kinetic_j < quiet_j) break;
-    if (looks && steps % kLook == 0 && self_distance(cloth_.grid(), position).crossings > 0) {
+    if (looks && steps % kLook == 0 && passes_through_itself(cloth_.grid(), position)) {
       report.through_itself = true;
       break;
     }

@@ -225,7 +225,7 @@ bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options, cons
                         const StaticReport& found) {
   return !options.meets_itself && options.cloth_thickness_m > 0 &&
          found.status != StaticStatus::diverged &&
-         (found.through_itself || self_distance(grid, position).crossings > 0);
+         (found.through_itself || passes_through_itself(grid, position));
 }
 
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
