@@ -233,6 +233,22 @@ TEST(Simulate, TwoPinsHoldTheSheet) {
   EXPECT_LT(lowest, 0.3 - 0.15);
 }
 
+TEST(Simulate, APatchOfNoClothsSizeIsRefusedByName) {
+  const Scene scene = read_scene(bench() / "scenes/A.toml");
+  for (const double side : {1e12, 100.1, 0.9e-3, 0.0, -1.0, std::nan("")}) {
+    for (const int axis : {0, 1}) {
+      Print print = read_print(scene.print_file);
+      print.patch_m[axis] = side;
+      try {
+        (void)simulate(scene, read_fabric(scene.fabric_file), print, std::nullopt, {});
+        FAIL() << side;
+      } catch (const Error& error) {
+        EXPECT_EQ(error.where().field, "patch_mm") << side;
+      }
+    }
+  }
+}
+
 TEST(Options, WhatIsNotBuiltIsRefusedByName) {
   SimulateOptions options;
   options.model = "magic";
