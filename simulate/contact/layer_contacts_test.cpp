@@ -7,7 +7,6 @@
 #include <cmath>
 #include <random>
 
-#include "simulate/contact/line_contacts.hpp"
 #include "simulate/contact/neighbours.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/solver.hpp"
@@ -394,41 +393,6 @@ TEST(LayerContacts, ThatNothingMeetsChangeNoByte) {
     return solver.position;
   };
   EXPECT_EQ(drape(true), drape(false));
-}
-
-TEST(LineContacts, OfAStaticSheetAreNowhereOnAFlatFace) {
-  const GridSpec grid{9, 9, {0.08, 0.08}};
-  const Cloth cloth(grid, cotton(), MassRule::area);
-  Surroundings box;
-  box.add(Box{{Eigen::Matrix3d::Identity(), {0, 0, -0.05}}, {0.07, 0.2, 0.1}, 1e-3});
-  Field x(3 * static_cast<std::size_t>(grid.count()));
-  for (int i = 0; i < grid.count(); ++i)
-    put_at(x, i, {0.01 * int{i / grid.cols} - 0.04, 0.01 * (i % grid.cols) - 0.04, 0});
-  LineContacts contacts(cloth, box, 0.4, kGravity);
-  contacts.refresh(x);
-  // Rows 0 and 8 lie beyond the faces of x = -35 and 35 mm: places of the first and last cells.
-  EXPECT_GT(contacts.count(), 0);
-  for (const LineContacts::Point& point : contacts.points()) {
-    const auto [first, last] = std::minmax_element(point.particle.begin(), point.particle.end());
-    EXPECT_TRUE(*first / grid.cols == 0 || *last / grid.cols == 8) << *first << " " << *last;
-  }
-}
-
-TEST(LineContacts, AreStifferOnlyWhereTheyPressOnSmoothSurfaces) {
-  const GridSpec grid{21, 21, {0.2, 0.2}};
-  const Cloth cloth(grid, cotton(), MassRule::area);
-  const double soft = kGravity / LineContacts::sink_m;
-  Surroundings table, sharp, round;
-  table.add(Table{0});
-  sharp.add(Box{{}, {0.1, 0.1, 0.1}, 0});
-  round.add(Sphere{{0, 0, 0}, 0.05});
-  const auto frequency2 = [&](const Surroundings& surroundings) {
-    return LineContacts(cloth, surroundings, 0.4, kGravity, LineContacts::Shapes::smooth)
-        .frequency_squared_per_s2();
-  };
-  EXPECT_DOUBLE_EQ(frequency2(table), soft);
-  EXPECT_DOUBLE_EQ(frequency2(sharp), soft);
-  EXPECT_DOUBLE_EQ(frequency2(round), kGravity * grid.count() / LineContacts::sheet_sink_m);
 }
 
 }  // namespace
