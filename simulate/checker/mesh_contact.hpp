@@ -21,9 +21,8 @@ constexpr Real kBetweenOfSide = 0.1L;  ///< ... or this part of the longest side
 
 struct MeshDepths {
   Real of_points = 0;
-  Real between = 0;  ///< of the quarters of sides and of the middles of triangles
+  Real between = 0;
 };
-[[nodiscard]] MeshDepths depths_of(const Objects& objects, const MeshRest& rest);
 
 /// Pairs of a side and a triangle that pass through each other and share no corner.
 [[nodiscard]] int crossings_of(const MeshRest& rest);

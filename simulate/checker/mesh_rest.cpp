@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "simulate/checker/dual.hpp"
-#include "simulate/checker/mesh_contact.hpp"
 #include "simulate/checker/mesh_membrane.hpp"
+#include "simulate/checker/mesh_surface.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -44,6 +44,10 @@ class Judge {
     if (over_limit_ > 1 + kOverLimit)
       refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
     hold();
+    if (result_.refusals.empty() && objects_) {
+      surface_.emplace(rest_, seen_);
+      press();
+    }
     balance();
     enter();
     result_.crossings = crossings_of(rest_);
@@ -205,14 +209,6 @@ class Judge {
     }
   }
 
-  /// A quadratic over a triangle: its area, unknowns (corners, sides) and their weights in its
-  /// second derivatives.
-  struct Quadratic {
-    Real area;
-    std::array<int, 6> unknown;
-    std::vector<Real> uu, uv, vv;
-  };
-
   /// Bending of what two quadratics differ by along their common side.
   void bend_over_sides() {
     const ClothLaws& laws = rest_.laws;
@@ -250,6 +246,13 @@ class Judge {
             at[axis] -= (side == 0 ? 1 : -1) * stiffness * weight(q, k) * differ[axis];
         }
     }
+  }
+
+  void press() {
+    int unknown = 0;
+    for (const ContactForce& stated : rest_.contact_forces)
+      unknown += surface_->add(*objects_, stated, force_, moment_) ? 0 : 1;
+    if (unknown > 0) refuse("{} stated contact forces press on nothing", unknown);
   }
 
   [[nodiscard]] bool is_held(int i) const {
@@ -332,7 +335,8 @@ class Judge {
       const auto d = between(rest_, from, to);
       longest = std::max(longest, std::sqrt(d[0] * d[0] + d[1] * d[1]));
     }
-    const MeshDepths found = depths_of(*objects_, rest_);
+    if (!surface_) return;
+    const MeshDepths found = surface_->depths(*objects_);
     result_.deepest_m = double(std::max(found.of_points, found.between));
     if (found.of_points > kTouch_m)
       refuse("a point lies {:.3g} mm deep in an object", double(found.of_points) * 1e3);
@@ -363,6 +367,7 @@ class Judge {
 
   const MeshRest& rest_;
   std::optional<Objects> objects_;
+  std::optional<MeshSurface> surface_;
   std::map<std::array<int, 2>, int> side_at_;
   std::vector<Point> force_, moment_;
   std::vector<Real> mass_;

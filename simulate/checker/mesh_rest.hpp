@@ -8,6 +8,7 @@
 
 #include "core/scene.hpp"
 #include "simulate/cloth/cloth.hpp"
+#include "simulate/objects/contact_forces.hpp"
 
 namespace drape::simulate {
 
@@ -26,6 +27,9 @@ struct MeshRest {
   const Scene* scene = nullptr;  ///< objects, table and friction; absent: a drapemeter
   std::vector<int> pinned;       ///< points that the scene holds ...
   std::vector<Eigen::Vector3d> pinned_in_world;  ///< ... and where
+  /// What objects do to places of triangles, by weights of their corners in `triangles`' order, and
+  /// to points; a place by corners is that of the surface (checker/mesh_surface.hpp) there.
+  std::vector<ContactForce> contact_forces;
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   double residual_tolerance = 0;  ///< that was claimed, in mean weights of a point
 };

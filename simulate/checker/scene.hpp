@@ -39,8 +39,14 @@ struct Distances {
                                                const std::vector<Point>& points, int rows, int cols,
                                                Real touch_m);
 
-/// Adds a stated contact force (N) to `sum`, as far as contact can do it: no pull, within the cone
-/// of friction about the normal, which the rounding of an object's place may turn. False where the
+/// What of a stated contact force (N) at a place object `k` can do: no pull, within the cone of
+/// friction about the normal, which the rounding of the object's place may turn. Nothing where the
+/// place is farther than `touch_m` outside.
+[[nodiscard]] std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p,
+                                             Real friction, Real touch_m,
+                                             const Eigen::Vector3d& stated_n);
+
+/// Adds a stated contact force (N) to `sum`, as far as pushed_by() allows. False where the
 /// place is not within one cell of the sheet, or farther than `touch_m` outside the object.
 bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
                 Real touch_m, const ContactForce& stated, std::vector<Point>& sum);

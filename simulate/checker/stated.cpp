@@ -41,11 +41,25 @@ bool is_of(const ContactForce& stated, std::size_t objects, std::size_t particle
 
 }  // namespace
 
+std::optional<Point> pushed_by(const Objects& objects, std::size_t k, const Point& p, Real friction,
+                               Real touch_m, const Eigen::Vector3d& stated_n) {
+  if (gap_of(objects, k, p) > touch_m) return std::nullopt;
+  Point force{};
+  for (int axis = 0; axis < 3; ++axis) force[axis] = stated_n[axis];
+  const Point normal = normal_of(objects, k, p);
+  const Real pressing = std::max<Real>(0, checker::dot(force, normal));
+  Point along{};
+  for (int axis = 0; axis < 3; ++axis) along[axis] = force[axis] - pressing * normal[axis];
+  const Real most = pressing * (friction + turn_of_normal(objects, k, p, normal));
+  const Real part = std::min<Real>(1, most / std::max<Real>(length_of_vector(along), 1e-300L));
+  for (int axis = 0; axis < 3; ++axis) force[axis] = pressing * normal[axis] + part * along[axis];
+  return force;
+}
+
 bool add_stated(const Objects& objects, const std::vector<Point>& points, int cols, Real friction,
                 Real touch_m, const ContactForce& stated, std::vector<Point>& sum) {
   if (!is_of(stated, objects.scene->obstacles.size(), points.size(), cols)) return false;
-  const auto k = static_cast<std::size_t>(stated.shape);
-  Point p{}, force{};
+  Point p{};
   Real weights = 0;
   for (int c = 0; c < 4; ++c) {
     const Real weight = stated.weight[c];
@@ -53,19 +67,13 @@ bool add_stated(const Objects& objects, const std::vector<Point>& points, int co
     weights += weight;
     for (int axis = 0; axis < 3; ++axis) p[axis] += weight * points[stated.particle[c]][axis];
   }
-  if (std::abs(weights - 1) > 1e-12L || gap_of(objects, k, p) > touch_m) return false;
-  for (int axis = 0; axis < 3; ++axis) force[axis] = stated.force_in_world[axis];
-  const Point normal = normal_of(objects, k, p);
-  const Real pressing = std::max<Real>(0, checker::dot(force, normal));
-  Point along{};
-  for (int axis = 0; axis < 3; ++axis) along[axis] = force[axis] - pressing * normal[axis];
-  const Real most = pressing * (friction + turn_of_normal(objects, k, p, normal));
-  const Real share = std::min<Real>(1, most / std::max<Real>(length_of_vector(along), 1e-300L));
-  for (int c = 0; c < 4; ++c) {
+  if (std::abs(weights - 1) > 1e-12L) return false;
+  const auto force = pushed_by(objects, static_cast<std::size_t>(stated.shape), p, friction,
+                               touch_m, stated.force_in_world);
+  if (!force) return false;
+  for (int c = 0; c < 4; ++c)
     for (int axis = 0; axis < 3; ++axis)
-      sum[stated.particle[c]][axis] +=
-          Real(stated.weight[c]) * (pressing * normal[axis] + share * along[axis]);
-  }
+      sum[stated.particle[c]][axis] += Real(stated.weight[c]) * (*force)[axis];
   return true;
 }
 

@@ -30,8 +30,8 @@ Eigen::Map<Eigen::VectorXd> flat(State& state) {
 class Potential {
  public:
   Potential(const MeshCloth& cloth, const std::vector<bool>& held, const Drapemeter& bodies,
-            const Vector3d& gravity)
-      : cloth_(cloth), held_(held), bodies_(bodies), gravity_(gravity) {
+            const Vector3d& gravity, Pushes* pushes)
+      : cloth_(cloth), held_(held), bodies_(bodies), gravity_(gravity), pushes_(pushes) {
     const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
     weight_n_ = gravity.norm() * mass / cloth.points();
     wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
@@ -48,9 +48,10 @@ class Potential {
     for (int i = 0; i < cloth_.points(); ++i) sum -= cloth_.mass_kg()[i] * gravity_.dot(state[i]);
     return sum;
   }
-  /// With what wall and table hold.
+  /// With what wall, table and the rest hold.
   [[nodiscard]] double energy_j(const State& state) const {
     double sum = own_energy_j(state);
+    if (pushes_ != nullptr) sum += pushes_->energy_j(state);
     visit_supports(state, [&](int, const Vector3d&, double depth, double stiffness) {
       sum += stiffness / 2 * depth * depth;
     });
@@ -65,6 +66,7 @@ class Potential {
     std::fill(force.begin(), force.end(), Vector3d::Zero());
     cloth_.add_forces(state, force);
     for (int i = 0; i < cloth_.points(); ++i) force[i] += cloth_.mass_kg()[i] * gravity_;
+    if (pushes_ != nullptr) pushes_->add_forces(state, force);
     Residuals residuals;
     std::vector<int> supported;
     visit_supports(state, [&](int i, const Vector3d& normal, double depth, double stiffness) {
@@ -93,6 +95,9 @@ class Potential {
     visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
       found.emplace_back(i, stiffness * normal * normal.transpose());
     });
+    if (pushes_ == nullptr) return found;
+    const auto others = pushes_->supports(state);
+    found.insert(found.end(), others.begin(), others.end());
     return found;
   }
 
@@ -116,6 +121,7 @@ class Potential {
   const std::vector<bool>& held_;
   const Drapemeter& bodies_;
   Vector3d gravity_;
+  Pushes* pushes_;
   double weight_n_ = 0, wall_n_per_m_ = 0, side_m_ = 0;
 };
 
@@ -156,8 +162,8 @@ class Pairs {
 
 RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
                          MeshStiffness& stiffness, const Drapemeter& bodies,
-                         const DescentOptions& options) {
-  const Potential potential(cloth, held, bodies, options.gravity_m_per_s2);
+                         const DescentOptions& options, Pushes* pushes) {
+  const Potential potential(cloth, held, bodies, options.gravity_m_per_s2, pushes);
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   Pairs pairs(options.pairs);
   RelaxationReport report;
@@ -211,6 +217,10 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     if (cloth.laws().friction) {
       cloth.settle(state);
       energy = potential.energy_j(state);
+    }
+    if (pushes != nullptr && pushes->settle(state)) {
+      energy = potential.energy_j(state);
+      residuals = potential.forces(state, force);
     }
   }
   report.residual = residuals.reported;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "simulate/mesh/mesh_cloth.hpp"
@@ -15,6 +16,20 @@ namespace drape::simulate {
 struct Drapemeter {
   double wall_radius_m = 0;  ///< an upright cylinder about the z axis below z = 0, cloth outside
   double table_z_m = -std::numeric_limits<double>::infinity();  ///< a horizontal pad
+};
+
+/// What else pushes the cloth, by an energy of its state.
+class Pushes {
+ public:
+  virtual ~Pushes() = default;
+  [[nodiscard]] virtual double energy_j(const MeshCloth::State& state) = 0;
+  /// Adds minus the energy's gradient (N; N m for the sides).
+  virtual void add_forces(const MeshCloth::State& state, MeshCloth::State& force) = 0;
+  /// Stiffness (N/m) of points, for MeshStiffness.
+  [[nodiscard]] virtual std::vector<std::pair<int, Eigen::Matrix3d>> supports(
+      const MeshCloth::State& state) = 0;
+  /// After a step: takes it over into what holds by friction. Whether the energy has changed.
+  virtual bool settle(const MeshCloth::State& state) = 0;
 };
 
 struct DescentOptions {
@@ -36,9 +51,10 @@ struct DescentOptions {
 /// Wall and table push in proportion to depth: the table so that cloth sinks in by half a
 /// millimetre under its own weight, for it only leads to a rest and is gone there; the wall by a
 /// hundred weights of a mean point for 1e-5 of its radius, what lies on it for the checker.
-/// `stiffness` is that of the same cloth and `held` unknowns.
+/// `stiffness` is that of the same cloth and `held` unknowns, `pushes` may be absent.
 [[nodiscard]] RelaxationReport descend(MeshCloth& cloth, MeshCloth::State& state,
                                        const std::vector<bool>& held, MeshStiffness& stiffness,
-                                       const Drapemeter& bodies, const DescentOptions& options);
+                                       const Drapemeter& bodies, const DescentOptions& options,
+                                       Pushes* pushes = nullptr);
 
 }  // namespace drape::simulate

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/surroundings.hpp"
+#include "simulate/piece/object_pushes.hpp"
 #include "simulate/start/start.hpp"
 
 namespace drape::simulate {
@@ -21,30 +22,9 @@ using units::mm;
 
 constexpr double kMostPoints = 1e5;  // of a mesh
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
-constexpr double kOn_m = 1e-9;       // a point that rounding lifts so far off a surface lies on it
-
-/// Deepest of the shapes at a point; nothing where it is outside of all.
-std::optional<int> entered(const Surroundings& around, const Vector3d& point) {
-  std::optional<int> deepest;
-  double least = kOn_m;
-  for (int shape = 0; shape < around.count(); ++shape) {
-    const double gap = around.gap_m(shape, point);
-    if (gap > least) continue;
-    least = gap;
-    deepest = shape;
-  }
-  return deepest;
-}
-
-/// The point on the surface of what it has entered. Where two objects meet, the second move may
-/// lead back into the first: the next step goes on.
-bool push_out(const Surroundings& around, Vector3d& point, Vector3d& normal) {
-  const auto shape = entered(around, point);
-  if (!shape) return false;
-  normal = around.normal(*shape, point);
-  point -= std::min(0.0, around.gap_m(*shape, point)) * normal;
-  return true;
-}
+constexpr double kOn_m = 5e-8;       // deep: a point lies on the surface; half the checker's limit
+constexpr int kMostRounds = 20;      // of descents and of points that carry on their pushes
+constexpr double kFirstResidual = 0.1;  // weights of a point: of the first descent
 
 void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {
   for (const Pin& pin : scene.pins) {
@@ -83,6 +63,31 @@ StartState start_of(const Scene& scene, const Print& print, const std::optional<
                     "write mode = \"flat\" or \"flat_from_measured\"");
   const GridSpec grid{2, 2, print.patch_m};
   return make_start(scene, print, grid, measured, top_z_m, 0);
+}
+
+/// Goes down to rest; then points carry on what presses them until none enters.
+RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vector<bool>& held,
+                      ObjectPushes& pushes, const DescentOptions& options) {
+  MeshStiffness stiffness(cloth, held);
+  RelaxationReport report;
+  int steps = 0;
+  for (int round = 0; round < kMostRounds; ++round) {
+    DescentOptions now = options;
+    if (round == 0) now.residual = std::max(now.residual, kFirstResidual);
+    now.most_steps -= steps;
+    report = descend(cloth, state, held, stiffness, {}, now, &pushes);
+    steps += report.steps;
+    if (std::getenv("T_LOG"))
+      fmt::print(stderr, "round {} steps {} residual {:.3g} rest {} E {:.6f} deep {:.3g}\n", round,
+                 steps, report.residual, report.at_rest, report.energy_j * 1e6,
+                 pushes.deepest_point_m(state));
+    if (!report.at_rest) break;
+    report.at_rest = pushes.deepest_point_m(state) <= kOn_m && round > 0;
+    if (report.at_rest) break;
+    pushes.press_on(state);
+  }
+  report.steps = steps;
+  return report;
 }
 
 }  // namespace
@@ -132,31 +137,38 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
     held[piece.pinned.back()] = true;
     piece.state[piece.pinned.back()] = piece.pinned_in_world[k];
   }
-  RelaxationOptions relaxation = options.relaxation;
-  relaxation.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  const Contact contact{
-      [&](Vector3d& point, Vector3d& normal) { return push_out(around, point, normal); },
-      scene.friction};
-  piece.report = relax(cloth, piece.state, held, contact, relaxation);
+  DescentOptions descent = options.descent;
+  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  ObjectPushes pushes(cloth, held, around, scene.friction, scene.gravity_m_per_s2.norm());
+  piece.report = rest(cloth, piece.state, held, pushes, descent);
+  piece.surface = ClothSurface(cloth).nodes(piece.state);
+  piece.contact_forces = pushes.stated(piece.state);
   piece.mesh = cloth.mesh();
   piece.memory = cloth.memory();
   return piece;
 }
 
 std::string ply_text(const PieceDrape& piece, const Vector2d& patch_m) {
+  const MaterialMesh& mesh = piece.mesh;
   std::string text = fmt::format(
       "ply\nformat ascii 1.0\ncomment millimetres, z up; u along the warp, v along the weft\n"
       "element vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
       "property double u\nproperty double v\nelement face {}\n"
       "property list uchar int vertex_indices\nend_header\n",
-      piece.mesh.points_m.size(), piece.mesh.triangles.size());
-  for (std::size_t i = 0; i < piece.mesh.points_m.size(); ++i) {
-    const Vector3d p = piece.state[i] / mm;
-    const Vector2d uv = piece.mesh.points_m[i].cwiseQuotient(patch_m);
+      piece.surface.size(), 4 * mesh.triangles.size());
+  const std::size_t points = mesh.points_m.size();
+  for (std::size_t i = 0; i < piece.surface.size(); ++i) {
+    const Vector3d p = piece.surface[i] / mm;
+    const Vector2d at = i < points ? mesh.points_m[i]
+                                   : Vector2d((mesh.points_m[mesh.edges[i - points].from] +
+                                               mesh.points_m[mesh.edges[i - points].to]) /
+                                              2);
+    const Vector2d uv = at.cwiseQuotient(patch_m);
     text +=
         fmt::format("{:.6f} {:.6f} {:.6f} {:.9f} {:.9f}\n", p.x(), p.y(), p.z(), uv.x(), uv.y());
   }
-  for (const auto& t : piece.mesh.triangles) text += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+  for (const auto& facet : facets_of(mesh))
+    text += fmt::format("3 {} {} {}\n", facet[0], facet[1], facet[2]);
   return text;
 }
 

@@ -7,23 +7,27 @@
 
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "simulate/mesh/relaxation.hpp"
+#include "simulate/mesh/descent.hpp"
+#include "simulate/objects/contact_forces.hpp"
 
 namespace drape::simulate {
 
 struct PieceOptions {
   double spacing_m = 0.005;  ///< of the mesh
   unsigned seed = 1;         ///< chooses the lattice's jitter
-  RelaxationOptions relaxation;
+  DescentOptions descent;
 };
 
 /// A piece of cloth on a triangle mesh, draped over the objects of a scene.
 struct PieceDrape {
   MaterialMesh mesh;  ///< (warp, weft) of the print's patch
   MeshCloth::State state;
+  MeshCloth::State surface;  ///< points, then the middle of each side (mesh/surface.hpp)
   ClothMemory memory;
   std::vector<int> pinned;  ///< points of the mesh, in the order of the scene's pins
   std::vector<Eigen::Vector3d> pinned_in_world;
+  /// By the corners of triangles, whose places stand on the surface; the fourth has no weight.
+  std::vector<ContactForce> contact_forces;
   RelaxationReport report;
 };
 

@@ -70,10 +70,10 @@ TEST(Piece, RestsOnABallAndIsAcceptedWithItsFriction) {
   const ClothLaws laws = cotton();
   const PieceDrape piece = drape_piece(scene, patch(), std::nullopt, laws, odd_piece(), coarse());
   ASSERT_TRUE(piece.report.at_rest);
-  EXPECT_THAT(judge_piece(piece, scene, laws, RelaxationOptions{}.residual).refusals, IsEmpty());
+  EXPECT_THAT(judge_piece(piece, scene, laws, DescentOptions{}.residual).refusals, IsEmpty());
   // What holds by friction does not rest without it, and a lifted point is not carried.
   const Scene slippery = ball(0);
-  EXPECT_THAT(judge_piece(piece, slippery, laws, RelaxationOptions{}.residual).refusals,
+  EXPECT_THAT(judge_piece(piece, slippery, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("is left on a point")));
   // The point that lies nearest to the ball's surface, lifted off it and pressed into it.
   std::size_t lies = 0;
@@ -85,10 +85,10 @@ TEST(Piece, RestsOnABallAndIsAcceptedWithItsFriction) {
   const Eigen::Vector3d out = (piece.state[lies] - Eigen::Vector3d(0, 0, -30 * mm)).normalized();
   PieceDrape lifted = piece, sunk = piece;
   lifted.state[lies] += 5e-6 * out;
-  EXPECT_THAT(judge_piece(lifted, scene, laws, RelaxationOptions{}.residual).refusals,
+  EXPECT_THAT(judge_piece(lifted, scene, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("is left on a point")));
   sunk.state[lies] -= 1e-6 * out;
-  EXPECT_THAT(judge_piece(sunk, scene, laws, RelaxationOptions{}.residual).refusals,
+  EXPECT_THAT(judge_piece(sunk, scene, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("deep in an object")));
 }
 
@@ -117,10 +117,10 @@ TEST(Piece, HangsFromItsPins) {
   // Its side is 120 mm; gravity stretches it by less than rho g L / K = 0.4 %, folds shorten it.
   EXPECT_LT(lowest, -0.1);
   EXPECT_GT(lowest, -0.1205);
-  EXPECT_THAT(judge_piece(piece, scene, laws, RelaxationOptions{}.residual).refusals, IsEmpty());
+  EXPECT_THAT(judge_piece(piece, scene, laws, DescentOptions{}.residual).refusals, IsEmpty());
   PieceDrape loose = piece;
   loose.state[piece.pinned[0]].x() += 1e-6;
-  EXPECT_THAT(judge_piece(loose, scene, laws, RelaxationOptions{}.residual).refusals,
+  EXPECT_THAT(judge_piece(loose, scene, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("held point")));
 }
 

@@ -27,6 +27,7 @@ MeshJudgement judge_piece(const PieceDrape& piece, const Scene& scene, const Clo
   rest.pinned = piece.pinned;
   rest.pinned_in_world = piece.pinned_in_world;
   rest.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  rest.contact_forces = piece.contact_forces;
   rest.residual_tolerance = residual_tolerance;
   return judge_mesh(rest);
 }
@@ -77,7 +78,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
       !found.at_rest
           ? fmt::format("not at rest after {} steps: residual {:.2g} of a point's weight",
                         found.steps, found.residual)
-      : ending.go ? fmt::format("at rest after {} steps of relaxation, and accepted by the checker",
+      : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker",
                                 found.steps)
                   : "still, but the checker refuses it";
   ending.next_command = fmt::format("drape compare MEASURED.ply {}", (out / "piece.toml").string());

@@ -18,7 +18,7 @@ struct Arguments {
   fs::path scene, out;
   std::optional<fs::path> outline, fabric, start;
   double spacing_mm = PieceOptions{}.spacing_m / mm;
-  int segments = SimulateOptions{}.segments, most_steps = RelaxationOptions{}.most_steps;
+  int segments = SimulateOptions{}.segments, most_steps = DescentOptions{}.most_steps;
   int seed = static_cast<int>(PieceOptions{}.seed);
   bool internal_friction = false;
 };
@@ -39,7 +39,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   PieceOptions options;
   options.spacing_m = arguments.spacing_mm * mm;
   options.seed = static_cast<unsigned>(arguments.seed);
-  options.relaxation.most_steps = arguments.most_steps;
+  options.descent.most_steps = arguments.most_steps;
   ClothOutline outline = outline_of(print);
   if (arguments.outline) {
     outline = read_outline(*arguments.outline, options.spacing_m);
@@ -53,7 +53,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   const PieceDrape piece = drape_piece(scene, print, measured, laws, std::move(outline), options);
   std::optional<MeshJudgement> judgement;
   if (piece.report.at_rest)
-    judgement = judge_piece(piece, scene, laws, options.relaxation.residual);
+    judgement = judge_piece(piece, scene, laws, options.descent.residual);
   const Ending ending = write_piece(arguments.out, {scene.name, fabric.name, print.patch_m}, piece,
                                     judgement, record);
   return finish(ending, common, record);
@@ -81,7 +81,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
                "use both branches of the bending and shear loops");
-  app.add_option("--max-steps", a.most_steps, "of relaxation")->positive()->capture_default_str();
+  app.add_option("--max-steps", a.most_steps, "of the descent")->positive()->capture_default_str();
   return run_program(app, argc, argv, common,
                      [&] { return run(a, arguments_of(argc, argv), common); });
 }

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/mesh/surface.hpp"
+
+#include <algorithm>
+
+namespace drape::simulate {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh) {
+  const auto points = static_cast<int>(mesh.points_m.size());
+  std::vector<std::array<int, 3>> facets;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const std::array<int, 3>& corner = mesh.triangles[t];
+    std::array<int, 3> middle = mesh.edges_of[t];  // opposite each corner
+    for (int& m : middle) m += points;
+    for (int k = 0; k < 3; ++k)
+      facets.push_back({corner[k], middle[(k + 2) % 3], middle[(k + 1) % 3]});
+    facets.push_back(middle);
+  }
+  return facets;
+}
+
+ClothSurface::ClothSurface(const MeshCloth& cloth)
+    : cloth_(cloth), facets_(facets_of(cloth.mesh())) {
+  const MaterialMesh& mesh = cloth.mesh();
+  for (const MaterialMesh::Edge& edge : mesh.edges) {
+    const Vector2d d = mesh.points_m[edge.to] - mesh.points_m[edge.from];
+    std::vector<std::pair<int, double>> weights = {{edge.from, 0.5}, {edge.to, 0.5}};
+    const auto add = [&](int unknown, double weight) {
+      const auto at = std::find_if(weights.begin(), weights.end(),
+                                   [&](const auto& w) { return w.first == unknown; });
+      if (at == weights.end())
+        weights.emplace_back(unknown, weight);
+      else
+        at->second += weight;
+    };
+    const double beside = edge.left >= 0 && edge.right >= 0 ? 2 : 1;
+    for (const int triangle : {edge.left, edge.right}) {
+      if (triangle < 0) continue;
+      const MeshCloth::Triangle& t = cloth.triangles()[triangle];
+      for (int k = 0; k < 6; ++k)
+        add(t.unknown[k], -(d.x() * d.x() * t.d_uu[k] + 2 * d.x() * d.y() * t.d_uv[k] +
+                            d.y() * d.y() * t.d_vv[k]) /
+                              (8 * beside));
+    }
+    middle_.push_back(std::move(weights));
+  }
+}
+
+MeshCloth::State ClothSurface::nodes(const MeshCloth::State& state) const {
+  MeshCloth::State places(state.begin(), state.begin() + cloth_.points());
+  places.reserve(state.size());
+  for (const auto& weights : middle_) {
+    Vector3d sum = Vector3d::Zero();
+    for (const auto& [unknown, weight] : weights) sum += weight * state[unknown];
+    places.push_back(sum);
+  }
+  return places;
+}
+
+void ClothSurface::add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const {
+  const auto points = static_cast<std::size_t>(cloth_.points());
+  for (std::size_t i = 0; i < points; ++i) force[i] += on_nodes[i];
+  for (std::size_t e = 0; e < middle_.size(); ++e) {
+    const Vector3d& of = on_nodes[points + e];
+    if (of.isZero(0)) continue;
+    for (const auto& [unknown, weight] : middle_[e]) force[unknown] += weight * of;
+  }
+}
+
+std::array<double, 3> ClothSurface::corner_weights(int facet, const Vector3d& weights) const {
+  const std::array<int, 6>& unknown = cloth_.triangles()[facet / 4].unknown;
+  std::array<double, 3> sum{};
+  for (int k = 0; k < 3; ++k) {
+    const auto at = std::find(unknown.begin(), unknown.end(), facets_[facet][k]) - unknown.begin();
+    for (int c = 0; c < 3; ++c) {
+      if (at < 3)
+        sum[c] += at == c ? weights[k] : 0;
+      else
+        sum[c] += at - 3 == c ? 0 : weights[k] / 2;
+    }
+  }
+  return sum;
+}
+
+}  // namespace drape::simulate

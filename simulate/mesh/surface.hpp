@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "simulate/mesh/mesh_cloth.hpp"
+
+namespace drape::simulate {
+
+/// Four facets to a triangle, by nodes: the points, then the middle of each side.
+[[nodiscard]] std::vector<std::array<int, 3>> facets_of(const MaterialMesh& mesh);
+
+/// The surface of a MeshCloth between its points: each triangle cut in four flat facets at the
+/// middles of its sides. A middle lies where the quadratics of the triangles beside the side put it
+/// in the mean, a quarter of what the chord is off the curved cloth is left. Objects touch it, it
+/// is what is written, and the checker finds it by code of its own.
+///
+/// Its nodes are numbered as the unknowns: the points, then one per side.
+class ClothSurface {
+ public:
+  explicit ClothSurface(const MeshCloth& cloth);
+
+  /// As facets_of(); facet f is of triangle f / 4.
+  [[nodiscard]] const std::vector<std::array<int, 3>>& facets() const { return facets_; }
+  /// Places of all nodes (m).
+  [[nodiscard]] MeshCloth::State nodes(const MeshCloth::State& state) const;
+  /// Adds what forces on the nodes (N) do to the unknowns (N; N m for the sides).
+  void add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const;
+  /// Weights of the triangle's corners that name a place of a facet, whose own corners are the
+  /// triangle's or halves of two.
+  [[nodiscard]] std::array<double, 3> corner_weights(int facet,
+                                                     const Eigen::Vector3d& weights) const;
+
+ private:
+  const MeshCloth& cloth_;
+  std::vector<std::array<int, 3>> facets_;
+  std::vector<std::vector<std::pair<int, double>>> middle_;  ///< of each side, of unknowns
+};
+
+}  // namespace drape::simulate

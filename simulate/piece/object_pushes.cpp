@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "simulate/piece/object_pushes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "simulate/contact/deepest.hpp"
+#include "simulate/contact/solid_features.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using State = MeshCloth::State;
+
+constexpr double kSink_m = 2e-6;          // of a point's weight, as between particles of the grid
+constexpr double kSheetSink_m = 0.25e-3;  // of the whole piece's weight where normals turn slowly
+constexpr double kFree_m = 1e-6;          // what a facet may enter: points on a face bear it all
+constexpr double kNearPin_m = 0.2e-3;     // of a surface: a pin there says how deep the cloth is
+
+}  // namespace
+
+ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held,
+                           const Surroundings& surroundings, double friction,
+                           double gravity_m_per_s2)
+    : cloth_(cloth),
+      held_(held),
+      surroundings_(surroundings),
+      surface_(cloth),
+      friction_(friction),
+      carried_n_(static_cast<std::size_t>(cloth.points()) * surroundings.count(), 0.0) {
+  const double weight =
+      gravity_m_per_s2 * std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
+  soft_stiffness_ = weight / cloth.points() / kSink_m;
+  point_stiffness_ = std::max(soft_stiffness_, weight / kSheetSink_m);
+  for (int shape = 0; shape < surroundings.count(); ++shape) {
+    const Cylinder* const cylinder = surroundings.cylinder(shape);
+    const bool sharp =
+        is_sharp(surroundings, shape) || (cylinder != nullptr && cylinder->edge_radius_m == 0);
+    between_stiffness_.push_back(sharp ? soft_stiffness_ : point_stiffness_);
+  }
+}
+
+Vector3d ObjectPushes::mix(const std::array<int, 3>& node, const Vector3d& weight) const {
+  return weight[0] * nodes_[node[0]] + weight[1] * nodes_[node[1]] + weight[2] * nodes_[node[2]];
+}
+
+void ObjectPushes::look(const State& state) {
+  if (seen_ == state) return;
+  seen_ = state;
+  nodes_ = surface_.nodes(state);
+  pushes_.clear();
+  gap_.resize(nodes_.size());
+  const auto points = static_cast<std::size_t>(cloth_.points());
+  const int shapes = surroundings_.count();
+  for (int shape = 0; shape < shapes; ++shape) {
+    for (std::size_t i = 0; i < points; ++i) {
+      gap_[i] = surroundings_.gap_m(shape, nodes_[i]);
+      if (held_[i]) continue;
+      const std::size_t site = i * shapes + shape;
+      const double depth = carried_n_[site] / point_stiffness_ - gap_[i];
+      if (depth <= 0) continue;
+      Push push;
+      push.site = static_cast<int>(site);
+      push.shape = shape;
+      push.node.fill(static_cast<int>(i));
+      push.place = nodes_[i];
+      push.normal = surroundings_.normal(shape, nodes_[i]);
+      push.stiffness = point_stiffness_;
+      push.depth_m = depth;
+      pushes_.push_back(push);
+    }
+    if (!surroundings_.is_flat(shape)) look_at_facets(shape);
+  }
+}
+
+void ObjectPushes::look_at_facets(int shape) {
+  for (std::size_t k = static_cast<std::size_t>(cloth_.points()); k < nodes_.size(); ++k)
+    gap_[k] = surroundings_.gap_m(shape, nodes_[k]);
+  const auto& facets = surface_.facets();
+  for (std::size_t f = 0; f < facets.size(); ++f) {
+    const std::array<int, 3>& node = facets[f];
+    const SheetTriangle corners = {nodes_[node[0]], nodes_[node[1]], nodes_[node[2]]};
+    const double longest2 =
+        std::max({(corners[1] - corners[0]).squaredNorm(), (corners[2] - corners[1]).squaredNorm(),
+                  (corners[0] - corners[2]).squaredNorm()});
+    const double least = std::min({gap_[node[0]], gap_[node[1]], gap_[node[2]]});
+    // No place is farther from all corners than a longest side, nor a distance steeper than one.
+    if (least > 0 && least * least > longest2) continue;
+    if (surroundings_.is_convex(shape)) {
+      // A convex body lies behind the plane through its nearest point.
+      const Vector3d middle = (corners[0] + corners[1] + corners[2]) / 3;
+      const double gap = surroundings_.gap_m(shape, middle);
+      const Vector3d normal = surroundings_.normal(shape, middle);
+      bool clear = true;
+      for (const Vector3d& corner : corners) clear = clear && gap + normal.dot(corner - middle) > 0;
+      if (clear) continue;
+    }
+    if (is_seen_flat(surroundings_, shape, corners)) continue;
+    const bool by_pin = std::any_of(node.begin(), node.end(), [&](int k) {
+      return k < cloth_.points() && held_[k] && gap_[k] < kNearPin_m;
+    });
+    if (by_pin) continue;
+    const DeepestPlace deepest = deepest_place(surroundings_, shape, corners);
+    if (deepest.depth_m >= -kFree_m) continue;
+    Push push;
+    push.site = (cloth_.points() + static_cast<int>(f)) * surroundings_.count() + shape;
+    push.shape = shape;
+    push.node = node;
+    push.weight = deepest.share;
+    push.place = mix(node, deepest.share);
+    push.normal = deepest.normal;
+    push.stiffness = between_stiffness_[shape];
+    push.depth_m = -deepest.depth_m - kFree_m;
+    pushes_.push_back(push);
+  }
+}
+
+Vector3d ObjectPushes::stretch_of(const Grip& grip) const {
+  const Vector3d stretch = grip.stretch + mix(grip.node, grip.weight) - grip.place;
+  return stretch - stretch.dot(grip.normal) * grip.normal;
+}
+
+Vector3d ObjectPushes::friction_of(const Grip& grip) const {
+  const Vector3d stretch = stretch_of(grip);
+  const double size = soft_stiffness_ * stretch.norm();
+  return -soft_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1) * stretch;
+}
+
+double ObjectPushes::energy_j(const State& state) {
+  look(state);
+  double sum = 0;
+  for (const Push& push : pushes_) sum += push.force_n() * push.depth_m / 2;
+  for (const Grip& grip : grips_) {
+    const double size = stretch_of(grip).norm(), most = grip.limit_n / soft_stiffness_;
+    sum += size <= most ? soft_stiffness_ / 2 * size * size : grip.limit_n * (size - most / 2);
+  }
+  return sum;
+}
+
+void ObjectPushes::add_forces(const State& state, State& force) {
+  look(state);
+  State on_nodes(nodes_.size(), Vector3d::Zero());
+  const auto add = [&](const std::array<int, 3>& node, const Vector3d& weight, const Vector3d& f) {
+    for (int k = 0; k < 3; ++k) on_nodes[node[k]] += weight[k] * f;
+  };
+  for (const Push& push : pushes_) add(push.node, push.weight, push.force_n() * push.normal);
+  for (const Grip& grip : grips_) add(grip.node, grip.weight, friction_of(grip));
+  surface_.add_forces(on_nodes, force);
+}
+
+std::vector<std::pair<int, Matrix3d>> ObjectPushes::supports(const State& state) {
+  look(state);
+  std::vector<std::pair<int, Matrix3d>> found;
+  // The matrix is of the points alone: a middle of a side is half of each end, and what couples two
+  // points stands on the diagonal.
+  const auto add = [&](const std::array<int, 3>& node, const Vector3d& weight, const Matrix3d& k) {
+    for (int c = 0; c < 3; ++c) {
+      if (weight[c] == 0) continue;
+      if (node[c] < cloth_.points()) {
+        found.emplace_back(node[c], weight[c] * k);
+        continue;
+      }
+      const MaterialMesh::Edge& edge = cloth_.mesh().edges[node[c] - cloth_.points()];
+      for (const int end : {edge.from, edge.to}) found.emplace_back(end, weight[c] / 2 * k);
+    }
+  };
+  for (const Push& push : pushes_)
+    add(push.node, push.weight, push.stiffness * push.normal * push.normal.transpose());
+  for (const Grip& grip : grips_) {
+    const double size = soft_stiffness_ * stretch_of(grip).norm();
+    const double secant = soft_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1);
+    add(grip.node, grip.weight,
+        secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()));
+  }
+  return found;
+}
+
+bool ObjectPushes::settle(const State& state) {
+  if (friction_ <= 0) return false;
+  look(state);
+  std::vector<Grip> before;
+  before.swap(grips_);
+  std::sort(pushes_.begin(), pushes_.end(),
+            [](const Push& a, const Push& b) { return a.site < b.site; });
+  auto old = before.begin();
+  for (const Push& push : pushes_) {
+    while (old != before.end() && old->site < push.site) ++old;
+    Grip grip;
+    grip.site = push.site;
+    grip.node = push.node;
+    grip.weight = push.weight;
+    grip.place = push.place;
+    grip.normal = push.normal;
+    grip.limit_n = friction_ * push.force_n();
+    grip.stretch.setZero();
+    if (old != before.end() && old->site == push.site) grip.stretch = stretch_of(*old);
+    grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
+    const double size = soft_stiffness_ * grip.stretch.norm();
+    if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
+    grips_.push_back(grip);
+  }
+  return true;
+}
+
+double ObjectPushes::deepest_point_m(const State& state) const {
+  double deepest = 0;
+  for (int i = 0; i < cloth_.points(); ++i) {
+    if (held_[i]) continue;
+    for (int shape = 0; shape < surroundings_.count(); ++shape)
+      deepest = std::max(deepest, -surroundings_.gap_m(shape, state[i]));
+  }
+  return deepest;
+}
+
+void ObjectPushes::press_on(const State& state) {
+  look(state);
+  const int points = cloth_.points() * surroundings_.count();
+  std::fill(carried_n_.begin(), carried_n_.end(), 0.0);
+  for (const Push& push : pushes_)
+    if (push.site < points) carried_n_[push.site] = push.force_n();
+  seen_.clear();
+}
+
+std::vector<ContactForce> ObjectPushes::stated(const State& state) {
+  look(state);
+  const int shapes = surroundings_.count();
+  std::vector<ContactForce> forces;
+  for (const Push& push : pushes_) {
+    ContactForce stated;
+    stated.shape = push.shape;
+    stated.force_in_world = push.force_n() * push.normal;
+    const auto grip = std::lower_bound(grips_.begin(), grips_.end(), push.site,
+                                       [](const Grip& g, int site) { return g.site < site; });
+    if (grip != grips_.end() && grip->site == push.site)
+      stated.force_in_world += friction_of(*grip);
+    const int facet = push.site / shapes - cloth_.points();
+    if (facet < 0) {
+      stated.particle.fill(push.node[0]);
+      stated.weight = {1, 0, 0, 0};
+    } else {
+      const std::array<double, 3> weight = surface_.corner_weights(facet, push.weight);
+      const auto& corner = cloth_.triangles()[facet / 4].corner;
+      for (int k = 0; k < 3; ++k) {
+        stated.particle[k] = corner[k];
+        stated.weight[k] = weight[k];
+      }
+      stated.particle[3] = corner[0];
+    }
+    forces.push_back(stated);
+  }
+  return forces;
+}
+
+}  // namespace drape::simulate

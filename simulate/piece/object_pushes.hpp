@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "simulate/mesh/descent.hpp"
+#include "simulate/mesh/surface.hpp"
+#include "simulate/objects/contact_forces.hpp"
+#include "simulate/objects/surroundings.hpp"
+
+namespace drape::simulate {
+
+/// Objects and table that push a piece of cloth.
+///
+/// Points press where they enter, by springs whose forces are carried on by press_on() until the
+/// points lie on the surface (augmented Lagrangian, Hestenes 1969). Between them the facets of the
+/// cloth's surface press where they are deepest (contact/deepest.hpp), by springs alone, as stiff
+/// as the particle grid's, beyond a depth that on flat faces leaves all to the points. What lies
+/// beside a pin is left out: two pins on a round body hold the cloth between them inside it.
+///
+/// Friction is elastic and plastic: each place that presses has a tangential spring that gives way
+/// at the coefficient times its push; settle() moves it, and pushes and places stay those of the
+/// last settle() meanwhile, so that there is an energy.
+class ObjectPushes : public Pushes {
+ public:
+  ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held,
+               const Surroundings& surroundings, double friction, double gravity_m_per_s2);
+
+  [[nodiscard]] double energy_j(const MeshCloth::State& state) override;
+  void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override;
+  [[nodiscard]] std::vector<std::pair<int, Eigen::Matrix3d>> supports(
+      const MeshCloth::State& state) override;
+  bool settle(const MeshCloth::State& state) override;
+
+  /// How deep a free point lies in an object (m).
+  [[nodiscard]] double deepest_point_m(const MeshCloth::State& state) const;
+  /// Lets the points press as they do now where they no longer enter.
+  void press_on(const MeshCloth::State& state);
+  /// What presses on the cloth: places of triangles by their corners; the fourth has no weight.
+  [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
+
+ private:
+  struct Push {
+    int site = 0, shape = 0;
+    std::array<int, 3> node{};  ///< of the surface
+    Eigen::Vector3d weight = Eigen::Vector3d::UnitX(), place, normal;
+    double stiffness = 0, depth_m = 0;  ///< the force is their product
+
+    [[nodiscard]] double force_n() const { return stiffness * depth_m; }
+  };
+  /// A tangential spring.
+  struct Grip {
+    int site = 0;
+    std::array<int, 3> node{};
+    Eigen::Vector3d weight, place, normal;  ///< as when it was settled
+    Eigen::Vector3d stretch;                ///< then (m)
+    double limit_n = 0;
+  };
+  void look(const MeshCloth::State& state);
+  void look_at_facets(int shape);
+  [[nodiscard]] Eigen::Vector3d stretch_of(const Grip& grip) const;
+  [[nodiscard]] Eigen::Vector3d friction_of(const Grip& grip) const;
+  [[nodiscard]] Eigen::Vector3d mix(const std::array<int, 3>& node,
+                                    const Eigen::Vector3d& weight) const;
+
+  const MeshCloth& cloth_;
+  const std::vector<bool>& held_;
+  const Surroundings& surroundings_;
+  ClothSurface surface_;
+  double friction_, point_stiffness_, soft_stiffness_;
+  std::vector<double> between_stiffness_;  ///< of each shape
+  std::vector<double> carried_n_;          ///< by point and shape
+  std::vector<Grip> grips_;
+  MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
+  std::vector<double> gap_;        ///< of the nodes to a shape
+  std::vector<Push> pushes_;
+};
+
+}  // namespace drape::simulate
