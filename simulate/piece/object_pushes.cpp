@@ -175,6 +175,9 @@ std::vector<std::pair<int, Matrix3d>> ObjectPushes::supports(const State& state)
     add(grip.node, grip.weight,
         secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()));
   }
+  if (drag_per_s2_ > 0)
+    for (int i = 0; i < cloth_.points(); ++i)
+      found.emplace_back(i, drag_per_s2_ * cloth_.mass_kg()[i] * Matrix3d::Identity());
   return found;
 }
 

@@ -35,6 +35,9 @@ class ObjectPushes : public Pushes {
       const MeshCloth::State& state) override;
   bool settle(const MeshCloth::State& state) override;
 
+  /// Adds a stiffness in proportion to mass to supports() alone, so that steps fall as in a thick
+  /// fluid: by acceleration over `per_s2`.
+  void slow_down(double per_s2) { drag_per_s2_ = per_s2; }
   /// How deep a free point lies in an object (m).
   [[nodiscard]] double deepest_point_m(const MeshCloth::State& state) const;
   /// Lets the points press as they do now where they no longer enter.
@@ -70,7 +73,7 @@ class ObjectPushes : public Pushes {
   const std::vector<bool>& held_;
   const Surroundings& surroundings_;
   ClothSurface surface_;
-  double friction_, point_stiffness_, soft_stiffness_;
+  double friction_, point_stiffness_, soft_stiffness_, drag_per_s2_ = 0;
   std::vector<double> between_stiffness_;  ///< of each shape
   std::vector<double> carried_n_;          ///< by point and shape
   std::vector<Grip> grips_;

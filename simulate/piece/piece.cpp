@@ -65,14 +65,43 @@ StartState start_of(const Scene& scene, const Print& print, const std::optional<
   return make_start(scene, print, grid, measured, top_z_m, 0);
 }
 
-/// Goes down to rest; then points carry on what presses them until none enters.
+double mean_side_m(const MaterialMesh& mesh) {
+  double sum = 0;
+  for (const MaterialMesh::Edge& edge : mesh.edges)
+    sum += (mesh.points_m[edge.to] - mesh.points_m[edge.from]).norm();
+  return sum / static_cast<double>(mesh.edges.size());
+}
+
+/// Diagonal of the box around it.
+double size_m(const MaterialMesh& mesh) {
+  Vector2d low = mesh.points_m.front(), high = low;
+  for (const Vector2d& p : mesh.points_m) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
+/// Falls and goes down to rest; then points carry on what presses them until none enters.
 RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vector<bool>& held,
-                      ObjectPushes& pushes, const DescentOptions& options) {
+                      ObjectPushes& pushes, const PieceOptions& options) {
   MeshStiffness stiffness(cloth, held);
   RelaxationReport report;
   int steps = 0;
+  if (options.fall_steps > 0) {
+    // Nothing is remembered of steps before, and the matrix is new in each: one step is one of time.
+    DescentOptions fall = options.descent;
+    fall.pairs = 0;
+    fall.factor_every = 1;
+    fall.most_steps = options.fall_steps;
+    const double step_m = size_m(cloth.mesh()) / options.fall_steps;
+    fall.farthest_step = step_m / mean_side_m(cloth.mesh());
+    pushes.slow_down(fall.gravity_m_per_s2.norm() / step_m);
+    steps = descend(cloth, state, held, stiffness, {}, fall, &pushes).steps;
+    pushes.slow_down(0);
+  }
   for (int round = 0; round < kMostRounds; ++round) {
-    DescentOptions now = options;
+    DescentOptions now = options.descent;
     if (round == 0) now.residual = std::max(now.residual, kFirstResidual);
     now.most_steps -= steps;
     report = descend(cloth, state, held, stiffness, {}, now, &pushes);
@@ -137,10 +166,10 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
     held[piece.pinned.back()] = true;
     piece.state[piece.pinned.back()] = piece.pinned_in_world[k];
   }
-  DescentOptions descent = options.descent;
-  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  PieceOptions here = options;
+  here.descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
   ObjectPushes pushes(cloth, held, around, scene.friction, scene.gravity_m_per_s2.norm());
-  piece.report = rest(cloth, piece.state, held, pushes, descent);
+  piece.report = rest(cloth, piece.state, held, pushes, here);
   piece.surface = ClothSurface(cloth).nodes(piece.state);
   piece.contact_forces = pushes.stated(piece.state);
   piece.mesh = cloth.mesh();
