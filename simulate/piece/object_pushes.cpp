@@ -39,7 +39,7 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
     const Cylinder* const cylinder = surroundings.cylinder(shape);
     const bool sharp =
         is_sharp(surroundings, shape) || (cylinder != nullptr && cylinder->edge_radius_m == 0);
-    between_stiffness_.push_back(sharp ? soft_stiffness_ : point_stiffness_);
+    between_.push_back(!sharp && !surroundings.is_flat(shape));
   }
 }
 
@@ -72,7 +72,7 @@ void ObjectPushes::look(const State& state) {
       push.depth_m = depth;
       pushes_.push_back(push);
     }
-    if (!surroundings_.is_flat(shape)) look_at_facets(shape);
+    if (between_[shape]) look_at_facets(shape);
   }
 }
 
@@ -112,7 +112,7 @@ void ObjectPushes::look_at_facets(int shape) {
     push.weight = deepest.share;
     push.place = mix(node, deepest.share);
     push.normal = deepest.normal;
-    push.stiffness = between_stiffness_[shape];
+    push.stiffness = point_stiffness_;
     push.depth_m = -deepest.depth_m - kFree_m;
     pushes_.push_back(push);
   }

@@ -74,7 +74,7 @@ class ObjectPushes : public Pushes {
   const Surroundings& surroundings_;
   ClothSurface surface_;
   double friction_, point_stiffness_, soft_stiffness_, drag_per_s2_ = 0;
-  std::vector<double> between_stiffness_;  ///< of each shape
+  std::vector<bool> between_;  ///< of each shape: whether facets press on it
   std::vector<double> carried_n_;          ///< by point and shape
   std::vector<Grip> grips_;
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface

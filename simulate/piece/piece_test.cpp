@@ -87,7 +87,7 @@ TEST(Piece, RestsOnABallAndIsAcceptedWithItsFriction) {
   lifted.state[lies] += 5e-6 * out;
   EXPECT_THAT(judge_piece(lifted, scene, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("is left on a point")));
-  sunk.state[lies] -= 1e-6 * out;
+  sunk.state[lies] = Eigen::Vector3d(0, 0, -30 * mm) + (30 * mm - 1e-6) * out;
   EXPECT_THAT(judge_piece(sunk, scene, laws, DescentOptions{}.residual).refusals,
               Contains(HasSubstr("deep in an object")));
 }
