@@ -90,10 +90,10 @@ class Potential {
     }
     return residuals;
   }
-  [[nodiscard]] std::vector<std::pair<int, Matrix3d>> supports(const State& state) const {
-    std::vector<std::pair<int, Matrix3d>> found;
+  [[nodiscard]] std::vector<Support> supports(const State& state) const {
+    std::vector<Support> found;
     visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
-      found.emplace_back(i, stiffness * normal * normal.transpose());
+      found.push_back({i, i, stiffness * normal * normal.transpose()});
     });
     if (pushes_ == nullptr) return found;
     const auto others = pushes_->supports(state);

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "simulate/mesh/mesh_cloth.hpp"
@@ -25,9 +24,8 @@ class Pushes {
   [[nodiscard]] virtual double energy_j(const MeshCloth::State& state) = 0;
   /// Adds minus the energy's gradient (N; N m for the sides).
   virtual void add_forces(const MeshCloth::State& state, MeshCloth::State& force) = 0;
-  /// Stiffness (N/m) of points, for MeshStiffness.
-  [[nodiscard]] virtual std::vector<std::pair<int, Eigen::Matrix3d>> supports(
-      const MeshCloth::State& state) = 0;
+  /// For MeshStiffness.
+  [[nodiscard]] virtual std::vector<Support> supports(const MeshCloth::State& state) = 0;
   /// After a step: takes it over into what holds by friction. Whether the energy has changed.
   virtual bool settle(const MeshCloth::State& state) = 0;
 };

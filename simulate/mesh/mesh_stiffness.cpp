@@ -319,13 +319,19 @@ MeshStiffness::MeshStiffness(const MeshCloth& cloth, const std::vector<bool>& he
     : parts_(std::make_unique<Parts>(cloth, held)) {}
 MeshStiffness::~MeshStiffness() = default;
 
-bool MeshStiffness::factorise(const MeshCloth::State& state,
-                              const std::vector<std::pair<int, Matrix3d>>& supports) {
+bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<Support>& supports) {
   Parts& my = *parts_;
   my.form(state);
-  for (const auto& [point, stiffness] : supports)
-    if (my.vertex[point] >= 0)
-      my.matrix->block(my.matrix->place(my.vertex[point], my.vertex[point])) += stiffness;
+  for (const Support& support : supports) {
+    const int i = my.vertex[support.point], j = my.vertex[support.other];
+    if (i < 0 || j < 0) continue;
+    // The lower triangle is stored.
+    Matrix3d& block = my.matrix->block(my.matrix->place(std::max(i, j), std::min(i, j)));
+    if (i >= j)
+      block += support.stiffness;
+    else
+      block += support.stiffness.transpose();
+  }
   return my.factor->factorise(*my.matrix);
 }
 

@@ -3,12 +3,17 @@
 
 #include <Eigen/Core>
 #include <memory>
-#include <utility>
 #include <vector>
 
 #include "simulate/mesh/mesh_cloth.hpp"
 
 namespace drape::simulate {
+
+/// A stiffness (N/m) between two points of a triangle, or of one; `point` and `other` once each.
+struct Support {
+  int point = 0, other = 0;
+  Eigen::Matrix3d stiffness;
+};
 
 /// A symmetric positive definite matrix near the second derivatives of a MeshCloth's energy, and
 /// its factor: what a descent divides by.
@@ -27,10 +32,9 @@ class MeshStiffness {
   MeshStiffness(const MeshStiffness&) = delete;
   MeshStiffness& operator=(const MeshStiffness&) = delete;
 
-  /// Forms and factors the matrix of a state; `supports` (N/m) are added to the points named. False
-  /// when rounding leaves it not positive definite.
-  [[nodiscard]] bool factorise(const MeshCloth::State& state,
-                               const std::vector<std::pair<int, Eigen::Matrix3d>>& supports);
+  /// Forms and factors the matrix of a state with `supports`. False when rounding leaves it not
+  /// positive definite.
+  [[nodiscard]] bool factorise(const MeshCloth::State& state, const std::vector<Support>& supports);
   /// Solves in place; nothing for what is held.
   void solve(MeshCloth::State& b) const;
 

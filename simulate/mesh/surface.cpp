@@ -38,7 +38,6 @@ ClothSurface::ClothSurface(const MeshCloth& cloth)
     };
     const double beside = edge.left >= 0 && edge.right >= 0 ? 2 : 1;
     for (const int triangle : {edge.left, edge.right}) {
-      if (std::getenv("T_FLAT")) break;
       if (triangle < 0) continue;
       const MeshCloth::Triangle& t = cloth.triangles()[triangle];
       for (int k = 0; k < 6; ++k)

@@ -15,10 +15,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using State = MeshCloth::State;
 
-constexpr double kSink_m = 2e-6;          // of a point's weight, as between particles of the grid
-constexpr double kSheetSink_m = 0.25e-3;  // of the whole piece's weight where normals turn slowly
-constexpr double kFree_m = 1e-6;          // what a facet may enter: points on a face bear it all
-constexpr double kNearPin_m = 0.2e-3;     // of a surface: a pin there says how deep the cloth is
+constexpr double kGrip_m = 2e-6;    // that a point's weight stretches what holds it along a surface
+constexpr double kSink_m = 2.5e-3;  // of the whole piece on one place at first ...
+constexpr double kFirm = 10, kFirmer = 2;  // ... and facets stiffer by this in the end: 0.25 mm
+constexpr double kFree_m = 1e-6;           // that a facet may enter: points on a face bear it all
+constexpr double kNearPin_m = 0.2e-3;      // of a surface: a pin there says how deep the cloth is
 
 }  // namespace
 
@@ -33,8 +34,8 @@ ObjectPushes::ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held
       carried_n_(static_cast<std::size_t>(cloth.points()) * surroundings.count(), 0.0) {
   const double weight =
       gravity_m_per_s2 * std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-  soft_stiffness_ = weight / cloth.points() / kSink_m;
-  point_stiffness_ = std::max(soft_stiffness_, weight / kSheetSink_m);
+  grip_stiffness_ = weight / cloth.points() / kGrip_m;
+  stiffness_ = weight / kSink_m;
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     const Cylinder* const cylinder = surroundings.cylinder(shape);
     const bool sharp =
@@ -60,15 +61,14 @@ void ObjectPushes::look(const State& state) {
       gap_[i] = surroundings_.gap_m(shape, nodes_[i]);
       if (held_[i]) continue;
       const std::size_t site = i * shapes + shape;
-      const double depth = carried_n_[site] / point_stiffness_ - gap_[i];
+      const double depth = carried_n_[site] / stiffness_ - gap_[i];
       if (depth <= 0) continue;
       Push push;
       push.site = static_cast<int>(site);
-      push.shape = shape;
       push.node.fill(static_cast<int>(i));
       push.place = nodes_[i];
       push.normal = surroundings_.normal(shape, nodes_[i]);
-      push.stiffness = point_stiffness_;
+      push.stiffness = stiffness_;
       push.depth_m = depth;
       pushes_.push_back(push);
     }
@@ -104,16 +104,16 @@ void ObjectPushes::look_at_facets(int shape) {
     });
     if (by_pin) continue;
     const DeepestPlace deepest = deepest_place(surroundings_, shape, corners);
-    if (deepest.depth_m >= -kFree_m) continue;
+    const double depth = -deepest.depth_m - kFree_m;
+    if (depth <= 0) continue;
     Push push;
     push.site = (cloth_.points() + static_cast<int>(f)) * surroundings_.count() + shape;
-    push.shape = shape;
     push.node = node;
     push.weight = deepest.share;
     push.place = mix(node, deepest.share);
     push.normal = deepest.normal;
-    push.stiffness = point_stiffness_;
-    push.depth_m = -deepest.depth_m - kFree_m;
+    push.stiffness = firmness_ * stiffness_;
+    push.depth_m = depth;
     pushes_.push_back(push);
   }
 }
@@ -125,8 +125,8 @@ Vector3d ObjectPushes::stretch_of(const Grip& grip) const {
 
 Vector3d ObjectPushes::friction_of(const Grip& grip) const {
   const Vector3d stretch = stretch_of(grip);
-  const double size = soft_stiffness_ * stretch.norm();
-  return -soft_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1) * stretch;
+  const double size = grip_stiffness_ * stretch.norm();
+  return -grip_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1) * stretch;
 }
 
 double ObjectPushes::energy_j(const State& state) {
@@ -134,8 +134,8 @@ double ObjectPushes::energy_j(const State& state) {
   double sum = 0;
   for (const Push& push : pushes_) sum += push.force_n() * push.depth_m / 2;
   for (const Grip& grip : grips_) {
-    const double size = stretch_of(grip).norm(), most = grip.limit_n / soft_stiffness_;
-    sum += size <= most ? soft_stiffness_ / 2 * size * size : grip.limit_n * (size - most / 2);
+    const double size = stretch_of(grip).norm(), most = grip.limit_n / grip_stiffness_;
+    sum += size <= most ? grip_stiffness_ / 2 * size * size : grip.limit_n * (size - most / 2);
   }
   return sum;
 }
@@ -151,33 +151,36 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes, force);
 }
 
-std::vector<std::pair<int, Matrix3d>> ObjectPushes::supports(const State& state) {
+/// The matrix is of the points alone, so that places of facets are mixed from the triangle's
+/// corners.
+void ObjectPushes::add_support(int site, const Vector3d& weight, const Matrix3d& stiffness,
+                               std::vector<Support>& found) const {
+  const int item = site / surroundings_.count(), facet = item - cloth_.points();
+  if (facet < 0) {
+    found.push_back({item, item, stiffness});
+    return;
+  }
+  const std::array<double, 3> of = surface_.corner_weights(facet, weight);
+  const auto& corner = cloth_.triangles()[facet / 4].corner;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b <= a; ++b) found.push_back({corner[a], corner[b], of[a] * of[b] * stiffness});
+}
+
+std::vector<Support> ObjectPushes::supports(const State& state) {
   look(state);
-  std::vector<std::pair<int, Matrix3d>> found;
-  // The matrix is of the points alone: a middle of a side is half of each end, and what couples two
-  // points stands on the diagonal.
-  const auto add = [&](const std::array<int, 3>& node, const Vector3d& weight, const Matrix3d& k) {
-    for (int c = 0; c < 3; ++c) {
-      if (weight[c] == 0) continue;
-      if (node[c] < cloth_.points()) {
-        found.emplace_back(node[c], weight[c] * k);
-        continue;
-      }
-      const MaterialMesh::Edge& edge = cloth_.mesh().edges[node[c] - cloth_.points()];
-      for (const int end : {edge.from, edge.to}) found.emplace_back(end, weight[c] / 2 * k);
-    }
-  };
+  std::vector<Support> found;
   for (const Push& push : pushes_)
-    add(push.node, push.weight, push.stiffness * push.normal * push.normal.transpose());
+    add_support(push.site, push.weight, push.stiffness * push.normal * push.normal.transpose(),
+                found);
   for (const Grip& grip : grips_) {
-    const double size = soft_stiffness_ * stretch_of(grip).norm();
-    const double secant = soft_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1);
-    add(grip.node, grip.weight,
-        secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()));
+    const double size = grip_stiffness_ * stretch_of(grip).norm();
+    const double secant = grip_stiffness_ * (size > grip.limit_n ? grip.limit_n / size : 1);
+    add_support(grip.site, grip.weight,
+                secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()), found);
   }
   if (drag_per_s2_ > 0)
     for (int i = 0; i < cloth_.points(); ++i)
-      found.emplace_back(i, drag_per_s2_ * cloth_.mass_kg()[i] * Matrix3d::Identity());
+      found.push_back({i, i, drag_per_s2_ * cloth_.mass_kg()[i] * Matrix3d::Identity()});
   return found;
 }
 
@@ -201,21 +204,25 @@ bool ObjectPushes::settle(const State& state) {
     grip.stretch.setZero();
     if (old != before.end() && old->site == push.site) grip.stretch = stretch_of(*old);
     grip.stretch -= grip.stretch.dot(grip.normal) * grip.normal;
-    const double size = soft_stiffness_ * grip.stretch.norm();
+    const double size = grip_stiffness_ * grip.stretch.norm();
     if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
     grips_.push_back(grip);
   }
   return true;
 }
 
-double ObjectPushes::deepest_point_m(const State& state) const {
+double ObjectPushes::deepest_point_m(const State& state) {
+  look(state);
+  const int points = cloth_.points() * surroundings_.count();
   double deepest = 0;
-  for (int i = 0; i < cloth_.points(); ++i) {
-    if (held_[i]) continue;
-    for (int shape = 0; shape < surroundings_.count(); ++shape)
-      deepest = std::max(deepest, -surroundings_.gap_m(shape, state[i]));
-  }
+  for (const Push& push : pushes_)
+    if (push.site < points)
+      deepest = std::max(deepest, push.depth_m - carried_n_[push.site] / stiffness_);
   return deepest;
+}
+
+bool ObjectPushes::is_firm() const {
+  return firmness_ >= kFirm;
 }
 
 void ObjectPushes::press_on(const State& state) {
@@ -224,6 +231,7 @@ void ObjectPushes::press_on(const State& state) {
   std::fill(carried_n_.begin(), carried_n_.end(), 0.0);
   for (const Push& push : pushes_)
     if (push.site < points) carried_n_[push.site] = push.force_n();
+  firmness_ = std::min(kFirm, kFirmer * firmness_);
   seen_.clear();
 }
 
@@ -233,7 +241,7 @@ std::vector<ContactForce> ObjectPushes::stated(const State& state) {
   std::vector<ContactForce> forces;
   for (const Push& push : pushes_) {
     ContactForce stated;
-    stated.shape = push.shape;
+    stated.shape = push.site % shapes;
     stated.force_in_world = push.force_n() * push.normal;
     const auto grip = std::lower_bound(grips_.begin(), grips_.end(), push.site,
                                        [](const Grip& g, int site) { return g.site < site; });

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <utility>
 #include <vector>
 
 #include "simulate/mesh/descent.hpp"
@@ -15,11 +14,13 @@ namespace drape::simulate {
 
 /// Objects and table that push a piece of cloth.
 ///
-/// Points press where they enter, by springs whose forces are carried on by press_on() until the
-/// points lie on the surface (augmented Lagrangian, Hestenes 1969). Between them the facets of the
-/// cloth's surface press where they are deepest (contact/deepest.hpp), by springs alone, as stiff
-/// as the particle grid's, beyond a depth that on flat faces leaves all to the points. What lies
-/// beside a pin is left out: two pins on a round body hold the cloth between them inside it.
+/// Points press where they enter, and between them the facets of the cloth's surface where they are
+/// deepest (contact/deepest.hpp), beyond a depth that on flat faces leaves all to the points. Both
+/// press by soft springs at first. press_on() carries on the points' forces until they no longer
+/// enter (augmented Lagrangian, Hestenes 1969), and stiffens the facets' springs, for stiff ones
+/// from the start on make a descent's steps short. What lies beside a pin is left out: two pins on
+/// a round body hold the cloth between them inside it. On solids of sharp edges, whose normals turn
+/// at once, points press alone.
 ///
 /// Friction is elastic and plastic: each place that presses has a tangential spring that gives way
 /// at the coefficient times its push; settle() moves it, and pushes and places stay those of the
@@ -31,26 +32,27 @@ class ObjectPushes : public Pushes {
 
   [[nodiscard]] double energy_j(const MeshCloth::State& state) override;
   void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override;
-  [[nodiscard]] std::vector<std::pair<int, Eigen::Matrix3d>> supports(
-      const MeshCloth::State& state) override;
+  [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override;
   bool settle(const MeshCloth::State& state) override;
 
   /// Adds a stiffness in proportion to mass to supports() alone, so that steps fall as in a thick
   /// fluid: by acceleration over `per_s2`.
   void slow_down(double per_s2) { drag_per_s2_ = per_s2; }
+  [[nodiscard]] bool is_firm() const;  ///< facets are as stiff as they become
   /// How deep a free point lies in an object (m).
-  [[nodiscard]] double deepest_point_m(const MeshCloth::State& state) const;
-  /// Lets the points press as they do now where they no longer enter.
+  [[nodiscard]] double deepest_point_m(const MeshCloth::State& state);
+  /// Lets points press as they do now where they enter no more, and facets twice as stiffly, up to
+  /// the grid's springs.
   void press_on(const MeshCloth::State& state);
   /// What presses on the cloth: places of triangles by their corners; the fourth has no weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);
 
  private:
   struct Push {
-    int site = 0, shape = 0;
+    int site = 0;               ///< point or facet behind the points, times shapes, plus shape
     std::array<int, 3> node{};  ///< of the surface
     Eigen::Vector3d weight = Eigen::Vector3d::UnitX(), place, normal;
-    double stiffness = 0, depth_m = 0;  ///< the force is their product
+    double stiffness = 0, depth_m = 0;  ///< with what is carried on: the force is their product
 
     [[nodiscard]] double force_n() const { return stiffness * depth_m; }
   };
@@ -66,6 +68,8 @@ class ObjectPushes : public Pushes {
   void look_at_facets(int shape);
   [[nodiscard]] Eigen::Vector3d stretch_of(const Grip& grip) const;
   [[nodiscard]] Eigen::Vector3d friction_of(const Grip& grip) const;
+  void add_support(int site, const Eigen::Vector3d& weight, const Eigen::Matrix3d& stiffness,
+                   std::vector<Support>& found) const;
   [[nodiscard]] Eigen::Vector3d mix(const std::array<int, 3>& node,
                                     const Eigen::Vector3d& weight) const;
 
@@ -73,9 +77,9 @@ class ObjectPushes : public Pushes {
   const std::vector<bool>& held_;
   const Surroundings& surroundings_;
   ClothSurface surface_;
-  double friction_, point_stiffness_, soft_stiffness_, drag_per_s2_ = 0;
-  std::vector<bool> between_;  ///< of each shape: whether facets press on it
-  std::vector<double> carried_n_;          ///< by point and shape
+  double friction_, stiffness_, grip_stiffness_, firmness_ = 1, drag_per_s2_ = 0;
+  std::vector<bool> between_;      ///< of each shape: whether facets press on it
+  std::vector<double> carried_n_;  ///< by points, of their sites
   std::vector<Grip> grips_;
   MeshCloth::State seen_, nodes_;  ///< the state looked at last, and its surface
   std::vector<double> gap_;        ///< of the nodes to a shape

@@ -24,7 +24,7 @@ constexpr double kMostPoints = 1e5;  // of a mesh
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
 constexpr double kOn_m = 5e-8;       // deep: a point lies on the surface; half the checker's limit
 constexpr int kMostRounds = 20;      // of descents and of points that carry on their pushes
-constexpr double kFirstResidual = 0.1;  // weights of a point: of the first descent
+constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 
 void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {
   for (const Pin& pin : scene.pins) {
@@ -89,7 +89,8 @@ RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vect
   RelaxationReport report;
   int steps = 0;
   if (options.fall_steps > 0) {
-    // Nothing is remembered of steps before, and the matrix is new in each: one step is one of time.
+    // Nothing is remembered of steps before, and the matrix is new in each: one step is one of
+    // time.
     DescentOptions fall = options.descent;
     fall.pairs = 0;
     fall.factor_every = 1;
@@ -102,16 +103,12 @@ RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vect
   }
   for (int round = 0; round < kMostRounds; ++round) {
     DescentOptions now = options.descent;
-    if (round == 0) now.residual = std::max(now.residual, kFirstResidual);
+    if (!pushes.is_firm()) now.residual = std::max(now.residual, kPassingResidual);
     now.most_steps -= steps;
     report = descend(cloth, state, held, stiffness, {}, now, &pushes);
     steps += report.steps;
-    if (std::getenv("T_LOG"))
-      fmt::print(stderr, "round {} steps {} residual {:.3g} rest {} E {:.6f} deep {:.3g}\n", round,
-                 steps, report.residual, report.at_rest, report.energy_j * 1e6,
-                 pushes.deepest_point_m(state));
     if (!report.at_rest) break;
-    report.at_rest = pushes.deepest_point_m(state) <= kOn_m && round > 0;
+    report.at_rest = pushes.is_firm() && pushes.deepest_point_m(state) <= kOn_m;
     if (report.at_rest) break;
     pushes.press_on(state);
   }

@@ -15,8 +15,8 @@ namespace drape::simulate {
 struct PieceOptions {
   double spacing_m = 0.005;  ///< of the mesh
   unsigned seed = 1;         ///< chooses the lattice's jitter
-  /// In which a free point falls by the piece's size, slowly as in a thick fluid, before the descent;
-  /// 0: at once. It chooses the folds as a fall does, the descent by what is soft.
+  /// In which a free point falls by the piece's size, slowly as in a thick fluid, before the
+  /// descent; 0: at once. It chooses the folds as a fall does, the descent by what is soft.
   int fall_steps = 100;
   DescentOptions descent;
 };
