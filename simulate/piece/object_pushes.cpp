@@ -95,9 +95,11 @@ void ObjectPushes::look_at_facets(int shape) {
       const double gap = surroundings_.gap_m(shape, middle);
       const Vector3d normal = surroundings_.normal(shape, middle);
       bool clear = true;
-      for (const Vector3d& corner : corners) clear = clear && gap + normal.dot(corner - middle) > 0;
+      for (const Vector3d& corner : corners)
+        clear = clear && gap + normal.dot(corner - middle) > -kFree_m;
       if (clear) continue;
     }
+    // Points bear it all where nothing between them can be deeper.
     if (is_seen_flat(surroundings_, shape, corners)) continue;
     const bool by_pin = std::any_of(node.begin(), node.end(), [&](int k) {
       return k < cloth_.points() && held_[k] && gap_[k] < kNearPin_m;
@@ -211,14 +213,14 @@ bool ObjectPushes::settle(const State& state) {
   return true;
 }
 
-double ObjectPushes::deepest_point_m(const State& state) {
+double ObjectPushes::off_surface_m(const State& state) {
   look(state);
   const int points = cloth_.points() * surroundings_.count();
-  double deepest = 0;
+  double farthest = 0;
   for (const Push& push : pushes_)
     if (push.site < points)
-      deepest = std::max(deepest, push.depth_m - carried_n_[push.site] / stiffness_);
-  return deepest;
+      farthest = std::max(farthest, std::abs(push.depth_m - carried_n_[push.site] / stiffness_));
+  return farthest;
 }
 
 bool ObjectPushes::is_firm() const {

@@ -39,8 +39,8 @@ class ObjectPushes : public Pushes {
   /// fluid: by acceleration over `per_s2`.
   void slow_down(double per_s2) { drag_per_s2_ = per_s2; }
   [[nodiscard]] bool is_firm() const;  ///< facets are as stiff as they become
-  /// How deep a free point lies in an object (m).
-  [[nodiscard]] double deepest_point_m(const MeshCloth::State& state);
+  /// How far a point that is pushed lies in an object or off it (m).
+  [[nodiscard]] double off_surface_m(const MeshCloth::State& state);
   /// Lets points press as they do now where they enter no more, and facets twice as stiffly, up to
   /// the grid's springs.
   void press_on(const MeshCloth::State& state);

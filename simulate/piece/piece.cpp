@@ -22,8 +22,8 @@ using units::mm;
 
 constexpr double kMostPoints = 1e5;  // of a mesh
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
-constexpr double kOn_m = 5e-8;       // deep: a point lies on the surface; half the checker's limit
-constexpr int kMostRounds = 20;      // of descents and of points that carry on their pushes
+constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
+constexpr int kMostRounds = 20;  // of descents and of points that carry on their pushes
 constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 
 void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {
@@ -108,7 +108,7 @@ RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vect
     report = descend(cloth, state, held, stiffness, {}, now, &pushes);
     steps += report.steps;
     if (!report.at_rest) break;
-    report.at_rest = pushes.is_firm() && pushes.deepest_point_m(state) <= kOn_m;
+    report.at_rest = pushes.is_firm() && pushes.off_surface_m(state) <= kOn_m;
     if (report.at_rest) break;
     pushes.press_on(state);
   }
