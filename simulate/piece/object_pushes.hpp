@@ -22,7 +22,7 @@ namespace drape::simulate {
 /// a round body hold the cloth between them inside it. On solids of sharp edges, whose normals turn
 /// at once, points press alone.
 ///
-/// Friction is elastic and plastic: each place that presses has a tangential spring that gives way
+/// Friction is elastic and plastic: each place that presses has a tangential spring that yields
 /// at the coefficient times its push; settle() moves it, and pushes and places stay those of the
 /// last settle() meanwhile, so that there is an energy.
 class ObjectPushes : public Pushes {

@@ -37,16 +37,16 @@ struct PieceDrape {
 /// Corners of the print's patch, for a piece that is all of it.
 [[nodiscard]] ClothOutline outline_of(const Print& print);
 
-/// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"), by dynamic
-/// relaxation: the points of the mesh do not enter objects and table, with the scene's Coulomb
-/// friction; between points the cloth may cut a corner, and cloth on cloth does not touch. Pins
-/// hold points of the mesh. Throws Error(bad_input) for a start from a measured shape, a pin
-/// beside the piece, and as make_start().
+/// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"): it falls,
+/// then goes down its energy to rest on objects and table (object_pushes.hpp), with the scene's
+/// Coulomb friction; cloth on cloth does not touch. Pins hold points of the mesh. Throws
+/// Error(bad_input) for a start from a measured shape, a pin beside the piece, and as make_start().
 [[nodiscard]] PieceDrape drape_piece(const Scene& scene, const Print& print,
                                      const std::optional<Sheet>& measured, const ClothLaws& laws,
                                      ClothOutline outline, const PieceOptions& options);
 
-/// ASCII PLY in mm, with texture coordinates u = warp, v = weft over the sides of the patch.
+/// ASCII PLY of the surface in mm, with texture coordinates u = warp, v = weft over the sides of
+/// the patch.
 [[nodiscard]] std::string ply_text(const PieceDrape& piece, const Eigen::Vector2d& patch_m);
 
 }  // namespace drape::simulate

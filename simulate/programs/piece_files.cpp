@@ -78,8 +78,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
       !found.at_rest
           ? fmt::format("not at rest after {} steps: residual {:.2g} of a point's weight",
                         found.steps, found.residual)
-      : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker",
-                                found.steps)
+      : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker", found.steps)
                   : "still, but the checker refuses it";
   ending.next_command = fmt::format("drape compare MEASURED.ply {}", (out / "piece.toml").string());
   return ending;

@@ -52,8 +52,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     add_internal_friction(fabric, arguments.segments, laws, fits, reach);
   const PieceDrape piece = drape_piece(scene, print, measured, laws, std::move(outline), options);
   std::optional<MeshJudgement> judgement;
-  if (piece.report.at_rest)
-    judgement = judge_piece(piece, scene, laws, options.descent.residual);
+  if (piece.report.at_rest) judgement = judge_piece(piece, scene, laws, options.descent.residual);
   const Ending ending = write_piece(arguments.out, {scene.name, fabric.name, print.patch_m}, piece,
                                     judgement, record);
   return finish(ending, common, record);
