@@ -17,7 +17,7 @@ using State = MeshCloth::State;
 
 constexpr double kGrip_m = 2e-6;    // that a point's weight stretches what holds it along a surface
 constexpr double kSink_m = 2.5e-3;  // of the whole piece on one place at first ...
-constexpr double kFirm = 10, kFirmer = 2;  // ... and facets stiffer by this in the end: 0.25 mm
+constexpr double kFirm = 10, kFirmer = 2;  // ... and stiffer by this in the end: 0.25 mm
 constexpr double kFree_m = 1e-6;           // that a facet may enter: points on a face bear it all
 constexpr double kNearPin_m = 0.2e-3;      // of a surface: a pin there says how deep the cloth is
 
@@ -56,19 +56,20 @@ void ObjectPushes::look(const State& state) {
   gap_.resize(nodes_.size());
   const auto points = static_cast<std::size_t>(cloth_.points());
   const int shapes = surroundings_.count();
+  const double stiffness = firmness_ * stiffness_;
   for (int shape = 0; shape < shapes; ++shape) {
     for (std::size_t i = 0; i < points; ++i) {
       gap_[i] = surroundings_.gap_m(shape, nodes_[i]);
       if (held_[i]) continue;
       const std::size_t site = i * shapes + shape;
-      const double depth = carried_n_[site] / stiffness_ - gap_[i];
+      const double depth = carried_n_[site] / stiffness - gap_[i];
       if (depth <= 0) continue;
       Push push;
       push.site = static_cast<int>(site);
       push.node.fill(static_cast<int>(i));
       push.place = nodes_[i];
       push.normal = surroundings_.normal(shape, nodes_[i]);
-      push.stiffness = stiffness_;
+      push.stiffness = stiffness;
       push.depth_m = depth;
       pushes_.push_back(push);
     }
@@ -219,7 +220,8 @@ double ObjectPushes::off_surface_m(const State& state) {
   double farthest = 0;
   for (const Push& push : pushes_)
     if (push.site < points)
-      farthest = std::max(farthest, std::abs(push.depth_m - carried_n_[push.site] / stiffness_));
+      farthest =
+          std::max(farthest, std::abs(push.depth_m - carried_n_[push.site] / push.stiffness));
   return farthest;
 }
 

@@ -17,7 +17,7 @@ namespace drape::simulate {
 /// Points press where they enter, and between them the facets of the cloth's surface where they are
 /// deepest (contact/deepest.hpp), beyond a depth that on flat faces leaves all to the points. Both
 /// press by soft springs at first. press_on() carries on the points' forces until they no longer
-/// enter (augmented Lagrangian, Hestenes 1969), and stiffens the facets' springs, for stiff ones
+/// enter (augmented Lagrangian, Hestenes 1969), and stiffens all springs, for stiff ones
 /// from the start on make a descent's steps short. What lies beside a pin is left out: two pins on
 /// a round body hold the cloth between them inside it. On solids of sharp edges, whose normals turn
 /// at once, points press alone.
@@ -38,11 +38,11 @@ class ObjectPushes : public Pushes {
   /// Adds a stiffness in proportion to mass to supports() alone, so that steps fall as in a thick
   /// fluid: by acceleration over `per_s2`.
   void slow_down(double per_s2) { drag_per_s2_ = per_s2; }
-  [[nodiscard]] bool is_firm() const;  ///< facets are as stiff as they become
+  [[nodiscard]] bool is_firm() const;  ///< springs are as stiff as they become
   /// How far a point that is pushed lies in an object or off it (m).
   [[nodiscard]] double off_surface_m(const MeshCloth::State& state);
-  /// Lets points press as they do now where they enter no more, and facets twice as stiffly, up to
-  /// the grid's springs.
+  /// Lets points press as they do now where they enter no more, and makes all springs twice as
+  /// stiff, up to the grid's.
   void press_on(const MeshCloth::State& state);
   /// What presses on the cloth: places of triangles by their corners; the fourth has no weight.
   [[nodiscard]] std::vector<ContactForce> stated(const MeshCloth::State& state);

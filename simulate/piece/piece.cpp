@@ -23,7 +23,7 @@ using units::mm;
 constexpr double kMostPoints = 1e5;  // of a mesh
 constexpr double kSame_m = 1e-6;     // a pin this near to the hem is on it
 constexpr double kOn_m = 5e-8;   // in or off: a point lies on a surface; half the checker's limit
-constexpr int kMostRounds = 20;  // of descents and of points that carry on their pushes
+constexpr int kMostRounds = 60;  // of descents and of points that carry on their pushes
 constexpr double kPassingResidual = 0.1;  // weights of a point, while places still press softly
 
 void check_pins(const Scene& scene, const Print& print, const ClothOutline& outline) {
