@@ -36,6 +36,9 @@ CusickOptions options_of() {
   options.specimen_m = 0.254;
   options.spacing_m = 0.020;
   options.lowering_steps = 1;
+  options.lowering_s = 0;
+  options.motion.step_s = 8e-3;
+  options.motion.longest_s = 0.2;  // what it has not lost of its motion it loses in the last rest
   return options;
 }
 

@@ -57,6 +57,7 @@ class Specimen {
   Specimen(const ClothLaws& laws, const CusickOptions& options, double spacing)
       : disc_(options.disc_m / 2),
         hem_(options.specimen_m / 2),
+        spacing_m_(spacing),
         options_(options),
         cloth(mesh_of_specimen(spacing), laws),
         held(held_unknowns()),
@@ -77,6 +78,7 @@ class Specimen {
   }
   /// Lowers the table from the discs' height until the cloth is free of it.
   void lower() {
+    if (cloth.laws().friction) return move();
     for (int k = 1; k < options_.lowering_steps; ++k)
       pass(1, -(hem_ - disc_) * k / options_.lowering_steps);
   }
@@ -101,11 +103,12 @@ class Specimen {
     cloth.take_over(other.cloth, other.state, state);
     steps = other.steps;
     hurried_loads = other.hurried_loads;
+    moved_s = other.moved_s;
   }
 
  private:
   using State = MeshCloth::State;
-  double disc_, hem_;
+  double disc_, hem_, spacing_m_;
   const CusickOptions& options_;
 
  public:
@@ -113,6 +116,7 @@ class Specimen {
   std::vector<bool> held;
   State state;
   int steps = 0, hurried_loads = 0;
+  double moved_s = 0;
 
  private:
   MeshStiffness stiffness_;
@@ -143,6 +147,27 @@ class Specimen {
     for (const auto& edge : cloth.mesh().edges)
       all.push_back(clamped(edge.from) && clamped(edge.to));
     return all;
+  }
+  /// The same in time, until the cloth is quiet. A pad under a bent sheet has waves of its own, of
+  /// length 2 pi (B / k)^(1/4), which friction would hold when it is gone: the table is so stiff
+  /// that they are no longer than two spacings, the shortest that the mesh has.
+  void move() {
+    double bending = 0;
+    for (int d = 0; d < 2; ++d)
+      bending = std::max(
+          bending, cloth.laws().bending[d].slope + cloth.laws().friction->bending[d].stiffness());
+    const Drapemeter bodies{.wall_radius_m = disc_ * (1 - kOnDisc),
+                            .table_n_per_m3 = bending * std::pow(std::numbers::pi / spacing_m_, 4)};
+    const auto table_z_m = [&](double time_s) {
+      return time_s < options_.lowering_s ? -(hem_ - disc_) * time_s / options_.lowering_s
+                                          : -std::numeric_limits<double>::infinity();
+    };
+    const TimeStepsReport report =
+        move_in_time(cloth, state, held, stiffness_, bodies, table_z_m, options_.lowering_s,
+                     options_.descent, options_.motion);
+    steps += report.steps;
+    moved_s = report.time_s;
+    hurried_loads += report.hurried + (report.quiet ? 0 : 1);
   }
   RelaxationReport go_down(const DescentOptions& options, double table_z_m) {
     const Drapemeter bodies{disc_ * (1 - kOnDisc), table_z_m};
@@ -205,6 +230,7 @@ CusickDrape cusick_drape(const ClothLaws& laws, const CusickOptions& options) {
   drape.state = std::move(specimen.state);
   drape.memory = specimen.cloth.memory();
   drape.hurried_loads = specimen.hurried_loads;
+  drape.moved_s = specimen.moved_s;
   return drape;
 }
 

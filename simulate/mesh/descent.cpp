@@ -30,10 +30,15 @@ Eigen::Map<Eigen::VectorXd> flat(State& state) {
 class Potential {
  public:
   Potential(const MeshCloth& cloth, const std::vector<bool>& held, const Drapemeter& bodies,
-            const Vector3d& gravity, Pushes* pushes)
-      : cloth_(cloth), held_(held), bodies_(bodies), gravity_(gravity), pushes_(pushes) {
+            const DescentOptions& options, Pushes* pushes)
+      : cloth_(cloth),
+        held_(held),
+        bodies_(bodies),
+        gravity_(options.gravity_m_per_s2),
+        inertia_(options.inertia),
+        pushes_(pushes) {
     const double mass = std::accumulate(cloth.mass_kg().begin(), cloth.mass_kg().end(), 0.0);
-    weight_n_ = gravity.norm() * mass / cloth.points();
+    weight_n_ = gravity_.norm() * mass / cloth.points();
     wall_n_per_m_ = kWallWeights * weight_n_ / (kOnWall * std::max(bodies.wall_radius_m, 1e-9));
     for (const MaterialMesh::Edge& edge : cloth.mesh().edges)
       side_m_ += (cloth.mesh().points_m[edge.to] - cloth.mesh().points_m[edge.from]).norm() /
@@ -48,12 +53,15 @@ class Potential {
     for (int i = 0; i < cloth_.points(); ++i) sum -= cloth_.mass_kg()[i] * gravity_.dot(state[i]);
     return sum;
   }
-  /// With what wall, table and the rest hold.
+  /// With what wall, table and the rest hold, and inertia.
   [[nodiscard]] double energy_j(const State& state) const {
     double sum = own_energy_j(state);
     if (pushes_ != nullptr) sum += pushes_->energy_j(state);
     visit_supports(state, [&](int, const Vector3d&, double depth, double stiffness) {
       sum += stiffness / 2 * depth * depth;
+    });
+    visit_inertia([&](int i, double stiffness) {
+      sum += stiffness / 2 * (state[i] - inertia_->towards[i]).squaredNorm();
     });
     return sum;
   }
@@ -67,6 +75,9 @@ class Potential {
     cloth_.add_forces(state, force);
     for (int i = 0; i < cloth_.points(); ++i) force[i] += cloth_.mass_kg()[i] * gravity_;
     if (pushes_ != nullptr) pushes_->add_forces(state, force);
+    visit_inertia([&](int i, double stiffness) {
+      force[i] -= stiffness * (state[i] - inertia_->towards[i]);
+    });
     Residuals residuals;
     std::vector<int> supported;
     visit_supports(state, [&](int i, const Vector3d& normal, double depth, double stiffness) {
@@ -95,6 +106,9 @@ class Potential {
     visit_supports(state, [&](int i, const Vector3d& normal, double, double stiffness) {
       found.push_back({i, i, stiffness * normal * normal.transpose()});
     });
+    visit_inertia([&](int i, double stiffness) {
+      found.push_back({i, i, stiffness * Matrix3d::Identity()});
+    });
     if (pushes_ == nullptr) return found;
     const auto others = pushes_->supports(state);
     found.insert(found.end(), others.begin(), others.end());
@@ -110,17 +124,27 @@ class Potential {
       const Vector3d& p = state[i];
       if (p.z() < bodies_.table_z_m)
         visit(i, Vector3d::UnitZ(), bodies_.table_z_m - p.z(),
-              cloth_.mass_kg()[i] * gravity_.norm() / kSink_m);
+              bodies_.table_n_per_m3 > 0 ? cloth_.area_m2()[i] * bodies_.table_n_per_m3
+                                         : cloth_.mass_kg()[i] * gravity_.norm() / kSink_m);
       const double r = p.head<2>().norm();
       if (p.z() < 0 && r < bodies_.wall_radius_m && r > 0)
         visit(i, Vector3d(p.x() / r, p.y() / r, 0), bodies_.wall_radius_m - r, wall_n_per_m_);
     }
   }
 
+  /// visit(point, N/m) for each free point of a cloth in motion.
+  template <class Visit>
+  void visit_inertia(Visit visit) const {
+    if (inertia_ == nullptr) return;
+    for (int i = 0; i < cloth_.points(); ++i)
+      if (!held_[i]) visit(i, inertia_->per_s2 * cloth_.mass_kg()[i]);
+  }
+
   const MeshCloth& cloth_;
   const std::vector<bool>& held_;
   const Drapemeter& bodies_;
   Vector3d gravity_;
+  const Inertia* inertia_;
   Pushes* pushes_;
   double weight_n_ = 0, wall_n_per_m_ = 0, side_m_ = 0;
 };
@@ -163,7 +187,7 @@ class Pairs {
 RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>& held,
                          MeshStiffness& stiffness, const Drapemeter& bodies,
                          const DescentOptions& options, Pushes* pushes) {
-  const Potential potential(cloth, held, bodies, options.gravity_m_per_s2, pushes);
+  const Potential potential(cloth, held, bodies, options, pushes);
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   Pairs pairs(options.pairs);
   RelaxationReport report;
@@ -214,15 +238,12 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     residuals = next_residuals;
     energy = next_energy;
     ++report.steps;
-    if (cloth.laws().friction) {
-      cloth.settle(state);
-      energy = potential.energy_j(state);
-    }
     if (pushes != nullptr && pushes->settle(state)) {
       energy = potential.energy_j(state);
       residuals = potential.forces(state, force);
     }
   }
+  cloth.settle(state);
   report.residual = residuals.reported;
   report.dissipated_j = cloth.dissipated_j();
   report.energy_j = potential.own_energy_j(state);

@@ -15,6 +15,14 @@ namespace drape::simulate {
 struct Drapemeter {
   double wall_radius_m = 0;  ///< an upright cylinder about the z axis below z = 0, cloth outside
   double table_z_m = -std::numeric_limits<double>::infinity();  ///< a horizontal pad
+  double table_n_per_m3 = 0;  ///< its stiffness; 0: cloth sinks in by 0.5 mm under its own weight
+};
+
+/// What a step in time adds to the energy: per point a spring to a place of its own, of so many
+/// times its mass.
+struct Inertia {
+  MeshCloth::State towards;
+  double per_s2 = 0;
 };
 
 /// What else pushes the cloth, by an energy of its state.
@@ -40,14 +48,16 @@ struct DescentOptions {
   double farthest_step = 0.3;
   int pairs = 5;         ///< of steps and gradients that are remembered
   int factor_every = 5;  ///< steps between two matrices
+  const Inertia* inertia = nullptr;
 };
 
 /// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
 /// line search), with MeshStiffness in place of a multiple of the identity.
-/// Internal friction settles after each step.
+/// A descent is one increment of load: internal friction keeps the memory of its start, so that the
+/// energy has one minimum wherever a descent's steps lead, and settles once, at the end.
 ///
-/// Wall and table push in proportion to depth: the table so that cloth sinks in by half a
-/// millimetre under its own weight, for it only leads to a rest and is gone there; the wall by a
+/// Wall and table push in proportion to depth: the table, where nothing else is said, so that cloth
+/// sinks in by half a millimetre, for it only leads to a rest and is gone there; the wall by a
 /// hundred weights of a mean point for 1e-5 of its radius, what lies on it for the checker.
 /// `stiffness` is that of the same cloth and `held` unknowns, `pushes` may be absent.
 [[nodiscard]] RelaxationReport descend(MeshCloth& cloth, MeshCloth::State& state,

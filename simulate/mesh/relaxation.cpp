@@ -85,8 +85,8 @@ RelaxationReport relax(MeshCloth& cloth, MeshCloth::State& state, const std::vec
         normal[i].setZero();
       }
     }
-    cloth.settle(state);
   }
+  cloth.settle(state);
   report.dissipated_j = cloth.dissipated_j();
   report.energy_j =
       cloth.energies(state).sum_j() + height_energy(cloth, state, options.gravity_m_per_s2);

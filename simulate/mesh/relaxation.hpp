@@ -27,8 +27,8 @@ struct RelaxationReport {
 /// stiffness bounds, velocities set to nothing whenever the kinetic energy falls. `held` unknowns
 /// do not move; `project`, where given, puts a point back to the surface of what it may not enter
 /// and returns whether it did. A point on a surface is pushed by it and not counted in the residual
-/// along the push: its force must then point into the surface. Internal friction settles after each
-/// step.
+/// along the push: its force must then point into the surface. A relaxation is one increment of
+/// load: internal friction settles once, at the end, because fictitious masses move as no cloth.
 struct Contact {
   /// Outward normal where the point lies in or on the body (it is then moved to the surface).
   std::function<bool(Eigen::Vector3d& point, Eigen::Vector3d& normal)> project;

@@ -3,11 +3,42 @@
 
 #include <fmt/format.h>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
+
+void check(const CusickArguments& arguments) {
+  const CusickArguments usual;
+  const bool stepwise = arguments.lowering_steps != usual.lowering_steps;
+  const bool in_time =
+      arguments.lowering_s != usual.lowering_s || arguments.step_ms != usual.step_ms;
+  if (arguments.internal_friction ? stepwise : in_time)
+    throw usage_error(
+        "--lowering-steps is for cloth without internal friction, --lowering-s and --step-ms are "
+        "for cloth with it",
+        "leave out what does not fit, or --internal-friction");
+}
+
+CusickOptions options_of(const CusickArguments& arguments, unsigned start) {
+  using units::mm;
+  CusickOptions options;
+  options.disc_m = arguments.disc_mm * mm;
+  options.specimen_m = arguments.specimen_mm * mm;
+  options.spacing_m = arguments.spacing_mm * mm;
+  options.warp_rad = arguments.warp_deg * units::deg;
+  options.start = start;
+  options.lowering_steps = arguments.lowering_steps;
+  options.lowering_s = arguments.lowering_s;
+  options.motion.step_s = arguments.step_ms * ms;
+  options.laid_coarser = arguments.laid_coarser;
+  options.shakes = arguments.shakes;
+  options.shake = arguments.shake_percent * units::percent;
+  options.descent.most_steps = arguments.most_steps;
+  return options;
+}
 
 JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   JudgedDrape judged{cusick_drape(laws, options), std::nullopt};

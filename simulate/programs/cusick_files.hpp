@@ -13,6 +13,23 @@
 
 namespace drape::simulate {
 
+constexpr double ms = 1e-3;  // s
+
+/// What `drape cusick` was asked for, in people's units.
+struct CusickArguments {
+  std::filesystem::path fabric, out;
+  double disc_mm = 180, specimen_mm = 300, spacing_mm = 7.5, warp_deg = 0;
+  int starts = 1, most_steps = DescentOptions{}.most_steps;
+  bool internal_friction = false;
+  int lowering_steps = CusickOptions{}.lowering_steps, shakes = 0;
+  double lowering_s = CusickOptions{}.lowering_s, step_ms = TimeStepsOptions{}.step_s / ms;
+  double laid_coarser = CusickOptions{}.laid_coarser;
+  double shake_percent = 50;
+};
+/// Throws Error(usage) where an option would change nothing.
+void check(const CusickArguments& arguments);
+[[nodiscard]] CusickOptions options_of(const CusickArguments& arguments, unsigned start);
+
 /// A drape and what the checker says of it; nothing of one that is not at rest.
 struct JudgedDrape {
   CusickDrape drape;

@@ -4,27 +4,17 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
-#include "core/units.hpp"
 #include "simulate/programs/cusick_files.hpp"
 #include "simulate/simulate.hpp"
 
 using namespace drape;
 using namespace drape::simulate;
-using units::mm;
 
 namespace {
 
-struct Arguments {
-  std::filesystem::path fabric, out;
-  double disc_mm = 180, specimen_mm = 300, spacing_mm = 7.5, warp_deg = 0;
-  int starts = 1, most_steps = DescentOptions{}.most_steps;
-  bool internal_friction = false;
-  int lowering_steps = CusickOptions{}.lowering_steps, shakes = 0;
-  double laid_coarser = CusickOptions{}.laid_coarser;
-  double shake_percent = 50;
-};
-
-int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+int run(const CusickArguments& arguments, std::vector<std::string> words,
+        const CommonOptions& common) {
+  check(arguments);
   const auto list = arguments.out / "cusick.json";
   RunRecord record("drape-cusick", std::move(words), run_record_path(list));
   const Fabric fabric = read_fabric(arguments.fabric);
@@ -34,18 +24,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   if (arguments.internal_friction) add_internal_friction(fabric, 5, laws, report);
   std::vector<JudgedDrape> drapes(static_cast<std::size_t>(arguments.starts));
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
-    CusickOptions options;
-    options.disc_m = arguments.disc_mm * mm;
-    options.specimen_m = arguments.specimen_mm * mm;
-    options.spacing_m = arguments.spacing_mm * mm;
-    options.warp_rad = arguments.warp_deg * units::deg;
-    options.start = static_cast<unsigned>(i + 1);
-    options.lowering_steps = arguments.lowering_steps;
-    options.laid_coarser = arguments.laid_coarser;
-    options.shakes = arguments.shakes;
-    options.shake = arguments.shake_percent * units::percent;
-    options.descent.most_steps = arguments.most_steps;
-    drapes[i] = judged_drape(laws, options);
+    drapes[i] = judged_drape(laws, options_of(arguments, static_cast<unsigned>(i + 1)));
   });
   const Ending ending = write_cusick(arguments.out, fabric.name, drapes, record);
   return finish(ending, common, record);
@@ -57,7 +36,7 @@ int main(int argc, char** argv) {
   Command app("Drapes a round specimen of a fabric, held between two discs, from many starts.",
               "drape-cusick");
   CommonOptions common;
-  Arguments a;
+  CusickArguments a;
   add_common_options(app, common);
   app.add_option("FABRIC", a.fabric, "fabric.toml")->required();
   app.add_option("--out", a.out, "folder for start-NN.ply and cusick.json")->required();
@@ -70,8 +49,17 @@ int main(int argc, char** argv) {
   app.add_option("--warp-deg", a.warp_deg, "the mesh turned against the warp")
       ->capture_default_str();
   app.add_option("--lowering-steps", a.lowering_steps,
-                 "of the table on which the specimen lies at first; 1: let go at once")
+                 "of the table on which the specimen lies at first; 1: let go at once; without "
+                 "--internal-friction")
       ->range(1, 1000)
+      ->capture_default_str();
+  app.add_option("--lowering-s", a.lowering_s,
+                 "in which the table goes down, the cloth in motion; 0: let go at once; with "
+                 "--internal-friction")
+      ->range(0, 4.5)
+      ->capture_default_str();
+  app.add_option("--step-ms", a.step_ms, "of that motion: at each, internal friction settles")
+      ->range(0.1, 20)
       ->capture_default_str();
   app.add_option(
          "--laid-coarser", a.laid_coarser,
