@@ -76,12 +76,11 @@ Option* Option::excludes(const Option* other) {
 }
 
 Option* Option::range(double least, double most) {
-  const auto whole = [](double v) { return v == static_cast<double>(static_cast<long>(v)); };
-  if (whole(least) && whole(most)) {
-    option_of(option_).check(CLI::Range(static_cast<long>(least), static_cast<long>(most)));
-  } else {
-    option_of(option_).check(CLI::Range(least, most));
-  }
+  CLI::Option& option = option_of(option_);
+  if (option.get_type_name().rfind(CLI::detail::type_name<double>(), 0) == 0)
+    option.check(CLI::Range(least, most));
+  else
+    option.check(CLI::Range(static_cast<long>(least), static_cast<long>(most)));
   return this;
 }
 

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/program/command.hpp"
+
+#include <gtest/gtest.h>
+
+namespace drape {
+namespace {
+
+struct Given {
+  double share = 0;
+  int starts = 0;
+};
+
+/// Exit code of a program with an option that takes fractions and one that does not; -1: it goes
+/// on.
+int parse(std::vector<std::string> words, Given& given) {
+  Command app("A program.", "program");
+  app.add_option("--share-percent", given.share, "of gravity")->range(0, 100);
+  app.add_option("--starts", given.starts, "random starts")->range(1, 99);
+  words.insert(words.begin(), "program");
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  return app.parse(static_cast<int>(arguments.size()), arguments.data());
+}
+
+TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
+  Given given;
+  EXPECT_EQ(parse({"--share-percent", "12.5"}, given), -1);
+  EXPECT_EQ(given.share, 12.5);
+  EXPECT_EQ(parse({"--starts", "99"}, given), -1);
+  EXPECT_EQ(given.starts, 99);
+  for (const std::vector<std::string>& wrong :
+       std::vector<std::vector<std::string>>{{"--share-percent", "100.5"},
+                                             {"--share-percent", "-0.5"},
+                                             {"--starts", "2.5"},
+                                             {"--starts", "100"},
+                                             {"--starts", "0"}})
+    EXPECT_EQ(parse(wrong, given), 2) << wrong[0] << ' ' << wrong[1];
+}
+
+}  // namespace
+}  // namespace drape
