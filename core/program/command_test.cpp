@@ -7,7 +7,7 @@ namespace drape {
 namespace {
 
 struct Given {
-  double share = 0;
+  double part = 0;
   int starts = 0;
 };
 
@@ -15,7 +15,7 @@ struct Given {
 /// on.
 int parse(std::vector<std::string> words, Given& given) {
   Command app("A program.", "program");
-  app.add_option("--share-percent", given.share, "of gravity")->range(0, 100);
+  app.add_option("--part-percent", given.part, "of gravity")->range(0, 100);
   app.add_option("--starts", given.starts, "random starts")->range(1, 99);
   words.insert(words.begin(), "program");
   std::vector<char*> arguments;
@@ -25,13 +25,13 @@ int parse(std::vector<std::string> words, Given& given) {
 
 TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
   Given given;
-  EXPECT_EQ(parse({"--share-percent", "12.5"}, given), -1);
-  EXPECT_EQ(given.share, 12.5);
+  EXPECT_EQ(parse({"--part-percent", "12.5"}, given), -1);
+  EXPECT_EQ(given.part, 12.5);
   EXPECT_EQ(parse({"--starts", "99"}, given), -1);
   EXPECT_EQ(given.starts, 99);
   for (const std::vector<std::string>& wrong :
-       std::vector<std::vector<std::string>>{{"--share-percent", "100.5"},
-                                             {"--share-percent", "-0.5"},
+       std::vector<std::vector<std::string>>{{"--part-percent", "100.5"},
+                                             {"--part-percent", "-0.5"},
                                              {"--starts", "2.5"},
                                              {"--starts", "100"},
                                              {"--starts", "0"}})
