@@ -19,6 +19,7 @@ int parse(std::vector<std::string> words, Given& given) {
   app.add_option("--starts", given.starts, "random starts")->range(1, 99);
   words.insert(words.begin(), "program");
   std::vector<char*> arguments;
+  arguments.reserve(words.size());
   for (std::string& word : words) arguments.push_back(word.data());
   return app.parse(static_cast<int>(arguments.size()), arguments.data());
 }

@@ -73,6 +73,7 @@ class Strip {
   static std::vector<bool> held_of(const MeshCloth& cloth) {
     const auto clamped = [&](int i) { return cloth.mesh().points_m[i].x() < 1e-9; };
     std::vector<bool> held;
+    held.reserve(static_cast<std::size_t>(cloth.unknowns()));
     for (int i = 0; i < cloth.points(); ++i) held.push_back(clamped(i));
     for (const auto& edge : cloth.mesh().edges)
       held.push_back(clamped(edge.from) && clamped(edge.to));

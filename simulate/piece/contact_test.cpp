@@ -10,6 +10,7 @@
 #include "core/files/csv.hpp"
 #include "core/units.hpp"
 #include "simulate/piece/object_pushes.hpp"
+#include "simulate/piece/test_piece.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "tests/support/paths.hpp"
 
@@ -22,26 +23,6 @@ using testing::Contains;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using units::mm;
-
-ClothLaws linen() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.15;
-  laws.tensile[0] = laws.tensile[1] = {500, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = {10e-6, {}};
-  laws.bending[1] = {7e-6, {}};
-  laws.twist_n_m = 13e-6;
-  return laws;
-}
-
-Print patch(double side_m) {
-  Print print;
-  print.rows = print.cols = 6;
-  print.pitch_m = 0.16 * side_m;
-  print.patch_m = {side_m, side_m};
-  print.margin_m = {0.1 * side_m, 0.1 * side_m};
-  return print;
-}
 
 /// A box of 50 mm with rounded edges; the cloth lies on its top.
 Scene block(double friction) {
@@ -63,7 +44,7 @@ Scene block(double friction) {
 MeshCloth small_cloth() {
   MeshOptions options;
   options.spacing_m = 10 * mm;
-  return {triangulated(outline_of(patch(60 * mm)), options), linen()};
+  return {triangulated(outline_of(square_patch(60 * mm)), options), cotton()};
 }
 
 TEST(ClothSurface, IsExactForQuadraticsAndKeepsForces) {
@@ -132,10 +113,10 @@ TEST(ObjectPushes, ForcesAreTheGradientOfTheirEnergy) {
 
 TEST(Piece, EdgesPressBetweenItsPoints) {
   const Scene scene = block(0.3);
-  const ClothLaws laws = linen();
+  const ClothLaws laws = cotton();
   PieceOptions options;
   options.spacing_m = 10 * mm;
-  const Print print = patch(100 * mm);
+  const Print print = square_patch(100 * mm);
   const PieceDrape piece =
       drape_piece(scene, print, std::nullopt, laws, outline_of(print), options);
   ASSERT_TRUE(piece.report.at_rest);

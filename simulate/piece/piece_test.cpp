@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/piece/test_piece.hpp"
 #include "simulate/programs/piece_files.hpp"
 
 namespace drape::simulate {
@@ -18,24 +19,8 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using units::mm;
 
-ClothLaws cotton() {
-  ClothLaws laws;
-  laws.density_kg_per_m2 = 0.15;
-  laws.tensile[0] = laws.tensile[1] = {500, {}};
-  laws.shear = {30, {}};
-  laws.bending[0] = {10e-6, {}};
-  laws.bending[1] = {7e-6, {}};
-  laws.twist_n_m = 13e-6;
-  return laws;
-}
-
 Print patch() {
-  Print print;
-  print.rows = print.cols = 6;
-  print.pitch_m = 20 * mm;
-  print.patch_m = {120 * mm, 120 * mm};
-  print.margin_m = {10 * mm, 10 * mm};
-  return print;
+  return square_patch(120 * mm);
 }
 
 /// A sphere of 60 mm that stands on the table, the cloth's middle 1 mm above it.
