@@ -269,17 +269,6 @@ SimulateResult simulate_by_motion(const StaticCase& the_case, const Fabric& fabr
   return move_once(the_case, fabric, grid, options, result, memory, shakes_of(history));
 }
 
-constexpr double kLeastSide_m = 1e-3, kLargestSide_m = 100;  // of a patch
-
-/// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
-void require_sized(const Print& print) {
-  const auto side = print.patch_m.array();
-  if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
-  throw bad_input(fmt::format("a side of the patch of {:g} x {:g} mm is not in 1 mm .. 100 m",
-                              print.patch_m.x() / mm, print.patch_m.y() / mm),
-                  {.field = "patch_mm"}, "state in the print what the cloth measures");
-}
-
 void require_clampable(const Scene& scene, const SimulateOptions& options) {
   if (scene.clamps.empty()) return;
   const auto require = [&](bool good, const char* what, const char* to_do) {
@@ -372,7 +361,6 @@ double mass_kg(const Fabric& fabric, const Print& print, const SimulateOptions& 
 SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,
                         const std::optional<Sheet>& measured, const SimulateOptions& options) {
   options.check();
-  require_sized(print);
   const LocalScene local = local_scene(scene, measured, Surroundings(scene).top_z_m());
   SimulateResult result = simulate_here(local.scene, fabric, print, local.measured, options);
   take_to_world(local, mass_kg(fabric, print, options), result);

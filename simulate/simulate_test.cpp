@@ -234,7 +234,8 @@ TEST(Simulate, TwoPinsHoldTheSheet) {
 }
 
 TEST(Simulate, APatchOfNoClothsSizeIsRefusedByName) {
-  const Scene scene = read_scene(bench() / "scenes/A.toml");
+  Scene scene = read_scene(bench() / "scenes/A.toml");
+  scene.start.mode = StartMode::flat;
   for (const double side : {1e12, 100.1, 0.9e-3, 0.0, -1.0, std::nan("")}) {
     for (const int axis : {0, 1}) {
       Print print = read_print(scene.print_file);
@@ -244,6 +245,7 @@ TEST(Simulate, APatchOfNoClothsSizeIsRefusedByName) {
         FAIL() << side;
       } catch (const Error& error) {
         EXPECT_EQ(error.where().field, "patch_mm") << side;
+        EXPECT_EQ(error.where().file, scene.print_file.string()) << side;
       }
     }
   }

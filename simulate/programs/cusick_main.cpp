@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   app.add_option("--lowering-s", a.lowering_s,
                  "in which the table goes down, the cloth in motion; 0: let go at once; with "
                  "--internal-friction")
-      ->range(0, 4.5)
+      ->range(0, 10)
       ->capture_default_str();
   app.add_option("--step-ms", a.step_ms, "of that motion: at each, internal friction settles")
       ->range(0.1, 20)

@@ -26,6 +26,17 @@ constexpr double kTopFar = 25e-3;    // m; highest mark this far below the objec
 constexpr double kHuber = 1e-3;      // m; larger misfits lose weight
 constexpr int kReweights = 10;
 constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
+constexpr double kLeastSide_m = 1e-3, kLargestSide_m = 100;  // of a patch
+
+/// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
+void require_sized(const GridSpec& grid, const Scene& scene) {
+  const auto side = grid.patch_m.array();
+  if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
+  throw bad_input(fmt::format("a side of the patch of {:g} x {:g} mm is not in 1 mm .. 100 m",
+                              grid.patch_m.x() / mm, grid.patch_m.y() / mm),
+                  {.file = scene.print_file.string(), .field = "patch_mm"},
+                  "state in the print what the cloth measures");
+}
 
 /// Weighted rigid 2D fit world = centre + R(yaw) local.
 struct PlanarFit {
@@ -263,6 +274,7 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
 
 StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
                       const std::optional<Sheet>& measured, double top_z_m, double imperfection_m) {
+  require_sized(grid, scene);
   StartState start;
   const int n = grid.count();
   if (scene.start.mode == StartMode::measured) {
