@@ -53,8 +53,8 @@ struct DescentOptions {
 
 /// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
 /// line search), with MeshStiffness in place of a multiple of the identity.
-/// A descent is one increment of load: internal friction keeps the memory of its start, so that there
-/// is one energy whatever a descent's steps are, and settles once, at the end.
+/// A descent is one increment of load: internal friction keeps the memory of its start, so that
+/// there is one energy whatever a descent's steps are, and settles once, at the end.
 ///
 /// Wall and table push in proportion to depth: the table, where nothing else is said, so that cloth
 /// sinks in by half a millimetre, for it only leads to a rest and is gone there; the wall by a
