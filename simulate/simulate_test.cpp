@@ -236,7 +236,7 @@ TEST(Simulate, TwoPinsHoldTheSheet) {
 TEST(Simulate, APatchOfNoClothsSizeIsRefusedByName) {
   Scene scene = read_scene(bench() / "scenes/A.toml");
   scene.start.mode = StartMode::flat;
-  for (const double side : {1e12, 100.1, 0.9e-3, 0.0, -1.0, std::nan("")}) {
+  for (const double side : {1e12, 100.1, 0.9e-4, 0.0, -1.0, std::nan("")}) {
     for (const int axis : {0, 1}) {
       Print print = read_print(scene.print_file);
       print.patch_m[axis] = side;

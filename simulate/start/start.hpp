@@ -53,7 +53,7 @@ struct StartState {
 
 /// Start state for a scene. `measured` is needed by the modes flat_from_measured and measured and
 /// by pins without a point of their own. Throws Error(bad_input) for these, and for a patch with a
-/// side outside 1 mm to 100 m.
+/// side outside 0.1 mm to 100 m.
 [[nodiscard]] StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
                                     const std::optional<Sheet>& measured, double top_z_m,
                                     double imperfection_m);
