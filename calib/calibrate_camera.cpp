@@ -64,7 +64,7 @@ void check_tilt(const Camera& camera) {
       std::acos(std::min(1.0, std::abs(camera.cam_from_world.rotation(2, 2)))) / units::deg;
   if (tilt_deg >= kLeastTiltDeg) return;
   throw bad_input(fmt::format("too little tilt: the only plane is {:.1f} deg off parallel to the "
-                              "image, so focal length and distance cannot be told apart",
+                              "image, so focal length and distance cannot be separated",
                               tilt_deg),
                   {.camera = camera.name},
                   "tilt the camera by 30 degrees against the target, or record a second height");
@@ -91,7 +91,7 @@ Camera basic_camera(const Points& points, const RigCamera& rig_camera, bool esti
     depth = solve_focal_and_depth(points, sensor, *alignment);
   }
   if (!depth) {
-    throw bad_input("the focal length and the distance cannot be told apart", where,
+    throw bad_input("the focal length and the distance cannot be separated", where,
                     "the target must not lie parallel to the image; tilt the camera");
   }
   if (depth->focal_m < 0) {
@@ -181,7 +181,7 @@ std::string status_of(const CameraReport& report, const Fit& fit, bool has_covar
     return fmt::format("RMS {:.3f} px above the limit of {:g} px", report.full.rms_px,
                        options.max_rms_px);
   }
-  if (!has_covariance) return "ill-conditioned: the parameters cannot be told apart";
+  if (!has_covariance) return "ill-conditioned: the parameters cannot be separated";
   if (report.centre_sd_px > options.max_centre_sd_px) {
     return fmt::format("ill-conditioned: image centre known to {:.1f} px only (limit {:g} px)",
                        report.centre_sd_px, options.max_centre_sd_px);

@@ -82,17 +82,17 @@ RC_GTEST_PROP(CameraProperty, TsaiRefusesWhatLiesBeyondItsMonotonicLimit, (int))
   const CameraModel model{TsaiLens{f, kappa, 800, 600, 1, 3.45e-6, 3.45e-6}, 1600, 1200};
   // Undistorted radius r + kappa r^3 is largest at r = sqrt(-1 / (3 kappa)).
   const double limit = 2.0 / 3.0 * std::sqrt(-1 / (3 * kappa));
-  const double share = between(0.5, 1.5), turn = between(0, 6.28), z = between(0.3, 3);
-  RC_PRE(std::abs(share - 1) > 1e-9);
+  const double fraction = between(0.5, 1.5), turn = between(0, 6.28), z = between(0.3, 3);
+  RC_PRE(std::abs(fraction - 1) > 1e-9);
   const Eigen::Vector2d undistorted =
-      share * limit * Eigen::Vector2d(std::cos(turn), std::sin(turn));
+      fraction * limit * Eigen::Vector2d(std::cos(turn), std::sin(turn));
   const auto image =
       project(model, Eigen::Vector3d(undistorted.x() / f, undistorted.y() / f, 1) * z);
-  RC_ASSERT(image.has_value() == (share < 1));
-  const double distorted = share * std::sqrt(-1 / (3 * kappa));
+  RC_ASSERT(image.has_value() == (fraction < 1));
+  const double distorted = fraction * std::sqrt(-1 / (3 * kappa));
   const Eigen::Vector2d px(800 + distorted * std::cos(turn) / 3.45e-6,
                            600 + distorted * std::sin(turn) / 3.45e-6);
-  RC_ASSERT(unproject(model, px).has_value() == (share < 1));
+  RC_ASSERT(unproject(model, px).has_value() == (fraction < 1));
 }
 
 RC_GTEST_PROP(CameraProperty, NothingBehindTheCameraHasAnImage, (int)) {

@@ -31,7 +31,7 @@ inline Eigen::MatrixXd smooth_shapes(const JointFrame& frame) {
   return std::sqrt(static_cast<double>(points)) * (factor.householderQ() * first);
 }
 
-/// Adds an error that all points of a frame share: a quadratic function of the place, in u and v.
+/// Adds an error common to all points of a frame: a quadratic function of the place, in u and v.
 inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
   std::normal_distribution<double> normal(0, sd_px);
   const Eigen::MatrixXd shapes = smooth_shapes(frame);
@@ -44,7 +44,7 @@ inline void disturb(JointFrame& frame, double sd_px, std::mt19937& random) {
 }
 
 /// Makes the frames that the model's cameras see of its placements, all 12 x 9 points.
-inline void see(JointModel& model, double noise_px, unsigned seed, double common_share = 0) {
+inline void see(JointModel& model, double noise_px, unsigned seed, double common_part = 0) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
   model.frames.clear();
@@ -61,7 +61,7 @@ inline void see(JointModel& model, double noise_px, unsigned seed, double common
                                 *px + Eigen::Vector2d(noise(random), noise(random)),
                                 noise_px * noise_px * Eigen::Matrix2d::Identity()});
       }
-      if (common_share > 0) disturb(frame, common_share * noise_px, random);
+      if (common_part > 0) disturb(frame, common_part * noise_px, random);
       model.frames.push_back(frame);
     }
   }
@@ -86,7 +86,7 @@ inline JointModel forgotten(const JointModel& model) {
 class SyntheticBench {
  public:
   explicit SyntheticBench(unsigned seed, int free_poses = 8, double noise_px = 0.05,
-                          double common_share = 0)
+                          double common_part = 0)
       : random_(seed) {
     model_.bow.half_m = {0.11, 0.08};
     model_.bow.mean = {0.394, 0.417};  // of 12 and 9 equally spaced points
@@ -98,7 +98,7 @@ class SyntheticBench {
       model_.placements.push_back(stage);
     }
     for (int i = 0; i < free_poses; ++i) model_.placements.push_back(free_pose(i));
-    see(model_, noise_px, seed + 1000, common_share);
+    see(model_, noise_px, seed + 1000, common_part);
   }
 
   [[nodiscard]] const JointModel& true_model() const { return model_; }
@@ -113,10 +113,10 @@ class SyntheticBench {
 
   JointCamera camera(int index) {
     const double turn = (index * 120 + number(-20, 20)) * units::deg;
-    const double lean = number(30, 40) * units::deg, distance = number(0.7, 0.85);
+    const double tilt = number(30, 40) * units::deg, distance = number(0.7, 0.85);
     const Eigen::Vector3d centre =
-        distance * Eigen::Vector3d(std::sin(lean) * std::cos(turn), std::sin(lean) * std::sin(turn),
-                                   std::cos(lean));
+        distance * Eigen::Vector3d(std::sin(tilt) * std::cos(turn), std::sin(tilt) * std::sin(turn),
+                                   std::cos(tilt));
     const Eigen::Vector3d forward = (Eigen::Vector3d(0, 0, 0.03) - centre).normalized();
     const Eigen::Vector3d right = forward.cross(Eigen::Vector3d::UnitZ()).normalized();
     JointCamera result;

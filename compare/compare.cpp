@@ -325,7 +325,8 @@ RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) 
   RealSurface row;
   row.to_surface = to_surface_of(measured, {}, mesh);
   const TriangleMesh real = mesh_of(measured);
-  if (!real.triangles.empty()) row.both_ways = surface_distance(real, mesh, kSurfaceSpacing_m);
+  if (!real.triangles.empty())
+    row.both_directions = surface_distance(real, mesh, kSurfaceSpacing_m);
   return row;
 }
 

@@ -50,7 +50,7 @@ std::string refusal_of(const DrapeInput& input) {
   return "nothing was refused";
 }
 
-TEST(CompareDrape, RealRowsStandInThePapersOrder) {
+TEST(CompareDrape, RealRowsStandInTheOrderOfThePaper) {
   const DrapeInput input = full_input();
   const Report report = compare_drape(input, {});
   std::vector<std::string> rows;

@@ -31,7 +31,7 @@ struct VirtualVirtual {
   std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
   std::size_t paper_order = 0;        ///< place in the paper's tables
   DistanceStatistics statistics;
-  SurfaceDistance surface;  ///< of the two sheets as surfaces, both ways
+  SurfaceDistance surface;  ///< of the two sheets as surfaces, in both directions
 };
 
 /// One equilibrium of a drape against the real cloth.
@@ -59,7 +59,7 @@ struct RealSurface {
   DistanceStatistics to_surface;  ///< of each measured mark to the nearest point of the mesh
   /// First to second: the surface between the measured marks (cells with four of them) to the
   /// mesh. Absent when no cell was measured whole.
-  std::optional<SurfaceDistance> both_ways;
+  std::optional<SurfaceDistance> both_directions;
 };
 
 /// How well the real cloth was measured.

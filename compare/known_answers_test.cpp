@@ -254,11 +254,11 @@ TEST(KnownAnswers, BootstrapCoversTheMeanAsOftenAsItSays) {
     add_bootstrap(distances, s);
     held += s.mean.bootstrap->low_m <= 4 * mm && 4 * mm <= s.mean.bootstrap->high_m;
   }
-  const double share = static_cast<double>(held) / trials;
+  const double fraction = static_cast<double>(held) / trials;
   const double limit = 3 * std::sqrt(0.95 * 0.05 / trials);
-  EXPECT_GT(share, 0.93 - limit);
-  EXPECT_LT(share, 0.96 + limit);
-  RecordProperty("held_percent", std::to_string(100 * share));
+  EXPECT_GT(fraction, 0.93 - limit);
+  EXPECT_LT(fraction, 0.96 + limit);
+  RecordProperty("held_percent", std::to_string(100 * fraction));
 }
 
 TEST(KnownAnswers, BootstrapIsTheSameEveryTimeAndHoldsTheValue) {

@@ -24,7 +24,7 @@
 namespace drape::test {
 namespace {
 
-/// A client that asks for each picture it is told of, as the page does.
+/// A client that asks for each picture that is announced, as the page does.
 class Watcher {
  public:
   explicit Watcher(const RunningBench& server)
@@ -61,7 +61,7 @@ class Watcher {
     return delays_ms_;
   }
 
-  /// When it was told of each set that is stored.
+  /// When it heard of each set that is stored.
   [[nodiscard]] std::vector<std::chrono::steady_clock::time_point> shots() const {
     const std::lock_guard lock(mutex_);
     return shots_;
@@ -94,9 +94,9 @@ class Watcher {
   std::thread thread_;
 };
 
-double quantile(std::vector<double> values, double share) {
+double quantile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values.at(static_cast<std::size_t>(share * static_cast<double>(values.size() - 1)));
+  return values.at(static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1)));
 }
 
 using Watched = LiveConsole;
@@ -140,7 +140,7 @@ TEST_F(Watched, FiveWatchersLoseNoSet) {
   for (std::size_t k = 0; shots.size() == pressed.size() && k < shots.size(); ++k)
     stored_ms.push_back(std::chrono::duration<double, std::milli>(shots[k] - pressed[k]).count());
   if (!stored_ms.empty())
-    std::printf("from the key to stored and told: p50 %.0f ms, p95 %.0f ms\n",
+    std::printf("from the key to stored and announced: p50 %.0f ms, p95 %.0f ms\n",
                 quantile(stored_ms, 0.5), quantile(stored_ms, 0.95));
   std::printf(
       "%d sets of 4 x 1.3 MP in %.0f s, five watchers: %zu pictures, from frame to client p50 "
@@ -175,10 +175,10 @@ Cost cost_of(const std::string& line) {
   }
   ::close(ends[1]);
   Cost cost;
-  const bool told = ::read(ends[0], &cost, sizeof cost) == sizeof cost;
+  const bool reported = ::read(ends[0], &cost, sizeof cost) == sizeof cost;
   ::close(ends[0]);
   ::waitpid(pid, nullptr, 0);
-  if (!told) throw std::runtime_error("no cost of " + line);
+  if (!reported) throw std::runtime_error("no cost of " + line);
   return cost;
 }
 

@@ -153,7 +153,7 @@ name = "cloth"
 # areal_density_g_per_m2 = 138
 # Name what was not measured on this very fabric, e.g. stand_ins = ["shear curves"]; reports show it.
 
-# Kawabata curves (KES-FB), loading and unloading branch; each file begins with the heads of its columns.
+# Kawabata curves (KES-FB), loading and unloading branch; each file begins with the names of its columns.
 [tensile]
 warp = "cloth/tensile_warp.csv"
 weft = "cloth/tensile_weft.csv"
@@ -169,7 +169,7 @@ weft = "cloth/bending_weft.csv"
 
 struct Curve {
   const char* name;
-  const char* heads;
+  const char* headings;
 };
 constexpr Curve kCurves[] = {
     {"tensile", "strain_percent,loading_force_gf_per_cm,unloading_force_gf_per_cm\n"},
@@ -348,7 +348,7 @@ void write_fabric(const fs::path& folder) {
   for (const Curve& curve : kCurves) {
     for (const char* direction : {"warp", "weft"})
       write_durable(folder / "cloth" / fmt::format("{}_{}.csv", curve.name, direction),
-                    curve.heads);
+                    curve.headings);
   }
 }
 

@@ -10,7 +10,7 @@
 
 namespace drape::calib {
 
-/// What all figures share.
+/// What all figures have in common.
 struct FigureContext {
   const Draws* draws = nullptr;
   double noise_variance = 1;     ///< of the detections over what they state

@@ -39,7 +39,7 @@ std::optional<Eigen::Vector2d> image_by_another(const JointCamera& seen_by,
 
 /// Frames of all placements, by a projection that is not ours; errors of a view's points are partly
 /// common.
-void see_by_another(JointModel& model, double noise_px, double common_share, unsigned seed) {
+void see_by_another(JointModel& model, double noise_px, double common_part, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, noise_px);
   model.frames.clear();
@@ -58,7 +58,7 @@ void see_by_another(JointModel& model, double noise_px, double common_share, uns
                                 *px + Eigen::Vector2d(noise(random), noise(random)),
                                 noise_px * noise_px * Eigen::Matrix2d::Identity()});
       }
-      if (common_share > 0) test::disturb(frame, common_share * noise_px, random);
+      if (common_part > 0) test::disturb(frame, common_part * noise_px, random);
       model.frames.push_back(frame);
     }
   }
@@ -142,11 +142,11 @@ Instrument instrument(unsigned seed) {
   made.seed = seed;
   std::mt19937 random(seed + 77);
   made.noise_px = std::uniform_real_distribution<double>(0.02, 0.06)(random);
-  made.common_share = seed % 3 == 0 ? 0 : 0.1;
+  made.common_part = seed % 3 == 0 ? 0 : 0.1;
   made.truth = test::SyntheticBench(seed, 10 + static_cast<int>(seed % 7)).true_model();
   if (seed % 4 == 1) made.truth.cameras.pop_back();
   made.truth.bow.edge_rise_mm.setZero();
-  see_by_another(made.truth, made.noise_px, made.common_share, seed + 1);
+  see_by_another(made.truth, made.noise_px, made.common_part, seed + 1);
   JointModel model = test::forgotten(made.truth);
   start_joint(model);
   JointOptions options;
@@ -167,7 +167,7 @@ AcceptanceInput recorded(const Instrument& of, const std::function<void(JointMod
     later.placements.push_back(rest);
   }
   fault(later);
-  see_by_another(later, of.noise_px, of.common_share, of.seed + 2);
+  see_by_another(later, of.noise_px, of.common_part, of.seed + 2);
   AcceptanceInput input;
   input.target = detections_of(later);
   input.repeats = {"rest_0", "rest_1", "rest_2", "rest_3", "rest_4"};

@@ -14,12 +14,10 @@ namespace drape::calib {
 /// A bench of two or three cameras that is calibrated once. Everything follows from the seed.
 struct Instrument {
   unsigned seed = 0;
-  double noise_px = 0, common_share = 0;
+  double noise_px = 0, common_part = 0;
   /// Of the drawn errors over the stated ones: disturb() adds six shapes, each with a mean square
   /// of 1, that the points' covariances do not state.
-  [[nodiscard]] double noise_ratio() const {
-    return std::sqrt(1 + 6 * common_share * common_share);
-  }
+  [[nodiscard]] double noise_ratio() const { return std::sqrt(1 + 6 * common_part * common_part); }
   JointModel truth;  ///< cameras as they are
   Calibration calibration;
   Rig rig;

@@ -27,16 +27,16 @@ struct Coverage {
     inside += std::abs(error) <= 1.959964 * std::sqrt(variance);
     ++all;
   }
-  [[nodiscard]] double share() const { return static_cast<double>(inside) / all; }
+  [[nodiscard]] double fraction() const { return static_cast<double>(inside) / all; }
 };
 
-/// `share` of the points' noise is common to the points of a view, which nothing states.
-void expect_coverage(double share) {
+/// `part` of the points' noise is common to the points of a view, which nothing states.
+void expect_coverage(double part) {
   const int rigs = test::trial_count(8, 200);
   int stage_alarms = 0;
   Coverage focal, principal, position, turn;
   for (int seed = 0; seed < rigs; ++seed) {
-    const SyntheticBench bench(static_cast<unsigned>(seed), 8, 0.05, share);
+    const SyntheticBench bench(static_cast<unsigned>(seed), 8, 0.05, part);
     JointOptions options;
     options.lens = LensTerms::k1_k2;
     JointModel model = bench.noisy_views();
@@ -68,14 +68,15 @@ void expect_coverage(double share) {
     }
   }
   std::printf(
-      "share %.2f: inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d rigs\n",
-      share, focal.share(), principal.share(), position.share(), turn.share(), rigs);
-  // Six numbers of a kind per rig; three standard deviations of the slice's share beside the
+      "common part %.2f: inside 95 %%: focal %.4f, principal %.4f, centre %.4f, turn %.4f of %d "
+      "rigs\n",
+      part, focal.fraction(), principal.fraction(), position.fraction(), turn.fraction(), rigs);
+  // Six numbers of a kind per rig; three standard deviations of the slice's fraction beside the
   // 92 to 98 % that are asked for.
   const double slack = rigs < 200 ? 3 * std::sqrt(0.95 * 0.05 / (6.0 * rigs)) : 0;
   for (const Coverage& kind : {focal, principal, position, turn}) {
-    EXPECT_GE(kind.share(), 0.92 - slack);
-    EXPECT_LE(kind.share(), 0.98 + slack);
+    EXPECT_GE(kind.fraction(), 0.92 - slack);
+    EXPECT_LE(kind.fraction(), 0.98 + slack);
   }
   // A true stage is seen off by four standard deviations in one of 16,000 figures.
   EXPECT_EQ(stage_alarms, 0);
@@ -85,7 +86,7 @@ TEST(JointCoverage, NinetyFivePercentIntervalsHoldWithIndependentNoise) {
   expect_coverage(0);
 }
 
-TEST(JointCoverage, AndWhereThePointsOfAViewShareAPartOfIt) {
+TEST(JointCoverage, AndWhereAPartIsCommonToThePointsOfAView) {
   expect_coverage(0.1);
 }
 

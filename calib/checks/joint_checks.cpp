@@ -61,7 +61,7 @@ void check_directions(const JointModel& model, std::size_t camera) {
   const double tilt = largest_tilt_deg(model, camera);
   if (tilt < kLeastTiltDeg) {
     throw bad_input(fmt::format("too little tilt: the target is at most {:.1f} deg off parallel to "
-                                "the image, so focal length and distance cannot be told apart",
+                                "the image, so focal length and distance cannot be separated",
                                 tilt),
                     where, "add views with the target tilted by 30 degrees, to both sides");
   }
@@ -188,7 +188,7 @@ std::string joint_status(const JointReport& report, bool converged, bool has_cov
     }
   }
   if (!has_covariance)
-    return "ill-conditioned: the parameters cannot be told apart; add views with other tilts";
+    return "ill-conditioned: the parameters cannot be separated; add views with other tilts";
   for (const JointCameraReport& camera : report.cameras) {
     if (camera.centre_sd_px > options.max_centre_sd_px) {
       return fmt::format(

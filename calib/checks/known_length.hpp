@@ -9,7 +9,7 @@ namespace drape::calib {
 
 /// Throws Error(bad_input) when the length that the operator measured on the target contradicts its
 /// pitch by more than three standard uncertainties: every measured millimetre would be wrong by the
-/// same share. Names the pitch that would agree.
+/// same fraction. Names the pitch that would agree.
 void check_known_length(const Target& target);
 
 /// Standard uncertainty of the print's scale (1), 0 when no length was measured.

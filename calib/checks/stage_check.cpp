@@ -35,17 +35,17 @@ void add_findings(StageCheck& check, double half_m) {
       "square or measure the stage, or calibrate with --method joint --free-stages, which takes "
       "every stage but the first as a free pose";
   for (int i = 0; i < 2; ++i) {
-    if (large(check.lean_deg[i], check.lean_sd_deg[i], check.lean_deg[i] * deg * stroke_m)) {
+    if (large(check.tilt_deg[i], check.tilt_sd_deg[i], check.tilt_deg[i] * deg * stroke_m)) {
       check.findings.push_back(fmt::format(
-          "z stage: its axis leans by {:+.3f} +- {:.3f} deg off the target's normal towards {}; {}",
-          check.lean_deg[i], check.lean_sd_deg[i], "xy"[i], remedy));
+          "z stage: its axis tilts by {:+.3f} +- {:.3f} deg off the target's normal towards {}; {}",
+          check.tilt_deg[i], check.tilt_sd_deg[i], "xy"[i], remedy));
     }
   }
   if (large(check.stroke_percent, check.stroke_sd_percent, check.stroke_percent / 100 * stroke_m)) {
     const double factor = 1 + check.stroke_percent / 100;
     if (factor < 0) {
       check.contradiction = fmt::format(
-          "the target goes the other way than z_mm in rig.toml says ({:+.3f} +- {:.3f} % of the "
+          "the target moves against z_mm in rig.toml ({:+.3f} +- {:.3f} % of the "
           "stroke): is the sign of every z_mm wrong, or the order of the stages reversed?",
           100 * factor, check.stroke_sd_percent);
       check.findings.push_back("z stage: " + check.contradiction);
@@ -76,8 +76,8 @@ StageCheck check_of(const ModeVector& found, const ModeMatrix& covariance, doubl
   const ModeVector sd = covariance.diagonal().cwiseSqrt();
   StageCheck check;
   check.stroke_mm = stroke_m / mm;
-  check.lean_deg = found.head<2>() / deg;
-  check.lean_sd_deg = sd.head<2>() / deg;
+  check.tilt_deg = found.head<2>() / deg;
+  check.tilt_sd_deg = sd.head<2>() / deg;
   check.stroke_percent = 100 * found[2];
   check.stroke_sd_percent = 100 * sd[2];
   check.turn_deg = found.tail<3>() * stroke_m / deg;
@@ -131,7 +131,7 @@ std::size_t count_points(const JointModel& model) {
   return points;
 }
 
-/// How far a stage lies from where it was said to: turn (rad) and way (mm).
+/// How far a stage lies from where it was said to: turn (rad) and shift (mm).
 ModeVector deviation_of(const Placement& placement, const Vector3d& said_m) {
   const Eigen::AngleAxisd turn(placement.world_from_target.rotation);
   ModeVector deviation;
@@ -153,16 +153,16 @@ void add_strays(StageCheck& check, const JointModel& model, const std::vector<Fr
                 const Eigen::VectorXd& left, const MatrixXd& covariance) {
   double farthest = 0;  // mm; a stage of its own explains more than a stroke of all
   for (std::size_t i = 0; i < freed.size(); ++i) {
-    const Vector3d way = left.segment<3>(static_cast<Index>(kModes * i) + 3);
+    const Vector3d shift = left.segment<3>(static_cast<Index>(kModes * i) + 3);
     const Vector3d sd =
         covariance.diagonal().segment<3>(static_cast<Index>(kModes * i) + 3).cwiseSqrt();
-    if (way.norm() < harmless_stage_m / mm || way.cwiseQuotient(sd).norm() < kSigmas) continue;
+    if (shift.norm() < harmless_stage_m / mm || shift.cwiseQuotient(sd).norm() < kSigmas) continue;
     check.findings.push_back(fmt::format(
         "z stage: set {} lies ({:+.3f}, {:+.3f}, {:+.3f}) mm off the line of the others; correct "
         "its z_mm in rig.toml or calibrate with --free-stages",
-        model.placements[freed[i].placement].set, way.x(), way.y(), way.z()));
-    if (way.norm() > farthest) check.contradiction = check.findings.back();
-    farthest = std::max(farthest, way.norm());
+        model.placements[freed[i].placement].set, shift.x(), shift.y(), shift.z()));
+    if (shift.norm() > farthest) check.contradiction = check.findings.back();
+    farthest = std::max(farthest, shift.norm());
   }
 }
 
@@ -274,10 +274,10 @@ std::optional<StageCheck> check_stages(const Camera& camera,
 
 std::string text_of(const StageCheck& check) {
   return fmt::format(
-      "axis leans by ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) deg towards x and y, stroke off by "
+      "axis tilts by ({:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}) deg towards x and y, stroke off by "
       "{:+.4f} +- {:.4f} %, target turns by ({:+.4f}, {:+.4f}, {:+.4f}) +- ({:.4f}, {:.4f}, "
       "{:.4f}) deg over {:.0f} mm",
-      check.lean_deg.x(), check.lean_deg.y(), check.lean_sd_deg.x(), check.lean_sd_deg.y(),
+      check.tilt_deg.x(), check.tilt_deg.y(), check.tilt_sd_deg.x(), check.tilt_sd_deg.y(),
       check.stroke_percent, check.stroke_sd_percent, check.turn_deg.x(), check.turn_deg.y(),
       check.turn_deg.z(), check.turn_sd_deg.x(), check.turn_sd_deg.y(), check.turn_sd_deg.z(),
       check.stroke_mm);

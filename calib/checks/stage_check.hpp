@@ -15,7 +15,7 @@ namespace drape::calib {
 /// How the target really moved on its z stage, as far as the views tell.
 struct StageCheck {
   double stroke_mm = 0;                   ///< highest minus lowest stage
-  Eigen::Vector2d lean_deg, lean_sd_deg;  ///< of the axis off the plate's normal, towards x and y
+  Eigen::Vector2d tilt_deg, tilt_sd_deg;  ///< of the axis off the plate's normal, towards x and y
   double stroke_percent = 0, stroke_sd_percent = 0;  ///< travel minus what rig.toml says
   Eigen::Vector3d turn_deg, turn_sd_deg;  ///< of the plate about x, y, z over the whole stroke
   /// Why the target's pitch and the stage's strokes cannot both be right; empty: they may be.

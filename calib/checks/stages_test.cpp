@@ -52,15 +52,15 @@ WorldFromTarget raised(double x_m, double y_m, double z_m) {
 
 constexpr double kStroke_m = 0.06;
 
-TEST(StageCheck, TellsTheLeanOfTheAxisAndSaysSo) {
-  const double lean_rad = 0.5 * deg;
+TEST(StageCheck, MeasuresTheTiltOfTheAxisAndSaysSo) {
+  const double tilt_rad = 0.5 * deg;
   const JointResult result =
-      calibrated(views_of_a_bad_stage(raised(lean_rad * kStroke_m, 0, kStroke_m), true));
+      calibrated(views_of_a_bad_stage(raised(tilt_rad * kStroke_m, 0, kStroke_m), true));
   ASSERT_TRUE(result.report.stages);
   const StageCheck& check = *result.report.stages;
-  EXPECT_NEAR(check.lean_deg.x(), 0.5, 0.03 + 4 * check.lean_sd_deg.x());
-  EXPECT_LT(check.lean_sd_deg.maxCoeff(), 0.05);
-  EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("z stage: its axis leans by +0.5")));
+  EXPECT_NEAR(check.tilt_deg.x(), 0.5, 0.03 + 4 * check.tilt_sd_deg.x());
+  EXPECT_LT(check.tilt_sd_deg.maxCoeff(), 0.05);
+  EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("z stage: its axis tilts by +0.5")));
   EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("--free-stages")));
 }
 
@@ -72,7 +72,7 @@ TEST(StageCheck, TellsAWrongStrokeAndSaysSo) {
   EXPECT_THAT(result.calibration.warnings, Contains(HasSubstr("z stage: its stroke differs by +")));
 }
 
-TEST(StageCheck, TellsATargetThatTipsOnItsWay) {
+TEST(StageCheck, MeasuresATargetThatTipsAsItRises) {
   WorldFromTarget tipped = raised(0, 0, kStroke_m);
   tipped.rotation = rotation_about(0.3 * deg * Eigen::Vector3d::UnitY());
   const JointResult result = calibrated(views_of_a_bad_stage(tipped, true));
@@ -208,7 +208,7 @@ TEST(OnePlane, ParallelToTheImageIsRefusedByName) {
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
     EXPECT_THAT(error.what(),
-                testing::AnyOf(HasSubstr("too little tilt"), HasSubstr("cannot be told apart")));
+                testing::AnyOf(HasSubstr("too little tilt"), HasSubstr("cannot be separated")));
     EXPECT_THAT(error.what(), HasSubstr("cam0"));
   }
 }

@@ -15,9 +15,8 @@ namespace fs = std::filesystem;
 
 [[nodiscard]] Error refused(const fs::path& file, const std::string& field,
                             const std::string& what) {
-  return bad_input(
-      what, {.file = file.string(), .field = field},
-      "write the model anew with mrcal, lean: LENSMODEL_PINHOLE, _OPENCV4 or _OPENCV5");
+  return bad_input(what, {.file = file.string(), .field = field},
+                   "write the model again with mrcal, as LENSMODEL_PINHOLE, _OPENCV4 or _OPENCV5");
 }
 
 /// A model is a Python dictionary of names, strings and flat lists of numbers; anything nested is

@@ -155,7 +155,7 @@ AloneCamera solve_alone(JointModel& model, std::size_t index, bool lens_known,
     const auto found = focal_px(homographies, middle);
     if (!found) {
       throw bad_input(
-          "the focal length cannot be told from the distance: the target lies parallel "
+          "the focal length cannot be separated from the distance: the target lies parallel "
           "to the image in all views",
           {.camera = camera.name},
           "add views with the target tilted by 30 degrees or more, to both sides");

@@ -117,12 +117,12 @@ TEST(JointRefusals, AllViewsInOneCornerOfTheImage) {
   EXPECT_THAT(refusal(model), HasSubstr("one corner of the image"));
 }
 
-TEST(JointRefusals, ACameraThatSharesNoView) {
+TEST(JointRefusals, ACameraWithoutACommonView) {
   JointModel model = SyntheticBench(5).true_model();
   std::erase_if(model.frames, [](const JointFrame& frame) {
     return (frame.camera == 2) == (frame.placement < 6);
   });
-  EXPECT_THAT(refusal(model), AllOf(HasSubstr("shares no view"), HasSubstr("cam2")));
+  EXPECT_THAT(refusal(model), AllOf(HasSubstr("has no view"), HasSubstr("cam2")));
 }
 
 TEST(JointRefusals, DuplicateViewsAreNamed) {

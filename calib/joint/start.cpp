@@ -211,7 +211,7 @@ std::vector<Motion> relative_cameras(const JointModel& model, const Poses& poses
   for (std::size_t c = 0; c < found.size(); ++c) {
     if (!found[c]) {
       if (behind[c]) refuse_mirrored(model, c);
-      throw bad_input("this camera shares no view of the target with the others",
+      throw bad_input("this camera has no view of the target in common with the others",
                       {.camera = model.cameras[c].camera.name},
                       "record the target where this camera and another one see it together");
     }

@@ -9,7 +9,7 @@ namespace drape::calib {
 
 /// How far the views themselves scatter, and what that makes of the parameters' covariance.
 struct ViewScatter {
-  /// Of the cameras' moved parameters and the bow; empty when they cannot be told apart. Widened by
+  /// Of the cameras' moved parameters and the bow; empty when they cannot be separated. Widened by
   /// Student's t, so that +-1.96 standard deviations are a 95 % interval.
   Eigen::MatrixXd covariance;
   double inflation = 1;           ///< variance of the views over that of their points' noise

@@ -60,7 +60,7 @@ void check_frame(const FrameDetections& frame, const RigCamera& camera) {
     throw bad_input(fmt::format("the image is {} x {} px, the rig's camera has {} x {} px",
                                 frame.width_px, frame.height_px, camera.width_px, camera.height_px),
                     {.camera = frame.camera, .set = frame.set},
-                    "correct width_px and height_px in rig.toml or record anew");
+                    "correct width_px and height_px in rig.toml or record again");
   }
 }
 

@@ -87,7 +87,7 @@ class CameraDevice {
   [[nodiscard]] virtual CameraIdentity identity() const = 0;
   /// Writes the settings in the order they depend on each other, with exposure, gain and white
   /// balance no longer automatic, and reads all of them back. Throws when the camera took another
-  /// value than it was told (exposure, gain, rate: by more than 2 %).
+  /// value than was asked for (exposure, gain, rate: by more than 2 %).
   /// "pixel_format" of what is returned names the format of the frames.
   [[nodiscard]] virtual std::vector<SettingReadBack> configure(const CameraSettings& settings) = 0;
   /// Writes the exposure and the gain that are there, also while it streams, and reads both back;

@@ -325,7 +325,7 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
         {"picture of " + report.name, !quality_fault(q, limits),
          fmt::format("mean level {:.0f}, contrast {:.0f}, saturated {:.1f} %, sharpness "
                      "{:.2f} of the contrast per px",
-                     q.mean, q.contrast, 100 * q.saturated_share, q.sharpness),
+                     q.mean, q.contrast, 100 * q.saturated_fraction, q.sharpness),
          quality_remedy(q, limits)});
   }
   return checks;

@@ -24,10 +24,10 @@ struct Check {
 
 struct LinkNeeds {
   double bytes_per_s = 0;   ///< image data and packet headers of one camera
-  int packet_delay_ns = 0;  ///< that lets `cameras` share one link without colliding
+  int packet_delay_ns = 0;  ///< that lets `cameras` use one link without colliding
 };
 
-/// Budget of cameras that share one link. A packet of `packet_size_bytes` goes with 18 bytes of
+/// Budget of cameras on one link. A packet of `packet_size_bytes` goes with 18 bytes of
 /// Ethernet frame around it and 20 of gap and preamble; the delay lets every other camera send a
 /// packet in between.
 [[nodiscard]] LinkNeeds link_needs(double frame_bytes, double frame_rate_hz, int packet_size_bytes,

@@ -39,8 +39,8 @@ class Debian : public testing::Test {
   [[nodiscard]] LiveResult capture(int frames, const std::function<void(int)>& at_set = {}) const {
     LiveOptions options;
     if (at_set)
-      options.progress = [&](double share, const std::string&) {
-        at_set(static_cast<int>(std::lround(share * frames)));
+      options.progress = [&](double fraction, const std::string&) {
+        at_set(static_cast<int>(std::lround(fraction * frames)));
       };
     options.frames = frames;
     options.patience_s = options.opening_s = 300;  // of a busy machine

@@ -20,7 +20,7 @@ SyncMethod method_of(const TomlTable& table, const std::string& key, const std::
         SyncMethod::action, SyncMethod::scheduled_action}) {
     if (to_string(m) == name) return m;
   }
-  table.reject(key, fmt::format("`{}` is no way to synchronise cameras", name),
+  table.reject(key, fmt::format("`{}` does not synchronise cameras", name),
                "use free_run, software_trigger, line_trigger, action or scheduled_action");
 }
 

@@ -43,8 +43,8 @@ class Clocks : public testing::Test {
     options.patience_s = options.opening_s = 300;
     options.host_program = test::program("drape-camera-host");
     if (at_set)
-      options.progress = [=](double share, const std::string&) {
-        at_set(static_cast<int>(share * frames));
+      options.progress = [=](double fraction, const std::string&) {
+        at_set(static_cast<int>(fraction * frames));
       };
     return capture_live(file_, options);
   }

@@ -93,8 +93,8 @@ struct LiveBench {
                                    const std::function<void(int)>& at_set = {}) const {
     LiveOptions options;
     if (at_set)
-      options.progress = [&](double share, const std::string&) {
-        at_set(static_cast<int>(share * frames));
+      options.progress = [&](double fraction, const std::string&) {
+        at_set(static_cast<int>(fraction * frames));
       };
     options.frames = frames;
     options.patience_s = patience_s;

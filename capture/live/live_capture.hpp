@@ -44,7 +44,7 @@ struct LiveOptions {
   std::function<void(std::size_t camera, const CameraHost& host,
                      const CameraHost::LightAnswer& answer)>
       on_light = {};
-  /// Told at once when a camera is lost, and when it is back.
+  /// Called at once when a camera is lost, and when it is back.
   std::function<void(const struct LiveFault&)> on_camera = {};
 
   void check() const;

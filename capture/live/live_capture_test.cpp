@@ -144,7 +144,7 @@ TEST(LiveCapture, TheLedgerIsThatOfTheCameras) {
 TEST(LiveCapture, FreeRunningCamerasThatExposeApartAreBroughtIntoStep) {
   DRAPE_REQUIRE_PRIVATE_NETWORK();
   bool apart = false;
-  // On a busy machine cameras that are told to begin together may happen to be in step after all.
+  // On a busy machine cameras that begin at one command may happen to be in step after all.
   for (int attempt = 0; attempt < 5 && !apart; ++attempt) {
     // Periods of 100 ms; each camera exposes that long after it begins.
     const Bench bench(3, SyncMethod::free_run, 320, 240, 10, {0.0, 0.033, 0.067});

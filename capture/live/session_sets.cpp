@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kScheduleAhead_s = 0.03;  ///< until every camera surely holds the command
 constexpr double kTriggerEarly_s = 2e-3;   ///< clock error allowed before a trigger
-constexpr double kStreamEnds_s = 0.3;      ///< once told to
+constexpr double kStreamEnds_s = 0.3;      ///< once asked to
 
 /// Then its frames are assigned by counting triggers.
 bool never_had_clock(const Running& r) {

@@ -46,8 +46,8 @@ LiveResult capture(int frames, const std::function<void()>& after_five = {},
   options.opening_s = kPatience_s;
   options.host_program = test::program("drape-camera-host");
   bool done = false;
-  options.progress = [&](double share, const std::string&) {
-    if (done || !after_five || share * frames < 5) return;
+  options.progress = [&](double fraction, const std::string&) {
+    if (done || !after_five || fraction * frames < 5) return;
     done = true;
     after_five();
   };
@@ -138,17 +138,17 @@ TEST(V4l2Capture, TimeStampsThatAreNotTheHostsAreNamedAndPairNothing) {
 
 /// bench1's drape_A through the driver: each frame is written to an output, and the three cameras
 /// that show them are captured together by the program as a person runs it. The recording stays in
-/// $DRAPE_GUEST_SHARE for the host to look at.
+/// $DRAPE_GUEST_FOLDER for the host to look at.
 TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
-  const char* share = std::getenv("DRAPE_GUEST_SHARE");
-  if (share == nullptr)
+  const char* folder = std::getenv("DRAPE_GUEST_FOLDER");
+  if (folder == nullptr)
     GTEST_SKIP()
-        << "DRAPE_GUEST_SHARE is missing: LiveIsReplay.ThroughTheKernelsV4l2Driver sets it and "
+        << "DRAPE_GUEST_FOLDER is missing: LiveIsReplay.ThroughTheKernelsV4l2Driver sets it and "
            "runs this in its guest";
   constexpr std::uint32_t width_px = 1600, height_px = 1200, pixel_clock_hz = 20'000'000;
   std::vector<std::unique_ptr<VividNode>> outputs;  // shown as long as they are open
   for (int c = 0; c < 3; ++c) {
-    const auto pixels = read_bytes(std::filesystem::path(share) / fmt::format("cam{}.raw", c));
+    const auto pixels = read_bytes(std::filesystem::path(folder) / fmt::format("cam{}.raw", c));
     VividNode capture(fmt::format("/dev/video{}", 2 * c));
     VividNode& output =
         *outputs.emplace_back(std::make_unique<VividNode>(fmt::format("/dev/video{}", 2 * c + 1)));
@@ -162,9 +162,9 @@ TEST(V4l2Capture, Bench1ThroughThreeCamerasTogether) {
   const std::string line = fmt::format(
       "'{0}' '{1}/rig' --set drape_A --patience-s {2} --out '{1}/recording' "
       ">'{1}/capture.txt' 2>&1",
-      test::program("drape-capture").string(), share, kPatience_s);
+      test::program("drape-capture").string(), folder, kPatience_s);
   const int status = std::system(line.c_str());
-  EXPECT_EQ(status, 0) << read_text(std::filesystem::path(share) / "capture.txt");
+  EXPECT_EQ(status, 0) << read_text(std::filesystem::path(folder) / "capture.txt");
 }
 
 }  // namespace

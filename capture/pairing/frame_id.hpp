@@ -18,8 +18,8 @@ struct FrameIdRange {
 /// Turns wrapped frame ids into a count that never wraps: 0 for the first frame seen, negative for
 /// frames that were sent before it and arrive late. A camera that counts beyond the range has ids
 /// of 64 bit (GigE Vision 2.0, extended ids), which do not wrap. A frame is taken to be the one
-/// nearest to the newest frame seen, so gaps and delays up to half the range are told apart from a
-/// wrap.
+/// nearest to the newest frame seen, so gaps and delays up to half the range are distinguished from
+/// a wrap.
 class FrameIdUnwrapper {
  public:
   explicit FrameIdUnwrapper(FrameIdRange range);

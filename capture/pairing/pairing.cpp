@@ -129,23 +129,24 @@ void pair_by_trigger(const std::vector<FrameMark>& frames,
   }
 }
 
-struct Heads {
+struct NextFrames {
   std::size_t earliest = 0;  ///< camera
   double first_s = 0, last_s = 0;
 };
 
-Heads heads_of(const std::vector<FrameMark>& frames, const std::vector<Candidates>& candidates,
-               const std::vector<std::size_t>& head) {
-  Heads heads;
+NextFrames next_frames(const std::vector<FrameMark>& frames,
+                       const std::vector<Candidates>& candidates,
+                       const std::vector<std::size_t>& head) {
+  NextFrames next;
   for (std::size_t c = 0; c < head.size(); ++c) {
     const double t = time_of(frames, candidates[c][head[c]]);
-    if (c == 0 || t < heads.first_s) {
-      heads.earliest = c;
-      heads.first_s = t;
+    if (c == 0 || t < next.first_s) {
+      next.earliest = c;
+      next.first_s = t;
     }
-    heads.last_s = c == 0 ? t : std::max(heads.last_s, t);
+    next.last_s = c == 0 ? t : std::max(next.last_s, t);
   }
-  return heads;
+  return next;
 }
 
 /// Spread when the earliest camera's head is replaced by its next frame; nothing without one.
@@ -181,15 +182,15 @@ void pair_by_time(const std::vector<FrameMark>& frames, std::vector<Candidates> 
     return true;
   };
   while (all_have_one()) {
-    const Heads heads = heads_of(frames, candidates, head);
-    const double spread = heads.last_s - heads.first_s;
-    const auto better = spread_without_earliest(frames, candidates, head, heads.earliest);
+    const NextFrames next = next_frames(frames, candidates, head);
+    const double spread = next.last_s - next.first_s;
+    const auto better = spread_without_earliest(frames, candidates, head, next.earliest);
     if (spread <= window_s && !(better && *better < spread)) {
       std::vector<std::size_t> members;
       for (std::size_t c = 0; c < head.size(); ++c) members.push_back(candidates[c][head[c]++]);
       add_set(frames, std::move(members), std::nullopt, result);
     } else {
-      const std::size_t i = candidates[heads.earliest][head[heads.earliest]++];
+      const std::size_t i = candidates[next.earliest][head[next.earliest]++];
       leave_unpaired(frames, i, Unpaired::partner_missing, result);
     }
   }
@@ -211,10 +212,10 @@ void count_expected(const std::vector<FrameMark>& frames, const PairingOptions& 
   for (std::size_t c = 0; c < options.cameras; ++c) {
     CameraLedger& ledger = result.cameras[c];
     const std::int64_t seen = span[c] ? span[c]->second - span[c]->first + 1 : 0;
-    const std::int64_t told = options.triggers.value_or(options.expected_frames.value_or(seen));
+    const std::int64_t asked = options.triggers.value_or(options.expected_frames.value_or(seen));
     const std::int64_t arrived = ledger.in_set + ledger.unpaired + ledger.incomplete;
     // More frames than triggers: the camera exposed on its own, and those frames are in the bins.
-    ledger.expected = std::max(told, arrived);
+    ledger.expected = std::max(asked, arrived);
     ledger.never_arrived = ledger.expected - arrived;
   }
 }

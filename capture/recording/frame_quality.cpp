@@ -11,14 +11,14 @@ namespace {
 
 using Histogram = std::array<std::int64_t, 256>;
 
-/// Level below which `share` of the counted values lie.
-int level_at(const Histogram& histogram, double share) {
+/// Level below which `fraction` of the counted values lie.
+int level_at(const Histogram& histogram, double fraction) {
   std::int64_t total = 0;
   for (const std::int64_t n : histogram) total += n;
   std::int64_t below = 0;
   for (int level = 0; level < 256; ++level) {
     below += histogram[static_cast<std::size_t>(level)];
-    if (static_cast<double>(below) >= share * static_cast<double>(total)) return level;
+    if (static_cast<double>(below) >= fraction * static_cast<double>(total)) return level;
   }
   return 255;
 }
@@ -39,19 +39,20 @@ FrameQuality quality_of(std::span<const std::uint8_t> pixels, int width_px) {
   }
   const auto count = static_cast<double>(pixels.size());
   quality.mean = sum / count;
-  quality.dark_share = static_cast<double>(levels[0] + levels[1] + levels[2] + levels[3]) / count;
-  quality.saturated_share = static_cast<double>(levels[254] + levels[255]) / count;
+  quality.dark_fraction =
+      static_cast<double>(levels[0] + levels[1] + levels[2] + levels[3]) / count;
+  quality.saturated_fraction = static_cast<double>(levels[254] + levels[255]) / count;
   quality.contrast = level_at(levels, 0.99) - level_at(levels, 0.01);
   if (quality.contrast > 0) quality.sharpness = level_at(steps, 0.999) / quality.contrast;
   return quality;
 }
 
 std::optional<std::string> quality_fault(const FrameQuality& q, const QualityLimits& limits) {
-  if (q.saturated_share > limits.largest_saturated_share)
-    return fmt::format("{:.0f} % of its pixels are saturated", 100 * q.saturated_share);
+  if (q.saturated_fraction > limits.largest_saturated_fraction)
+    return fmt::format("{:.0f} % of its pixels are saturated", 100 * q.saturated_fraction);
   if (q.contrast < limits.least_contrast)
     return fmt::format("{} (mean level {:.0f}, contrast {:.0f} of 255)",
-                       q.dark_share > 0.9 ? "it is black" : "it has no contrast", q.mean,
+                       q.dark_fraction > 0.9 ? "it is black" : "it has no contrast", q.mean,
                        q.contrast);
   if (q.sharpness < limits.least_sharpness)
     return fmt::format("it is blurred (steepest edges {:.0f} % of the contrast per px)",
@@ -60,7 +61,8 @@ std::optional<std::string> quality_fault(const FrameQuality& q, const QualityLim
 }
 
 std::string quality_remedy(const FrameQuality& q, const QualityLimits& limits) {
-  if (q.saturated_share > limits.largest_saturated_share) return "lower exposure_us or the light";
+  if (q.saturated_fraction > limits.largest_saturated_fraction)
+    return "lower exposure_us or the light";
   if (q.contrast < limits.least_contrast)
     return "take the lens cap off, raise exposure_us or the light";
   return "focus the lens and lock it, then calibrate again";

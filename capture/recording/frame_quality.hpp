@@ -10,10 +10,10 @@ namespace drape::capture {
 
 /// What can be measured in an 8-bit grey frame without knowing what it shows.
 struct FrameQuality {
-  double mean = 0;             ///< grey level, 0..255
-  double dark_share = 0;       ///< pixels at level 3 or below
-  double saturated_share = 0;  ///< pixels at level 254 or above: some sensors end there
-  double contrast = 0;         ///< level of the brightest percent minus that of the darkest
+  double mean = 0;                ///< grey level, 0..255
+  double dark_fraction = 0;       ///< pixels at level 3 or below
+  double saturated_fraction = 0;  ///< pixels at level 254 or above: some sensors end there
+  double contrast = 0;            ///< level of the brightest percent minus that of the darkest
   /// Steepest edges over contrast: the 99.9th percentile of the difference between neighbouring
   /// pixels, divided by `contrast`. A sharp edge reaches about 0.3 or more, whatever the light.
   double sharpness = 0;
@@ -21,7 +21,7 @@ struct FrameQuality {
 
 struct QualityLimits {
   double least_contrast = 30;
-  double largest_saturated_share = 0.05;
+  double largest_saturated_fraction = 0.05;
   double least_sharpness = 0.10;
 };
 

@@ -61,7 +61,7 @@ TEST(Motion, ACornerOfTheClothThatMovesAloneIsSeen) {
   EXPECT_NEAR(block_motion(view(first), view(second), {}).largest_px(), 0.5, 0.06);
 }
 
-TEST(Motion, ACameraThatMovedIsToldFromTheTableBehindTheCloth) {
+TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
   for (int camera = 0; camera < 3; ++camera) {
     const cv::Mat empty = frame("empty", camera), drape = frame("drape_A", camera);
     const auto still = background_shift_px(view(empty), view(drape));

@@ -52,7 +52,7 @@ Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame,
   json["raw_file"] = frame.raw.empty() ? Json() : Json(raw_file(camera.name, frame));
   json["raw_sha256"] = frame.raw.empty() ? Json() : Json(sha256_of(frame.raw));
   json["mean_level"] = quality.mean;
-  json["saturated_share"] = quality.saturated_share;
+  json["saturated_share"] = quality.saturated_fraction;
   json["sharpness_per_px"] = quality.sharpness;
   return json;
 }

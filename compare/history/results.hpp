@@ -74,7 +74,7 @@ struct ShownResult {
 /// A whole table or view. Throws Error(usage) listing what there is.
 [[nodiscard]] Table export_table(const StoreReader& store, const std::string& name);
 
-/// The store as SQL text that makes it anew; equal content gives equal text.
+/// The store as SQL text that makes it again; equal content gives equal text.
 [[nodiscard]] std::string dump_sql(const StoreReader& store);
 
 }  // namespace drape::compare

@@ -46,7 +46,7 @@ TEST_F(Results, ListFilters) {
   EXPECT_EQ(list_results(reader, {.scene = "A' OR '1"}).rows.size(), 0U) << "values are bound";
 }
 
-TEST_F(Results, TablesHaveThePapersLayout) {
+TEST_F(Results, TablesHaveTheLayoutOfThePaper) {
   const StoreReader reader(file());
   const auto tables = paper_tables(reader, {});
   ASSERT_EQ(tables.size(), 2U);

@@ -212,9 +212,11 @@ void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Ver
       const bool same =
           number(row[3]) == found.to_surface.mean_m / mm &&
           number(row[4]) == found.to_surface.max_m / mm &&
-          number(row[5]) == (found.both_ways ? found.both_ways->first_to_second.mean_m / mm : -1) &&
-          number(row[6]) ==
-              (found.both_ways ? found.both_ways->second_to_first.hausdorff_m / mm : -1);
+          number(row[5]) ==
+              (found.both_directions ? found.both_directions->first_to_second.mean_m / mm : -1) &&
+          number(row[6]) == (found.both_directions
+                                 ? found.both_directions->second_to_first.hausdorff_m / mm
+                                 : -1);
       if (!same)
         result.findings.push_back(fmt::format(
             "surface comparison {} does not come out of its files", row[0].substr(0, 12)));

@@ -276,7 +276,7 @@ TEST_F(Sealed, WhyAnswersForPairsSheetsAndSingleMarksToo) {
   EXPECT_TRUE(of_sheet.complete && ends_at_photographs(of_sheet));
 }
 
-TEST_F(Sealed, WhySaysWhereTheWayIsBroken) {
+TEST_F(Sealed, WhySaysWhereTheTraceIsBroken) {
   write_durable(folder_.path() / "bench" / "recording" / "drape_A" / "cam2.png", "another");
   const Explanation why = explain(StoreReader(store()), first_key(), "rms_mm");
   EXPECT_FALSE(why.complete);

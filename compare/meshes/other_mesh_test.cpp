@@ -193,9 +193,9 @@ TEST(OtherSurface, DistancesToAPlaneAreTheHeightsOfTheMarks) {
   EXPECT_NEAR(row.to_surface.max_m, largest, 1e-12);
   // Covariances of (0.03 mm)^2 in every direction.
   EXPECT_NEAR(*row.to_surface.mean.sigma_m, 0.03 * mm / 11, 1e-12);
-  ASSERT_TRUE(row.both_ways);
-  EXPECT_NEAR(row.both_ways->first_to_second.hausdorff_m, largest, 1e-12);
-  EXPECT_GT(row.both_ways->second_to_first.hausdorff_m, 0.4)
+  ASSERT_TRUE(row.both_directions);
+  EXPECT_NEAR(row.both_directions->first_to_second.hausdorff_m, largest, 1e-12);
+  EXPECT_GT(row.both_directions->second_to_first.hausdorff_m, 0.4)
       << "the plane goes on where no mark is";
 }
 

@@ -61,7 +61,7 @@ TEST(BestTurn, FindsTheTurnOfASheetExactly) {
   }
 }
 
-TEST(BestTurn, FindsASheetThatLiesTheOtherWayRound) {
+TEST(BestTurn, FindsASheetThatLiesTurnedAround) {
   const test::Shape opposite = [](const Eigen::Vector2d& m) {
     return folded(Eigen::Vector2d(kFlatPatch_m, kFlatPatch_m) - m);
   };

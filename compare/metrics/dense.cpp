@@ -32,7 +32,9 @@ struct Gathered {
     squares += weight * distance * distance;
     largest = std::max(largest, distance);
   }
-  [[nodiscard]] OneWay finish() const { return {sum / area, std::sqrt(squares / area), largest}; }
+  [[nodiscard]] OneDirection finish() const {
+    return {sum / area, std::sqrt(squares / area), largest};
+  }
 };
 
 /// Centroids of the n^2 equal triangles of one triangle.
@@ -50,7 +52,7 @@ void visit_pieces(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
   }
 }
 
-OneWay one_way(const TriangleMesh& from, const NearestSurface& to, double spacing_m) {
+OneDirection one_direction(const TriangleMesh& from, const NearestSurface& to, double spacing_m) {
   Gathered gathered;
   for (const auto& [i, j, k] : from.triangles) {
     const Eigen::Vector3d &a = from.points[i], &b = from.points[j], &c = from.points[k];
@@ -202,7 +204,7 @@ SurfaceDistance surface_distance(const TriangleMesh& first, const TriangleMesh& 
                                  double spacing_m) {
   if (!(spacing_m > 0)) throw usage_error("the spacing of samples must be above 0 mm", "");
   const NearestSurface to_first(first), to_second(second);
-  return {one_way(first, to_second, spacing_m), one_way(second, to_first, spacing_m)};
+  return {one_direction(first, to_second, spacing_m), one_direction(second, to_first, spacing_m)};
 }
 
 }  // namespace drape::compare

@@ -43,7 +43,7 @@ class NearestSurface {
                                                   const Eigen::Vector3d& c);
 
 /// Distances from one surface to another, in one direction.
-struct OneWay {
+struct OneDirection {
   double mean_m = 0;       ///< over the area
   double rms_m = 0;        ///< over the area
   double hausdorff_m = 0;  ///< largest, at the samples
@@ -52,7 +52,7 @@ struct OneWay {
 /// What can be said of two surfaces without knowing which point belongs to which. It is always at
 /// most the distance of corresponding points: cloth that slid along itself has none.
 struct SurfaceDistance {
-  OneWay first_to_second, second_to_first;
+  OneDirection first_to_second, second_to_first;
   [[nodiscard]] double mean_m() const;       ///< of both directions
   [[nodiscard]] double hausdorff_m() const;  ///< larger of both directions
 };

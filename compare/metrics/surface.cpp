@@ -17,7 +17,7 @@ constexpr double kEdgeTolerance_m = 1e-9;
 constexpr double kLatticeTolerance_m = 1e-6;
 
 /// The one coordinate common to all marks of a row (or column).
-void share(std::optional<double>& slot, double value, const SheetMark& mark, const char* axis,
+void agree(std::optional<double>& slot, double value, const SheetMark& mark, const char* axis,
            const std::string& file) {
   if (slot && std::abs(*slot - value) > kLatticeTolerance_m) {
     throw bad_input(
@@ -69,8 +69,8 @@ Surface::Surface(const Sheet& sheet, const std::string& file) {
   for (const SheetMark& mark : sheet.marks) {
     const auto row = static_cast<std::size_t>(mark.mark.row);
     const auto col = static_cast<std::size_t>(mark.mark.col);
-    share(warp[row], mark.material_m.x(), mark, "warp", file);
-    share(weft[col], mark.material_m.y(), mark, "weft", file);
+    agree(warp[row], mark.material_m.x(), mark, "warp", file);
+    agree(weft[col], mark.material_m.y(), mark, "weft", file);
     points_[row * cols + col] = mark.point_in_world;
   }
   warp_m_ = complete(warp, "warp", file);

@@ -41,7 +41,7 @@ class Program : public testing::Test {
   std::string output_;
 };
 
-TEST_F(Program, PrintsThePapersTablesAndTheVerdict) {
+TEST_F(Program, PrintsTheTablesOfThePaperAndTheVerdict) {
   ASSERT_EQ(compare(), 0) << output_;
   for (const char* text : {"Real vs virtual, experiment A", "Virtual vs virtual, experiment A",
                            "5 seg: 11x11 vs 21x21", "GO: measured; mean distance",

@@ -306,7 +306,7 @@ void add_judging(Command& app, ResultsArguments& arguments) {
   add_out(page, arguments);
   Command* why = app.add_subcommand(
       "why",
-      "the way from a number back to photographs and curves; exit code 1 where it is broken");
+      "the trace from a number back to photographs and curves; exit code 1 where it is broken");
   why->add_option("RUN", arguments.key,
                   "start of the key of a comparison (from list), of a pair of simulations, of a "
                   "sheet (drapemeter, uncertainty) or of a calibration (residuals)")

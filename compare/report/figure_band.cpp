@@ -28,7 +28,7 @@ struct Side {
 };
 constexpr std::array<Side, 2> kViews = {{{"from above", 0, 1}, {"from the side", 0, 2}}};
 
-/// World millimetres to the picture, the same scale both ways.
+/// World millimetres to the picture, the same scale in both directions.
 class Frame {
  public:
   Frame(const std::vector<BandMark>& band, const Side& view, double left) : view_(view) {

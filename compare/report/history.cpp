@@ -99,9 +99,9 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
       "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
       "comparison FROM v_comparison ORDER BY id DESC");
-  list.heads = {"scene",     "fabric", "simulator",      "grid",     "segments",
-                "mean (mm)", "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
-                "marks",     "gaps",   "status",         "recorded", "comparison"};
+  list.headings = {"scene",     "fabric", "simulator",      "grid",     "segments",
+                   "mean (mm)", "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
+                   "marks",     "gaps",   "status",         "recorded", "comparison"};
   Table drapemeters = store.query(
       "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, "
       "s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, round(d.covered_area_mm2) AS "
@@ -111,16 +111,16 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "m.sha256 = d.sheet_sha256 LEFT JOIN simulation AS s ON s.sheet_sha256 = d.sheet_sha256 "
       "ORDER "
       "BY drape, sheet, s.segments, s.grid_rows, d.sheet_sha256");
-  drapemeters.heads = {"drape",    "sheet",           "grid",
-                       "segments", "covered (mm²)",   "drape coefficient (%)",
-                       "folds",    "fold depth (mm)", "key of the sheet"};
+  drapemeters.headings = {"drape",    "sheet",           "grid",
+                          "segments", "covered (mm²)",   "drape coefficient (%)",
+                          "folds",    "fold depth (mm)", "key of the sheet"};
   Table pairs = store.query(
       "SELECT scene, pair, round(mean_dist_mm, 2) AS mean_dist_mm, round(max_mm, 2) AS max_mm, "
       "round(hausdorff_mm, 2) AS hausdorff_mm, points, fabric, model, solver, CASE both_at_rest "
       "WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS at_rest, coalesce(measured, 'no real cloth') AS "
       "measured, comparison FROM v_virtual_vs_virtual");
-  pairs.heads = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
-                 "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
+  pairs.headings = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
+                    "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
   const bool go = trend.alarms == 0;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
          "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "

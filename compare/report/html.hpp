@@ -26,7 +26,7 @@ struct PictureColumn {
   std::string head;
   std::vector<std::string> cells;
 };
-/// `<table>` with the heads for people; numeric columns right-aligned.
+/// `<table>` with the headings for people; numeric columns right-aligned.
 [[nodiscard]] std::string html_table(const Table& table, const std::string& css_class = {},
                                      const PictureColumn& pictures = {});
 [[nodiscard]] std::string html_figure(const Figure& figure, const std::string& css_class = {});
@@ -57,7 +57,7 @@ struct PictureColumn {
                                         MarkId mark);
 /// What is in the stated uncertainty and what is not.
 [[nodiscard]] std::string html_budget(const DrapeFiles& drape, const Report& report);
-/// Files with hashes, programs, and the commands that make everything anew.
+/// Files with hashes, programs, and the commands that make everything again.
 [[nodiscard]] std::string html_provenance(const Session& session, const Outcome& outcome,
                                           const std::filesystem::path& report_folder);
 

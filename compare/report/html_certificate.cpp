@@ -49,7 +49,7 @@ std::string calibration_line(const Session& session) {
 Table run_table(const Session& session, const Outcome& outcome) {
   Table table;
   table.names = {"what", "value"};
-  table.heads = {"", ""};
+  table.headings = {"", ""};
   table.numeric = {false, false};
   std::set<std::string> rigs, recordings, fabrics, stand_ins;
   for (const DrapeFiles& drape : session.drapes) {
@@ -110,7 +110,7 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
 Table calibration_findings(const Session& session) {
   Table table;
   table.names = {"what", "value"};
-  table.heads = {"", ""};
+  table.headings = {"", ""};
   table.numeric = {false, false};
   const std::filesystem::path ending = ending_path(run_record_path(session.calibration_file));
   if (!std::filesystem::is_regular_file(ending)) return table;

@@ -234,7 +234,8 @@ std::string html_surfaces(const DrapeInput& input, const Report& report) {
   return html_table(surface_table(input, report)) +
          "<p class=\"soft\">These meshes do not say which point of the cloth a vertex is. A "
          "distance to a surface is at most the distance of the same material point: cloth that "
-         "slid along itself has none. The way from the mesh contains the hem and the gaps, where "
+         "slid along itself has none. The distance from the mesh contains the hem and the gaps, "
+         "where "
          "nothing was measured.</p>\n";
 }
 

@@ -133,7 +133,7 @@ std::string html_provenance(const Session& session, const Outcome& outcome,
   return "<section id=\"provenance\">\n<h2>Provenance</h2>\n<p>Made by " + xml(list) +
          ". Clock times are in the run records (<code>*.run.json</code>) beside each file, not "
          "here: the same input gives the same report, byte for byte.</p>\n<h3>Commands</h3>\n"
-         "<p>Run in the folder of this report, these make everything above anew.</p>\n<pre>" +
+         "<p>Run in the folder of this report, these make everything above again.</p>\n<pre>" +
          commands + "</pre>\n<h3>From the sheets back to photographs and curves</h3>\n" +
          trees(session, outcome, report_folder) + "<h3>Files read</h3>\n" +
          html_table(files, "dense") + "</section>\n";

@@ -104,11 +104,11 @@ std::string html_table(const Table& table, const std::string& css_class,
   if (!css_class.empty()) text += " class=\"" + css_class + "\"";
   text += ">";
   if (!table.title.empty()) text += "<caption>" + xml(table.title) + "</caption>";
-  text +=
-      "<thead><tr>" +
-      row_of("th scope=\"col\"", table.heads.empty() ? table.names : table.heads, table.numeric) +
-      (pictures.cells.empty() ? "" : "<th scope=\"col\">" + xml(pictures.head) + "</th>") +
-      "</tr></thead><tbody>\n";
+  text += "<thead><tr>" +
+          row_of("th scope=\"col\"", table.headings.empty() ? table.names : table.headings,
+                 table.numeric) +
+          (pictures.cells.empty() ? "" : "<th scope=\"col\">" + xml(pictures.head) + "</th>") +
+          "</tr></thead><tbody>\n";
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const bool marked = table.marked_row && *table.marked_row == i;
     text += (marked ? "<tr class=\"best\">" : "<tr>") + row_of("td", table.rows[i], table.numeric) +

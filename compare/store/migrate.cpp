@@ -96,7 +96,7 @@ void migrate(SQLite::Database& database, int from_version) {
   // Another program may have been faster.
   if (database.execAndGet("PRAGMA user_version").getInt() != from_version) return;
   if (from_version < 1 || from_version >= kStoreVersion)
-    throw internal_error(fmt::format("there is no way from store version {}", from_version));
+    throw internal_error(fmt::format("there is no migration from store version {}", from_version));
   drop_views_and_indexes(database);
   from_version == 1 ? from_1(database) : add_absent_tables(database);
   run(database, surrounding_statements());

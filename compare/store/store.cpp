@@ -95,7 +95,7 @@ struct Store::Connection {
   }
 
   /// SQLite answers "busy" at once where waiting could be a deadlock, as in the change of the
-  /// journal mode: opening is then begun anew, until the time of the busy timeout is over.
+  /// journal mode: opening is then tried again, until the time of the busy timeout is over.
   static std::unique_ptr<Connection> open_when_free(const fs::path& path) {
     using Clock = std::chrono::steady_clock;
     const auto last = Clock::now() + std::chrono::milliseconds(kBusyTimeout_ms);

@@ -37,7 +37,7 @@ bool lock_before(int fd, int operation, LockClock::time_point last) {
 
 }  // namespace
 
-/// All pass a gate on their way to the lock; who wants it alone keeps the gate until it has it, so
+/// All pass a gate before the lock; who wants it alone keeps the gate until it has it, so
 /// that those who come later, one after the other, cannot keep it away for ever.
 StoreLock::StoreLock(const fs::path& store, Kind kind) {
   const fs::path folder = store.has_parent_path() ? store.parent_path() : fs::path(".");

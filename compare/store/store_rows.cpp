@@ -171,18 +171,19 @@ bool insert_surface(Writer& writer, const DrapeInput& input, const RealSurface& 
       comparison_key({input.measured.sha256, "surface without marks", surface.sha256});
   if (writer.has("surface_comparison", key)) return false;
   const DistanceStatistics& s = row.to_surface;
-  const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
-    return row.both_ways ? std::optional((*row.both_ways).*one.*value / mm) : std::nullopt;
+  const auto one_direction = [&](OneDirection SurfaceDistance::*one, double OneDirection::*value) {
+    return row.both_directions ? std::optional((*row.both_directions).*one.*value / mm)
+                               : std::nullopt;
   };
-  writer.insert("surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
-                surface.scene, surface.fabric, kMetricsVersion,
-                static_cast<int>(surface.mesh.points.size()),
-                static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
-                in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
-                s.max_m / mm, way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
-                way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
-                way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
-                way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m));
+  writer.insert(
+      "surface_comparison", key, input.measured.sha256, surface.sha256, surface.simulator,
+      surface.scene, surface.fabric, kMetricsVersion, static_cast<int>(surface.mesh.points.size()),
+      static_cast<int>(surface.mesh.triangles.size()), s.marks, s.mean_m / mm,
+      in_mm(s.mean.sigma_m), low_mm(s.mean), high_mm(s.mean), s.rms_m / mm, s.p95_m / mm,
+      s.max_m / mm, one_direction(&SurfaceDistance::first_to_second, &OneDirection::mean_m),
+      one_direction(&SurfaceDistance::first_to_second, &OneDirection::hausdorff_m),
+      one_direction(&SurfaceDistance::second_to_first, &OneDirection::mean_m),
+      one_direction(&SurfaceDistance::second_to_first, &OneDirection::hausdorff_m));
   writer.enter("surface_comparison", key);
   return true;
 }

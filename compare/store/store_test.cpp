@@ -147,7 +147,7 @@ TEST(Store, TwoUndisturbedRunsGiveTheSameBytes) {
             sha256_of_file(folder.path() / "two.sqlite"));
 }
 
-TEST(Store, ExportedSqlMakesItAnew) {
+TEST(Store, ExportedSqlMakesItAgain) {
   const drape::test::TemporaryFolder folder;
   const fs::path file = folder.path() / "results.sqlite", copy = folder.path() / "copy.sqlite";
   import_into(file, example());

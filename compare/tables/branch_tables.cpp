@@ -29,19 +29,19 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
       fmt::format("Branches, experiment {}: equilibria of {}, by energy", report.name, set.label);
   table.names = {"branch", "energy_uJ",    "above_least_uJ", "starts", "hem_nodes",
                  "stable", "mean_dist_mm", "sigma_mean_mm",  "max_mm"};
-  table.heads = {"branch", "energy (µJ)",    "above least (µJ)", "starts",  "folds of the hem",
-                 "stable", "mean dist (mm)", "± (mm)",           "max (mm)"};
+  table.headings = {"branch", "energy (µJ)",    "above least (µJ)", "starts",  "folds of the hem",
+                    "stable", "mean dist (mm)", "± (mm)",           "max (mm)"};
   table.numeric = {true, true, true, true, true, false, true, true, true};
   const bool turned = set.branches.front().turned.has_value();
   if (turned) {
     for (const char* name : {"turned_mean_mm", "turn_deg", "half_turn"})
       table.names.emplace_back(name);
     for (const char* head : {"mean after best turn (mm)", "turn (°)", "sheet half turned"})
-      table.heads.emplace_back(head);
+      table.headings.emplace_back(head);
     table.numeric.insert(table.numeric.end(), {true, true, false});
   }
   table.names.emplace_back("role");
-  table.heads.emplace_back("");
+  table.headings.emplace_back("");
   table.numeric.push_back(false);
   const double least_j = facts_of(input, set.branches.front()).energy_j;
   for (std::size_t k = 0; k < set.branches.size(); ++k) {

@@ -304,8 +304,8 @@ Budget budget_of(const BudgetInputs& inputs, int draws) {
 Table budget_table(const Budget& budget) {
   Table table;
   table.names = {"contribution", "u_mm", "share_percent", "origin"};
-  table.heads = {"contribution", "standard uncertainty of the mean, alone (mm)",
-                 "part of the squares (%)", "from"};
+  table.headings = {"contribution", "standard uncertainty of the mean, alone (mm)",
+                    "part of the squares (%)", "from"};
   table.numeric = {false, true, true, false};
   double squares = 0;
   for (const BudgetLine& line : budget.lines) squares += line.u_m * line.u_m;

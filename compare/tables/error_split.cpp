@@ -91,7 +91,7 @@ Table value_effect_table(const ErrorSplitFile& split) {
   Table table;
   table.title = "One per cent more of a fabric value, to first order";
   table.names = {"value", "change_mm_per_percent", "marks_move_mm_per_percent"};
-  table.heads = {"fabric value", "mean dist changes (mm per %)", "marks move (mm per %)"};
+  table.headings = {"fabric value", "mean dist changes (mm per %)", "marks move (mm per %)"};
   table.numeric = {false, true, true};
   std::vector<ValueEffect> values = split.values;
   std::stable_sort(values.begin(), values.end(), [](const ValueEffect& a, const ValueEffect& b) {
@@ -101,7 +101,7 @@ Table value_effect_table(const ErrorSplitFile& split) {
     std::string name = one.value;
     std::replace(name.begin(), name.end(), '_', ' ');
     table.add(
-        {name, fmt::format("{:+.4f}", one.change_m / mm), fmt::format("{:.4f}", one.way_m / mm)});
+        {name, fmt::format("{:+.4f}", one.change_m / mm), fmt::format("{:.4f}", one.moved_m / mm)});
   }
   return table;
 }
@@ -111,12 +111,12 @@ Table variant_effect_table(const ErrorSplitFile& split) {
   table.title = "One part of the model changed";
   table.names = {"variant",       "from",      "mean_dist_mm", "change_mm",
                  "marks_move_mm", "hem_folds", "at_rest"};
-  table.heads = {"changed",         "draped anew from", "mean dist (mm)", "change (mm)",
-                 "marks move (mm)", "folds of the hem", "at rest"};
+  table.headings = {"changed",         "draped again from", "mean dist (mm)", "change (mm)",
+                    "marks move (mm)", "folds of the hem",  "at rest"};
   table.numeric = {false, false, true, true, true, true, false};
   for (const VariantEffect& one : split.variants) {
     table.add({one.what, from_text(one), fmt::format("{:.3f}", one.distance_m / mm),
-               fmt::format("{:+.3f}", one.change_m / mm), fmt::format("{:.3f}", one.way_m / mm),
+               fmt::format("{:+.3f}", one.change_m / mm), fmt::format("{:.3f}", one.moved_m / mm),
                std::to_string(one.folds), one.at_rest ? "yes" : "no"});
   }
   table.marked_row = greatest(split.variants);
@@ -128,7 +128,7 @@ std::string error_split_sentence(const ErrorSplitFile& split) {
   if (!best) return {};
   const VariantEffect& one = split.variants[*best];
   return fmt::format(
-      "of the changes, {} (draped anew from {}) moves the mean distance most, by "
+      "of the changes, {} (draped again from {}) moves the mean distance most, by "
       "{:+.3f} mm from {:.3f} mm",
       one.what, from_text(one), one.change_m / mm, split.distance_m / mm);
 }

@@ -22,7 +22,7 @@ struct MarkMoves {
 struct ValueEffect {
   std::string value;    ///< e.g. "bending_warp"
   double change_m = 0;  ///< of the mean distance
-  double way_m = 0;     ///< mean way of the marks
+  double moved_m = 0;   ///< mean displacement of the marks
   std::optional<MarkMoves> moves = std::nullopt;
 };
 
@@ -40,7 +40,7 @@ struct VariantEffect {
   bool at_rest = false;
   double distance_m = 0;  ///< mean over the marks
   double change_m = 0;    ///< against the base
-  double way_m = 0;       ///< mean way of the marks from the base
+  double moved_m = 0;     ///< mean displacement of the marks from the base
   int folds = 0;          ///< of the hem
 };
 

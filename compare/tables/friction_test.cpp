@@ -88,7 +88,7 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
 }
 
 /// Of an ensemble with it: between the ends that lie lowest and highest, the rest among them. Else
-/// as far as the loops move the drape, both ways.
+/// as far as the loops move the drape, up and down.
 TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   const drape::test::TemporaryFolder folder;
   DrapeInput input = drape_with(folder.path(), true);

@@ -71,7 +71,7 @@ TEST(Refined, SpeaksForTheDrapeAndStatesWhatItsGridLeaves) {
   EXPECT_THAT(text_of(real_virtual_table(input, report)), HasSubstr("61x61, refined"));
 }
 
-TEST(Refined, IsNoPairOfThePapersTablesAndNoGridOfAFall) {
+TEST(Refined, IsNoPairOfTheTablesAndNoGridOfAFall) {
   DrapeInput input = refined_drape();
   const auto pairs = compare_drape(input, {}).virtual_virtual.size();
   input.simulations.pop_back();

@@ -61,14 +61,14 @@ bool several_models(const DrapeInput& input) {
 }  // namespace
 
 std::string text_of(const Table& table) {
-  const std::vector<std::string>& heads = table.heads.empty() ? table.names : table.heads;
+  const std::vector<std::string>& headings = table.headings.empty() ? table.names : table.headings;
   std::vector<std::size_t> widths;
-  widths.reserve(heads.size());
-  for (const std::string& name : heads) widths.push_back(width_of(name));
+  widths.reserve(headings.size());
+  for (const std::string& name : headings) widths.push_back(width_of(name));
   for (const auto& row : table.rows)
     for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width_of(row[i]));
   std::string text = table.title.empty() ? "" : table.title + '\n';
-  add_line(heads, widths, table.numeric, text);
+  add_line(headings, widths, table.numeric, text);
   std::vector<std::string> rule;
   rule.reserve(widths.size());
   for (const std::size_t width : widths) rule.emplace_back(width, '-');
@@ -125,16 +125,16 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
                  "mean_percent_of_weft_side",
                  "marks",
                  "at rest"};
-  table.heads = {"grid size",        "segments",         "mean dist (mm)", "± (mm)",
-                 "median (mm)",      "RMS (mm)",         "p95 (mm)",       "max (mm)",
-                 "mean (% of warp)", "mean (% of weft)", "marks",          "at rest"};
+  table.headings = {"grid size",        "segments",         "mean dist (mm)", "± (mm)",
+                    "median (mm)",      "RMS (mm)",         "p95 (mm)",       "max (mm)",
+                    "mean (% of warp)", "mean (% of weft)", "marks",          "at rest"};
   table.numeric.assign(table.names.size(), true);
   table.numeric.front() = table.numeric.back() = false;
   const bool models = several_models(input);
   if (models) {
     for (const char* name : {"model", "solver"}) {
       table.names.emplace_back(name);
-      table.heads.emplace_back(name);
+      table.headings.emplace_back(name);
       table.numeric.push_back(false);
     }
   }
@@ -162,8 +162,8 @@ Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pai
   Table table;
   table.title = fmt::format("Virtual vs virtual, experiment {}", name);
   table.names = {"pair", "mean_dist_mm", "max_mm", "surface_mean_mm", "hausdorff_mm", "points"};
-  table.heads = {"",      "mean dist (mm)", "max (mm)", "surfaces, mean (mm)", "Hausdorff (mm)",
-                 "points"};
+  table.headings = {"",      "mean dist (mm)", "max (mm)", "surfaces, mean (mm)", "Hausdorff (mm)",
+                    "points"};
   table.numeric = {false, true, true, true, true, true};
   for (const VirtualVirtual& row : pairs) {
     table.add({row.label, mm_text(row.statistics.mean_m), mm_text(row.statistics.max_m),

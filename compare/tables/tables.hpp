@@ -16,7 +16,7 @@ struct Table {
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> rows;
   std::vector<bool> numeric;              ///< per column
-  std::vector<std::string> heads;         ///< for people; `names` when empty
+  std::vector<std::string> headings;      ///< for people; `names` when empty
   std::optional<std::size_t> marked_row;  ///< shown in bold in the report
 
   void add(std::vector<std::string> row) { rows.push_back(std::move(row)); }

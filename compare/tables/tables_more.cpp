@@ -40,8 +40,8 @@ Table trust_table(const DrapeInput& input, const RealVirtual& row) {
   Table table;
   table.title = "Trust in the numbers, " + input.simulations[row.simulation].label();
   table.names = {"measure", "value_mm", "sigma_mm", "low_mm", "high_mm"};
-  table.heads = {"measure", "value (mm)", "± from the marks (mm)", "95 % over marks, from (mm)",
-                 "to (mm)"};
+  table.headings = {"measure", "value (mm)", "± from the marks (mm)", "95 % over marks, from (mm)",
+                    "to (mm)"};
   table.numeric = {false, true, true, true, true};
   const DistanceStatistics& s = row.statistics;
   add_trusted(table, "mean (the paper's)", s.mean_m, s.mean);
@@ -78,25 +78,27 @@ Table surface_table(const DrapeInput& input, const Report& report) {
                  "mesh_to_real_max_mm",
                  "marks",
                  "triangles"};
-  table.heads = {"mesh",           "marks to surface, mean (mm)",
-                 "± (mm)",         "p95 (mm)",
-                 "max (mm)",       "real surface to mesh, mean (mm)",
-                 "Hausdorff (mm)", "mesh to real surface, mean (mm)",
-                 "Hausdorff (mm)", "marks",
-                 "triangles"};
+  table.headings = {"mesh",           "marks to surface, mean (mm)",
+                    "± (mm)",         "p95 (mm)",
+                    "max (mm)",       "real surface to mesh, mean (mm)",
+                    "Hausdorff (mm)", "mesh to real surface, mean (mm)",
+                    "Hausdorff (mm)", "marks",
+                    "triangles"};
   table.numeric.assign(table.names.size(), true);
   table.numeric.front() = false;
   for (const RealSurface& row : report.real_surface) {
     const OtherSurface& surface = input.surfaces[row.surface];
     const DistanceStatistics& s = row.to_surface;
-    const auto way = [&](OneWay SurfaceDistance::*one, double OneWay::*value) {
-      return row.both_ways ? mm_text((*row.both_ways).*one.*value) : std::string();
+    const auto one_direction = [&](OneDirection SurfaceDistance::*one,
+                                   double OneDirection::*value) {
+      return row.both_directions ? mm_text((*row.both_directions).*one.*value) : std::string();
     };
     table.add({surface.simulator, mm_text(s.mean_m), fine_mm(s.mean.sigma_m), mm_text(s.p95_m),
-               mm_text(s.max_m), way(&SurfaceDistance::first_to_second, &OneWay::mean_m),
-               way(&SurfaceDistance::first_to_second, &OneWay::hausdorff_m),
-               way(&SurfaceDistance::second_to_first, &OneWay::mean_m),
-               way(&SurfaceDistance::second_to_first, &OneWay::hausdorff_m),
+               mm_text(s.max_m),
+               one_direction(&SurfaceDistance::first_to_second, &OneDirection::mean_m),
+               one_direction(&SurfaceDistance::first_to_second, &OneDirection::hausdorff_m),
+               one_direction(&SurfaceDistance::second_to_first, &OneDirection::mean_m),
+               one_direction(&SurfaceDistance::second_to_first, &OneDirection::hausdorff_m),
                std::to_string(s.marks), std::to_string(surface.mesh.triangles.size())});
   }
   return table;
@@ -112,13 +114,13 @@ Table drapemeter_table(const DrapeInput& input, const Report& report) {
                  "folds",
                  "fold_depth_mm",
                  "remark"};
-  table.heads = {"sheet",
-                 "covered (mm²)",
-                 "of the flat cloth (%)",
-                 "drape coefficient (%)",
-                 "folds",
-                 "fold depth (mm)",
-                 ""};
+  table.headings = {"sheet",
+                    "covered (mm²)",
+                    "of the flat cloth (%)",
+                    "drape coefficient (%)",
+                    "folds",
+                    "fold depth (mm)",
+                    ""};
   table.numeric = {false, true, true, true, true, true, false};
   add_drapemeter(table, "measured marks", report.measured_drapemeter);
   for (const RealVirtual& row : report.real_virtual) {

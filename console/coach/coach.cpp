@@ -27,7 +27,7 @@ constexpr int kPoseParameters = 6;
 constexpr int kLeastPoints = 8;
 constexpr double kTilts_deg[] = {-40, -25, 25, 40};  ///< perspective speaks for the lens
 constexpr int kPlaces = 3;                           ///< along each axis of the volume
-constexpr double kReach = 0.75;                      ///< of the way from its middle to its sides
+constexpr double kReach = 0.75;  ///< of the distance from its middle to its sides
 
 std::optional<Projection> seen(const Camera& camera, const Vector3d& point_in_world) {
   auto image = project(camera.model, camera.cam_from_world * point_in_world);

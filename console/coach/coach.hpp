@@ -60,7 +60,7 @@ class Coach {
   [[nodiscard]] PredictedError now() const;
   /// The candidate that lowers calibration_m most; nothing when none lowers it. A candidate is seen
   /// whole by two cameras or more: tilts of 25 and 40 deg (so that perspective speaks for the lens)
-  /// about x and y, at 27 places that reach three quarters of the way to the volume's sides.
+  /// about x and y, at 27 places that reach three quarters of the distance to the volume's sides.
   [[nodiscard]] std::optional<NextPose> next() const;
 
  private:

@@ -180,7 +180,7 @@ TEST_F(LiveIsReplay, ThroughTheKernelsV4l2Driver) {
       (test::program("").parent_path().parent_path() / "tests/capture_in_guest").string();
   const test::GuestRun guest = test::run_in_guest(
       at("share"),
-      fmt::format("TMPDIR={0} DRAPE_GUEST_SHARE={0} '{1}' --gtest_output=json:{0}/tests.json",
+      fmt::format("TMPDIR={0} DRAPE_GUEST_FOLDER={0} '{1}' --gtest_output=json:{0}/tests.json",
                   at("share").string(), tests),
       {test::program("drape-camera-host"), test::program("drape-capture")});
   if (guest.cannot) GTEST_SKIP() << "no V4L2 guest: " << *guest.cannot;

@@ -150,7 +150,7 @@ std::vector<Mistake> other_mistakes() {
            bench.replace("rig.toml", std::string("z_mm = ") + z, std::string("z_mm = -") + z);
        },
        1,
-       {"rig.toml", "z_mm", "the other way"}},
+       {"rig.toml", "z_mm", "moves against z_mm"}},
       {"force_in_newton_per_cm",
        "C",
        [](const SmallBench& bench) {

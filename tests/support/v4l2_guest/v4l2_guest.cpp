@@ -76,16 +76,16 @@ fs::path kernel_of(const fs::path& guest) {
 }
 
 /// Runs the guest to its end; `timeout` ends one that does not boot, or hangs in its job.
-Shell boot(const fs::path& guest, const fs::path& share, const std::string& accelerator) {
+Shell boot(const fs::path& guest, const fs::path& folder, const std::string& accelerator) {
   const std::string qemu = fmt::format(
       "exec timeout --kill-after=5 {} qemu-system-x86_64 {} -smp 2 -m 768 -nographic -nodefaults"
       " -no-reboot -serial stdio -kernel '{}' -initrd '{}'"
       " -append 'console=ttyS0 panic=-1 quiet mitigations=off nokaslr no_timer_check tsc=reliable"
-      " random.trust_cpu=on apparmor=0 drape_share={}'",
+      " random.trust_cpu=on apparmor=0 drape_folder={}'",
       kLongest_s, accelerator, kernel_of(guest).string(), (guest / "initrd.gz").string(),
-      share.string());
+      folder.string());
   return shell(qemu + shared_folder("host", "/", ",readonly=on") +
-               shared_folder("share", share, ""));
+               shared_folder("folder", folder, ""));
 }
 
 }  // namespace
@@ -94,7 +94,7 @@ std::string guest_camera(int index) {
   return fmt::format("platform:vivid-{:03}", index);
 }
 
-GuestRun run_in_guest(const fs::path& share, const std::string& job,
+GuestRun run_in_guest(const fs::path& folder, const std::string& job,
                       const std::vector<fs::path>& later) {
   GuestRun run;
   const fs::path guest = program("").parent_path().parent_path() / "v4l2_guest";
@@ -107,22 +107,22 @@ GuestRun run_in_guest(const fs::path& share, const std::string& job,
   // Only what the host lacks may skip a test: a script that breaks is a fault of ours.
   if (prepared.exit_code != 0)
     throw std::runtime_error("preparing the V4L2 guest failed: " + prepared.output);
-  write_durable(share / "job.sh",
-                fmt::format("cd '{}'\n{}{}", share.string(), read_ahead(later), job));
+  write_durable(folder / "job.sh",
+                fmt::format("cd '{}'\n{}{}", folder.string(), read_ahead(later), job));
   Shell machine;
   run.without_kvm = why_no_kvm();
   if (run.without_kvm.empty()) {
-    machine = boot(guest, share, "-accel kvm -cpu host");
-    if (!fs::exists(share / "booted")) run.without_kvm = "the guest does not boot with KVM";
+    machine = boot(guest, folder, "-accel kvm -cpu host");
+    if (!fs::exists(folder / "booted")) run.without_kvm = "the guest does not boot with KVM";
   }
-  if (!fs::exists(share / "booted"))
-    machine = boot(guest, share, "-accel tcg,thread=multi -cpu max,la57=off");
-  if (!fs::exists(share / "booted")) {
+  if (!fs::exists(folder / "booted"))
+    machine = boot(guest, folder, "-accel tcg,thread=multi -cpu max,la57=off");
+  if (!fs::exists(folder / "booted")) {
     run.cannot = "the guest does not boot here: " + last_line(machine.output);
     return run;
   }
-  run.output = fs::exists(share / "output.txt") ? read_text(share / "output.txt") : "";
-  std::ifstream(share / "exit_code") >> run.exit_code;
+  run.output = fs::exists(folder / "output.txt") ? read_text(folder / "output.txt") : "";
+  std::ifstream(folder / "exit_code") >> run.exit_code;
   return run;
 }
 

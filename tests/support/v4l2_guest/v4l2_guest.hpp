@@ -21,10 +21,10 @@ struct GuestRun {
 
 /// Boots Debian's stock kernel with four vivid cameras in QEMU, as an ordinary user, and runs the
 /// shell lines `job` in it. The guest sees the host's files read-only, so it runs the programs of
-/// this build, and `share` writable under the same path; `later` are programs that the job runs
+/// this build, and `folder` writable under the same path; `later` are programs that the job runs
 /// late, whose libraries are read ahead. Uses KVM where the host has it, software emulation
 /// elsewhere. Returns when the guest has powered off.
-[[nodiscard]] GuestRun run_in_guest(const std::filesystem::path& share, const std::string& job,
+[[nodiscard]] GuestRun run_in_guest(const std::filesystem::path& folder, const std::string& job,
                                     const std::vector<std::filesystem::path>& later);
 
 }  // namespace drape::test
