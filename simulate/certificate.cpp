@@ -125,7 +125,7 @@ Json options_json(const SimulateOptions& options, const SimulateReport& report) 
   json["natural_time_s"] = options.natural_time_s;
   json["kinetic_damping"] = options.kinetic_damping;
   json["imperfection_um"] = options.imperfection_m / units::um;
-  json["step_share"] = options.step_share;
+  json["step_share"] = options.step_fraction;
   json["max_steps"] = options.max_steps;
   if (options.internal_friction) json["internal_friction"] = true;
   json["contact_between_particles"] = options.contact_between_particles;

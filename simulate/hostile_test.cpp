@@ -104,25 +104,25 @@ void start_from_spoiled_sheet(Trial& trial, Dice& dice, double value) {
   sheet.rows = trial.print.rows;
   sheet.cols = trial.print.cols;
   sheet.patch_m = trial.print.patch_m;
-  const int way = dice.below(3);
+  const int kind = dice.below(3);
   for (int r = 0; r < sheet.rows; ++r) {
     for (int c = 0; c < sheet.cols; ++c) {
       SheetMark mark;
       mark.mark = {r, c};
       mark.material_m = trial.print.material_m(mark.mark);
       mark.point_in_world = {mark.material_m.y() - 0.1, 0.1 - mark.material_m.x(), 0.07};
-      if (way == 0) mark.point_in_world = Vector3d(0, 0, 0.07);  // cells without area
+      if (kind == 0) mark.point_in_world = Vector3d(0, 0, 0.07);  // cells without area
       sheet.marks.push_back(mark);
     }
   }
   const int count = static_cast<int>(sheet.marks.size());
-  if (way == 1) {  // cells turned over
+  if (kind == 1) {  // cells turned over
     for (int k = 0; k < 20; ++k) {
       std::swap(sheet.marks[dice.below(count)].point_in_world,
                 sheet.marks[dice.below(count)].point_in_world);
     }
   }
-  if (way == 2) sheet.marks[dice.below(count)].point_in_world[dice.below(3)] = value;
+  if (kind == 2) sheet.marks[dice.below(count)].point_in_world[dice.below(3)] = value;
   trial.scene.start = {StartMode::measured, 0, std::nullopt, 0};
   trial.measured = sheet;
 }

@@ -87,7 +87,7 @@ TEST(Invariance, AMovedAndTurnedWorldHasTheSameShapesAndVerdicts) {
 }
 
 /// As `drape run` drapes them, with the checker's judgement: all of the paper's scenes.
-TEST(Invariance, ThePapersScenesMovedAndTurnedAreJudgedAlike) {
+TEST(Invariance, ScenesOfThePaperMovedAndTurnedAreJudgedAlike) {
   const std::vector<std::string> names = {"F", "A", "B", "C", "D", "D_above", "D_turned", "E"};
   const int scenes = test::trial_count(1, static_cast<int>(names.size()));
   for (const int particles : scenes == 1 ? std::vector<int>{11} : std::vector<int>{11, 21}) {

@@ -36,9 +36,9 @@ void MotionRun::start(const StartState& state, bool relaxed, SimulateReport& rep
   Eigen::Matrix3Xd rate(3, static_cast<Eigen::Index>(holds_.size()));
   double farthest = 0;
   for (std::size_t h = 0; h < holds_.size(); ++h) {
-    const Vector3d way = hold_in_world_[h] - motion_.held_point(h);
-    rate.col(static_cast<Eigen::Index>(h)) = way / kPinTravelTime;
-    farthest = std::max(farthest, way.norm());
+    const Vector3d displacement = hold_in_world_[h] - motion_.held_point(h);
+    rate.col(static_cast<Eigen::Index>(h)) = displacement / kPinTravelTime;
+    farthest = std::max(farthest, displacement.norm());
   }
   if (farthest > kPinPlaced) {
     motion_.move_holds(rate);
@@ -53,7 +53,7 @@ void MotionRun::start(const StartState& state, bool relaxed, SimulateReport& rep
     report.warnings.push_back(fault);
   }
   const int moved = motion_.push_out();
-  if (moved > 0) report.warnings.push_back(told_of_lifted(moved));
+  if (moved > 0) report.warnings.push_back(warning_of_lifted(moved));
   damped_from_s_ = std::max(pins_placed_s_, relaxed ? 0.0 : options_.natural_time_s);
   report.energy_start_j = total_energy_j();
 }
@@ -85,8 +85,9 @@ bool MotionRun::rests() {
 /// Barnes 1999: at a peak of (smoothed) kinetic energy the cloth passes near an equilibrium;
 /// a new start from there leaves the equilibria unchanged and gets there sooner.
 void MotionRun::damp_kinetically(double step_s, SimulateReport& report) {
-  const double share = std::min(1.0, step_s / kKineticSmoothing);
-  const double smooth = smooth_kinetic_j_ + share * (motion_.step_kinetic_j() - smooth_kinetic_j_);
+  const double fraction = std::min(1.0, step_s / kKineticSmoothing);
+  const double smooth =
+      smooth_kinetic_j_ + fraction * (motion_.step_kinetic_j() - smooth_kinetic_j_);
   const bool falling = smooth < smooth_kinetic_j_;
   if (options_.kinetic_damping && time_s_ > damped_from_s_ && falling && rising_) {
     motion_.stop();
@@ -121,12 +122,12 @@ void MotionRun::note(SimulateResult& result) {
 
 void MotionRun::go(SimulateResult& result) {
   SimulateReport& report = result.report;
-  double step_s = motion_.stable_step_s(options_.step_share);
+  double step_s = motion_.stable_step_s(options_.step_fraction);
   report.step_least_s = report.step_most_s = step_s;
   report.sentence.clear();
   while (report.steps < options_.max_steps) {
     if (report.steps % options_.steps_between_looks == 0) {
-      step_s = motion_.stable_step_s(options_.step_share);
+      step_s = motion_.stable_step_s(options_.step_fraction);
       if (!std::isfinite(step_s + motion_.kinetic_energy_j())) break;
       report.step_least_s = std::min(report.step_least_s, step_s);
       report.step_most_s = std::max(report.step_most_s, step_s);

@@ -62,7 +62,7 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   // a coarse grid cannot follow is measured by the grid.
   const double spacing_m = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   report.penetration_tolerance_m =
-      std::max(options.penetration_tolerance_m, options.penetration_share * spacing_m);
+      std::max(options.penetration_tolerance_m, options.penetration_fraction * spacing_m);
   if (report.status == RestStatus::diverged) return;
   const SelfDistance self = self_distance(grid, position);
   report.least_self_distance_m = self.least_m;

@@ -55,12 +55,13 @@ TEST(Round, ForcesAreTheGradientOfTheEnergyAndLeaveTheRestAlone) {
   cloth.add_forces(x, nullptr, force);
   double largest = 0;
   for (const double f : force) largest = std::max(largest, std::abs(f));
-  constexpr double kWay = 1e-7;
+  constexpr double kStep = 1e-7;
   for (std::size_t k = 0; k < x.size(); ++k) {
     Field more = x, less = x;
-    more[k] += kWay;
-    less[k] -= kWay;
-    const double slope = (cloth.energies(more).sum_j() - cloth.energies(less).sum_j()) / (2 * kWay);
+    more[k] += kStep;
+    less[k] -= kStep;
+    const double slope =
+        (cloth.energies(more).sum_j() - cloth.energies(less).sum_j()) / (2 * kStep);
     EXPECT_NEAR(force[k], -slope, 1e-6 * largest) << k;
     const auto i = static_cast<int>(k % grid.count());
     if (grid.cells_at(i / grid.cols, i % grid.cols) == 0) {

@@ -25,9 +25,9 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kPolishStep_s = 10;       // first pseudo-time step from a rest of motion
-constexpr double kPolishReach_m = 2e-7;    // particles nearer to a surface press on it
-constexpr double kPolishWay_m = 0.5 * mm;  // of a particle; farther is another valley
+constexpr double kPolishStep_s = 10;        // first pseudo-time step from a rest of motion
+constexpr double kPolishReach_m = 2e-7;     // particles nearer to a surface press on it
+constexpr double kPolishMove_m = 0.5 * mm;  // of a particle; farther is another valley
 
 /// Damping time of the springs for a ratio at the highest stretch frequency omega:
 /// force = tau * stiffness * rate damps it by tau omega / 2.
@@ -111,7 +111,8 @@ void SimulateOptions::check() const {
   require(penetration_tolerance_m > 0, "the penetration tolerance is not positive",
           "give e.g. 0.5");
   require(max_steps > 0, "the step limit is not positive", "give e.g. 400000");
-  require(step_share > 0 && step_share <= 0.95, "the step share is not in 0 .. 0.95",
+  require(step_fraction > 0 && step_fraction <= 0.95,
+          "the step is not in 0 .. 0.95 of its stability limit",
           "0.9 leaves a margin to the stability limit");
   require(natural_time_s >= 0 && imperfection_m >= 0 && history_interval_s > 0,
           "a time or the imperfection is negative", "give 0 or more");
@@ -154,14 +155,14 @@ Field polish(const StaticCase& the_case, const SimulateOptions& options, const S
   solver.contacts().hold(start.holds, start.hold_in_world);
   solver.position = end;
   solver.contacts().take_springs(run.motion().line_contacts(), end);
-  solver.lean(kPolishReach_m);
+  solver.rest_on_contacts(kPolishReach_m);
   const StaticReport found = solver.solve();
   double farthest = 0;
   for (int i = 0; i < cloth.count(); ++i)
     farthest = std::max(farthest, (at(solver.position, i) - at(end, i)).norm());
   if (found.status != StaticStatus::at_rest)
     return keep(fmt::format("the polish ends at {:.2g} of a weight", found.residual));
-  if (farthest > kPolishWay_m)
+  if (farthest > kPolishMove_m)
     return keep(fmt::format("the polish leaves the valley, by up to {:.1f} mm", farthest / mm));
   report.residual = found.residual;
   report.residual_rms = found.residual_rms;

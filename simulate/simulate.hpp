@@ -35,10 +35,10 @@ struct SimulateOptions {
   double static_tolerance = 1e-6;     ///< the same for the static solver
   /// Between particles; deeper than the greater of the two is not "at rest".
   double penetration_tolerance_m = 0.5e-3;
-  double penetration_share = 0.1;  ///< of the grid spacing
-  double imperfection_m = 1e-6;    ///< height of the waves on a flat start
-  double step_share = 0.9;         ///< of the stability limit of the step
-  int steps_between_looks = 32;    ///< at that limit; a sheet that diverges is run again with 1
+  double penetration_fraction = 0.1;  ///< of the grid spacing
+  double imperfection_m = 1e-6;       ///< height of the waves on a flat start
+  double step_fraction = 0.9;         ///< of the stability limit of the step
+  int steps_between_looks = 32;       ///< at that limit; a sheet that diverges is run again with 1
   long max_steps = 400000;
   double history_interval_s = 0.02;  ///< between rows of history.csv
   bool contact_between_particles = true;

@@ -10,12 +10,12 @@ namespace drape::simulate::checker {
 namespace {
 
 constexpr Real kFrictionless = 1e-9;
-constexpr Real kMostFriction = 1e4;    // steeper cones are as good as half spaces
-constexpr Real kLeftShare = 0.98;      // of the tolerance: what may be left on a particle
-constexpr Real kPinShare = 1e-4;       // weight of a pin's force squared: keeps it finite
-constexpr Real kPressingShare = 1e-2;  // the same of pressing forces, for those that oppose
-constexpr Real kMostPressing = 1e6;    // sum of all pressing forces over the largest force
-constexpr Real kFirst = 100;           // of the penalty's inverse, forces over their largest
+constexpr Real kMostFriction = 1e4;     // steeper cones are as good as half spaces
+constexpr Real kLeftFraction = 0.98;    // of the tolerance: what may be left on a particle
+constexpr Real kPinWeight = 1e-4;       // weight of a pin's force squared: keeps it finite
+constexpr Real kPressingWeight = 1e-2;  // the same of pressing forces, for those that oppose
+constexpr Real kMostPressing = 1e6;     // sum of all pressing forces over the largest force
+constexpr Real kFirst = 100;            // of the penalty's inverse, forces over their largest
 constexpr Real kLast = 1e-13;
 constexpr Real kShort = 1e-3;     // fraction of a step that leads nowhere
 constexpr int kShortSteps = 10;   // of them
@@ -37,7 +37,7 @@ class Search {
         tolerance_(tolerance),
         unit_(largest_of(force)),
         friction_(std::min(friction, kMostFriction)),
-        ball_(kLeftShare * tolerance / unit_) {
+        ball_(kLeftFraction * tolerance / unit_) {
     number_rows();
     for (const Support& support : supports) reactions_.push_back(first_reaction(support));
     left_.assign(touched_.size(), Vector3::Zero());
@@ -70,8 +70,8 @@ class Search {
     penalty_inverse_ = 0;
     for (int short_ones = 0; short_ones < kShortSteps && !found() && steps < most_steps; ++steps) {
       if (!find_step()) break;
-      const Real share = share_to_boundary();
-      if (take(share < 1 ? kToBoundary * share : share) < kShort) ++short_ones;
+      const Real fraction = fraction_to_boundary();
+      if (take(fraction < 1 ? kToBoundary * fraction : fraction) < kShort) ++short_ones;
     }
     return steps;
   }
@@ -118,7 +118,7 @@ class Search {
       const Vector3 y = sum_[i] / penalty_inverse_;
       surplus += y.dot(vector_of(force_[touched_[i]])) / unit_ - ball_ * y.norm();
     }
-    if (!(surplus > kPressingShare * kMostPressing)) return false;
+    if (!(surplus > kPressingWeight * kMostPressing)) return false;
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       Vector3 pull = Vector3::Zero();
       for (int k = 0; k < 4; ++k) {
@@ -127,11 +127,11 @@ class Search {
       }
       Vector3 along = reactions_[s].axes.transpose() * pull;
       if (supports_[s].pin) {
-        if (along.norm() > kPinShare * kMostPressing) return false;
+        if (along.norm() > kPinWeight * kMostPressing) return false;
         continue;
       }
       const bool slippery = friction_ < kFrictionless;
-      along[0] += kPressingShare / (slippery ? Real(1) : friction_);
+      along[0] += kPressingWeight / (slippery ? Real(1) : friction_);
       if (!((slippery ? along[0] : Reaction::room(along)) >= 0)) return false;
     }
     return true;
@@ -163,11 +163,11 @@ class Search {
   /// Inverse second derivative of the barrier times its gradient and the pressing cost.
   [[nodiscard]] Vector3 own_step(const Support& support, const Reaction& r, Matrix3& spread) const {
     if (support.pin) {
-      spread = Matrix3::Identity() / kPinShare;
+      spread = Matrix3::Identity() / kPinWeight;
       return -r.value;
     }
     Vector3 cost = Vector3::Zero();
-    cost[0] = kPressingShare / (friction_ < kFrictionless ? Real(1) : friction_);
+    cost[0] = kPressingWeight / (friction_ < kFrictionless ? Real(1) : friction_);
     if (friction_ < kFrictionless) {
       spread.setZero();
       spread(0, 0) = r.value[0] * r.value[0];
@@ -279,25 +279,25 @@ class Search {
 
   /// Penalty, barriers and costs after a fraction of the step; infinite outside the cones and
   /// balls.
-  [[nodiscard]] Real value_at(Real share) const {
+  [[nodiscard]] Real value_at(Real fraction) const {
     Real total = 0;
     for (std::size_t i = 0; i < touched_.size(); ++i) {
-      const Real room = 1 - (left_[i] + share * left_change_[i]).squaredNorm() / (ball_ * ball_);
+      const Real room = 1 - (left_[i] + fraction * left_change_[i]).squaredNorm() / (ball_ * ball_);
       if (!(room > 0)) return HUGE_VALL;
-      total += (sum_[i] + share * sum_change_[i]).squaredNorm() / (2 * penalty_inverse_) -
+      total += (sum_[i] + fraction * sum_change_[i]).squaredNorm() / (2 * penalty_inverse_) -
                std::log(room);
     }
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       const Reaction& r = reactions_[s];
-      const Vector3 v = r.value + share * r.change;
+      const Vector3 v = r.value + fraction * r.change;
       if (supports_[s].pin) {
-        total += Real(0.5) * kPinShare * v.squaredNorm();
+        total += Real(0.5) * kPinWeight * v.squaredNorm();
         continue;
       }
       const bool slippery = friction_ < kFrictionless;
       const Real room = slippery ? v[0] : Reaction::room(v);
       if (!(room > 0)) return HUGE_VALL;
-      total += kPressingShare / (slippery ? Real(1) : friction_) * v[0] - std::log(room);
+      total += kPressingWeight / (slippery ? Real(1) : friction_) * v[0] - std::log(room);
     }
     return total;
   }
@@ -308,15 +308,15 @@ class Search {
     if (!find_step()) return false;
     find_sum_change();
     const Real here = value_at(0);
-    Real share = share_to_boundary();
-    if (share < 1) share *= kToBoundary;
-    Real there = value_at(share);
-    while (!(there < here) && share > kShortest) {
-      share /= 2;
-      there = value_at(share);
+    Real fraction = fraction_to_boundary();
+    if (fraction < 1) fraction *= kToBoundary;
+    Real there = value_at(fraction);
+    while (!(there < here) && fraction > kShortest) {
+      fraction /= 2;
+      there = value_at(fraction);
     }
     if (!(there < here)) return false;
-    take(share);
+    take(fraction);
     return here - there > kCentred;
   }
 
@@ -332,29 +332,29 @@ class Search {
   }
 
   /// The fraction of the step, up to 1, at which all are in their cones and balls.
-  [[nodiscard]] Real share_to_boundary() const {
-    Real share = 1;
-    while (!is_inside(share) && share > kShortest) share *= kShorter;
-    return share;
+  [[nodiscard]] Real fraction_to_boundary() const {
+    Real fraction = 1;
+    while (!is_inside(fraction) && fraction > kShortest) fraction *= kShorter;
+    return fraction;
   }
 
-  [[nodiscard]] bool is_inside(Real share) const {
+  [[nodiscard]] bool is_inside(Real fraction) const {
     for (std::size_t i = 0; i < touched_.size(); ++i) {
-      if (!((left_[i] + share * left_change_[i]).squaredNorm() < ball_ * ball_)) return false;
+      if (!((left_[i] + fraction * left_change_[i]).squaredNorm() < ball_ * ball_)) return false;
     }
     for (std::size_t s = 0; s < supports_.size(); ++s) {
       if (supports_[s].pin) continue;
-      const Vector3 v = reactions_[s].value + share * reactions_[s].change;
+      const Vector3 v = reactions_[s].value + fraction * reactions_[s].change;
       if (!((friction_ < kFrictionless ? v[0] : Reaction::room(v)) > 0)) return false;
     }
     return true;
   }
 
-  Real take(Real share) {
-    for (Reaction& r : reactions_) r.value += share * r.change;
-    for (std::size_t i = 0; i < touched_.size(); ++i) left_[i] += share * left_change_[i];
+  Real take(Real fraction) {
+    for (Reaction& r : reactions_) r.value += fraction * r.change;
+    for (std::size_t i = 0; i < touched_.size(); ++i) left_[i] += fraction * left_change_[i];
     find_sum();
-    return share;
+    return fraction;
   }
 
   const std::vector<Point>& force_;

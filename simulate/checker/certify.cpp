@@ -36,8 +36,8 @@ constexpr Real kPressedEdge = 0.1e-3L;  // m
 // fold.
 constexpr Real kNeighbours = 0.25L;
 constexpr int kRounds = 400;
-constexpr double kEnergyShare = 1e-6;  // of the sum of the energies
-constexpr double kSlipAllowed = 1e-5;  // of an element's limit: rounding of the file
+constexpr double kEnergyFraction = 1e-6;  // of the sum of the energies
+constexpr double kSlipAllowed = 1e-5;     // of an element's limit: rounding of the file
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kGapAllowed_m = 1e-6;
 constexpr double kPinAllowed_m = 1e-6;
@@ -85,7 +85,7 @@ void compare_energies(CertifyReport& report, const CertificateClaim& claim, cons
   const double sum = std::abs(*claim.gravity_j) + std::abs(*claim.stretch_j) +
                      std::abs(*claim.shear_j) + std::abs(*claim.bending_j) +
                      std::abs(*claim.twist_j);
-  const double allowed = kEnergyShare * sum;
+  const double allowed = kEnergyFraction * sum;
   compare(report, "gravity energy (J)", *claim.gravity_j, gravity_j, allowed);
   compare(report, "stretch energy (J)", *claim.stretch_j, found.stretch_j, allowed);
   compare(report, "shear energy (J)", *claim.shear_j, found.shear_j, allowed);

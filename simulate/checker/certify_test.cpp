@@ -41,7 +41,7 @@ struct Case {
   CertificateClaim claim;
 };
 
-std::string told(const CertifyReport& report) {
+std::string listed(const CertifyReport& report) {
   std::string text;
   for (const CertifyLine& line : report.lines) {
     if (!line.passes())
@@ -58,7 +58,7 @@ TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
       const Case drape(name, model);
       ASSERT_TRUE(drape.claim.at_rest) << name << " " << model;
       const CertifyReport report = drape.judge();
-      EXPECT_TRUE(report.accepted()) << name << " " << model << "\n" << told(report);
+      EXPECT_TRUE(report.accepted()) << name << " " << model << "\n" << listed(report);
       EXPECT_GT(report.contacts, 0);
     }
   }
@@ -81,7 +81,7 @@ TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
     write_durable(folder.path() / "contact_forces.csv",
                   contact_forces_csv(drape.result.contact_forces));
   drape.claim = read_claim(folder.path());
-  EXPECT_TRUE(drape.judge().accepted()) << told(drape.judge());
+  EXPECT_TRUE(drape.judge().accepted()) << listed(drape.judge());
   drape.claim.reach.reset();
   EXPECT_FALSE(drape.judge().accepted()) << "the whole fit is another cloth";
 }
@@ -127,11 +127,11 @@ struct Pressed {
       const checker::Point& n = support.normal;
       const checker::Point along = {n[2] / std::hypot(n[0], n[2]), 0,
                                     -n[0] / std::hypot(n[0], n[2])};
-      const long double share = s % 2 == 0 ? 1 : random();
+      const long double fraction = s % 2 == 0 ? 1 : random();
       for (int k = 0; k < 4; ++k) {
         for (int axis = 0; axis < 3; ++axis)
           force[support.particle[k]][axis] -=
-              support.weight[k] * pressing * (n[axis] + friction * share * along[axis]);
+              support.weight[k] * pressing * (n[axis] + friction * fraction * along[axis]);
       }
       supports.push_back(support);
     }
@@ -190,7 +190,7 @@ TEST(Certify, AMovingSheetThatClaimsRestIsRefused) {
   early.result = simulate(early.scene, early.fabric, early.print, std::nullopt, early.options);
   early.claim = claim_of(early.result, early.options);
   ASSERT_FALSE(early.claim.at_rest);
-  EXPECT_TRUE(early.judge().accepted()) << told(early.judge());  // its numbers are true
+  EXPECT_TRUE(early.judge().accepted()) << listed(early.judge());  // its numbers are true
   early.claim.at_rest = true;
   early.claim.residual = 1e-4;
   EXPECT_FALSE(early.judge().accepted());
@@ -296,7 +296,7 @@ TEST(StatedForces, BetweenLayersActOnNearestPlacesOfTwoLayers) {
   EXPECT_FALSE(layers.get({1, {10, 1, 2, 13}, {1, -0.7, -0.3, 0}, {0, 0, 4}})) << "too far apart";
 }
 
-TEST(StatedForces, ActBetweenNeighboursThatShareNoParticle) {
+TEST(StatedForces, ActBetweenNeighboursWithoutACommonParticle) {
   StatedOnLayers fold;
   // Particle 5 lies below the next cell, 0.3 of a step from particle 6.
   const ContactForce press{1, {5, 6, 7, 18}, {1, -0.7, -0.3, 0}, {0, 0, -4}};

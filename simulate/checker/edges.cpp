@@ -24,8 +24,9 @@ struct Solid {
   std::vector<Edge> edges;
 };
 
-Point along(const Point& a, const Point& way, Real share) {
-  return {a[0] + share * way[0], a[1] + share * way[1], a[2] + share * way[2]};
+Point along(const Point& a, const Point& displacement, Real fraction) {
+  return {a[0] + fraction * displacement[0], a[1] + fraction * displacement[1],
+          a[2] + fraction * displacement[2]};
 }
 
 Solid solid_of(const Box& box, std::size_t object) {
@@ -81,8 +82,8 @@ class EdgeCollector {
     const Real s = (uv * dot(v, w) - vv * dot(u, w)) / det;
     const Real t = (uu * dot(v, w) - uv * dot(u, w)) / det;
     if (s < -kBeyond || s > 1 + kBeyond || t < -kBeyond || t > 1 + kBeyond) return;
-    const Point way = minus(along(points_[i], u, s), along(solid.a, v, t));
-    if (dot(way, way) > touch_m_ * touch_m_) return;
+    const Point displacement = minus(along(points_[i], u, s), along(solid.a, v, t));
+    if (dot(displacement, displacement) > touch_m_ * touch_m_) return;
     const Point place = along(solid.a, v, std::clamp(t, kBeyond, 1 - kBeyond));
     add(object, {{i, j, i, j}, {1 - s, s, 0, 0}, cross(u, v), false}, place);
   }

@@ -74,9 +74,10 @@ bool passes_through(const std::vector<Point>& points, const std::array<int, 2>& 
   const Real before = dot(minus(points[edge[0]], p), normal);
   const Real after = dot(minus(points[edge[1]], p), normal);
   if (before * after >= 0) return false;
-  const Real share = before / (before - after);
+  const Real fraction = before / (before - after);
   Point w = minus(points[edge[1]], points[edge[0]]);
-  for (int axis = 0; axis < 3; ++axis) w[axis] = points[edge[0]][axis] + share * w[axis] - p[axis];
+  for (int axis = 0; axis < 3; ++axis)
+    w[axis] = points[edge[0]][axis] + fraction * w[axis] - p[axis];
   const Real area2 = dot(normal, normal);
   const Real s = dot(cross(w, v), normal) / area2, t = dot(cross(u, w), normal) / area2;
   return s >= 0 && t >= 0 && s + t <= 1;
@@ -131,9 +132,9 @@ class LayerCollector {
     }
     for (int k = 0; k < 3; ++k) {
       const Point edge = minus(points_[t[(k + 1) % 3]], points_[t[k]]);
-      const Real share =
+      const Real fraction =
           std::clamp<Real>(dot(minus(points_[i], points_[t[k]]), edge) / dot(edge, edge), 0, 1);
-      add({i, t[k], t[(k + 1) % 3], t[k]}, {1, share - 1, -share, 0}, near_m);
+      add({i, t[k], t[(k + 1) % 3], t[k]}, {1, fraction - 1, -fraction, 0}, near_m);
     }
   }
 
@@ -156,14 +157,15 @@ class LayerCollector {
 
  private:
   void add(const std::array<int, 4>& particle, const std::array<Real, 4>& weight, Real near_m) {
-    Point way{};
+    Point displacement{};
     for (int k = 0; k < 4; ++k) {
-      for (int axis = 0; axis < 3; ++axis) way[axis] += weight[k] * points_[particle[k]][axis];
+      for (int axis = 0; axis < 3; ++axis)
+        displacement[axis] += weight[k] * points_[particle[k]][axis];
     }
-    const Real size = std::sqrt(dot(way, way));
+    const Real size = std::sqrt(dot(displacement, displacement));
     if (size > near_m || !(size > 0)) return;
-    for (Real& w : way) w /= size;
-    found_.push_back({particle, weight, way, false});
+    for (Real& w : displacement) w /= size;
+    found_.push_back({particle, weight, displacement, false});
   }
 
   const std::vector<Point>& points_;
@@ -216,11 +218,11 @@ bool add_as(const std::vector<Point>& points, int firsts, int cols, Real frictio
   Point across{};
   for (int axis = 0; axis < 3; ++axis) across[axis] = force[axis] - pressing * apart[axis];
   const Real size = std::sqrt(dot(across, across));
-  const Real share = std::min<Real>(1, friction * pressing / std::max<Real>(size, 1e-300L));
+  const Real fraction = std::min<Real>(1, friction * pressing / std::max<Real>(size, 1e-300L));
   for (int k = 0; k < 4; ++k) {
     for (int axis = 0; axis < 3; ++axis)
       sum[stated.particle[k]][axis] +=
-          stated.weight[k] * (pressing * apart[axis] + share * across[axis]);
+          stated.weight[k] * (pressing * apart[axis] + fraction * across[axis]);
   }
   return true;
 }
@@ -233,7 +235,7 @@ bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction
   for (const int i : stated.particle) {
     if (i < 0 || static_cast<std::size_t>(i) >= points.size()) return false;
   }
-  // Neighbours may be read in both ways where a weight is 0.
+  // Neighbours may be read in both directions where a weight is 0.
   return add_as(points, 2, cols, friction, reach, stated, sum) ||
          add_as(points, 1, cols, friction, reach, stated, sum);
 }

@@ -108,9 +108,9 @@ class Finder {
     // At a sharp edge every direction between its faces' normals may press.
     constexpr Real kAround = 20e-6L;
     const std::size_t first = last_;
-    for (int way = 0; way < 27; ++way) {
-      const int row = way / 3, layer = way / 9;
-      const Point off{Real(way % 3 - 1), Real(row % 3 - 1), Real(layer - 1)};
+    for (int cell = 0; cell < 27; ++cell) {
+      const int row = cell / 3, layer = cell / 9;
+      const Point off{Real(cell % 3 - 1), Real(row % 3 - 1), Real(layer - 1)};
       place.normal = normal_of(
           objects_, k, {p[0] + kAround * off[0], p[1] + kAround * off[1], p[2] + kAround * off[2]});
       bool known = false;
@@ -140,11 +140,11 @@ class Finder {
     Real u = 0.5L, v = 0.5L, least = gap(k, at(u, v));
     if (least > touch_m_ + length_between(at(0, 0), at(1, 1)) + length_between(at(0, 1), at(1, 0)))
       return;
-    for (Real way = 0.25L; way > 1e-4L;) {
+    for (Real step = 0.25L; step > 1e-4L;) {
       bool moved = false;
       for (const auto& [du, dv] : kNeighbours) {
-        const Real s = std::clamp<Real>(u + du * way, 0, 1),
-                   t = std::clamp<Real>(v + dv * way, 0, 1);
+        const Real s = std::clamp<Real>(u + du * step, 0, 1),
+                   t = std::clamp<Real>(v + dv * step, 0, 1);
         const Real here = gap(k, at(s, t));
         if (here >= least) continue;
         least = here;
@@ -152,7 +152,7 @@ class Finder {
         v = t;
         moved = true;
       }
-      if (!moved) way /= 2;
+      if (!moved) step /= 2;
     }
     if (least > touch_m_) return;
     add(k, at(u, v));
@@ -205,11 +205,11 @@ class Finder {
     for (const Real shift : {-0.01L, 0.01L}) beside(k, at(std::clamp<Real>(t + shift, 0, 1)));
     // All of the piece that is near enough may press, each place in its own direction: on a narrow
     // rounding the direction changes within a small part of a millimetre.
-    for (const Real way : {-1.0L / kSamples, 1.0L / kSamples}) {
-      const Real end = reach_of([&](Real share) { return gap(k, at(t + share * way)); });
+    for (const Real side : {-1.0L / kSamples, 1.0L / kSamples}) {
+      const Real end = reach_of([&](Real fraction) { return gap(k, at(t + fraction * side)); });
       constexpr int kPlaces = 4;
       for (int place = 1; place <= kPlaces; ++place)
-        try_place(k, at(std::clamp<Real>(t + way * end * place / kPlaces, 0, 1)));
+        try_place(k, at(std::clamp<Real>(t + side * end * place / kPlaces, 0, 1)));
     }
   }
   /// The largest fraction up to 1 at which a gap, near enough at 0, is near enough still.
@@ -263,12 +263,12 @@ Real gap_of(const Objects& objects, std::size_t k, const Point& p) {
 Point normal_of(const Objects& objects, std::size_t k, const Point& p) {
   // Mesh distances are doubles: their differences need a longer step.
   const bool mesh = k < objects.meshes.size() && objects.meshes[k] != nullptr;
-  const Real way = mesh ? 1e-6L : 1e-9L;
+  const Real step = mesh ? 1e-6L : 1e-9L;
   Point normal{};
   for (int axis = 0; axis < 3; ++axis) {
     Point before = p, after = p;
-    before[axis] -= way;
-    after[axis] += way;
+    before[axis] -= step;
+    after[axis] += step;
     normal[axis] = gap_of(objects, k, after) - gap_of(objects, k, before);
   }
   const Real size = length_of(normal[0], normal[1], normal[2]);

@@ -98,8 +98,8 @@ class Builder {
 
   void spring(int d, const std::vector<int>& ends, Real rest, Real cloth_width) {
     const auto corners = duals<6>(ends);
-    const Vector<6> way = combine(corners, {-1, 1});
-    Dual<6> strain = (1 / rest) * root(dot(way, way));
+    const Vector<6> displacement = combine(corners, {-1, 1});
+    Dual<6> strain = (1 / rest) * root(dot(displacement, displacement));
     strain.v -= 1;
     result_.strain_least[d] = std::min(result_.strain_least[d], strain.v);
     result_.strain_most[d] = std::max(result_.strain_most[d], strain.v);
@@ -212,15 +212,15 @@ class Builder {
 
   /// A straight pull of stiffness k between two particles that are `rest` apart without it.
   Real pull(int a, int b, Real k, Real rest) {
-    Point way{};
+    Point displacement{};
     Real length = 0;
     for (int axis = 0; axis < 3; ++axis) {
-      way[axis] = points_[b][axis] - points_[a][axis];
-      length += way[axis] * way[axis];
+      displacement[axis] = points_[b][axis] - points_[a][axis];
+      length += displacement[axis] * displacement[axis];
     }
     length = std::sqrt(length);
     for (int axis = 0; axis < 3; ++axis) {
-      const Real f = k * (length - rest) * way[axis] / length;
+      const Real f = k * (length - rest) * displacement[axis] / length;
       result_.force[a][axis] += f;
       result_.force[b][axis] -= f;
     }
@@ -264,8 +264,8 @@ class Builder {
     const Real strain = std::sqrt(length) / rest - 1;
     const Real k_st = std::abs(strain) < 1e-9L ? Real(spec_.laws.tensile[d].slope)
                                                : law_value(spec_.laws.tensile[d], strain) / strain;
-    const Real share = mean_k_diag * rest * rest / (across * across);
-    result_.stretch_j += pull(a, b, -std::min(share, k_st) * across / rest, rest);
+    const Real fraction = mean_k_diag * rest * rest / (across * across);
+    result_.stretch_j += pull(a, b, -std::min(fraction, k_st) * across / rest, rest);
   }
 
   const SheetSpec& spec_;

@@ -10,7 +10,7 @@ namespace {
 
 // m; solvers round places of objects to 0.12 nm, so the surface may stand this much elsewhere.
 constexpr Real kPlaceRounding = 0.2e-9L;
-constexpr Real kWay = 50;  // how much farther the change of the normal is looked at
+constexpr Real kStep = 50;  // how much farther the change of the normal is looked at
 
 Real length_of_vector(const Point& v) {
   return std::sqrt(checker::dot(v, v));
@@ -21,10 +21,10 @@ Real turn_of_normal(const Objects& objects, std::size_t k, const Point& p, const
   Real most = 0;
   for (int axis = 0; axis < 3; ++axis) {
     Point beside = p;
-    beside[axis] += kWay * kPlaceRounding;
+    beside[axis] += kStep * kPlaceRounding;
     most = std::max(most, length_of_vector(checker::minus(normal_of(objects, k, beside), normal)));
   }
-  return most / kWay;
+  return most / kStep;
 }
 
 /// Whether the object is one of the scene and the place one of the sheet: within a single cell.

@@ -60,10 +60,10 @@ Cloth::Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule, ClothMode
   for (int d = 0; d < 2; ++d) {
     const int side = lines_[1 - d].stride;
     const double slant = std::pow(lines_[d].spacing / lines_[1 - d].spacing, 2);
-    lines_[d].k_diag_share.assign(n, 0.0);
+    lines_[d].k_diag_part.assign(n, 0.0);
     for (int i = 0; i < n; ++i) {
       const double beside = cell_[i] + (i >= side ? cell_[i - side] : 0.0);
-      if (lines_[d].width[i] > 0) lines_[d].k_diag_share[i] = slant / beside;
+      if (lines_[d].width[i] > 0) lines_[d].k_diag_part[i] = slant / beside;
     }
   }
   prepare_work();

@@ -92,7 +92,7 @@ class Cloth {
     std::vector<double> width;         ///< m of cloth that spring i -> i + stride stands for
     std::vector<double> triple_width;  ///< m, of the triple i - stride, i, i + stride
     /// Model "paper": what a spring takes of the sum of K_diag of the cells beside it.
-    std::vector<double> k_diag_share;
+    std::vector<double> k_diag_part;
   };
 
   Cloth(const GridSpec& grid, ClothLaws laws, MassRule mass_rule,
@@ -127,7 +127,7 @@ class Cloth {
   [[nodiscard]] const std::vector<ClampedPlace>& clamped_places() const { return clamped_; }
 
   /// Internal friction (laws().friction; without it the memory is empty). Forces and energies are
-  /// those of a step that began at the last settle(): of elements that have followed a way without
+  /// those of a step that began at the last settle(): of elements that have followed a path without
   /// reversal since. A step's energies hold what it has dissipated; settle() takes that out.
   [[nodiscard]] const ClothMemory& memory() const { return memory_; }
   void remember(ClothMemory memory) { memory_ = std::move(memory); }
@@ -165,7 +165,7 @@ class Cloth {
       secant = 10,       ///< per line: N/m, of the triples
       cell = 12,         ///< 1 where there is a cell
       twist = 13,        ///< N/m, of the cells
-      share = 14,        ///< per line: k_diag_share
+      part = 14,         ///< per line: k_diag_part
       // Of a cloth with internal friction, per triple of one direction:
       blocks_without_friction = 16,
       normal = 16,  ///< per axis; then N m, the energy's gradient to the curvature vector

@@ -79,7 +79,7 @@ DRAPE_WIDE void forces_to_accelerations(const OuterForces& outer,
 
 DRAPE_WIDE Speeds sum_speeds(const OuterForces& outer, const std::vector<double>& area_m2,
                              const std::vector<double>& mass_kg, const Field& v, double step,
-                             std::vector<double>& ways) {
+                             std::vector<double>& paths_m) {
   constexpr std::size_t kLanes = 4;  // sums of their own, so that their order is no chain
   const std::size_t n = mass_kg.size();
   const double* __restrict u0 = v.data();
@@ -87,14 +87,14 @@ DRAPE_WIDE Speeds sum_speeds(const OuterForces& outer, const std::vector<double>
   const double* __restrict u2 = v.data() + 2 * n;
   const double* __restrict mass = mass_kg.data();
   const double* __restrict area = area_m2.data();
-  double* __restrict way = ways.data();
+  double* __restrict path = paths_m.data();
   const double beta = outer.damping_per_s;
   const double air = outer.air_drag_kg_per_m3;
   double twice_kinetic[kLanes] = {}, power[kLanes] = {}, fastest2[kLanes] = {};
   const auto add = [&](std::size_t i, std::size_t lane) {
     const double v2 = u0[i] * u0[i] + u1[i] * u1[i] + u2[i] * u2[i];
     const double speed = std::sqrt(v2);
-    way[i] += speed * step;
+    path[i] += speed * step;
     twice_kinetic[lane] += mass[i] * v2;
     power[lane] += (beta * mass[i] + air * area[i] * speed) * v2;
     fastest2[lane] = std::max(fastest2[lane], v2);

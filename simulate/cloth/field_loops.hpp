@@ -43,9 +43,9 @@ struct Speeds {
   double power_w = 0;  ///< that damping and air drag take
   double fastest2 = 0;
 };
-/// Adds the particles' path lengths in a step to `ways`; a step of 0 leaves them.
+/// Adds the particles' path lengths in a step to `paths_m`; a step of 0 leaves them.
 [[nodiscard]] Speeds sum_speeds(const OuterForces& outer, const std::vector<double>& area_m2,
                                 const std::vector<double>& mass_kg, const Field& v, double step_s,
-                                std::vector<double>& ways);
+                                std::vector<double>& paths_m);
 
 }  // namespace drape::simulate

@@ -25,9 +25,9 @@ constexpr std::ptrdiff_t kBand = 240;  // particles that go through all passes a
 
 /// Blocks of a multiple of the first cache's 4 KiB would all compete for the same places in it.
 std::ptrdiff_t block_size(std::ptrdiff_t values) {
-  constexpr std::ptrdiff_t lines_per_way = 64, offset = 17;
+  constexpr std::ptrdiff_t lines_per_set = 64, offset = 17;
   std::ptrdiff_t lines = (values + kVector - 1) / kVector;
-  lines += (offset - lines % lines_per_way + lines_per_way) % lines_per_way;
+  lines += (offset - lines % lines_per_set + lines_per_set) % lines_per_set;
   return lines * kVector;
 }
 
@@ -45,7 +45,7 @@ void Cloth::prepare_work() {
   for (int d = 0; d < 2; ++d) {
     std::copy_n(lines_[d].width.data(), n, work_.of(Work::width + d));
     std::copy_n(lines_[d].triple_width.data(), n, work_.of(Work::triple_width + d));
-    std::copy_n(lines_[d].k_diag_share.data(), n, work_.of(Work::share + d));
+    std::copy_n(lines_[d].k_diag_part.data(), n, work_.of(Work::part + d));
     // Of a straight law; others change with the curvature.
     const double scale = laws_.bending[d].slope / std::pow(lines_[d].spacing, 3);
     for (int i = 0; i < n; ++i) work_.of(Work::secant + d)[i] = scale * lines_[d].triple_width[i];

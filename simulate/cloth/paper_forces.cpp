@@ -45,11 +45,11 @@ void Cloth::visit_paper_springs(const Field& x, Visit visit) const {
       const bool before = i >= side && cell_[i - side] != 0;
       const bool after = cell_[i] != 0;
       const double sum = (before ? k_diag[i - side] : 0.0) + (after ? k_diag[i] : 0.0);
-      const double share = sum / (before + after) * l * l / (across * across);
+      const double fraction = sum / (before + after) * l * l / (across * across);
       const double strain = (at(x, i + line.stride) - at(x, i)).norm() / l - 1;
       const double k_st = secant(laws_.tensile[d], strain, strain, kSmallestStrain);
-      visit(PaperSpring{i, i + line.stride, -std::min(share, k_st) * line.width[i] / l, l, false,
-                        share > k_st});
+      visit(PaperSpring{i, i + line.stride, -std::min(fraction, k_st) * line.width[i] / l, l, false,
+                        fraction > k_st});
     }
   }
 }
@@ -118,7 +118,7 @@ DRAPE_WIDE void Cloth::take_off_lines(int direction, Band band) {
   const ForceCurve& law = laws_.tensile[direction];
   const std::ptrdiff_t side = lines_[1 - direction].stride;
   const std::ptrdiff_t m = kernels::rounded_up(band.end - band.begin);
-  const double* __restrict share = work_.of(Work::share + direction) + band.begin;
+  const double* __restrict fraction = work_.of(Work::part + direction) + band.begin;
   const double* __restrict k_diag = work_.in_band(Work::k_diag);
   const double* __restrict strain = work_.in_band(Work::strain + direction);
   const double* __restrict width = work_.of(Work::width + direction) + band.begin;
@@ -135,7 +135,7 @@ DRAPE_WIDE void Cloth::take_off_lines(int direction, Band band) {
   }
   DRAPE_INDEPENDENT
   for (std::ptrdiff_t i = 0; i < m; ++i) {
-    const double less = std::min(share[i] * (k_diag[i - side] + k_diag[i]), k_st[i]);
+    const double less = std::min(fraction[i] * (k_diag[i - side] + k_diag[i]), k_st[i]);
     tension[i] -= less * strain[i] * (width[i] * inverse[i]);
   }
 }

@@ -14,15 +14,15 @@ constexpr double kRk4ImaginaryLimit = 2.828;
 constexpr double kImpactDepth = 10e-6;  // m; shallower hits land without going back in time
 constexpr double kClearMargin =
     1e-3;  // m; covers the displacement within a step and released particles
-constexpr double kSurfacing = 2e-3;      // s; a shallow hit is lifted to the surface this gently
-constexpr double kLiftGap = 1e-6;        // m; a touching particle further out has left
-constexpr double kShortestShare = 0.02;  // of a step when going back to an impact
-constexpr int kRefreshSteps = 50;        // at most, between searches for contacts between particles
-constexpr int kFollowSteps = 4;          // between two looks where on its line a place presses
+constexpr double kSurfacing = 2e-3;         // s; a shallow hit is lifted to the surface this gently
+constexpr double kLiftGap = 1e-6;           // m; a touching particle further out has left
+constexpr double kShortestFraction = 0.02;  // of a step when going back to an impact
+constexpr int kRefreshSteps = 50;  // at most, between searches for contacts between particles
+constexpr int kFollowSteps = 4;    // between two looks where on its line a place presses
 constexpr double kRefreshTravel = 50e-6;  // m; at most any particle's path between searches
 // A corner particle is a quarter of a mean one and takes part in up to a dozen line contacts.
-constexpr double kLineContactShare = 12;
-constexpr double kPairShare = 2;  // pairs that come to press before the limit is looked at again
+constexpr double kLineContactFactor = 12;
+constexpr double kPairFactor = 2;  // pairs that come to press before the limit is looked at again
 
 }  // namespace
 
@@ -46,7 +46,7 @@ Motion::Motion(Cloth& cloth, const Surroundings& surroundings, const MotionOptio
   touch_of_.assign(cloth.count(), -1);
   clear_until_.assign(cloth.count(), 0.0);
   inside_.reserve(cloth.count());
-  ways_.assign(cloth.count(), 0.0);
+  paths_m_.assign(cloth.count(), 0.0);
   touching_.reserve(cloth.count());
 }
 
@@ -188,12 +188,12 @@ void Motion::runge_kutta(double dt) {
 
 /// Distances change by at most the path of the fastest particle, so a particle far from everything
 /// is checked again only when that path has been used up.
-double Motion::first_impact(double& share) {
+double Motion::first_impact(double& fraction) {
   double deepest = 0;
-  share = 1;
+  fraction = 1;
   inside_.clear();
   for (int i = 0; i < cloth_.count(); ++i) {
-    if (touch_of_[i] >= 0 || clear_until_[i] > way_m_ + kClearMargin) continue;
+    if (touch_of_[i] >= 0 || clear_until_[i] > path_m_ + kClearMargin) continue;
     if (inverse_mass_[i] == 0) continue;
     const Vector3d p = at(position, i);
     double least = 1e9;
@@ -203,12 +203,12 @@ double Motion::first_impact(double& share) {
       if (gap >= -kImpactDepth) continue;
       const double before = std::max(0.0, surroundings_.gap_m(shape, at(start_x_, i)));
       deepest = std::max(deepest, -gap);
-      share = std::min(share, before / (before - gap));
+      fraction = std::min(fraction, before / (before - gap));
     }
     if (least < 0) inside_.push_back(i);
-    clear_until_[i] = way_m_ + std::max(0.0, least);
+    clear_until_[i] = path_m_ + std::max(0.0, least);
   }
-  share = std::max(share, kShortestShare);
+  fraction = std::max(fraction, kShortestFraction);
   return deepest;
 }
 
@@ -274,18 +274,18 @@ void Motion::follow_surfaces(double step_s) {
 
 void Motion::book_losses(double step_s) {
   const Speeds speeds =
-      sum_speeds(outer_forces(), cloth_.area_m2(), cloth_.mass_kg(), velocity, step_s, ways_);
+      sum_speeds(outer_forces(), cloth_.area_m2(), cloth_.mass_kg(), velocity, step_s, paths_m_);
   step_kinetic_j_ = speeds.kinetic_j;
   viscous_loss_j_ += speeds.power_w * step_s;
-  last_way_m_ = std::sqrt(speeds.fastest2) * step_s;
-  travel_m_ += last_way_m_;
-  way_m_ += last_way_m_;
+  last_path_m_ = std::sqrt(speeds.fastest2) * step_s;
+  travel_m_ += last_path_m_;
+  path_m_ += last_path_m_;
 }
 
 void Motion::refresh_line_contacts() {
   // A place that is found again while the sheet already presses there brings elastic energy in.
   const double before_j = line_contacts_.energy_j(position);
-  line_contacts_.refresh(position, ways_);
+  line_contacts_.refresh(position, paths_m_);
   found_contacts_j_ += line_contacts_.energy_j(position) - before_j;
   travel_m_ = 0;
 }
@@ -298,13 +298,13 @@ void Motion::seek_contacts() {
 }
 
 void Motion::watch_contacts() {
-  const double margin = 2 * last_way_m_ + kChooseMargin;
+  const double margin = 2 * last_path_m_ + kChooseMargin;
   if (options_.contact_between_particles) {
     if (steps_ % kRefreshSteps == 0 || travel_m_ > kRefreshTravel) refresh_line_contacts();
-    line_contacts_.choose(position, way_m_, margin);
+    line_contacts_.choose(position, path_m_, margin);
     if (steps_ % kFollowSteps == 0) found_contacts_j_ += line_contacts_.follow(position);
   }
-  pair_contacts_.watch(position, way_m_, margin);
+  pair_contacts_.watch(position, path_m_, margin);
 }
 
 /// Particles on an object pass what they take over on to it.
@@ -318,8 +318,8 @@ void Motion::land_pairs() {
 double Motion::step(double step_s) {
   watch_contacts();
   ++steps_;
-  if (last_way_m_ > pair_contacts_.longest_way_m())
-    step_s = std::min(step_s, last_step_s_ * pair_contacts_.longest_way_m() / last_way_m_);
+  if (last_path_m_ > pair_contacts_.longest_path_m())
+    step_s = std::min(step_s, last_step_s_ * pair_contacts_.longest_path_m() / last_path_m_);
   // Many pairs may come to press between two looks at the limit.
   const double grown = pair_contacts_.frequency_squared_per_s2() - bound_of_pairs_per_s2_;
   if (grown > 0 && bound_per_s2_ > 0) step_s *= std::sqrt(bound_per_s2_ / (bound_per_s2_ + grown));
@@ -330,15 +330,15 @@ double Motion::step(double step_s) {
   constrain(stage_a_[0]);
   project_holds(stage_a_[0]);
   runge_kutta(step_s);
-  double share = 1;
-  const double deepest = first_impact(share);
-  if (deepest <= kImpactDepth) share = 1;
-  share = std::min(share, pair_contacts_.first_impact(start_x_, position, kImpactDepth));
-  if (share < 1) {
+  double fraction = 1;
+  const double deepest = first_impact(fraction);
+  if (deepest <= kImpactDepth) fraction = 1;
+  fraction = std::min(fraction, pair_contacts_.first_impact(start_x_, position, kImpactDepth));
+  if (fraction < 1) {
     ++backtracked_;
-    step_s *= std::max(share, kShortestShare);
+    step_s *= std::max(fraction, kShortestFraction);
     runge_kutta(step_s);
-    (void)first_impact(share);
+    (void)first_impact(fraction);
   }
   follow_surfaces(step_s);
   land();
@@ -361,14 +361,14 @@ void Motion::stop() {
   }
 }
 
-double Motion::stable_step_s(double share) {
+double Motion::stable_step_s(double fraction) {
   double bound = cloth_.stiffness_bound_per_s2(cloth_.strains(position));
   if (options_.contact_between_particles) {
-    bound += kLineContactShare * line_contacts_.frequency_squared_per_s2();
+    bound += kLineContactFactor * line_contacts_.frequency_squared_per_s2();
   }
-  bound_of_pairs_per_s2_ = kPairShare * pair_contacts_.frequency_squared_per_s2();
+  bound_of_pairs_per_s2_ = kPairFactor * pair_contacts_.frequency_squared_per_s2();
   bound_per_s2_ = bound + bound_of_pairs_per_s2_;
-  return share * kRk4ImaginaryLimit / std::sqrt(bound_per_s2_);
+  return fraction * kRk4ImaginaryLimit / std::sqrt(bound_per_s2_);
 }
 
 }  // namespace drape::simulate

@@ -52,7 +52,7 @@ class Motion {
   /// One step of at most `step_s`; shorter when a particle hits an object. Returns its length.
   double step(double step_s);
   /// Largest stable step for the current shape, at a given fraction of RK4's limit 2.828/omega.
-  [[nodiscard]] double stable_step_s(double share);
+  [[nodiscard]] double stable_step_s(double fraction);
   /// Replaces the damping from here on; damping never changes an equilibrium.
   void set_damping_per_s(double damping_per_s) { options_.damping_per_s = damping_per_s; }
   /// Replaces gravity from here on.
@@ -103,7 +103,7 @@ class Motion {
   void constrain(Field& a) const;
   void project_holds(Field& field, bool to_rate = false);
   void runge_kutta(double step_s);
-  [[nodiscard]] double first_impact(double& share);
+  [[nodiscard]] double first_impact(double& fraction);
   void refresh_line_contacts();
   void watch_contacts();
   void land();
@@ -120,14 +120,14 @@ class Motion {
   std::vector<int> no_cloth_;  ///< particles outside a round specimen; they stay where they are
   std::vector<Touch> touching_;
   std::vector<int> touch_of_;        ///< index into touching_, -1 for a free particle
-  std::vector<double> clear_until_;  ///< value of way_m_ up to which a particle cannot touch
+  std::vector<double> clear_until_;  ///< value of path_m_ up to which a particle cannot touch
   std::vector<int> inside_;          ///< free particles found inside an object
-  double way_m_ = 0;                 ///< sum of the fastest particle's path lengths
-  double last_way_m_ = 0;            ///< its displacement in the last step
+  double path_m_ = 0;                ///< sum of the fastest particle's path lengths
+  double last_path_m_ = 0;           ///< its displacement in the last step
   double last_step_s_ = 0;
   double bound_per_s2_ = 0, bound_of_pairs_per_s2_ = 0;  ///< that the step's limit counts with
   std::vector<double> mobility_;                         ///< inverse masses, 0 on an object
-  std::vector<double> ways_;                             ///< each particle's path length (m)
+  std::vector<double> paths_m_;                          ///< each particle's path length (m)
   std::vector<Hold> holds_;
   Eigen::MatrixXd hold_response_;
   Eigen::Matrix3Xd hold_rate_;

@@ -69,12 +69,12 @@ void scalar_line(const Cloth& sheet, int d, const Field& x, const Field& v, Fiel
   const Cloth::Line& line = sheet.line(d);
   for (int i = 0; i + line.stride < sheet.count(); ++i) {
     if (line.width[i] == 0) continue;
-    const Vector3d way = at(x, i + line.stride) - at(x, i);
-    const double length = way.norm();
-    const double rate = way.dot(at(v, i + line.stride) - at(v, i)) / length / line.spacing;
+    const Vector3d displacement = at(x, i + line.stride) - at(x, i);
+    const double length = displacement.norm();
+    const double rate = displacement.dot(at(v, i + line.stride) - at(v, i)) / length / line.spacing;
     const double tension = sheet.laws().tensile[d].value(length / line.spacing - 1) +
                            sheet.laws().stretch_damping_s * sheet.laws().tensile[d].slope * rate;
-    const Vector3d pull = line.width[i] * tension / length * way;
+    const Vector3d pull = line.width[i] * tension / length * displacement;
     add_at(f, i, pull);
     add_at(f, i + line.stride, -pull);
   }

@@ -35,7 +35,7 @@ double Motion::residual() {
     line_contacts_.choose_all();
     line_contacts_.add_forces(position, nullptr, net_);
   }
-  pair_contacts_.watch(position, way_m_, kChooseMargin);
+  pair_contacts_.watch(position, path_m_, kChooseMargin);
   pair_contacts_.add_forces(position, nullptr, net_);
   const int n = cloth_.count();
   for (int i = 0; i < n; ++i) {

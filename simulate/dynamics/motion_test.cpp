@@ -218,8 +218,8 @@ TEST(Friction, BlockOnAnInclineSlidesAsCoulombSays) {
   lay_flat(block.grid, 1e-9, motion.position);
   double time = 0;
   for (int k = 0; k < 4000; ++k) time += motion.step(5e-5);
-  const double way = 0.5 * kG * (std::sin(slope) - mu * std::cos(slope)) * time * time;
-  EXPECT_NEAR(at(motion.position, 4).x() - 0.01, way, 0.01 * way);
+  const double displacement = 0.5 * kG * (std::sin(slope) - mu * std::cos(slope)) * time * time;
+  EXPECT_NEAR(at(motion.position, 4).x() - 0.01, displacement, 0.01 * displacement);
   EXPECT_NEAR(motion.residual(), std::sin(slope) - mu * std::cos(slope), 2.0);
   EXPECT_GT(motion.residual(), 0.1);
 }
@@ -231,8 +231,8 @@ TEST(Friction, SlidingBlockStopsAfterItsBrakingDistance) {
   lay_flat(block.grid, 1e-9, motion.position);
   for (int i = 0; i < 9; ++i) motion.velocity[i] = speed;
   for (int k = 0; k < 4000; ++k) motion.step(5e-5);
-  const double way = speed * speed / (2 * mu * kG);
-  EXPECT_NEAR(at(motion.position, 4).x() - 0.01, way, 0.01 * way);
+  const double displacement = speed * speed / (2 * mu * kG);
+  EXPECT_NEAR(at(motion.position, 4).x() - 0.01, displacement, 0.01 * displacement);
   EXPECT_EQ(motion.kinetic_energy_j(), 0);
 }
 
@@ -304,7 +304,7 @@ TEST(Contact, BetweenParticlesKeepsACoarseSheetOffABoxEdge) {
 TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
   const GridSpec grid{21, 21, {0.2, 0.2}};
   const double limit = std::numbers::sqrt2 * grid.warp_spacing_m() * std::sqrt(0.138 / 2000);
-  for (const double share : {0.98, 1.06}) {
+  for (const double fraction : {0.98, 1.06}) {
     ClothLaws laws = linear_laws(0.138, 2000, 1e-9);
     laws.shear = {1e-6, {}};
     Cloth cloth(grid, laws, MassRule::area);
@@ -316,10 +316,10 @@ TEST(Step, JustAboveTheLimitBlowsUpAndBelowItDoesNot) {
     double end = start;
     // What blows up is watched only until it has: its numbers overflow before long.
     for (int k = 0; k < 200 && !(end > 100 * start); ++k) {
-      motion.step(share * limit);
+      motion.step(fraction * limit);
       end = motion.kinetic_energy_j() + cloth.energies(motion.position).sum_j();
     }
-    if (share < 1) {
+    if (fraction < 1) {
       EXPECT_LE(end, 1.0001 * start);
       EXPECT_NEAR(motion.stable_step_s(1.0), limit, 0.02 * limit);
     } else {

@@ -68,17 +68,17 @@ SimulateResult drape_over(const Scene& scene, int grid, long most_steps = 2000) 
                   options);
 }
 
-TEST(Surroundings, TellsWhereAStraightWayEntersAShape) {
+TEST(Surroundings, SaysWhereAStraightPathEntersAShape) {
   Surroundings objects;
   objects.add(Sphere{Vector3d(0, 0, 0), 0.045});
   objects.add(plate(1 * mm));
   constexpr double kDeep = 1e-6;
   for (const double height : {0.0, 0.02, 0.0449}) {
-    const auto share =
+    const auto fraction =
         objects.first_entry(0, Vector3d(-0.1, height, 0), Vector3d(0.1, height, 0), kDeep);
     const double inner = 0.045 - kDeep;
-    ASSERT_TRUE(share.has_value()) << height;
-    EXPECT_NEAR(-0.1 + 0.2 * *share, -std::sqrt(inner * inner - height * height), 1e-12);
+    ASSERT_TRUE(fraction.has_value()) << height;
+    EXPECT_NEAR(-0.1 + 0.2 * *fraction, -std::sqrt(inner * inner - height * height), 1e-12);
   }
   EXPECT_FALSE(objects.first_entry(0, Vector3d(-0.1, 0.0451, 0), Vector3d(0.1, 0.0451, 0), kDeep));
   EXPECT_FALSE(objects.first_entry(0, Vector3d(0.05, 0, 0), Vector3d(0.1, 0, 0), kDeep));
@@ -120,7 +120,7 @@ TEST(StaticSolver, ABodyThinnerThanAStepHoldsTheSheet) {
   }
 }
 
-TEST(StaticSolver, AStartInsideAnObjectIsTold) {
+TEST(StaticSolver, AStartInsideAnObjectIsSaid) {
   Scene scene = scene_over(plate(10 * mm));
   scene.start.centre_in_world->z() = 0.099;
   EXPECT_THAT(drape_over(scene, 11).report.warnings, Contains(HasSubstr("started inside")));

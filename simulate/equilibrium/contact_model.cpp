@@ -30,9 +30,9 @@ Matrix3d StaticContacts::model_block(const Contact& contact, const Field& positi
   if (contact.change == Change::yields) {
     block += contact.yield.block;
   } else if (contact.slips && contact.change != Change::holds) {
-    const Vector3d way = spring(contact, mix(position, contact)).normalized();
+    const Vector3d displacement = spring(contact, mix(position, contact)).normalized();
     const double length = std::max(contact.slip_m, contact.limit / shear_stiffness_);
-    block += contact.limit / length * (across - way * way.transpose());
+    block += contact.limit / length * (across - displacement * displacement.transpose());
   } else {
     block += shear_stiffness_ * across;
   }
@@ -51,7 +51,7 @@ void StaticContacts::add_piece_hessian(const Contact& contact, const Field& posi
   if (!convex) of_corners += pressing * curvature.bends;
   for (int a = 0; a < 3; ++a) {
     for (int b = 0; b < 3; ++b)
-      of_corners.block<3, 3>(3 * a, 3 * b) += deepest.share[a] * deepest.share[b] * across;
+      of_corners.block<3, 3>(3 * a, 3 * b) += deepest.weights[a] * deepest.weights[b] * across;
   }
   const QuarterWeights weights = quarter_weights(contact.quarter);
   for (int k = 0; k < 4; ++k) {
@@ -112,12 +112,13 @@ double StaticContacts::excess_curve(const Eigen::VectorXd& step) const {
       sum += contact.stiffness * along * along;
     } else if (contact.change == Change::yields) {
       const Yield& yield = contact.yield;
-      const Vector3d way = mix_step(step, contact);
-      const Vector3d end = yield.spring + way - way.dot(contact.normal) * contact.normal;
+      const Vector3d displacement = mix_step(step, contact);
+      const Vector3d end =
+          yield.spring + displacement - displacement.dot(contact.normal) * contact.normal;
       const double gained = friction_j(contact, end.norm()) -
                             friction_j(contact, yield.spring.norm()) -
-                            shear_stiffness_ * yield.spring.dot(way);
-      sum += way.dot(yield.block * way) - 2 * gained;
+                            shear_stiffness_ * yield.spring.dot(displacement);
+      sum += displacement.dot(yield.block * displacement) - 2 * gained;
     }
   }
   return sum;

@@ -76,12 +76,12 @@ void StaticContacts::hold(const std::vector<Hold>& holds, const std::vector<Vect
 bool StaticContacts::carry_pins(Field& position, double most_m) const {
   bool moved = false;
   for (const Pinned& pin : pinned_) {
-    const Vector3d way = pin.place - at(position, pin.particle);
-    const double length = way.norm();
+    const Vector3d displacement = pin.place - at(position, pin.particle);
+    const double length = displacement.norm();
     if (length == 0) continue;
     moved = true;
     if (length > most_m) {
-      add_at(position, pin.particle, most_m / length * way);
+      add_at(position, pin.particle, most_m / length * displacement);
     } else {
       put_at(position, pin.particle, pin.place);
     }
@@ -105,8 +105,8 @@ double StaticContacts::pressing_n(const Contact& contact, double gap) const {
 }
 
 Vector3d StaticContacts::spring(const Contact& contact, const Vector3d& p) const {
-  const Vector3d way = p - contact.anchor;
-  return way - way.dot(contact.normal) * contact.normal;
+  const Vector3d displacement = p - contact.anchor;
+  return displacement - displacement.dot(contact.normal) * contact.normal;
 }
 
 void StaticContacts::refresh(const Field& position) {
@@ -175,7 +175,7 @@ void StaticContacts::settle(Contact& contact, const Field& position, Limits limi
     return;
   }
   if (!contact.anchored) contact.anchor = p;
-  const Vector3d way = spring(contact, p);
+  const Vector3d displacement = spring(contact, p);
   const bool within = contact.limit <= kLimitHigh * allowed && contact.limit >= kLimitLow * allowed;
   if (contact.limit == 0 || (limits == Limits::follow && !within)) {
     contact.limit = allowed;
@@ -185,11 +185,11 @@ void StaticContacts::settle(Contact& contact, const Field& position, Limits limi
   if (limits == Limits::follow || !contact.anchored) contact.taken = contact.limit / allowed;
   contact.anchored = true;
   const double most = contact.limit / shear_stiffness_;
-  const double size = way.norm();
-  contact.slide = size > 0 ? Vector3d(way / size) : Vector3d(Vector3d::Zero());
+  const double size = displacement.norm();
+  contact.slide = size > 0 ? Vector3d(displacement / size) : Vector3d(Vector3d::Zero());
   contact.slip_m = size > most ? size : contact.slip_m;
   contact.slips = size > most * kSlides || (contact.slips && size > most / kSlides / kSlides);
-  contact.anchor = p - (size > most ? most / size : 1.0) * way;
+  contact.anchor = p - (size > most ? most / size : 1.0) * displacement;
 }
 
 void StaticContacts::begin(const Field& position, double watch_m, Limits limits) {
@@ -197,7 +197,7 @@ void StaticContacts::begin(const Field& position, double watch_m, Limits limits)
   for (Contact& contact : contacts_) settle(contact, position, limits);
 }
 
-void StaticContacts::lean_on(const Field& position, const Field& force, double reach_m) {
+void StaticContacts::rest_on(const Field& position, const Field& force, double reach_m) {
   for (Contact& contact : contacts_) {
     if (!contact.rigid || contact.gap > reach_m) continue;
     const Vector3d pull =
@@ -228,8 +228,8 @@ double StaticContacts::energy_j(const Field& position) const {
     sum += friction_j(contact, spring(contact, mix(position, contact)).norm());
   }
   for (std::size_t h = 0; h < holds_.size(); ++h) {
-    const Vector3d way = hold_in_world_[h] - mix(position, holds_[h]);
-    sum += hold_force_[h].dot(way) + 0.5 * hold_stiffness_ * way.squaredNorm();
+    const Vector3d displacement = hold_in_world_[h] - mix(position, holds_[h]);
+    sum += hold_force_[h].dot(displacement) + 0.5 * hold_stiffness_ * displacement.squaredNorm();
   }
   return sum;
 }
@@ -241,10 +241,10 @@ Vector3d StaticContacts::force_of(const Contact& contact, const Pressing& here,
   Vector3d total = Vector3d::Zero();
   if (pressing > 0) total = pressing * here.normal;
   if (contact.limit > 0) {
-    const Vector3d way = spring(contact, mix(position, contact));
-    const double size = way.norm();
+    const Vector3d displacement = spring(contact, mix(position, contact));
+    const double size = displacement.norm();
     const double most = contact.limit / shear_stiffness_;
-    total -= (size > most ? contact.limit / size : shear_stiffness_) * way;
+    total -= (size > most ? contact.limit / size : shear_stiffness_) * displacement;
   }
   return total;
 }
@@ -276,9 +276,9 @@ std::vector<ContactForce> StaticContacts::forces(const Field& position) const {
 /// is free.
 std::optional<Vector3d> StaticContacts::caught(int shape, const Vector3d& start,
                                                const Vector3d& end, double deep_m) const {
-  const std::optional<double> share = surroundings_->first_entry(shape, start, end, deep_m);
-  if (!share) return std::nullopt;
-  const Vector3d entry = start + *share * (end - start);
+  const std::optional<double> fraction = surroundings_->first_entry(shape, start, end, deep_m);
+  if (!fraction) return std::nullopt;
+  const Vector3d entry = start + *fraction * (end - start);
   if (surroundings_->on_opposite_sides(shape, entry, end)) return entry;
   if (surroundings_->gap_m(shape, end) < -deep_m) return end;
   return std::nullopt;

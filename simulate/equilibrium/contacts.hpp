@@ -63,7 +63,7 @@ class StaticContacts {
   void take_springs(const LineContacts& moved, const Field& position);
   /// After begin(): takes particles within `reach_m` of a surface as pressed and held by what
   /// balances `force`.
-  void lean_on(const Field& position, const Field& force, double reach_m);
+  void rest_on(const Field& position, const Field& force, double reach_m);
 
   /// From here on refresh() leaves the points between particles where they are.
   void keep_points() { seeks_points_ = false; }
@@ -90,15 +90,15 @@ class StaticContacts {
   void add_changes(Eigen::VectorXd& gradient) const;
   /// What the model's second derivative along the step has that the energy of that step has not.
   [[nodiscard]] double excess_curve(const Eigen::VectorXd& step) const;
-  /// What friction that slides changes along `way` because pressing forces, and so its limits, do;
-  /// added to the product of the model's matrix with it. No potential has this part: it is not
-  /// symmetric (Alart and Curnier 1991).
-  void add_following(const Eigen::VectorXd& way, Eigen::VectorXd& product) const;
+  /// What friction that slides changes along `displacement` because pressing forces, and so its
+  /// limits, do; added to the product of the model's matrix with it. No potential has this part: it
+  /// is not symmetric (Alart and Curnier 1991).
+  void add_following(const Eigen::VectorXd& displacement, Eigen::VectorXd& product) const;
   /// What is lacking in the model's gradient where limits are not those of the pressing forces.
   void add_lag(Eigen::VectorXd& gradient) const;
-  /// Sets the limits of what slides, until the next begin(), to those at the end of `way`, and
-  /// adds to the gradient what that changes at its start.
-  void follow_pressing(const Field& position, const Eigen::VectorXd& way,
+  /// Sets the limits of what slides, until the next begin(), to those at the end of `displacement`,
+  /// and adds to the gradient what that changes at its start.
+  void follow_pressing(const Field& position, const Eigen::VectorXd& displacement,
                        Eigen::VectorXd& gradient);
   /// Looks where the step leads: what would land, what slid and would slide back and, after
   /// let_yield(), what held and would slide is changed in the model. Returns how many.
@@ -192,7 +192,8 @@ class StaticContacts {
   [[nodiscard]] double pressing_n(const Contact& contact, double gap) const;
   [[nodiscard]] Eigen::Vector3d spring(const Contact& contact, const Eigen::Vector3d& p) const;
   [[nodiscard]] bool follows(const Contact& contact) const;
-  [[nodiscard]] double limit_after(const Contact& contact, const Eigen::Vector3d& way) const;
+  [[nodiscard]] double limit_after(const Contact& contact,
+                                   const Eigen::Vector3d& displacement) const;
   [[nodiscard]] double friction_j(const Contact& contact, double size) const;
   [[nodiscard]] bool review_yield(Contact& contact, const Eigen::Vector3d& start,
                                   const Eigen::Vector3d& end) const;

@@ -17,7 +17,7 @@ constexpr double kQuietHeight = 10e-6;  // m; the end is judged below weight * t
 constexpr double kGrowStep = 2, kShrinkStep = 0.5;    // of the step
 constexpr double kGoodRatio = 0.7, kPoorRatio = 0.3;  // ratios of energy change at which it does
 constexpr double kShortest_s = 1e-6;                  // step below which the fall is given up
-constexpr double kReach = 0.5;                        // of the longest way, that a step may go
+constexpr double kReach = 0.5;  // of the longest displacement, that a step may be
 constexpr double kFarForContacts =
     200e-6;                             // m; displacement after which contacts are searched again
 constexpr double kPinTravelTime = 0.3;  // s; pins move from the start to their places

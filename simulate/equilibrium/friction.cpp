@@ -21,15 +21,17 @@ bool StaticContacts::follows(const Contact& contact) const {
          pressing_n(contact, contact.gap) > 0;
 }
 
-/// The limit that the pressing force at the end of `way` allows.
-double StaticContacts::limit_after(const Contact& contact, const Vector3d& way) const {
-  return contact.taken * friction_ * pressing_n(contact, contact.gap + way.dot(contact.normal));
+/// The limit that the pressing force at the end of `displacement` allows.
+double StaticContacts::limit_after(const Contact& contact, const Vector3d& displacement) const {
+  return contact.taken * friction_ *
+         pressing_n(contact, contact.gap + displacement.dot(contact.normal));
 }
 
-void StaticContacts::add_following(const Eigen::VectorXd& way, Eigen::VectorXd& product) const {
+void StaticContacts::add_following(const Eigen::VectorXd& displacement,
+                                   Eigen::VectorXd& product) const {
   for (const Contact& contact : contacts_) {
     if (!follows(contact)) continue;
-    const double along = mix_step(way, contact).dot(contact.normal);
+    const double along = mix_step(displacement, contact).dot(contact.normal);
     spread_step(contact, -contact.taken * friction_ * contact.stiffness * along * contact.slide,
                 product);
   }
@@ -43,11 +45,11 @@ void StaticContacts::add_lag(Eigen::VectorXd& gradient) const {
   }
 }
 
-void StaticContacts::follow_pressing(const Field& position, const Eigen::VectorXd& way,
+void StaticContacts::follow_pressing(const Field& position, const Eigen::VectorXd& displacement,
                                      Eigen::VectorXd& gradient) {
   for (Contact& contact : contacts_) {
     if (!follows(contact)) continue;
-    const double limit = std::clamp(limit_after(contact, mix_step(way, contact)),
+    const double limit = std::clamp(limit_after(contact, mix_step(displacement, contact)),
                                     contact.limit / kMostChange, contact.limit * kMostChange);
     spread_step(contact, (limit - contact.limit) * contact.slide, gradient);
     // As long as the limit allows: so it slides from the start of the step on.

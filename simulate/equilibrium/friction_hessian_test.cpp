@@ -62,23 +62,23 @@ TEST(FrictionHessian, IsTheDerivativeOfTheForcesAndTheyOfTheEnergy) {
     std::mt19937_64 random(4);
     std::uniform_real_distribution<double> any(-1, 1);
     const int n = grid.count();
-    Field way(3 * static_cast<std::size_t>(n));
-    for (double& w : way) w = any(random);
+    Field displacement(3 * static_cast<std::size_t>(n));
+    for (double& w : displacement) w = any(random);
     const double h = 1e-9;
     Field before = x, after = x, force(x.size(), 0.0), fb = force, fa = force;
     for (std::size_t k = 0; k < x.size(); ++k) {
-      before[k] -= h * way[k];
-      after[k] += h * way[k];
+      before[k] -= h * displacement[k];
+      after[k] += h * displacement[k];
     }
     cloth.add_forces(x, nullptr, force);
     cloth.add_forces(before, nullptr, fb);
     cloth.add_forces(after, nullptr, fa);
     double slope = 0;
-    for (std::size_t k = 0; k < x.size(); ++k) slope -= force[k] * way[k];
+    for (std::size_t k = 0; k < x.size(); ++k) slope -= force[k] * displacement[k];
     EXPECT_NEAR((potential(cloth, after) - potential(cloth, before)) / (2 * h), slope,
                 1e-4 * std::abs(slope));
     Eigen::VectorXd step(3 * n), product(3 * n);
-    for (int i = 0; i < n; ++i) step.segment<3>(3 * i) = at(way, i);
+    for (int i = 0; i < n; ++i) step.segment<3>(3 * i) = at(displacement, i);
     hessian.multiply(step, product);
     double error = 0, size = 0;
     for (int i = 0; i < n; ++i) {

@@ -13,9 +13,10 @@ using Eigen::VectorXd;
 
 constexpr double kSunk_m = 2e-6;
 
-void move_by(Field& x, int i, const Vector3d& way) {
+void move_by(Field& x, int i, const Vector3d& displacement) {
   const std::size_t n = x.size() / 3;
-  for (std::size_t axis = 0; axis < 3; ++axis) x[axis * n + i] += way[static_cast<int>(axis)];
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    x[axis * n + i] += displacement[static_cast<int>(axis)];
 }
 
 /// A flat sheet pressed into a table that has just slid by some millimetres.
@@ -62,15 +63,15 @@ struct Slid {
 };
 
 /// Presses some particles harder and others less, none of them off.
-VectorXd way_of(int count) {
+VectorXd displacement_of(int count) {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> any(-1, 1);
-  VectorXd way(3 * count);
+  VectorXd displacement(3 * count);
   for (int i = 0; i < count; ++i) {
-    way.segment<3>(3 * i) =
+    displacement.segment<3>(3 * i) =
         Vector3d(1e-4 * any(random), 1e-4 * any(random), 0.5 * kSunk_m * any(random));
   }
-  return way;
+  return displacement;
 }
 
 TEST(StaticFriction, ChangesForcesByWhatItAddsToTheGradient) {
@@ -79,7 +80,7 @@ TEST(StaticFriction, ChangesForcesByWhatItAddsToTheGradient) {
   ASSERT_EQ(contacts.sliding(), sheet.grid.count());
   const VectorXd before = sheet.forces_of(contacts);
   VectorXd change = VectorXd::Zero(before.size());
-  contacts.follow_pressing(sheet.position, way_of(sheet.grid.count()), change);
+  contacts.follow_pressing(sheet.position, displacement_of(sheet.grid.count()), change);
   const VectorXd after = sheet.forces_of(contacts);
   EXPECT_GT(change.norm(), 0.05 * before.norm());
   EXPECT_LT((after - before + change).norm(), 1e-9 * change.norm());
@@ -88,12 +89,12 @@ TEST(StaticFriction, ChangesForcesByWhatItAddsToTheGradient) {
 TEST(StaticFriction, HasALinearModelOfHowItFollows) {
   Slid sheet;
   StaticContacts contacts = sheet.contacts();
-  const VectorXd way = way_of(sheet.grid.count());
-  VectorXd change = VectorXd::Zero(way.size());
+  const VectorXd displacement = displacement_of(sheet.grid.count());
+  VectorXd change = VectorXd::Zero(displacement.size());
   VectorXd model = change;
   contacts.add_lag(model);
-  contacts.add_following(way, model);
-  contacts.follow_pressing(sheet.position, way, change);
+  contacts.add_following(displacement, model);
+  contacts.follow_pressing(sheet.position, displacement, change);
   EXPECT_GT(change.norm(), 0);
   EXPECT_LT((model - change).norm(), 1e-9 * change.norm());
 }
@@ -101,10 +102,11 @@ TEST(StaticFriction, HasALinearModelOfHowItFollows) {
 TEST(StaticFriction, KeepsToCoulombsLawWhereTheStepEnds) {
   Slid sheet;
   StaticContacts contacts = sheet.contacts();
-  const VectorXd way = way_of(sheet.grid.count());
-  VectorXd change = VectorXd::Zero(way.size());
-  contacts.follow_pressing(sheet.position, way, change);
-  for (int i = 0; i < sheet.grid.count(); ++i) move_by(sheet.position, i, way.segment<3>(3 * i));
+  const VectorXd displacement = displacement_of(sheet.grid.count());
+  VectorXd change = VectorXd::Zero(displacement.size());
+  contacts.follow_pressing(sheet.position, displacement, change);
+  for (int i = 0; i < sheet.grid.count(); ++i)
+    move_by(sheet.position, i, displacement.segment<3>(3 * i));
   const VectorXd end = sheet.forces_of(contacts);
   for (int i = 0; i < sheet.grid.count(); ++i) {
     const double pressing = end[3 * i + 2];

@@ -151,7 +151,8 @@ void add_clamps(const Cloth& cloth, const Field& x, GridMatrix& sum) {
 
 }  // namespace
 
-SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen::VectorXd& way) {
+SpringStrains linear_strains(const Cloth& cloth, const Field& from,
+                             const Eigen::VectorXd& displacement) {
   SpringStrains strains;
   for (int d = 0; d < 2; ++d) {
     const Cloth::Line& line = cloth.line(d);
@@ -161,7 +162,8 @@ SpringStrains linear_strains(const Cloth& cloth, const Field& from, const Eigen:
       const int j = i + line.stride;
       const Vector3d along = at(from, j) - at(from, i);
       const double length = along.norm();
-      const double growth = along.dot(way.segment<3>(3 * j) - way.segment<3>(3 * i)) / length;
+      const double growth =
+          along.dot(displacement.segment<3>(3 * j) - displacement.segment<3>(3 * i)) / length;
       strains[d][i] = (length + growth) / line.spacing - 1;
     }
   }

@@ -43,16 +43,17 @@ bool StaticSolver::factorise_trial(StaticReport& report) {
 /// rest; that tension makes the next matrix far too stiff across the springs. With the tension of
 /// the linear model in its place two iterations undo the stretch (Magisano, Leonetti, Garcea 2017).
 /// The potential may rise in between; the best trial is taken.
-void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio, VectorXd& way) {
+void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio,
+                           VectorXd& displacement) {
   const int n = cloth_.count();
   Field best = trial_;
-  VectorXd best_way = way;
+  VectorXd best_displacement = displacement;
   SpringStrains best_strains = trial_strains_;
   if (!std::isfinite(ratio)) ratio = std::numeric_limits<double>::lowest();
   factor_serves_ = false;
   for (int k = 0; k < kIterations && ratio < kGood; ++k) {
     find_forces(trial_, trial_force_);
-    const VectorXd here = way_to_trial();
+    const VectorXd here = displacement_to_trial();
     VectorXd step(3 * n);
     for (int i = 0; i < n; ++i) {
       step.segment<3>(3 * i) = at(trial_force_, i) - shift_[i] * here.segment<3>(3 * i);
@@ -65,35 +66,35 @@ void StaticSolver::iterate(StaticReport& report, double predicted, double& ratio
     trial_strains_ = linear_strains(cloth_, from, step);
     move(from, step);
     (void)hold_back();
-    VectorXd now = way_to_trial();
+    VectorXd now = displacement_to_trial();
     const double reached = -potential_change(now) / predicted;
     if (!(reached > ratio)) continue;
     ratio = reached;
     best = trial_;
-    best_way = std::move(now);
+    best_displacement = std::move(now);
     best_strains = trial_strains_;
   }
   trial_ = std::move(best);
-  way = std::move(best_way);
+  displacement = std::move(best_displacement);
   trial_strains_ = std::move(best_strains);
 }
 
 /// Doubles a displacement by the convex matrix as long as the potential falls well on. Near a
 /// saddle the sheet leaves in a direction that has no stiffness, while that matrix has some and
 /// would creep.
-void StaticSolver::stretch(double predicted, double& ratio, VectorXd& way) {
-  while (2 * largest_of(way) <= cap_m_) {
+void StaticSolver::stretch(double predicted, double& ratio, VectorXd& displacement) {
+  while (2 * largest_of(displacement) <= cap_m_) {
     const Field before = trial_;
-    move(position, 2 * way);
+    move(position, 2 * displacement);
     (void)hold_back();
-    VectorXd longer = way_to_trial();
+    VectorXd longer = displacement_to_trial();
     const double reached = -potential_change(longer) / predicted;
     if (!(reached > kLonger * ratio)) {
       trial_ = before;
       return;
     }
     ratio = reached;
-    way = std::move(longer);
+    displacement = std::move(longer);
     trial_strains_ = {};  // no linear model led there
   }
 }

@@ -53,13 +53,13 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
     return true;
   }
   const bool early = !options_.paced && !follows_pressing();
-  VectorXd way = preconditioned;
+  VectorXd displacement = preconditioned;
   for (int k = 0; k < kSolves && size > 0; ++k) {
     if (early && k == kSolves / 2 && size > energy) return false;
-    multiply(way, product_);
-    const double curve = way.dot(product_);
+    multiply(displacement, product_);
+    const double curve = displacement.dot(product_);
     if (!(curve > 0)) return false;
-    answer += size / curve * way;
+    answer += size / curve * displacement;
     rest -= size / curve * product_;
     preconditioned = rest;
     factor_.solve(preconditioned);
@@ -69,7 +69,7 @@ bool StaticSolver::solve_by_gradients(const VectorXd& guess, StaticReport& repor
       step_ = answer;
       return step_.allFinite();
     }
-    way = preconditioned + next / size * way;
+    displacement = preconditioned + next / size * displacement;
     size = next;
   }
   if (!early || !(size < kRough * kRough * energy) || !answer.allFinite()) return false;

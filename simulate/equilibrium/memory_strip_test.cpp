@@ -69,8 +69,8 @@ double left_of(double curvature, double friction_moment) {
 }
 
 TEST(MemoryStrip, ReleasedStripKeepsItsResidualCurvature) {
-  for (const double share : {1.0, 0.5}) {
-    const double moment = share * kFrictionMoment;
+  for (const double fraction : {1.0, 0.5}) {
+    const double moment = fraction * kFrictionMoment;
     const double exact = moment / kStiffness;  // 2HB / (2 B)
     for (const double sign : {1.0, -1.0})
       EXPECT_NEAR(left_of(sign * 1.5 * units::per_cm, moment), exact, 1e-3 * exact);
@@ -118,7 +118,7 @@ double curl_of(const std::vector<std::string>& history) {
   return std::copysign(size, at(drape.position, 2 * kRows - 1).z());
 }
 
-/// Laid flat, its elements are at their limit: they and the elastic curve share what is left.
+/// Laid flat, its elements are at their limit: they and the elastic curve divide what is left.
 TEST(History, AStripThatWasBentAndLaidFlatKeepsWhatItsElementsHold) {
   const double exact = kFrictionMoment / (kStiffness + kFrictionMoment / kSlipCurvature);
   EXPECT_NEAR(curl_of({"bent 1.5 per cm along warp"}), exact, 1e-3 * exact);

@@ -70,7 +70,7 @@ bool StaticContacts::is_held_at(int shape, const Contact& piece, const Field& po
 
 std::array<double, 4> StaticContacts::weights_of(const Contact& contact,
                                                  const DeepestPlace& deepest) {
-  const Eigen::Vector4d weight = quarter_weights(contact.quarter) * deepest.share;
+  const Eigen::Vector4d weight = quarter_weights(contact.quarter) * deepest.weights;
   return {weight[0], weight[1], weight[2], weight[3]};
 }
 

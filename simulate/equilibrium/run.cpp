@@ -33,10 +33,10 @@ constexpr double kBetweenResidual = 1000;
 constexpr double kLastCoarseResidual = 10;
 // Of all but the first; a worse start costs a large grid more than that.
 constexpr double kBeforeLarge = 1;
-constexpr int kLarge = 121;              // particles per side
-constexpr double kFinerStep_s = 0.03;    // first pseudo-time step on a finer grid
-constexpr double kThicknessShare = 0.5;  // of the spacing: thicker layers would meet themselves
-constexpr int kAsymptotic = 51;          // particles per side from which the model's order shows
+constexpr int kLarge = 121;                 // particles per side
+constexpr double kFinerStep_s = 0.03;       // first pseudo-time step on a finer grid
+constexpr double kThicknessFraction = 0.5;  // of the spacing: thicker layers would meet themselves
+constexpr int kAsymptotic = 51;             // particles per side from which the model's order shows
 
 int larger_side(const GridSpec& grid) {
   return std::max(grid.rows, grid.cols);
@@ -55,10 +55,10 @@ Field finer_start(const Field& rest, const GridSpec& grid, const Field& before,
                   const GridSpec& coarser, const GridSpec& finer) {
   if (std::min(coarser.rows, coarser.cols) < kAsymptotic) return prolong(rest, grid, finer);
   const auto square = [](const GridSpec& g) { return g.warp_spacing_m() * g.warp_spacing_m(); };
-  const double share = (square(grid) - square(finer)) / (square(coarser) - square(grid));
+  const double fraction = (square(grid) - square(finer)) / (square(coarser) - square(grid));
   const Field from = prolong(before, coarser, grid);
   Field ahead = rest;
-  for (std::size_t k = 0; k < ahead.size(); ++k) ahead[k] += share * (rest[k] - from[k]);
+  for (std::size_t k = 0; k < ahead.size(); ++k) ahead[k] += fraction * (rest[k] - from[k]);
   return prolong(ahead, grid, finer);
 }
 
@@ -81,7 +81,7 @@ std::string sentence_of(const StaticReport& found, int iterations) {
 }  // namespace
 
 double thickness_on(const GridSpec& grid, double thickness_m, std::vector<std::string>& warnings) {
-  const double most = kThicknessShare * std::min(grid.warp_spacing_m(), grid.weft_spacing_m());
+  const double most = kThicknessFraction * std::min(grid.warp_spacing_m(), grid.weft_spacing_m());
   if (thickness_m <= most) return thickness_m;
   warnings.push_back(
       fmt::format("the particles are too near each other for the cloth's thickness: layers keep "
@@ -178,7 +178,7 @@ StaticDrape drape_once(const StaticCase& the_case, const GridSpec& grid,
       if (change) change(here, solver.position);
     }
     const int lifted = lift_out(the_case.surroundings, solver.position);
-    if (first && lifted > 0) drape.start.report.warnings.push_back(told_of_lifted(lifted));
+    if (first && lifted > 0) drape.start.report.warnings.push_back(warning_of_lifted(lifted));
     if (past.memory) cloth.remember(*past.memory);
     drape.report = shake(solver, past.shakes, now.gravity_m_per_s2, solver.solve());
     before.swap(drape.position);

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 
 constexpr double kFaster = 0.5;      // residual over that before, else the old factor is too old
 constexpr double kStepCap = 0.5;     // of the spacing; longest displacement of a particle in a step
-constexpr double kPinStep = 0.5;     // of that cap; way of a pin between two steps
+constexpr double kPinStep = 0.5;     // of that cap; displacement of a pin between two steps
 constexpr double kWatch = 3;         // of that cap; nearer particles are watched during a step
 constexpr double kShrinkFailed = 4;  // of mu, by a failed step
 constexpr double kRestartMu = 10;    // 1/s^2; after an indefinite matrix
@@ -33,14 +33,14 @@ constexpr double kFarOnFiner = 200e-6;   // m; the same on a finer grid
 // again, that happens ever more seldom.
 constexpr double kLateMu = 100;  // 1/s^2
 constexpr double kSeldom = 1.2;
-constexpr int kSearches = 3;         // for points between particles near rest; then they stay
-constexpr int kSearchesOnFiner = 2;  // the same on a finer grid
-constexpr int kStates = 20;          // of friction, tried for a first-order displacement
-constexpr double kSmallWay = 1e-10;  // m; at which the states are looked at
-constexpr double kSaddle = 1;        // residual below which definiteness is decided in double
-constexpr double kPinned = 1e-9;     // m
-constexpr double kGapDone = 2e-9;    // m
-constexpr double kLoadStep_s = 0.1;  // first pseudo-time step after a change of gravity
+constexpr int kSearches = 3;            // for points between particles near rest; then they stay
+constexpr int kSearchesOnFiner = 2;     // the same on a finer grid
+constexpr int kStates = 20;             // of friction, tried for a first-order displacement
+constexpr double kSmallStep_m = 1e-10;  // m; at which the states are looked at
+constexpr double kSaddle = 1;           // residual below which definiteness is decided in double
+constexpr double kPinned = 1e-9;        // m
+constexpr double kGapDone = 2e-9;       // m
+constexpr double kLoadStep_s = 0.1;     // first pseudo-time step after a change of gravity
 
 }  // namespace
 
@@ -113,10 +113,10 @@ double StaticSolver::gravity_energy_j() const {
   return sum;
 }
 
-void StaticSolver::lean(double reach_m) {
+void StaticSolver::rest_on_contacts(double reach_m) {
   contacts_.begin(position, reach_m);
   find_forces(position, force_);
-  contacts_.lean_on(position, force_, reach_m);
+  contacts_.rest_on(position, force_, reach_m);
 }
 
 void StaticSolver::load(const Vector3d& gravity_m_per_s2) {
@@ -176,9 +176,9 @@ bool StaticSolver::carry_pins(double most_m) {
   if (!contacts_.carry_pins(position, most_m)) return false;
   layers_.begin(before);
   layers_.watch(position);
-  const double share = layers_.free_share(position);
-  for (std::size_t k = 0; share < 1 && k < before.size(); ++k)
-    position[k] = before[k] + share * (position[k] - before[k]);
+  const double fraction = layers_.free_fraction(position);
+  for (std::size_t k = 0; fraction < 1 && k < before.size(); ++k)
+    position[k] = before[k] + fraction * (position[k] - before[k]);
   return true;
 }
 
@@ -212,24 +212,24 @@ bool StaticSolver::factorise_here() {
   return Judge(cloth_.grid(), options_.threads, Judge::Keep::nothing).factorise(hessian_, shift_);
 }
 
-std::optional<VectorXd> StaticSolver::first_order_way(const VectorXd& force) {
+std::optional<VectorXd> StaticSolver::first_order_displacement(const VectorXd& force) {
   factor_.use_double();
   begin_step();
   mu_ = 0;
   strains_ = {};
   factor_serves_ = false;
   trial_ = position;
-  VectorXd way;
+  VectorXd displacement;
   for (int k = 0; k < kStates; ++k) {
     newton_matrix(false);
     if (!factorise(false)) return std::nullopt;
-    way = force;
-    release_pinned(way);
-    factor_.solve(way);
-    move(position, kSmallWay / std::max(largest_of(way), kSmallWay) * way);
+    displacement = force;
+    release_pinned(displacement);
+    factor_.solve(displacement);
+    move(position, kSmallStep_m / std::max(largest_of(displacement), kSmallStep_m) * displacement);
     if (contacts_.review(position, trial_, kDeep) == 0) break;
   }
-  return way;
+  return displacement;
 }
 
 /// Solves for step_ and what the quadratic model says of it. A paced run factors each step's matrix

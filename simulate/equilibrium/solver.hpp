@@ -90,7 +90,7 @@ class StaticSolver {
   [[nodiscard]] const LayerContacts& layers() const { return layers_; }
   /// Takes `position` as a sheet at rest, to `reach_m` from the surfaces: contacts bear what the
   /// forces ask for.
-  void lean(double reach_m);
+  void rest_on_contacts(double reach_m);
   /// Lets the sheet fall from `position` with its inertia until it is nearly still. One that is
   /// taken to pass through itself, and does, falls no further: it has to meet itself.
   void fall(StaticReport& report);
@@ -110,7 +110,8 @@ class StaticSolver {
   /// the same order) begins to act at the equilibrium. What slides and would be drawn back sticks,
   /// found by solving again until nothing changes; so the displacement for minus the force is
   /// another one. Nothing where the stiffness is not positive definite.
-  [[nodiscard]] std::optional<Eigen::VectorXd> first_order_way(const Eigen::VectorXd& force);
+  [[nodiscard]] std::optional<Eigen::VectorXd> first_order_displacement(
+      const Eigen::VectorXd& force);
 
  private:
   static constexpr double kDeep = 1e-6;   ///< m; deeper entries are caught before a step is taken
@@ -133,21 +134,22 @@ class StaticSolver {
   bool solve_by_gradients(const Eigen::VectorXd& guess, StaticReport& report);
   [[nodiscard]] bool follows_pressing() const;
   bool solve_following(const Eigen::VectorXd& guess, StaticReport& report);
-  void follow_pressing(double share);
+  void follow_pressing(double fraction);
   bool take_step(StaticReport& report);
-  void move(const Field& from, const Eigen::VectorXd& way);
+  void move(const Field& from, const Eigen::VectorXd& displacement);
   double hold_back();
-  double potential_change(const Eigen::VectorXd& way);
+  double potential_change(const Eigen::VectorXd& displacement);
   void correct();
   [[nodiscard]] bool falling() const;
   [[nodiscard]] Eigen::Vector3d momentum_of(int i) const;
-  void stretch(double predicted, double& ratio, Eigen::VectorXd& way);
-  void improve(double predicted, double& ratio, Eigen::VectorXd& way);
-  static double largest_of(const Eigen::VectorXd& way);
+  void stretch(double predicted, double& ratio, Eigen::VectorXd& displacement);
+  void improve(double predicted, double& ratio, Eigen::VectorXd& displacement);
+  static double largest_of(const Eigen::VectorXd& displacement);
   [[nodiscard]] bool mixes() const;
   bool factorise_trial(StaticReport& report);
-  void iterate(StaticReport& report, double predicted, double& ratio, Eigen::VectorXd& way);
-  [[nodiscard]] Eigen::VectorXd way_to_trial() const;
+  void iterate(StaticReport& report, double predicted, double& ratio,
+               Eigen::VectorXd& displacement);
+  [[nodiscard]] Eigen::VectorXd displacement_to_trial() const;
   void plan_next(double ratio, bool whole);
   void note(StaticReport& report);
   [[nodiscard]] bool stagnates(const StaticReport& report);

@@ -163,7 +163,7 @@ void bring_to_rest(Motion& motion, double residual) {
 
 /// The largest displacement of a particle when the static solver starts from the rest of
 /// Runge-Kutta.
-double way_from_runge_kutta_rest_m(const std::string& name, int side) {
+double moved_from_runge_kutta_rest_m(const std::string& name, int side) {
   const Scene scene = bench_scene(name);
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
@@ -183,7 +183,7 @@ double way_from_runge_kutta_rest_m(const std::string& name, int side) {
   StaticSolver solver(cloth, surroundings, how);
   solver.position = motion.position;
   solver.contacts().take_springs(motion.line_contacts(), motion.position);
-  solver.lean(2e-7);
+  solver.rest_on_contacts(2e-7);
   const StaticReport report = solver.solve();
   EXPECT_EQ(report.status, StaticStatus::at_rest);
   EXPECT_LE(report.residual, 1e-6);
@@ -192,9 +192,9 @@ double way_from_runge_kutta_rest_m(const std::string& name, int side) {
 
 TEST(StaticSolver, RestOfRungeKuttaStaysRest) {
   for (const char* name : {"A", "C"}) {
-    const double way_m = way_from_runge_kutta_rest_m(name, 11);
-    RecordProperty(std::string("way_um_") + name, std::to_string(way_m * 1e6));
-    EXPECT_LT(way_m, 0.01 * mm) << name;
+    const double moved_m = moved_from_runge_kutta_rest_m(name, 11);
+    RecordProperty(std::string("moved_um_") + name, std::to_string(moved_m * 1e6));
+    EXPECT_LT(moved_m, 0.01 * mm) << name;
   }
 }
 

@@ -30,8 +30,8 @@ double exponent_of(double linearity) {
 }
 
 /// Fraction of the largest force at a fraction of the largest strain.
-double rise(double share, double exponent) {
-  return exponent == 0 ? share : std::expm1(exponent * share) / std::expm1(exponent);
+double rise(double fraction, double exponent) {
+  return exponent == 0 ? fraction : std::expm1(exponent * fraction) / std::expm1(exponent);
 }
 
 KawabataCurve tensile_curve(const std::filesystem::path& file, double emt_percent, double lt,
@@ -41,10 +41,10 @@ KawabataCurve tensile_curve(const std::filesystem::path& file, double emt_percen
   const double loading = exponent_of(lt);
   const double unloading = exponent_of(lt * rt);
   for (int i = 0; i <= kPoints; ++i) {
-    const double share = static_cast<double>(i) / kPoints;
-    curve.x.push_back(share * emt_percent * units::percent);
-    curve.loading.push_back(kLargestTension * rise(share, loading) * units::gf_per_cm);
-    curve.unloading.push_back(kLargestTension * rise(share, unloading) * units::gf_per_cm);
+    const double fraction = static_cast<double>(i) / kPoints;
+    curve.x.push_back(fraction * emt_percent * units::percent);
+    curve.loading.push_back(kLargestTension * rise(fraction, loading) * units::gf_per_cm);
+    curve.unloading.push_back(kLargestTension * rise(fraction, unloading) * units::gf_per_cm);
   }
   return curve;
 }

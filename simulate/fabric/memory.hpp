@@ -14,7 +14,7 @@ namespace drape::simulate {
 /// above 2HG). Rate does not matter. `x` is a strain, shear angle (rad) or curvature (1/m); `slip`,
 /// the element's memory, is the x at which it is free of force.
 ///
-/// Where `stiffness` exceeds |growth| this is a generalised play operator (Visintin 1994): a way
+/// Where `stiffness` exceeds |growth| this is a generalised play operator (Visintin 1994): a path
 /// without reversal gives the same however it is cut into steps, inner loops close, and a reversal
 /// that is passed again is forgotten.
 struct SlipElement {
@@ -23,13 +23,13 @@ struct SlipElement {
   double growth = 0;     ///< of the limit with |x|
 
   [[nodiscard]] double limit(double x) const;
-  /// After a way without reversal from wherever `slip` was settled.
+  /// After a path without reversal from wherever `slip` was settled.
   [[nodiscard]] double force(double x, double slip) const;
   [[nodiscard]] double tangent(double x, double slip) const;  ///< derivative of force() by x
   /// Integral of force() from `slip` to x: what the step from a settled state stores and
   /// dissipates; the potential of an implicit step (Ortiz and Stainier 1999).
   [[nodiscard]] double potential(double x, double slip) const;
-  /// The memory after that way. The force at x stays what it was.
+  /// The memory after that path. The force at x stays what it was.
   [[nodiscard]] double settled(double x, double slip) const;
   [[nodiscard]] double stored(double x, double slip) const;  ///< of a settled element
 };

@@ -45,17 +45,17 @@ VectorXd non_negative_least_squares(const MatrixXd& a, const VectorXd& b) {
       for (Eigen::Index k = 0; k < n; ++k)
         if (free[k]) kept.push_back(k);
       const VectorXd solved = a(Eigen::all, kept).colPivHouseholderQr().solve(b);
-      double share = 1;
-      Eigen::Index first = -1;  // to become zero on the way there
+      double fraction = 1;
+      Eigen::Index first = -1;  // to become zero on the path there
       for (Eigen::Index i = 0; i < solved.size(); ++i) {
         if (solved[i] > 0) continue;
         const double reach = x[kept[i]] / (x[kept[i]] - solved[i]);
-        if (first >= 0 && reach >= share) continue;
-        share = reach;
+        if (first >= 0 && reach >= fraction) continue;
+        fraction = reach;
         first = kept[i];
       }
       for (Eigen::Index i = 0; i < solved.size(); ++i)
-        x[kept[i]] += share * (solved[i] - x[kept[i]]);
+        x[kept[i]] += fraction * (solved[i] - x[kept[i]]);
       if (first < 0) break;
       x[first] = 0;
       free[first] = false;

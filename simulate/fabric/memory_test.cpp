@@ -131,9 +131,9 @@ TEST(Memory, FollowsLoopsFromFilesWithinTheStatedError) {
 }
 
 SlipElement any_element(std::mt19937& lot) {
-  std::uniform_real_distribution<double> size(0.1, 2), share(-0.9, 0.9);
+  std::uniform_real_distribution<double> size(0.1, 2), fraction(-0.9, 0.9);
   const double stiffness = 5 * size(lot);
-  return {stiffness, size(lot), share(lot) * std::min(1.0, stiffness)};
+  return {stiffness, size(lot), fraction(lot) * std::min(1.0, stiffness)};
 }
 
 Specimen any_specimen(std::mt19937& lot) {
@@ -177,8 +177,8 @@ TEST(Memory, ClosesLoopsForgetsReversalsAndDissipatesTheirArea) {
     double area = 0, at = inner, f = f0;
     constexpr int kSteps = 400;
     for (int k = 1; k <= 2 * kSteps; ++k) {
-      const double share = k <= kSteps ? 1.0 * k / kSteps : 2 - 1.0 * k / kSteps;
-      const double x = inner + (turn - inner) * share;
+      const double fraction = k <= kSteps ? 1.0 * k / kSteps : 2 - 1.0 * k / kSteps;
+      const double x = inner + (turn - inner) * fraction;
       const SlipElement* element = specimen.stack.elements.data();
       // Exact work of the step: elastic line and the elements' potentials.
       area += specimen.elastic.energy(std::abs(x)) - specimen.elastic.energy(std::abs(at));

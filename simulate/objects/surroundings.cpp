@@ -167,9 +167,9 @@ Vector3d Surroundings::normal(int shape, const Vector3d& p) const {
 
 std::optional<double> Surroundings::first_entry(int shape, const Vector3d& from, const Vector3d& to,
                                                 double deep_m) const {
-  const Vector3d way = to - from;
-  const double length = way.norm();
-  const auto gap_at = [&](double share) { return gap_m(shape, from + share * way); };
+  const Vector3d displacement = to - from;
+  const double length = displacement.norm();
+  const auto gap_at = [&](double fraction) { return gap_m(shape, from + fraction * displacement); };
   double outside = 0, inside = 0;
   for (double gap = gap_at(0); !(gap < -deep_m); gap = gap_at(inside)) {
     if (!(inside < 1)) return std::nullopt;

@@ -38,7 +38,7 @@ TEST(TriangleMesh, CubeHasTheDistancesOfABox) {
   EXPECT_NEAR(shapes.top_z_m(), 0.01, 1e-15);
 }
 
-/// A residual of 1e-6 weights is a particle's way of 2e-13 m there.
+/// A residual of 1e-6 weights is a particle's displacement of 2e-13 m there.
 TEST(TriangleMesh, DistanceIsLinearThroughAFace) {
   const test::TemporaryFolder folder;
   write_durable(folder.path() / "cube.obj", kCube);

@@ -41,12 +41,12 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
       ending.numbers.push_back(
           {name_of(one.value) + " +1 %",
            fmt::format("{:+.4f} mm, marks move by {:.4f} mm", 0.01 * one.distance_m / mm,
-                       0.01 * one.mean_way_m / mm)});
+                       0.01 * one.mean_moved_m / mm)});
   for (const SplitRow& row : std::span(split.rows).subspan(1))
     ending.numbers.push_back(
         {row.what + (row.continued ? ", from the base" : ""),
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
-                     row.way_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
+                     row.moved_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
   const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
   ending.next_command = fmt::format("less {}", (out / table).string());
   return ending;

@@ -39,7 +39,7 @@ struct RefinedGrid {
   [[nodiscard]] bool at_rest() const { return result.report.status == RestStatus::at_rest; }
 };
 
-/// What a grid leaves of the way to one without end.
+/// What separates a grid from one without end.
 struct GridLeft {
   std::optional<double> order;  ///< that three grids show; absent: none of 1 to 3
   /// From the finest grid to that limit, by mark; without an order at most so far, to either side.

@@ -21,8 +21,8 @@ GridMatrix springs(int rows, int cols, int count, unsigned seed) {
   std::uniform_real_distribution<double> between(-1, 1);
   std::uniform_int_distribution<int> particle(0, rows * cols - 1);
   const auto block = [&] {
-    const Eigen::Vector3d way(between(random), between(random), between(random));
-    return Eigen::Matrix3d(way * way.transpose());
+    const Eigen::Vector3d displacement(between(random), between(random), between(random));
+    return Eigen::Matrix3d(displacement * displacement.transpose());
   };
   std::vector<std::pair<int, int>> pairs;
   std::vector<GridMatrix::Coupling> couplings;

@@ -20,7 +20,7 @@ using Particles = std::vector<int>;
 struct Across {
   int row = 0, col = 0;
 };
-constexpr Across kWays[] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
+constexpr Across kAcross[] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
 
 /// Where a part is cut: in `line` and the next.
 struct Cut {
@@ -157,7 +157,7 @@ void Dissection::split(const Particles& part, const Cut& cut, Region& region) {
 void Dissection::dissect(const Particles& part, Particles border) {
   std::optional<Cut> best;
   double least = std::numeric_limits<double>::infinity();
-  for (const Across across : kWays) {
+  for (const Across across : kAcross) {
     const std::optional<Cut> cut =
         static_cast<int>(part.size()) > kLeaf ? find_cut(part, across) : std::nullopt;
     if (!cut) continue;

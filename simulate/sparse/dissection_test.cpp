@@ -107,13 +107,13 @@ TEST(Dissection, BordersAreWhatEliminationFills) {
 }
 
 TEST(Dissection, TakesAThirdFewerProductsThanCutsAlongGridLines) {
-  for (const auto& [rows, cols, share] :
+  for (const auto& [rows, cols, fraction] :
        {std::tuple{61, 61, 2.0 / 3}, {101, 101, 2.0 / 3}, {201, 201, 2.0 / 3}, {101, 81, 1.0}}) {
     const GridMatrix pattern = pattern_of(rows, cols);
     double sum = 0;
     for (const Region& region : dissect(pattern)) sum += products(region);
     const double straight = products_along_grid_lines(pattern.grid(), {0, rows, 0, cols});
-    EXPECT_LT(sum, share * straight) << rows << "x" << cols;
+    EXPECT_LT(sum, fraction * straight) << rows << "x" << cols;
   }
 }
 

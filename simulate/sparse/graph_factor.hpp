@@ -13,7 +13,7 @@ namespace drape::simulate {
 /// Symmetric matrix of 3x3 blocks over the vertices of any graph; its lower triangle is stored.
 class GraphMatrix {
  public:
-  /// `neighbours` of each vertex, both ways, each once and in order, without itself.
+  /// `neighbours` of each vertex, in both directions, each once and in order, without itself.
   explicit GraphMatrix(std::vector<std::vector<int>> neighbours);
 
   [[nodiscard]] int count() const { return static_cast<int>(neighbours_.size()); }

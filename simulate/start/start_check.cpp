@@ -35,7 +35,7 @@ std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& posi
   return faults;
 }
 
-std::string told_of_lifted(int particles) {
+std::string warning_of_lifted(int particles) {
   return fmt::format("{} particles started inside an object and were set on its surface",
                      particles);
 }

@@ -16,6 +16,6 @@ namespace drape::simulate {
                                                        const Surroundings& surroundings);
 
 /// What is to be said where particles were inside an object at the start.
-[[nodiscard]] std::string told_of_lifted(int particles);
+[[nodiscard]] std::string warning_of_lifted(int particles);
 
 }  // namespace drape::simulate

@@ -14,13 +14,13 @@ using Eigen::Vector3d;
 using units::mm;
 
 struct Move {
-  Vector3d way_m;
+  Vector3d moved_m;
 
-  void operator()(Sphere& body) const { body.centre_in_world += way_m; }
-  void operator()(Box& body) const { body.world_from_box.translation_m += way_m; }
-  void operator()(Cylinder& body) const { body.world_from_cylinder.translation_m += way_m; }
-  void operator()(Plane& body) const { body.point_in_world += way_m; }
-  void operator()(MeshObject& body) const { body.world_from_mesh.translation_m += way_m; }
+  void operator()(Sphere& body) const { body.centre_in_world += moved_m; }
+  void operator()(Box& body) const { body.world_from_box.translation_m += moved_m; }
+  void operator()(Cylinder& body) const { body.world_from_cylinder.translation_m += moved_m; }
+  void operator()(Plane& body) const { body.point_in_world += moved_m; }
+  void operator()(MeshObject& body) const { body.world_from_mesh.translation_m += moved_m; }
 };
 
 /// Grows a body that stands where it stood; planes and meshes have no size of their own.

@@ -15,7 +15,7 @@ namespace drape::simulate {
 /// How the mean distance from the reference answers to a measured value of the scene.
 struct SceneEffect {
   /// "friction", "object_1_x_mm", "object_1_size_mm"; "internal_friction" (of the fabric): 0
-  /// without, 1 with, -1 as far the other way
+  /// without, 1 with, -1 as far in the other direction
   std::string value;
   std::optional<double> change_per_unit;  ///< m per unit; absent when a drape did not come to rest
   MarkMoves moves;

@@ -18,9 +18,10 @@ Vector3d place(const Hold& point, const Field& x) {
   return sum;
 }
 
-Vector3d way_of(const Hold& point, const VectorXd& way) {
+Vector3d displacement_of(const Hold& point, const VectorXd& displacement) {
   Vector3d sum = Vector3d::Zero();
-  for (int k = 0; k < 4; ++k) sum += point.weight[k] * way.segment<3>(3 * point.particle[k]);
+  for (int k = 0; k < 4; ++k)
+    sum += point.weight[k] * displacement.segment<3>(3 * point.particle[k]);
   return sum;
 }
 
@@ -156,8 +157,8 @@ double mean_distance_m(const Reference& reference, const Field& position) {
   return sum / static_cast<double>(reference.points.size());
 }
 
-double mean_way_m(const Reference& from, const Field& from_position, const Reference& to,
-                  const Field& to_position) {
+double mean_moved_m(const Reference& from, const Field& from_position, const Reference& to,
+                    const Field& to_position) {
   double sum = 0;
   for (std::size_t k = 0; k < from.points.size(); ++k) {
     sum += (place(to.points[k], to_position) - place(from.points[k], from_position)).norm();
@@ -173,20 +174,21 @@ std::optional<std::vector<Sensitivity>> find_sensitivities(Cloth& cloth, StaticS
     Sensitivity one;
     one.value = value;
     const VectorXd change = force_change(cloth, solver.position, value, gravity_m_per_s2);
-    const std::optional<VectorXd> up = solver.first_order_way(change);
-    const std::optional<VectorXd> down = solver.first_order_way(-change);
+    const std::optional<VectorXd> up = solver.first_order_displacement(change);
+    const std::optional<VectorXd> down = solver.first_order_displacement(-change);
     if (!up || !down) return std::nullopt;
-    one.way = 0.5 * (*up - *down);
+    one.displacement = 0.5 * (*up - *down);
     const auto count = static_cast<double>(reference.points.size());
     MarkMoves moves{1, std::nullopt, {}, Eigen::MatrixX3d(reference.points.size(), 3)};
     for (std::size_t k = 0; k < reference.points.size(); ++k) {
       const Vector3d apart = place(reference.points[k], solver.position) - reference.in_world[k];
-      const Vector3d way = way_of(reference.points[k], one.way);
+      const Vector3d displacement = displacement_of(reference.points[k], one.displacement);
       // A mark that lies on its reference only moves away from it.
-      one.distance_m += (apart.norm() > 0 ? apart.normalized().dot(way) : way.norm()) / count;
-      one.mean_way_m += way.norm() / count;
-      one.largest_way_m = std::max(one.largest_way_m, way.norm());
-      moves.up_m.row(static_cast<Eigen::Index>(k)) = 0.01 * way;
+      one.distance_m +=
+          (apart.norm() > 0 ? apart.normalized().dot(displacement) : displacement.norm()) / count;
+      one.mean_moved_m += displacement.norm() / count;
+      one.largest_moved_m = std::max(one.largest_moved_m, displacement.norm());
+      moves.up_m.row(static_cast<Eigen::Index>(k)) = 0.01 * displacement;
     }
     moves.down_m = -moves.up_m;
     one.moves = std::move(moves);

@@ -50,8 +50,8 @@ struct Reference {
 /// Mean over the marks of the distance between reference and sheet (m).
 [[nodiscard]] double mean_distance_m(const Reference& reference, const Field& position);
 /// Mean over the marks of their displacement from one sheet to another, each with its own grid (m).
-[[nodiscard]] double mean_way_m(const Reference& from, const Field& from_position,
-                                const Reference& to, const Field& to_position);
+[[nodiscard]] double mean_moved_m(const Reference& from, const Field& from_position,
+                                  const Reference& to, const Field& to_position);
 
 /// Displacement of the marks (rows as Reference, m) for a value lower and higher by `step`.
 struct MarkMoves {
@@ -65,10 +65,10 @@ void add_moves(const MarkMoves& moves, Json& entry);
 /// What an equilibrium does when one value of the fabric grows, to first order.
 struct Sensitivity {
   FabricValue value = FabricValue::tensile_warp;
-  Eigen::VectorXd way;       ///< m per relative change; x, y, z of each particle in turn
-  double distance_m = 0;     ///< change of the mean distance per relative change
-  double mean_way_m = 0;     ///< mean displacement of the marks per relative change
-  double largest_way_m = 0;  ///< of a mark
+  Eigen::VectorXd displacement;  ///< m per relative change; x, y, z of each particle in turn
+  double distance_m = 0;         ///< change of the mean distance per relative change
+  double mean_moved_m = 0;       ///< mean displacement of the marks per relative change
+  double largest_moved_m = 0;    ///< of a mark
   /// By one per cent to first order; of a stand-in, by its half-width; absent where the cloth did
   /// not come to rest there.
   std::optional<MarkMoves> moves;

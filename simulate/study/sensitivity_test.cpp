@@ -88,21 +88,21 @@ struct Rested {
 
 /// Moves a rested sheet to where one value is changed, the points between its particles that touch
 /// kept; the displacement, x, y, z of each particle.
-Eigen::VectorXd way_with(const Scene& scene, int side, FabricValue value, double factor) {
+Eigen::VectorXd displacement_with(const Scene& scene, int side, FabricValue value, double factor) {
   Rested rested(scene, side);
   const Field before = rested.solver.position;
   rested.solver.contacts().keep_points();
   rested.cloth = Cloth(rested.grid, scaled(rested.laws, value, factor), MassRule::area);
   EXPECT_EQ(rested.solver.solve().status, StaticStatus::at_rest) << name_of(value);
   const auto n = static_cast<std::size_t>(rested.grid.count());
-  Eigen::VectorXd way(static_cast<Eigen::Index>(3 * n));
+  Eigen::VectorXd displacement(static_cast<Eigen::Index>(3 * n));
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t a = 0; a < 3; ++a) {
-      way[static_cast<Eigen::Index>(3 * i + a)] =
+      displacement[static_cast<Eigen::Index>(3 * i + a)] =
           rested.solver.position[a * n + i] - before[a * n + i];
     }
   }
-  return way;
+  return displacement;
 }
 
 /// Departure of the first-order displacements from central differences, over the size of the
@@ -126,15 +126,15 @@ Departure departure_from_differences(const Scene& scene, int side, double change
   Departure departure;
   double errors = 0, sizes = 0;
   for (const FabricValue value : values) {
-    const Eigen::VectorXd difference =
-        (way_with(scene, side, value, 1 + change) - way_with(scene, side, value, 1 - change)) /
-        (2 * change);
+    const Eigen::VectorXd difference = (displacement_with(scene, side, value, 1 + change) -
+                                        displacement_with(scene, side, value, 1 - change)) /
+                                       (2 * change);
     const Sensitivity& found = (*list)[static_cast<std::size_t>(value)];
     EXPECT_EQ(found.value, value);
-    const double error = (found.way - difference).norm() / difference.norm();
+    const double error = (found.displacement - difference).norm() / difference.norm();
     ::testing::Test::RecordProperty("error_of_" + name_of(value), std::to_string(error));
     departure.worst = std::max(departure.worst, error);
-    errors += (found.way - difference).squaredNorm();
+    errors += (found.displacement - difference).squaredNorm();
     sizes += difference.squaredNorm();
   }
   departure.together = std::sqrt(errors / sizes);
@@ -175,8 +175,8 @@ TEST(Sensitivity, AllStiffnessesAndTheWeightTogetherMoveNothing) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(3 * rested.grid.count());
   double largest = 0;
   for (const Sensitivity& one : *list) {
-    sum += one.way;
-    largest = std::max(largest, one.way.norm());
+    sum += one.displacement;
+    largest = std::max(largest, one.displacement.norm());
   }
   EXPECT_LT(sum.norm(), 1e-4 * largest);
 }
@@ -197,7 +197,7 @@ TEST(ErrorSplit, TabulatesEveryVariantOnceFromTheBaseAndOnceFromTheStart) {
     EXPECT_TRUE(std::isfinite(row.distance_m)) << row.what;
     EXPECT_TRUE(row.at_rest) << row.what << (row.continued ? " from the base" : "");
   }
-  EXPECT_GT(split.rows[1].way_m, 0.01 * mm);  // mass rule
+  EXPECT_GT(split.rows[1].moved_m, 0.01 * mm);  // mass rule
   EXPECT_LE(split.rows.back().distance_m, split.rows[split.rows.size() - 2].distance_m);
 }
 

@@ -228,7 +228,7 @@ class Bench {
     const bool same = grid.rows == base_grid_.rows && grid.cols == base_grid_.cols;
     solver.position = same ? base_ : prolong(base_, base_grid_, grid);
     lift_out(surroundings_, solver.position);
-    solver.lean(kReach);
+    solver.rest_on_contacts(kReach);
   }
 
   void find_sensitivities(ErrorSplit& split) {
@@ -257,7 +257,7 @@ class Bench {
     row.distance_m = mean_distance_m(here, position);
     if (!base_.empty()) {
       row.change_m = row.distance_m - mean_distance_m(reference_, base_);
-      row.way_m = mean_way_m(reference_, base_, here, position);
+      row.moved_m = mean_moved_m(reference_, base_, here, position);
     }
     if (!report_.history.empty()) row.energy_j = report_.history.back().sum_j();
     row.folds = label_hem(grid, position).nodes;
@@ -344,8 +344,8 @@ Json sensitivity_json(const ErrorSplit& split) {
       Json entry;
       entry["value"] = name_of(one.value);
       entry["mean_distance_mm_per_percent"] = 0.01 * one.distance_m / mm;
-      entry["mean_way_of_marks_mm_per_percent"] = 0.01 * one.mean_way_m / mm;
-      entry["largest_way_of_a_mark_mm_per_percent"] = 0.01 * one.largest_way_m / mm;
+      entry["mean_way_of_marks_mm_per_percent"] = 0.01 * one.mean_moved_m / mm;
+      entry["largest_way_of_a_mark_mm_per_percent"] = 0.01 * one.largest_moved_m / mm;
       if (one.moves) add_moves(*one.moves, entry);
       list.push_back(entry);
     }
@@ -360,7 +360,7 @@ Json sensitivity_json(const ErrorSplit& split) {
                                 {"at_rest", row.at_rest},
                                 {"mean_distance_mm", row.distance_m / mm},
                                 {"change_mm", row.change_m / mm},
-                                {"mean_way_of_marks_mm", row.way_m / mm},
+                                {"mean_way_of_marks_mm", row.moved_m / mm},
                                 {"hem_folds", row.folds}});
   }
   return json;
@@ -372,7 +372,7 @@ std::string split_csv(const ErrorSplit& split) {
   for (const SplitRow& row : split.rows) {
     text += fmt::format("\"{}\",{},{},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", row.what,
                         row.continued ? "base" : "start", row.at_rest ? 1 : 0, row.distance_m / mm,
-                        row.change_m / mm, row.way_m / mm, row.energy_j / 1e-6, row.folds);
+                        row.change_m / mm, row.moved_m / mm, row.energy_j / 1e-6, row.folds);
   }
   return text;
 }

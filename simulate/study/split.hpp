@@ -22,7 +22,7 @@ struct SplitRow {
   bool at_rest = false;
   double distance_m = 0;  ///< mean over the reference's marks
   double change_m = 0;    ///< of that distance, against the base
-  double way_m = 0;       ///< mean way of the marks from the base
+  double moved_m = 0;     ///< mean displacement of the marks from the base
   double energy_j = 0;
   int folds = 0;  ///< of the hem
 };
@@ -55,7 +55,7 @@ struct SplitOptions {
 
 /// Schema drapebench/sensitivity/1.
 [[nodiscard]] Json sensitivity_json(const ErrorSplit& split);
-/// One row per variant, units in the heads.
+/// One row per variant, units in the headings.
 [[nodiscard]] std::string split_csv(const ErrorSplit& split);
 
 }  // namespace drape::simulate

@@ -149,19 +149,19 @@ TEST(Clamp, ForcesAndSecondDerivativesAreThoseOfItsEnergy) {
   std::mt19937 engine(7);
   std::uniform_real_distribution<double> shake(-0.01, 0.01);
   for (int trial = 0; trial < 20; ++trial) {
-    Field x(3 * 25), way(3 * 25);
+    Field x(3 * 25), displacement(3 * 25);
     for (double& value : x) value = shake(engine);
-    for (double& value : way) value = shake(engine);
+    for (double& value : displacement) value = shake(engine);
     const auto moved = [&](double step) {
       Field there = x;
-      for (std::size_t k = 0; k < x.size(); ++k) there[k] += step * way[k];
+      for (std::size_t k = 0; k < x.size(); ++k) there[k] += step * displacement[k];
       return there;
     };
     const auto slope_at = [&](double step) {
       Field force(x.size(), 0.0);
       cloth.add_forces(moved(step), nullptr, force);
       double sum = 0;
-      for (std::size_t k = 0; k < x.size(); ++k) sum -= force[k] * way[k];
+      for (std::size_t k = 0; k < x.size(); ++k) sum -= force[k] * displacement[k];
       return sum;
     };
     // Central differences err by the square of the step, here 1e-8.
@@ -173,7 +173,7 @@ TEST(Clamp, ForcesAndSecondDerivativesAreThoseOfItsEnergy) {
     GridMatrix hessian(grid);
     add_hessian(cloth, x, false, hessian);
     Eigen::VectorXd direction(75), product;
-    for (int i = 0; i < 25; ++i) direction.segment<3>(3 * i) = at(way, i);
+    for (int i = 0; i < 25; ++i) direction.segment<3>(3 * i) = at(displacement, i);
     hessian.multiply(direction, product);
     const double curve = direction.dot(product);
     EXPECT_NEAR((slope_at(kStep) - slope_at(-kStep)) / (2 * kStep), curve, 1e-3 * std::abs(curve))

@@ -237,13 +237,13 @@ void check_friction_forms(Checks& checks) {
   constexpr double kMargin = 5e-3;
   constexpr long kSliding = 20000;  // steps after which a sheet that still slides will not stop
   std::vector<DoorCase> slopes;
-  for (const double share : {1 - kMargin, 1 + kMargin}) {
+  for (const double fraction : {1 - kMargin, 1 + kMargin}) {
     DoorCase c;
     c.rows = 3;
     c.spacing_m = 0.01;
     c.friction = kMu;
     c.table_z_m = 0;
-    const double angle = std::atan(share * kMu);
+    const double angle = std::atan(fraction * kMu);
     c.gravity_m_per_s2 = kGravity * Vector3d(std::sin(angle), 0, -std::cos(angle));
     c.starts_flat = true;
     c.start = [c](double u, double v) { return c.flat_place(u, v); };

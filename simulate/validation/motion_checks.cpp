@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 /// Undamped motion of a wavy, falling sheet: what Runge-Kutta loses of the energy, over the elastic
 /// energy at the start; negative for a gain.
-double lost_energy(double share_of_limit) {
+double lost_energy(double fraction_of_limit) {
   const GridSpec grid{9, 9, {0.08, 0.08}};
   Cloth cloth(grid, linear_laws(0.138, 2000, 30, 7.7e-6), MassRule::area);
   const Surroundings nothing;
@@ -28,8 +28,8 @@ double lost_energy(double share_of_limit) {
   };
   const double scale = cloth.energies(motion.position).sum_j();
   const double start = energy();
-  const double step = share_of_limit * motion.stable_step_s(1.0);
-  const int steps = static_cast<int>(std::lround(100 / share_of_limit));
+  const double step = fraction_of_limit * motion.stable_step_s(1.0);
+  const int steps = static_cast<int>(std::lround(100 / fraction_of_limit));
   for (int k = 0; k < steps; ++k) motion.step(step);
   return (start - energy()) / scale;
 }
@@ -74,9 +74,9 @@ void check_block(Checks& checks) {
   checks.push_back(relative(13, "slope at which a sheet starts to slide, tangent over mu", mu,
                             std::tan(high), 1e-2, grid));
   const double slope = 0.6;
-  const double way = 0.5 * kGravity * (std::sin(slope) - mu * std::cos(slope)) * 0.1 * 0.1;
-  checks.push_back(
-      relative(13, "way slid down a slope in 0.1 s (m)", way, slid(slope, mu, 0.1), 1e-2, grid));
+  const double distance = 0.5 * kGravity * (std::sin(slope) - mu * std::cos(slope)) * 0.1 * 0.1;
+  checks.push_back(relative(13, "distance slid down a slope in 0.1 s (m)", distance,
+                            slid(slope, mu, 0.1), 1e-2, grid));
 }
 
 /// Mean tension of row r -> r + 1 (N/m).
