@@ -7,6 +7,9 @@ find_package(fmt REQUIRED)
 # Same input, same bytes: the compiler may not contract a*b+c differently per target.
 add_compile_options(-ffp-contract=off)
 
+# The compiler collects its garbage from 512 MB on, not from 128 MB: 7 % of the build's CPU time.
+add_compile_options($<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
+
 # Sources of one target are compiled joined, eight at a time: their headers are most of the work. OFF
 # compiles each alone, which serves whoever changes one file at a time.
 option(DRAPE_JOIN_SOURCES "Compile the sources of a target joined" ON)
