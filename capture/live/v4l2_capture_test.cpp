@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole captures through the kernel's own V4L2 test driver. Runs inside the QEMU guest, not by
-// itself: tests/end_to_end/v4l2_guest_test.cpp starts it there.
+// itself: tests/end_to_end/live_replay_test.cpp starts it there.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
