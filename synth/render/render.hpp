@@ -52,7 +52,6 @@ class SceneView {
   [[nodiscard]] std::vector<double> light(const RenderOptions& options) const;
   /// First thing that the camera sees at a pixel position.
   [[nodiscard]] Hit cast(const Eigen::Vector2d& px) const;
-  [[nodiscard]] const Caster& caster() const { return caster_; }
   [[nodiscard]] const Camera& camera() const { return camera_; }
 
  private:
