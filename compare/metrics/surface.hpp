@@ -31,7 +31,6 @@ class Surface {
   [[nodiscard]] std::optional<SurfacePoint> at(const Eigen::Vector2d& material_m) const;
 
   [[nodiscard]] const std::vector<double>& warp_m() const { return warp_m_; }
-  [[nodiscard]] const std::vector<double>& weft_m() const { return weft_m_; }
 
  private:
   [[nodiscard]] const std::optional<Eigen::Vector3d>& point(std::size_t row, std::size_t col) const;
