@@ -11,7 +11,6 @@
 namespace drape::simulate {
 namespace {
 
-constexpr double kFiner = 4;                    // than Equilibrium's tolerance
 constexpr double kStride = 0.5 * kLength / 40;  // of a coordinate in an iteration
 
 /// Tensile modulus over weight of the strip per width. On fine grids a stiffer strip's forces are
