@@ -13,14 +13,13 @@ namespace drape::detect {
 class BlurredEllipse {
  public:
   static constexpr int size = 10;
-  static constexpr int light_size = 4;  ///< the first parameters; all that matter far from the edge
   using Vector = Eigen::Matrix<double, size, 1>;
   using Matrix = Eigen::Matrix<double, size, size>;
   enum Parameter { light, light_x, light_y, print, cx, cy, m11, m12, m22, blur };
 
   explicit BlurredEllipse(const Vector& parameters) : p_(parameters) {}
 
-  /// Level and derivative at a position. `gradient` beyond `light_size` is set only when the
+  /// Level and derivative at a position. `gradient` beyond `print` is set only when the
   /// answer says that the position is near the edge.
   struct Sample {
     double level = 0;
