@@ -62,8 +62,7 @@ struct StaticReport {
   int touching = 0, between = 0;
   int layers = 0;                ///< pairs of pieces of the sheet that press on each other
   double cloth_thickness_m = 0;  ///< that layers kept apart; 0: the sheet did not meet itself
-  double contact_energy_j = 0;
-  bool through_itself = false;  ///< the fall ended at once, where the sheet passed through itself
+  bool through_itself = false;   ///< the fall ended at once, where the sheet passed through itself
   std::vector<ContactForce> contact_forces;  ///< in the frame of the solver
   std::vector<StaticIteration> history;
 };

@@ -29,7 +29,6 @@ void StaticSolver::finish(StaticReport& report) {
   report.gap_error_m = contacts_.gap_error_m(position);
   report.touching = contacts_.touching(position);
   report.between = contacts_.between();
-  report.contact_energy_j = contacts_.stored_j(position) + layers_.energy_j(position);
   report.contact_forces = contacts_.forces(position);
   for (const LayerContacts::Push& push : layers_.pushes(position))
     report.contact_forces.push_back(
