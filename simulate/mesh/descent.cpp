@@ -53,36 +53,35 @@ class Potential {
     for (int i = 0; i < cloth_.points(); ++i) sum -= cloth_.mass_kg()[i] * gravity_.dot(state[i]);
     return sum;
   }
-  /// With what wall, table and the rest hold, and inertia.
-  [[nodiscard]] double energy_j(const State& state) const {
-    double sum = own_energy_j(state);
-    if (pushes_ != nullptr) sum += pushes_->energy_j(state);
-    visit_supports(state, [&](int, const Vector3d&, double depth, double stiffness) {
-      sum += stiffness / 2 * depth * depth;
-    });
-    visit_inertia([&](int i, double stiffness) {
-      sum += stiffness / 2 * (state[i] - inertia_->towards[i]).squaredNorm();
-    });
-    return sum;
-  }
-  struct Residuals {
-    double point = 0, side = 0;  ///< as in the options
+  struct Balance {
+    double energy_j = 0;         ///< with what wall, table and the rest hold, and inertia
+    double point = 0, side = 0;  ///< residuals, as in the options
     double reported = 0;  ///< of points, where support takes what it can; as the checker has it
   };
-  /// Minus the energy's gradient, nothing where held.
-  Residuals forces(const State& state, State& force) const {
+  /// Sets minus the energy's gradient, nothing where held.
+  Balance balance(const State& state, State& force) const {
+    Balance found;
     std::fill(force.begin(), force.end(), Vector3d::Zero());
-    cloth_.add_forces(state, force);
-    for (int i = 0; i < cloth_.points(); ++i) force[i] += cloth_.mass_kg()[i] * gravity_;
-    if (pushes_ != nullptr) pushes_->add_forces(state, force);
+    found.energy_j = cloth_.add_forces(state, force).sum_j();
+    for (int i = 0; i < cloth_.points(); ++i) {
+      const Vector3d weight = cloth_.mass_kg()[i] * gravity_;
+      found.energy_j -= weight.dot(state[i]);
+      force[i] += weight;
+    }
+    if (pushes_ != nullptr) {
+      found.energy_j += pushes_->energy_j(state);
+      pushes_->add_forces(state, force);
+    }
     visit_inertia([&](int i, double stiffness) {
-      force[i] -= stiffness * (state[i] - inertia_->towards[i]);
+      const Vector3d away = state[i] - inertia_->towards[i];
+      found.energy_j += stiffness / 2 * away.squaredNorm();
+      force[i] -= stiffness * away;
     });
-    Residuals residuals;
     std::vector<int> supported;
     visit_supports(state, [&](int i, const Vector3d& normal, double depth, double stiffness) {
       const Vector3d along = force[i] - std::min(0.0, force[i].dot(normal)) * normal;
-      residuals.reported = std::max(residuals.reported, along.norm() / weight_n_);
+      found.reported = std::max(found.reported, along.norm() / weight_n_);
+      found.energy_j += stiffness / 2 * depth * depth;
       supported.push_back(i);
       force[i] += stiffness * depth * normal;
     });
@@ -90,16 +89,15 @@ class Potential {
     for (int i = 0; i < cloth_.unknowns(); ++i) {
       if (held_[i]) force[i].setZero();
       if (i >= cloth_.points()) {
-        residuals.side = std::max(residuals.side, force[i].norm() / (weight_n_ * side_m_));
+        found.side = std::max(found.side, force[i].norm() / (weight_n_ * side_m_));
         continue;
       }
       const double size = force[i].norm() / weight_n_;
-      residuals.point = std::max(residuals.point, size);
+      found.point = std::max(found.point, size);
       while (next != supported.end() && *next < i) ++next;
-      if (next == supported.end() || *next != i)
-        residuals.reported = std::max(residuals.reported, size);
+      if (next == supported.end() || *next != i) found.reported = std::max(found.reported, size);
     }
-    return residuals;
+    return found;
   }
   [[nodiscard]] std::vector<Support> supports(const State& state) const {
     std::vector<Support> found;
@@ -191,11 +189,10 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   Pairs pairs(options.pairs);
   RelaxationReport report;
-  double energy = potential.energy_j(state);
-  Potential::Residuals residuals = potential.forces(state, force);
+  Potential::Balance now = potential.balance(state, force);
   int since_factor = options.factor_every;
-  while (std::isfinite(energy)) {
-    report.at_rest = std::max(residuals.point, residuals.side) <= options.residual;
+  while (std::isfinite(now.energy_j)) {
+    report.at_rest = std::max(now.point, now.side) <= options.residual;
     if (report.at_rest || report.steps >= options.most_steps) break;
     if (since_factor >= options.factor_every) {
       if (!stiffness.factorise(state, potential.supports(state))) break;
@@ -207,17 +204,18 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     const double slope = flat(force).dot(flat(step));
     double far = 0;
     for (int i = 0; i < cloth.points(); ++i) far = std::max(far, step[i].norm());
-    double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far),
-           next_energy = 0;
+    double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far);
+    Potential::Balance then;
     bool down = false;
     int tries = 0;
     for (; slope > 0 && tries < kTries && !down; ++tries) {
       flat(next) = flat(state) + part * flat(step);
-      next_energy = potential.energy_j(next);
-      down = next_energy <= energy - kArmijo * part * slope + kRounding * std::abs(energy);
+      then = potential.balance(next, next_force);
+      const double gain = now.energy_j - then.energy_j;
+      down = gain >= kArmijo * part * slope - kRounding * std::abs(now.energy_j);
       if (down) break;
       // The least of the parabola through both energies and the slope.
-      const double least = slope * part * part / (2 * (next_energy - energy + slope * part));
+      const double least = slope * part * part / (2 * (slope * part - gain));
       part = std::isfinite(least) ? std::clamp(least, kShortest * part, kShorter * part)
                                   : kShortest * part;
     }
@@ -228,23 +226,18 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
       since_factor = options.factor_every;
       continue;
     }
-    const Potential::Residuals next_residuals = potential.forces(next, next_force);
     Eigen::VectorXd moved = flat(next) - flat(state), lost = flat(force) - flat(next_force);
     const double product = moved.dot(lost);
     if (product > kFlat * part * slope) pairs.add(std::move(moved), std::move(lost), product);
     if (tries > 1) since_factor = options.factor_every;
     std::swap(state, next);
     std::swap(force, next_force);
-    residuals = next_residuals;
-    energy = next_energy;
+    now = then;
     ++report.steps;
-    if (pushes != nullptr && pushes->settle(state)) {
-      energy = potential.energy_j(state);
-      residuals = potential.forces(state, force);
-    }
+    if (pushes != nullptr && pushes->settle(state)) now = potential.balance(state, force);
   }
   cloth.settle(state);
-  report.residual = residuals.reported;
+  report.residual = now.reported;
   report.dissipated_j = cloth.dissipated_j();
   report.energy_j = potential.own_energy_j(state);
   return report;

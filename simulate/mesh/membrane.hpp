@@ -42,11 +42,10 @@ struct MetricStrain {
   }
 };
 
-/// Derivatives of the membrane's energy per area to the metric.
-[[nodiscard]] inline Eigen::Vector3d stress_of(const Eigen::Vector3d& metric,
+/// Derivatives of the membrane's energy per area to the metric; the strain and its angle of shear.
+[[nodiscard]] inline Eigen::Vector3d stress_of(const MetricStrain& strain, double angle,
                                                const ClothLaws& laws) {
-  const MetricStrain strain(metric);
-  return strain.of_angle(laws.shear.odd_value(strain.angle())) +
+  return strain.of_angle(laws.shear.odd_value(angle)) +
          Eigen::Vector3d(laws.tensile[0].value(strain.a - 1) / (2 * strain.a), 0,
                          laws.tensile[1].value(strain.b - 1) / (2 * strain.b));
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/cloth/normal_curvature.hpp"
 #include "simulate/mesh/membrane.hpp"
 
 namespace drape::simulate {
@@ -70,105 +69,6 @@ MeshCloth::MeshCloth(MaterialMesh mesh, ClothLaws laws, double in_triangles)
   memory_.shear.assign(laws_.friction->shear.elements.size() * area_.size(), 0.0);
 }
 
-/// Calls visit(triangle, slips' index, curvature along warp and weft) for each triangle.
-template <class Visit>
-void MeshCloth::visit_bending_friction(const State& state, Visit visit) const {
-  for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    const Triangle& t = triangles_[i];
-    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
-    const std::array<NormalCurvature, 2> curvature = {
-        normal_curvature(combined(t.d_uu, t.unknown, state), u, v),
-        normal_curvature(combined(t.d_vv, t.unknown, state), u, v)};
-    visit(t, i, curvature);
-  }
-}
-
-std::vector<std::array<double, 2>> MeshCloth::bending_stiffness(const State& state) const {
-  std::vector<std::array<double, 2>> stiffness;
-  const auto steeper = [](const ForceCurve& curve, double x) {
-    return std::max(curve.tangent(x), x > kNoLength ? curve.value(x) / x : curve.slope);
-  };
-  for (const Triangle& t : triangles_)
-    stiffness.push_back({steeper(laws_.bending[0], combined(t.d_uu, t.unknown, state).norm()),
-                         steeper(laws_.bending[1], combined(t.d_vv, t.unknown, state).norm())});
-  if (!laws_.friction) return stiffness;
-  visit_bending_friction(
-      state, [&](const Triangle&, std::size_t i, const std::array<NormalCurvature, 2>& curvature) {
-        for (int d = 0; d < 2; ++d) {
-          const FrictionStack& stack = laws_.friction->bending[d];
-          const double* slip = memory_.bending[d].data() + stack.elements.size() * i;
-          stiffness[i][d] += std::max(0.0, stack.tangent(curvature[d].value, slip));
-        }
-      });
-  return stiffness;
-}
-
-double MeshCloth::settle(const State& state) {
-  if (!laws_.friction) return 0;
-  const ClothFriction& friction = *laws_.friction;
-  double taken = 0;
-  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
-                                    const std::array<NormalCurvature, 2>& curvature) {
-    for (int d = 0; d < 2; ++d) {
-      const FrictionStack& stack = friction.bending[d];
-      taken += t.area * stack.settle(curvature[d].value,
-                                     memory_.bending[d].data() + stack.elements.size() * i);
-    }
-  });
-  const std::vector<Vector3d> metric = metrics(state);
-  const std::size_t elements = friction.shear.elements.size();
-  for (std::size_t i = 0; i < metric.size(); ++i)
-    taken += area_[i] * friction.shear.settle(MetricStrain(metric[i]).angle(),
-                                              memory_.shear.data() + elements * i);
-  dissipated_j_ += taken;
-  return taken;
-}
-
-void MeshCloth::take_over(const MeshCloth& other, const State& of_other, const State& own) {
-  if (!laws_.friction) return;
-  const auto nearest = [](const std::vector<Vector2d>& places, const Vector2d& p) {
-    const auto nearer = [&](const Vector2d& a, const Vector2d& b) {
-      return (a - p).squaredNorm() < (b - p).squaredNorm();
-    };
-    return static_cast<std::size_t>(std::min_element(places.begin(), places.end(), nearer) -
-                                    places.begin());
-  };
-  const auto middle = [](const MeshCloth& cloth, const Triangle& t) {
-    Vector2d sum = Vector2d::Zero();
-    for (const int corner : t.corner) sum += cloth.mesh_.points_m[corner] / 3;
-    return sum;
-  };
-  const ClothFriction& friction = *laws_.friction;
-  const auto take = [](const FrictionStack& stack, double strain, double others, const double* from,
-                       double* slip) {
-    for (std::size_t e = 0; e < stack.elements.size(); ++e) slip[e] = strain - (others - from[e]);
-  };
-  std::vector<Vector2d> middles;
-  std::vector<std::array<double, 2>> bent;
-  other.visit_bending_friction(of_other, [&](const Triangle& t, std::size_t,
-                                             const std::array<NormalCurvature, 2>& curvature) {
-    middles.push_back(middle(other, t));
-    bent.push_back({curvature[0].value, curvature[1].value});
-  });
-  visit_bending_friction(own, [&](const Triangle& t, std::size_t i,
-                                  const std::array<NormalCurvature, 2>& curvature) {
-    const std::size_t from = nearest(middles, middle(*this, t));
-    for (int d = 0; d < 2; ++d) {
-      const std::size_t count = friction.bending[d].elements.size();
-      take(friction.bending[d], curvature[d].value, bent[from][d],
-           other.memory_.bending[d].data() + count * from, memory_.bending[d].data() + count * i);
-    }
-  });
-  const std::vector<Vector3d> metric = metrics(own), others = other.metrics(of_other);
-  const std::size_t count = friction.shear.elements.size();
-  for (std::size_t i = 0; i < metric.size(); ++i) {
-    const std::size_t from = nearest(other.mesh_.points_m, mesh_.points_m[i]);
-    take(friction.shear, MetricStrain(metric[i]).angle(), MetricStrain(others[from]).angle(),
-         other.memory_.shear.data() + count * from, memory_.shear.data() + count * i);
-  }
-  dissipated_j_ = other.dissipated_j_;
-}
-
 std::vector<Vector3d> MeshCloth::metrics(const State& state) const {
   std::vector<Vector3d> metric(area_.size(), Vector3d::Zero());
   for (const Triangle& t : triangles_) {
@@ -210,92 +110,6 @@ Vector2d MeshCloth::normal_of(int edge) const {
   const Vector2d along =
       (mesh_.points_m[mesh_.edges[edge].to] - mesh_.points_m[mesh_.edges[edge].from]).normalized();
   return {-along.y(), along.x()};
-}
-
-InternalEnergies MeshCloth::energies(const State& state) const {
-  InternalEnergies sum;
-  const auto add_membrane = [&](double area, const Vector3d& metric) {
-    const MetricStrain strain(metric);
-    sum.stretch_j +=
-        area * (laws_.tensile[0].energy(strain.a - 1) + laws_.tensile[1].energy(strain.b - 1));
-    sum.shear_j += area * laws_.shear.energy(std::abs(strain.angle()));
-  };
-  const std::vector<Vector3d> metric = metrics(state);
-  for (std::size_t i = 0; i < metric.size(); ++i)
-    add_membrane((1 - in_triangles_) * area_[i], metric[i]);
-  for (const Triangle& t : triangles_) {
-    add_membrane(in_triangles_ * t.area,
-                 metric_of(combined(t.d_u, t.unknown, state), combined(t.d_v, t.unknown, state)));
-    sum.bending_j += t.area * (laws_.bending[0].energy(combined(t.d_uu, t.unknown, state).norm()) +
-                               laws_.bending[1].energy(combined(t.d_vv, t.unknown, state).norm()));
-    sum.twist_j += t.area * laws_.twist_n_m / 2 * combined(t.d_uv, t.unknown, state).squaredNorm();
-  }
-  for (const Seam& seam : seams_)
-    sum.bending_j += seam.stiffness / 2 * combined(seam.weight, seam.unknown, state).squaredNorm();
-  if (!laws_.friction) return sum;
-  const ClothFriction& friction = *laws_.friction;
-  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
-                                    const std::array<NormalCurvature, 2>& curvature) {
-    for (int d = 0; d < 2; ++d) {
-      const FrictionStack& stack = friction.bending[d];
-      sum.bending_j += t.area * stack.potential(curvature[d].value, memory_.bending[d].data() +
-                                                                        stack.elements.size() * i);
-    }
-  });
-  const std::size_t elements = friction.shear.elements.size();
-  for (std::size_t i = 0; i < metric.size(); ++i)
-    sum.shear_j += area_[i] * friction.shear.potential(MetricStrain(metric[i]).angle(),
-                                                       memory_.shear.data() + elements * i);
-  return sum;
-}
-
-void MeshCloth::add_forces(const State& state, State& force) const {
-  std::vector<Vector3d> stress = metrics(state);
-  for (std::size_t i = 0; i < stress.size(); ++i) {
-    const MetricStrain strain(stress[i]);
-    stress[i] = (1 - in_triangles_) * stress_of(stress[i], laws_);
-    if (!laws_.friction) continue;
-    const FrictionStack& stack = laws_.friction->shear;
-    stress[i] += strain.of_angle(
-        stack.force(strain.angle(), memory_.shear.data() + stack.elements.size() * i));
-  }
-  for (const Triangle& t : triangles_) {
-    const Vector3d u = combined(t.d_u, t.unknown, state), v = combined(t.d_v, t.unknown, state);
-    const Vector3d pull =
-        t.area * (in_triangles_ * stress_of(metric_of(u, v), laws_) +
-                  (stress[t.corner[0]] + stress[t.corner[1]] + stress[t.corner[2]]) / 3);
-    const Vector3d of_u = 2 * pull[0] * u + pull[1] * v, of_v = pull[1] * u + 2 * pull[2] * v;
-    for (int k = 0; k < 3; ++k) force[t.unknown[k]] -= t.d_u[k] * of_u + t.d_v[k] * of_v;
-    const auto moment = [&](const std::array<double, 6>& weight, const ForceCurve& curve) {
-      const Vector3d curvature = combined(weight, t.unknown, state);
-      const double size = curvature.norm();
-      const double secant = size > kNoLength ? curve.value(size) / size : curve.slope;
-      return Vector3d(t.area * secant * curvature);
-    };
-    const Vector3d warp = moment(t.d_uu, laws_.bending[0]);
-    const Vector3d weft = moment(t.d_vv, laws_.bending[1]);
-    const Vector3d twist = t.area * laws_.twist_n_m * combined(t.d_uv, t.unknown, state);
-    for (int k = 0; k < 6; ++k)
-      force[t.unknown[k]] -= t.d_uu[k] * warp + t.d_vv[k] * weft + t.d_uv[k] * twist;
-  }
-  for (const Seam& seam : seams_) {
-    const Vector3d jump = seam.stiffness * combined(seam.weight, seam.unknown, state);
-    for (int k = 0; k < 12; ++k) force[seam.unknown[k]] -= seam.weight[k] * jump;
-  }
-  if (!laws_.friction) return;
-  const ClothFriction& friction = *laws_.friction;
-  visit_bending_friction(state, [&](const Triangle& t, std::size_t i,
-                                    const std::array<NormalCurvature, 2>& curvature) {
-    for (int d = 0; d < 2; ++d) {
-      const FrictionStack& stack = friction.bending[d];
-      const double pull = t.area * stack.force(curvature[d].value, memory_.bending[d].data() +
-                                                                       stack.elements.size() * i);
-      const std::array<double, 6>& weight = d == 0 ? t.d_uu : t.d_vv;
-      for (int k = 0; k < 6; ++k) force[t.unknown[k]] -= pull * weight[k] * curvature[d].of_c;
-      for (int k = 0; k < 3; ++k)
-        force[t.unknown[k]] -= pull * (t.d_u[k] * curvature[d].of_a + t.d_v[k] * curvature[d].of_b);
-    }
-  });
 }
 
 std::vector<double> MeshCloth::stiffness_bounds(const State& state) const {

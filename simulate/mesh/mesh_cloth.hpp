@@ -96,8 +96,8 @@ class MeshCloth {
   [[nodiscard]] double dissipated_j() const { return dissipated_j_; }
 
   [[nodiscard]] InternalEnergies energies(const State& state) const;
-  /// Adds minus the energy's gradient (N; N m for the sides).
-  void add_forces(const State& state, State& force) const;
+  /// Adds minus the energy's gradient (N; N m for the sides) and returns the energies.
+  InternalEnergies add_forces(const State& state, State& force) const;
   /// Bound of the sum of |second derivatives| of the energy in each unknown's row, for strains up
   /// to those of the state: what a step of relaxation may divide by.
   [[nodiscard]] std::vector<double> stiffness_bounds(const State& state) const;
@@ -107,6 +107,7 @@ class MeshCloth {
   [[nodiscard]] Eigen::Vector2d middle_of(int edge) const;
   template <class Visit>
   void visit_bending_friction(const State& state, Visit visit) const;
+  void add_friction_forces(const State& state, State& force, InternalEnergies& sum) const;
 
   MaterialMesh mesh_;
   ClothLaws laws_;

@@ -44,6 +44,20 @@ Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws, double area
 
 }  // namespace
 
+void MeshStiffness::SidesFactor::sweep(const int* begin, const int* row, const double* value,
+                                       int count, Four* work) {
+  for (int j = 0; j < count; ++j) {
+    const Four x = work[j] / value[begin[j]];
+    work[j] = x;
+    for (int k = begin[j] + 1; k < begin[j + 1]; ++k) work[row[k]] -= value[k] * x;
+  }
+  for (int j = count; j-- > 0;) {
+    Four x = work[j];
+    for (int k = begin[j] + 1; k < begin[j + 1]; ++k) x -= value[k] * work[row[k]];
+    work[j] = x / value[begin[j]];
+  }
+}
+
 struct MeshStiffness::Parts {
   const MeshCloth& cloth;
   const std::vector<bool>& held;
@@ -259,7 +273,7 @@ struct MeshStiffness::Parts {
     Gradient gradient;
     for (std::size_t i = 0; i < rings.size(); ++i) {
       const MetricStrain strain(metric[i]);
-      stress[i] = at_points * stress_of(metric[i], laws);
+      stress[i] = at_points * stress_of(strain, strain.angle(), laws);
       Vector3d k = tangents(strain, laws, at_points * cloth.area_m2()[i]);
       if (laws.friction) {
         const FrictionStack& stack = laws.friction->shear;
@@ -292,7 +306,7 @@ struct MeshStiffness::Parts {
       add_strains(gradient, tangents(strain, laws, cloth.in_triangles() * t.area), patch.places,
                   count);
       const Vector3d pull =
-          t.area * (cloth.in_triangles() * stress_of(own, laws) +
+          t.area * (cloth.in_triangles() * stress_of(strain, strain.angle(), laws) +
                     (stress[t.corner[0]] + stress[t.corner[1]] + stress[t.corner[2]]) / 3);
       Eigen::Matrix2d tension;
       tension << 2 * pull[0], pull[1], pull[1], 2 * pull[2];

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "simulate/cloth/wide.hpp"
+#include "simulate/mesh/four.hpp"
 #include "simulate/mesh/mesh_stiffness.hpp"
 
 /// What a MeshStiffness is made of; for mesh_stiffness.cpp alone.
@@ -49,30 +51,23 @@ class MeshStiffness::SidesFactor {
     lower_ = factor.matrixL();
     place_.resize(static_cast<std::size_t>(matrix.rows()));
     for (Eigen::Index i = 0; i < matrix.rows(); ++i) place_[i] = factor.permutationP().indices()[i];
-    work_.resize(place_.size());
+    work_ = Fours(place_.size());
   }
   void solve(std::vector<Eigen::Vector3d>& b) const {
-    for (std::size_t i = 0; i < b.size(); ++i) work_[place_[i]] << b[i], 0;
-    const int* begin = lower_.outerIndexPtr();
-    const int* row = lower_.innerIndexPtr();
-    const double* value = lower_.valuePtr();
-    const auto count = static_cast<int>(b.size());
-    for (int j = 0; j < count; ++j) {
-      const Eigen::Vector4d x = work_[j] /= value[begin[j]];
-      for (int k = begin[j] + 1; k < begin[j + 1]; ++k) work_[row[k]] -= value[k] * x;
-    }
-    for (int j = count; j-- > 0;) {
-      Eigen::Vector4d x = work_[j];
-      for (int k = begin[j] + 1; k < begin[j + 1]; ++k) x -= value[k] * work_[row[k]];
-      work_[j] = x / value[begin[j]];
-    }
-    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_[place_[i]].head<3>();
+    for (std::size_t i = 0; i < b.size(); ++i) work_.set(place_[i], b[i]);
+    sweep(lower_.outerIndexPtr(), lower_.innerIndexPtr(), lower_.valuePtr(),
+          static_cast<int>(b.size()), work_.data());
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_.at(place_[i]);
   }
 
  private:
+  /// Down the columns and up again.
+  DRAPE_WIDE static void sweep(const int* begin, const int* row, const double* value, int count,
+                               Four* work);
+
   Eigen::SparseMatrix<double> lower_;
   std::vector<int> place_;
-  mutable std::vector<Eigen::Vector4d> work_;  ///< three columns and nothing: whole vectors
+  mutable Fours work_;
 };
 
 }  // namespace drape::simulate

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace drape::simulate {
+
+/// Three coordinates and nothing, in one register or two; a double* may point into it.
+using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+
+/// So many, none at first.
+class Fours {
+ public:
+  Fours() = default;
+  explicit Fours(std::size_t count) : values_(4 * count, 0.0) {}
+  [[nodiscard]] Four* data() { return reinterpret_cast<Four*>(values_.data()); }
+  [[nodiscard]] Four& operator[](std::size_t i) { return data()[i]; }
+  void set(std::size_t i, const Eigen::Vector3d& vector) {
+    for (int k = 0; k < 3; ++k) values_[4 * i + k] = vector[k];
+  }
+  [[nodiscard]] Eigen::Map<const Eigen::Vector3d> at(std::size_t i) const {
+    return Eigen::Map<const Eigen::Vector3d>(values_.data() + 4 * i);
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+}  // namespace drape::simulate

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Core>
+#include <cmath>
+
+#include "simulate/cloth/wide.hpp"
+#include "simulate/mesh/four.hpp"
+#include "simulate/mesh/membrane.hpp"
+#include "simulate/mesh/mesh_cloth.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector3d;
+
+DRAPE_INLINE double dot(const Four& a, const Four& b) {
+  const Four product = a * b;
+  return product[0] + product[1] + product[2];
+}
+template <std::size_t N, class Weights, class Unknowns>
+DRAPE_INLINE void set_sum(Four& sum, const Weights& weight, const Unknowns& unknown,
+                          const Four* x) {
+  sum = weight[0] * x[unknown[0]];
+#pragma GCC unroll 12
+  for (std::size_t k = 1; k < N; ++k) sum += weight[k] * x[unknown[k]];
+}
+
+/// First derivatives of the triangles, and their part of the metric at each corner times the area.
+DRAPE_WIDE void find_slopes(const std::vector<MeshCloth::Triangle>& triangles, const Four* x,
+                            Four* slopes, Four* metric) {
+  for (const MeshCloth::Triangle& t : triangles) {
+    Four &u = *slopes++, &v = *slopes++;
+    set_sum<3>(u, t.d_u, t.corner, x);
+    set_sum<3>(v, t.d_v, t.corner, x);
+    const Four part = t.area / 3 * Four{dot(u, u), dot(u, v), dot(v, v), 0};
+    for (const int corner : t.corner) metric[corner] += part;
+  }
+}
+
+/// Takes from the forces what a triangle's stress and its bending pull; returns the energies of
+/// bending along warp, along weft and of twist.
+DRAPE_WIDE void pull_triangles(const std::vector<MeshCloth::Triangle>& triangles,
+                               const ClothLaws& laws, const Four* x, const Four* slopes,
+                               const Four* stress, Four* force, InternalEnergies& sum) {
+  double twist = 0;
+  for (const MeshCloth::Triangle& t : triangles) {
+    const Four u = *slopes++, v = *slopes++, pull = *stress++;
+    const Four of_u = 2 * pull[0] * u + pull[1] * v, of_v = pull[1] * u + 2 * pull[2] * v;
+    for (int k = 0; k < 3; ++k) force[t.corner[k]] -= t.d_u[k] * of_u + t.d_v[k] * of_v;
+    Four warp, weft, across;
+    set_sum<6>(warp, t.d_uu, t.unknown, x);
+    set_sum<6>(weft, t.d_vv, t.unknown, x);
+    set_sum<6>(across, t.d_uv, t.unknown, x);
+    const auto secant = [&](const Four& curvature, const ForceCurve& curve) {
+      const double size = std::sqrt(dot(curvature, curvature));
+      sum.bending_j += t.area * curve.energy(size);
+      return t.area * (size > 0 ? curve.value(size) / size : curve.slope);
+    };
+    const Four of_uu = secant(warp, laws.bending[0]) * warp;
+    const Four of_vv = secant(weft, laws.bending[1]) * weft;
+    const Four of_uv = t.area * laws.twist_n_m * across;
+    twist += dot(of_uv, across);
+    for (int k = 0; k < 6; ++k)
+      force[t.unknown[k]] -= t.d_uu[k] * of_uu + t.d_vv[k] * of_vv + t.d_uv[k] * of_uv;
+  }
+  sum.twist_j += twist / 2;
+}
+
+/// The same of the seams; returns their energy.
+DRAPE_WIDE double pull_seams(const std::vector<MeshCloth::Seam>& seams, const Four* x,
+                             Four* force) {
+  double sum = 0;
+  for (const MeshCloth::Seam& seam : seams) {
+    Four jump;
+    set_sum<12>(jump, seam.weight, seam.unknown, x);
+    const Four pull = seam.stiffness * jump;
+    sum += dot(jump, pull);
+    for (int k = 0; k < 12; ++k) force[seam.unknown[k]] -= seam.weight[k] * pull;
+  }
+  return sum / 2;
+}
+
+}  // namespace
+
+InternalEnergies MeshCloth::energies(const State& state) const {
+  State unused(state.size(), Vector3d::Zero());
+  return add_forces(state, unused);
+}
+
+InternalEnergies MeshCloth::add_forces(const State& state, State& force) const {
+  InternalEnergies sum;
+  const std::size_t count = state.size(), points = area_.size();
+  Fours x(count), pulled(count), slopes(2 * triangles_.size()), metric(points);
+  Fours stress(triangles_.size());
+  for (std::size_t i = 0; i < count; ++i) x[i] = Four{state[i].x(), state[i].y(), state[i].z(), 0};
+  find_slopes(triangles_, x.data(), slopes.data(), metric.data());
+  const auto stress_in = [&](double area, const Vector3d& of) -> Vector3d {
+    const MetricStrain strain(of);
+    const double angle = strain.angle();
+    sum.stretch_j +=
+        area * (laws_.tensile[0].energy(strain.a - 1) + laws_.tensile[1].energy(strain.b - 1));
+    sum.shear_j += area * laws_.shear.energy(std::abs(angle));
+    return area * stress_of(strain, angle, laws_);
+  };
+  const auto first_three = [](const Four& of) { return Vector3d(of[0], of[1], of[2]); };
+  for (std::size_t i = 0; i < points; ++i) {
+    const Vector3d of = first_three(metric[i]) / area_[i];
+    Vector3d pull = stress_in((1 - in_triangles_) * area_[i], of);
+    if (laws_.friction) {
+      const FrictionStack& stack = laws_.friction->shear;
+      const double* slip = memory_.shear.data() + stack.elements.size() * i;
+      const MetricStrain strain(of);
+      sum.shear_j += area_[i] * stack.potential(strain.angle(), slip);
+      pull += area_[i] * strain.of_angle(stack.force(strain.angle(), slip));
+    }
+    pull /= 3 * area_[i];
+    metric[i] = Four{pull[0], pull[1], pull[2], 0};  // now of stress
+  }
+  for (std::size_t i = 0; i < triangles_.size(); ++i) {
+    const Triangle& t = triangles_[i];
+    const Four u = slopes[2 * i], v = slopes[2 * i + 1];
+    const Vector3d own = stress_in(in_triangles_ * t.area, {dot(u, u), dot(u, v), dot(v, v)});
+    stress[i] = Four{own[0], own[1], own[2], 0} +
+                t.area * (metric[t.corner[0]] + metric[t.corner[1]] + metric[t.corner[2]]);
+  }
+  pull_triangles(triangles_, laws_, x.data(), slopes.data(), stress.data(), pulled.data(), sum);
+  sum.bending_j += pull_seams(seams_, x.data(), pulled.data());
+  for (std::size_t i = 0; i < count; ++i) force[i] += first_three(pulled[i]);
+  if (laws_.friction) add_friction_forces(state, force, sum);
+  return sum;
+}
+
+}  // namespace drape::simulate
