@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numbers>
 
 #include "core/error.hpp"
@@ -47,6 +48,22 @@ TEST(Folds, WavesAreCountedPlacedAndMeasured) {
   }
   EXPECT_EQ(crests, 4);
   EXPECT_EQ(valleys, 3);
+}
+
+TEST(Folds, ACrestIsOneLineInAnyDirection) {
+  for (int degrees = 0; degrees < 180; degrees += 7) {
+    const Eigen::Vector2d across(std::cos(degrees * kTurn / 360), std::sin(degrees * kTurn / 360));
+    const auto phase = [&](const Eigen::Vector2d& at) { return across.dot(at) / 0.1; };
+    const Sheet sheet = sheet_of(31, [&](double u, double v) {
+      return Eigen::Vector3d(v, u, 3e-3 * -std::cos(kTurn * phase({u, v})));
+    });
+    std::map<long, int> lines;  // by half waves: crests are odd
+    for (const Fold& fold : shape_of(sheet, {}, "waves").folds)
+      lines[std::lround(2 * phase(fold.middle_material_m))] += 1;
+    for (const auto& [half_wave, count] : lines)
+      EXPECT_EQ(count, 1) << degrees << " degrees, half wave " << half_wave;
+    EXPECT_GE(lines.size(), 6U) << degrees;
+  }
 }
 
 TEST(Folds, ThePowerLiesInTheBandOfTheWavelengthAndSumsToTheVariance) {
