@@ -234,9 +234,9 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     std::swap(force, next_force);
     now = then;
     ++report.steps;
-    if (pushes != nullptr && pushes->settle(state)) now = potential.balance(state, force);
   }
   cloth.settle(state);
+  if (pushes != nullptr) pushes->settle(state);
   report.residual = now.reported;
   report.dissipated_j = cloth.dissipated_j();
   report.energy_j = potential.own_energy_j(state);

@@ -34,8 +34,8 @@ class Pushes {
   virtual void add_forces(const MeshCloth::State& state, MeshCloth::State& force) = 0;
   /// For MeshStiffness.
   [[nodiscard]] virtual std::vector<Support> supports(const MeshCloth::State& state) = 0;
-  /// After a step: takes it over into what holds by friction. Whether the energy has changed.
-  virtual bool settle(const MeshCloth::State& state) = 0;
+  /// After an increment of load: takes it over into what holds by friction.
+  virtual void settle(const MeshCloth::State& state) = 0;
 };
 
 struct DescentOptions {
@@ -53,8 +53,9 @@ struct DescentOptions {
 
 /// Goes down the energy to a rest by the method of Nocedal (1980, limited memory, with Armijo's
 /// line search), with MeshStiffness in place of a multiple of the identity.
-/// A descent is one increment of load: internal friction keeps the memory of its start, so that
-/// there is one energy whatever a descent's steps are, and settles once, at the end.
+/// A descent is one increment of load: internal friction and that of `pushes` keep the memory of
+/// its start, so that there is one energy whatever a descent's steps are, and settle once, at the
+/// end.
 ///
 /// Wall and table push in proportion to depth: the table, where nothing else is said, so that cloth
 /// sinks in by half a millimetre, for it only leads to a rest and is gone there; the wall by a
