@@ -11,7 +11,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                              const std::vector<bool>& held, MeshStiffness& stiffness,
                              Drapemeter bodies, const std::function<double(double)>& table_z_m,
                              double least_s, DescentOptions descent,
-                             const TimeStepsOptions& options) {
+                             const TimeStepsOptions& options, Pushes* pushes) {
   using State = MeshCloth::State;
   using Eigen::Vector3d;
   const double dt = options.step_s;
@@ -45,7 +45,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     for (std::size_t i = 0; i < state.size(); ++i)
       if (!held[i]) state[i] += i < points ? (dt * velocity[i]).eval() : state[i] - before[i];
     bodies.table_z_m = table_z_m(report.time_s);
-    const RelaxationReport found = descend(cloth, state, held, stiffness, bodies, descent);
+    const RelaxationReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
     report.steps += found.steps;
     report.hurried += found.at_rest ? 0 : 1;
     before = last;

@@ -23,21 +23,22 @@ struct TimeStepsOptions {
 struct TimeStepsReport {
   bool quiet = false;
   double time_s = 0;
-  int increments = 0;  ///< steps in time, at each of which internal friction settled
+  int increments = 0;  ///< steps in time, at each of which friction settled
   int hurried = 0;     ///< of them, that ended above their residual
   int steps = 0;       ///< of descents
 };
 
 /// Motion of cloth from rest, by backward differences of second order (Curtiss and Hirschfelder
 /// 1952; the first step is Euler's). Each step goes down the energy with the inertia of the true
-/// masses: while steps are short beside the growth of any fold this has one minimum, and internal
-/// friction, which settles once per step, follows the cloth's motion and not the descent's.
-/// `table_z_m` gives the table's height at a time; the motion does not end before `least_s`.
+/// masses: while steps are short beside the growth of any fold this has one minimum, and friction,
+/// which settles once per step, follows the cloth's motion and not the descent's. `table_z_m` gives
+/// the table's height at a time; the motion does not end before `least_s`; `pushes` may be absent.
 [[nodiscard]] TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                                            const std::vector<bool>& held, MeshStiffness& stiffness,
                                            Drapemeter bodies,
                                            const std::function<double(double)>& table_z_m,
                                            double least_s, DescentOptions descent,
-                                           const TimeStepsOptions& options);
+                                           const TimeStepsOptions& options,
+                                           Pushes* pushes = nullptr);
 
 }  // namespace drape::simulate

@@ -181,14 +181,11 @@ std::vector<Support> ObjectPushes::supports(const State& state) {
     add_support(grip.site, grip.weight,
                 secant * (Matrix3d::Identity() - grip.normal * grip.normal.transpose()), found);
   }
-  if (drag_per_s2_ > 0)
-    for (int i = 0; i < cloth_.points(); ++i)
-      found.push_back({i, i, drag_per_s2_ * cloth_.mass_kg()[i] * Matrix3d::Identity()});
   return found;
 }
 
-bool ObjectPushes::settle(const State& state) {
-  if (friction_ <= 0) return false;
+void ObjectPushes::settle(const State& state) {
+  if (friction_ <= 0) return;
   look(state);
   std::vector<Grip> before;
   before.swap(grips_);
@@ -211,7 +208,6 @@ bool ObjectPushes::settle(const State& state) {
     if (size > grip.limit_n) grip.stretch *= grip.limit_n / size;
     grips_.push_back(grip);
   }
-  return true;
 }
 
 double ObjectPushes::off_surface_m(const State& state) {

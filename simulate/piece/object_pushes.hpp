@@ -23,8 +23,8 @@ namespace drape::simulate {
 /// at once, points press alone.
 ///
 /// Friction is elastic and plastic: each place that presses has a tangential spring that yields
-/// at the coefficient times its push; settle() moves it, and pushes and places stay those of the
-/// last settle() meanwhile, so that there is an energy.
+/// at the coefficient times its push; settle() moves it, once per increment of load or of time, and
+/// pushes and places stay those of the last settle() meanwhile, so that there is an energy.
 class ObjectPushes : public Pushes {
  public:
   ObjectPushes(const MeshCloth& cloth, const std::vector<bool>& held,
@@ -33,11 +33,9 @@ class ObjectPushes : public Pushes {
   [[nodiscard]] double energy_j(const MeshCloth::State& state) override;
   void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override;
   [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override;
-  bool settle(const MeshCloth::State& state) override;
+  void settle(const MeshCloth::State& state) override;
 
-  /// Adds a stiffness in proportion to mass to supports() alone, so that steps fall as in a thick
-  /// fluid: by acceleration over `per_s2`.
-  void slow_down(double per_s2) { drag_per_s2_ = per_s2; }
+  [[nodiscard]] bool holds() const { return friction_ > 0; }
   [[nodiscard]] bool is_firm() const;  ///< springs are as stiff as they become
   /// How far a point that is pushed lies in an object or off it (m).
   [[nodiscard]] double off_surface_m(const MeshCloth::State& state);
@@ -77,7 +75,7 @@ class ObjectPushes : public Pushes {
   const std::vector<bool>& held_;
   const Surroundings& surroundings_;
   ClothSurface surface_;
-  double friction_, stiffness_, grip_stiffness_, firmness_ = 1, drag_per_s2_ = 0;
+  double friction_, stiffness_, grip_stiffness_, firmness_ = 1;
   std::vector<bool> between_;      ///< of each shape: whether facets press on it
   std::vector<double> carried_n_;  ///< by points, of their sites
   std::vector<Grip> grips_;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "core/error.hpp"
@@ -65,55 +66,33 @@ StartState start_of(const Scene& scene, const Print& print, const std::optional<
   return make_start(scene, print, grid, measured, top_z_m, 0);
 }
 
-double mean_side_m(const MaterialMesh& mesh) {
-  double sum = 0;
-  for (const MaterialMesh::Edge& edge : mesh.edges)
-    sum += (mesh.points_m[edge.to] - mesh.points_m[edge.from]).norm();
-  return sum / static_cast<double>(mesh.edges.size());
-}
-
-/// Diagonal of the box around it.
-double size_m(const MaterialMesh& mesh) {
-  Vector2d low = mesh.points_m.front(), high = low;
-  for (const Vector2d& p : mesh.points_m) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
-}
-
-/// Falls and goes down to rest; then points carry on what presses them until none enters.
-RelaxationReport rest(MeshCloth& cloth, MeshCloth::State& state, const std::vector<bool>& held,
-                      ObjectPushes& pushes, const PieceOptions& options) {
+/// Falls, and goes down to rest; then points carry on what presses them until none enters. Each
+/// descent is one increment, at whose end friction settles: at rest nothing is left after that.
+void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, ObjectPushes& pushes,
+          TimeStepsOptions motion, const DescentOptions& descent) {
   MeshStiffness stiffness(cloth, held);
-  RelaxationReport report;
-  int steps = 0;
-  if (options.fall_steps > 0) {
-    // Nothing is remembered of steps before, and the matrix is new in each: one step is one of
-    // time.
-    DescentOptions fall = options.descent;
-    fall.pairs = 0;
-    fall.factor_every = 1;
-    fall.most_steps = options.fall_steps;
-    const double step_m = size_m(cloth.mesh()) / options.fall_steps;
-    fall.farthest_step = step_m / mean_side_m(cloth.mesh());
-    pushes.slow_down(fall.gravity_m_per_s2.norm() / step_m);
-    steps = descend(cloth, state, held, stiffness, {}, fall, &pushes).steps;
-    pushes.slow_down(0);
+  // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
+  if (!pushes.holds() && !cloth.laws().friction) {
+    motion.quiet_m = TimeStepsOptions{}.quiet_m;
+    motion.residual = 1;
   }
+  const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
+  piece.motion =
+      move_in_time(cloth, piece.state, held, stiffness, {}, no_table, 0, descent, motion, &pushes);
+  int steps = 0;
   for (int round = 0; round < kMostRounds; ++round) {
-    DescentOptions now = options.descent;
+    DescentOptions now = descent;
     if (!pushes.is_firm()) now.residual = std::max(now.residual, kPassingResidual);
     now.most_steps -= steps;
-    report = descend(cloth, state, held, stiffness, {}, now, &pushes);
-    steps += report.steps;
-    if (!report.at_rest) break;
-    report.at_rest = pushes.is_firm() && pushes.off_surface_m(state) <= kOn_m;
-    if (report.at_rest) break;
-    pushes.press_on(state);
+    piece.report = descend(cloth, piece.state, held, stiffness, {}, now, &pushes);
+    steps += piece.report.steps;
+    if (!piece.report.at_rest) break;
+    const bool on = pushes.is_firm() && pushes.off_surface_m(piece.state) <= kOn_m;
+    piece.report.at_rest = on && piece.report.steps == 0;
+    if (piece.report.at_rest) break;
+    if (!on) pushes.press_on(piece.state);
   }
-  report.steps = steps;
-  return report;
+  piece.report.steps = steps;
 }
 
 }  // namespace
@@ -163,10 +142,10 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
     held[piece.pinned.back()] = true;
     piece.state[piece.pinned.back()] = piece.pinned_in_world[k];
   }
-  PieceOptions here = options;
-  here.descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  DescentOptions descent = options.descent;
+  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
   ObjectPushes pushes(cloth, held, around, scene.friction, scene.gravity_m_per_s2.norm());
-  piece.report = rest(cloth, piece.state, held, pushes, here);
+  rest(cloth, piece, held, pushes, options.motion, descent);
   piece.surface = ClothSurface(cloth).nodes(piece.state);
   piece.contact_forces = pushes.stated(piece.state);
   piece.mesh = cloth.mesh();

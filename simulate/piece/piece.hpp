@@ -7,7 +7,7 @@
 
 #include "core/scene.hpp"
 #include "core/sheet.hpp"
-#include "simulate/mesh/descent.hpp"
+#include "simulate/mesh/time_steps.hpp"
 #include "simulate/objects/contact_forces.hpp"
 
 namespace drape::simulate {
@@ -15,9 +15,10 @@ namespace drape::simulate {
 struct PieceOptions {
   double spacing_m = 0.005;  ///< of the mesh
   unsigned seed = 1;         ///< chooses the lattice's jitter
-  /// In which a free point falls by the piece's size, slowly as in a thick fluid, before the
-  /// descent; 0: at once. It chooses the folds as a fall does, the descent by what is soft.
-  int fall_steps = 100;
+  /// Of the fall, slow as in a thick fluid or from a hand that lays the cloth: by its drag free
+  /// cloth falls at 0.25 m/s. Quiet: 0.4 mm/s; a tenth of a point's weight is left at each step.
+  TimeStepsOptions motion = {
+      .step_s = 8e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10, .residual = 0.1};
   DescentOptions descent;
 };
 
@@ -31,15 +32,17 @@ struct PieceDrape {
   std::vector<Eigen::Vector3d> pinned_in_world;
   /// By the corners of triangles, whose places stand on the surface; the fourth has no weight.
   std::vector<ContactForce> contact_forces;
-  RelaxationReport report;
+  TimeStepsReport motion;   ///< before the descents to rest
+  RelaxationReport report;  ///< of these
 };
 
 /// Corners of the print's patch, for a piece that is all of it.
 [[nodiscard]] ClothOutline outline_of(const Print& print);
 
-/// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"): it falls,
-/// then goes down its energy to rest on objects and table (object_pushes.hpp), with the scene's
-/// Coulomb friction; cloth on cloth does not touch. Pins hold points of the mesh. Throws
+/// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"): it falls
+/// in time, friction settling once per step, until it is quiet, then goes down its energy to rest
+/// on objects and table (object_pushes.hpp), with the scene's Coulomb friction; cloth on cloth does
+/// not touch. Pins hold points of the mesh. Throws
 /// Error(bad_input) for a start from a measured shape, a pin beside the piece, and as make_start().
 [[nodiscard]] PieceDrape drape_piece(const Scene& scene, const Print& print,
                                      const std::optional<Sheet>& measured, const ClothLaws& laws,

@@ -55,7 +55,10 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
   json["triangles"] = piece.mesh.triangles.size();
   json["area_mm2"] = piece.mesh.area_m2() / (mm * mm);
   json["at_rest"] = judgement && judgement->accepted();
-  json["steps"] = found.steps;
+  json["moved_s"] = piece.motion.time_s;
+  const int hurried = piece.motion.hurried + (piece.motion.quiet ? 0 : 1);
+  if (hurried > 0) json["hurried_increments"] = hurried;
+  json["steps"] = piece.motion.steps + found.steps;
   json["residual_point_weights"] = found.residual;
   json["energy_uj"] = found.energy_j * 1e6;
   if (judgement) {

@@ -18,6 +18,7 @@ struct Arguments {
   fs::path scene, out;
   std::optional<fs::path> outline, fabric, start;
   double spacing_mm = PieceOptions{}.spacing_m / mm;
+  double step_ms = PieceOptions{}.motion.step_s * 1e3;
   int segments = SimulateOptions{}.segments, most_steps = DescentOptions{}.most_steps;
   int seed = static_cast<int>(PieceOptions{}.seed);
   bool internal_friction = false;
@@ -39,6 +40,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   PieceOptions options;
   options.spacing_m = arguments.spacing_mm * mm;
   options.seed = static_cast<unsigned>(arguments.seed);
+  options.motion.step_s = arguments.step_ms * 1e-3;
   options.descent.most_steps = arguments.most_steps;
   ClothOutline outline = outline_of(print);
   if (arguments.outline) {
@@ -80,7 +82,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag("--internal-friction", a.internal_friction,
                "use both branches of the bending and shear loops");
-  app.add_option("--max-steps", a.most_steps, "of the descent")->positive()->capture_default_str();
+  app.add_option("--step-ms", a.step_ms, "of the fall: at each, friction settles")
+      ->range(0.1, 20)
+      ->capture_default_str();
+  app.add_option("--max-steps", a.most_steps, "of the descents after it")
+      ->positive()
+      ->capture_default_str();
   return run_program(app, argc, argv, common,
                      [&] { return run(a, arguments_of(argc, argv), common); });
 }
