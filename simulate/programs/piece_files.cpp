@@ -58,7 +58,8 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
   json["moved_s"] = piece.motion.time_s;
   const int hurried = piece.motion.hurried + (piece.motion.quiet ? 0 : 1);
   if (hurried > 0) json["hurried_increments"] = hurried;
-  json["steps"] = piece.motion.steps + found.steps;
+  const int steps = piece.motion.steps + found.steps;
+  json["steps"] = steps;
   json["residual_point_weights"] = found.residual;
   json["energy_uj"] = found.energy_j * 1e6;
   if (judgement) {
@@ -79,9 +80,9 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
                            found.residual, found.energy_j * 1e6));
   ending.verdict =
       !found.at_rest
-          ? fmt::format("not at rest after {} steps: residual {:.2g} of a point's weight",
-                        found.steps, found.residual)
-      : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker", found.steps)
+          ? fmt::format("not at rest after {} steps: residual {:.2g} of a point's weight", steps,
+                        found.residual)
+      : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker", steps)
                   : "still, but the checker refuses it";
   ending.next_command = fmt::format("drape compare MEASURED.ply {}", (out / "piece.toml").string());
   return ending;
