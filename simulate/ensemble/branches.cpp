@@ -222,12 +222,12 @@ void put_mirror_images_in_order(const MirrorPlane& plane, const GridSpec& grid,
   }
 }
 
-/// What hangs free is sought lower.
+/// What hangs free is sought lower, also where some starts ended on the sheet itself.
 void seek_lower(const StaticCase& the_case, const GridSpec& grid, const StaticOptions& options,
                 int kicks, Branches& branches) {
   std::vector<const Field*> rests;
   for (const Branch& branch : branches.found) {
-    if (branch.report.touching + branch.report.between + branch.report.layers > 0) return;
+    if (branch.report.touching + branch.report.between > 0) return;
     rests.push_back(&branch.position);
     for (const Branch& other : branch.others) rests.push_back(&other.position);
   }

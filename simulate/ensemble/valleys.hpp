@@ -10,18 +10,24 @@ namespace drape::simulate {
 
 /// How valleys beside those of an ensemble are sought.
 struct ValleySearch {
-  int kicks = 128;     ///< on the search's grid
-  int together = 16;   ///< of them from the same lowest rests, so that threads change nothing
-  int parents = 4;     ///< rests that are kicked
-  int finished = 6;    ///< rests taken to the finest grid
+  int kicks = 512;           ///< on the search's grid
+  int coarse_per_fine = 16;  ///< of them for each one on the finest grid
+  int together = 16;         ///< of them from the same rests, so that threads change nothing
+  int kept = 24;       ///< lowest rests that are kicked, and in the end settled on the finest grid
+  int finished = 6;    ///< lowest rests there that are kicked and returned
   int particles = 13;  ///< most per side of the search's grid
 };
 
+/// Goes to rest on `grid` from a shape on the grid `of`, by steps that may be as long as they are
+/// good: it may end in another fold than motion would.
+[[nodiscard]] StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid,
+                                      StaticOptions options, const Field& from, const GridSpec& of);
+
 /// The lowest rests, apart from the sheet's own surface, that are found of a sheet that touches
-/// nothing; `rests` (of `grid`) and the scene's start are where it begins. They are kicked on a
-/// coarse grid (basin hopping, Wales and Doye 1997): a round part of the sheet becomes its mirror
-/// image in its own plane or moves across it; the lowest go on. Seeded; the same at any number of
-/// threads.
+/// nothing, beginning with `rests` (of `grid`) and
+/// the scene's start. They are kicked on a coarse grid, see kicked()
+/// (basin hopping, Wales and Doye 1997), settled on `grid` and kicked there. Seeded; the same at
+/// any number of threads.
 [[nodiscard]] std::vector<StaticDrape> seek_valleys(const StaticCase& the_case,
                                                     const GridSpec& grid,
                                                     const StaticOptions& options,
