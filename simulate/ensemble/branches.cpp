@@ -196,7 +196,7 @@ void add_sought(Branch sought, const GridSpec& grid, Branches& branches) {
     const bool linked =
         is_near(branch) || std::any_of(branch.others.begin(), branch.others.end(), is_near);
     if (!linked) continue;
-    if (!is_lower(sought, branch)) return;
+    if (sought.energy_j > branch.energy_j - kSameEnergy * std::abs(branch.energy_j)) return;
     sought.starts = branch.starts;
     sought.spread_m = branch.spread_m;
     sought.others = std::move(branch.others);

@@ -59,7 +59,7 @@ struct Branch {
 struct BranchOptions {
   int starts = 32;
   double same_m = 1e-3;  ///< nearer rests are one branch, however dense the others lie
-  int kicks = 512;       ///< of the search for lower rests of a sheet that touches nothing
+  int kicks = 384;       ///< of the search for lower rests of a sheet that touches nothing
 };
 
 /// Starts that ended still, but where no sheet can rest; none of a rest that was sought.

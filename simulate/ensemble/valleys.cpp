@@ -69,8 +69,11 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
   rough.judge_stability = false;
   const auto take = [&](StaticDrape drape, const GridSpec& on, Pool& pool) {
     const StaticReport& report = drape.report;
+    // A tight fold that a coarse grid keeps apart may have no room on the finest.
     if (report.status == StaticStatus::at_rest && report.touching + report.between == 0 &&
-        !passes_through_itself(on, drape.position))
+        !passes_through_itself(on, drape.position) &&
+        (on.count() == grid.count() ||
+         !passes_through_itself(grid, prolong(drape.position, on, grid))))
       pool.take(std::move(drape));
   };
   const auto settle_all = [&](std::size_t count, const auto& start, const GridSpec& of,
@@ -101,6 +104,7 @@ std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec
   take(drape_statically(the_case, coarse, own), coarse, pool);
   carry(rests, grid, coarse, rough, pool);
   kick_all(0, how.kicks, coarse, rough, pool);
+  carry(rests, grid, grid, exact, finest);
   carry(pool.positions(), coarse, grid, exact, finest);
   kick_all(how.kicks, how.kicks / how.coarse_per_fine, grid, exact, finest);
   return std::move(finest).rests();

@@ -10,9 +10,9 @@ namespace drape::simulate {
 
 /// How valleys beside those of an ensemble are sought.
 struct ValleySearch {
-  int kicks = 512;           ///< on the search's grid
-  int coarse_per_fine = 16;  ///< of them for each one on the finest grid
-  int together = 16;         ///< of them from the same rests, so that threads change nothing
+  int kicks = 384;          ///< on the search's grid
+  int coarse_per_fine = 6;  ///< of them for each one on the finest grid
+  int together = 16;        ///< of them from the same rests, so that threads change nothing
   int kept = 24;       ///< lowest rests that are kicked, and in the end settled on the finest grid
   int finished = 6;    ///< lowest rests there that are kicked and returned
   int particles = 13;  ///< most per side of the search's grid

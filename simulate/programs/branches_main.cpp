@@ -22,7 +22,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   if (args.scene.empty() || args.out.empty())
     throw usage_error("SCENE or --out is missing", "give both");
   if (args.branches.kicks < 0 || args.branches.kicks > 100000)
-    throw usage_error("--kicks is not in 0 .. 100000", "give --kicks 512");
+    throw usage_error("--kicks is not in 0 .. 100000", "give --kicks 384");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
   RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json");
