@@ -46,8 +46,7 @@ class Pool {
   std::vector<StaticDrape> rests_;
 };
 
-}  // namespace
-
+/// By steps as long as they are good: it may end in another fold than motion would.
 StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid, StaticOptions options,
                         const Field& from, const GridSpec& of) {
   options.falls = false;
@@ -57,6 +56,8 @@ StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid, Static
     position = prolong(from, of, here);
   });
 }
+
+}  // namespace
 
 std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec& grid,
                                       const StaticOptions& options,

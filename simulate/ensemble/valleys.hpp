@@ -18,11 +18,6 @@ struct ValleySearch {
   int particles = 13;  ///< most per side of the search's grid
 };
 
-/// Goes to rest on `grid` from a shape on the grid `of`, by steps that may be as long as they are
-/// good: it may end in another fold than motion would.
-[[nodiscard]] StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid,
-                                      StaticOptions options, const Field& from, const GridSpec& of);
-
 /// The lowest rests, apart from the sheet's own surface, that are found of a sheet that touches
 /// nothing, beginning with `rests` (of `grid`) and
 /// the scene's start. They are kicked on a coarse grid, see kicked()
