@@ -24,7 +24,7 @@ struct MeshDepths {
   Real between = 0;
 };
 
-/// Pairs of a side and a triangle that pass through each other and share no corner.
+/// Pairs of a side and a triangle that pass through each other and have no corner in common.
 [[nodiscard]] int crossings_of(const MeshRest& rest);
 
 }  // namespace drape::simulate::checker

@@ -9,7 +9,7 @@
 namespace drape::simulate::checker {
 namespace {
 
-bool passes(const MeshRest& rest, int from, int to, const Point& a, const Point& way, int t) {
+bool passes(const MeshRest& rest, int from, int to, const Point& a, const Point& span, int t) {
   const std::array<int, 3>& c = rest.triangles[t];
   for (const int i : c)
     if (i == from || i == to) return false;
@@ -17,11 +17,11 @@ bool passes(const MeshRest& rest, int from, int to, const Point& a, const Point&
   const Point u = minus(point_of(rest.points_m[c[1]]), o),
               v = minus(point_of(rest.points_m[c[2]]), o), w = minus(a, o);
   const Point normal = cross(u, v);
-  const Real speed = dot(normal, way);
+  const Real speed = dot(normal, span);
   if (speed == 0) return false;
   const Real at = -dot(normal, w) / speed;
   if (at < 0 || at > 1) return false;
-  const Point p = {w[0] + at * way[0], w[1] + at * way[1], w[2] + at * way[2]};
+  const Point p = {w[0] + at * span[0], w[1] + at * span[1], w[2] + at * span[2]};
   const Real area2 = dot(normal, normal);
   const Real s = dot(cross(p, v), normal) / area2;
   const Real r = dot(cross(u, p), normal) / area2;

@@ -37,18 +37,18 @@ struct Metric {
   const auto first = between(rest, corner[0], corner[1]),
              second = between(rest, corner[0], corner[2]);
   const Real twice = first[0] * second[1] - first[1] * second[0];
-  std::array<CornerPlace, 2> way;  // from the first corner to the others
+  std::array<CornerPlace, 2> side;  // from the first corner to the others
   for (int k = 0; k < 2; ++k)
     for (int axis = 0; axis < 3; ++axis) {
-      CornerJet& at = way[k][axis];
+      CornerJet& at = side[k][axis];
       at.v = Real(rest.points_m[corner[k + 1]][axis]) - Real(rest.points_m[corner[0]][axis]);
       at.d[3 * (k + 1) + axis] = 1;
       at.d[axis] = -1;
     }
   CornerPlace x_u, x_v;
   for (int axis = 0; axis < 3; ++axis) {
-    x_u[axis] = (1 / twice) * (second[1] * way[0][axis] - first[1] * way[1][axis]);
-    x_v[axis] = (1 / twice) * (first[0] * way[1][axis] - second[0] * way[0][axis]);
+    x_u[axis] = (1 / twice) * (second[1] * side[0][axis] - first[1] * side[1][axis]);
+    x_v[axis] = (1 / twice) * (first[0] * side[1][axis] - second[0] * side[0][axis]);
   }
   return {twice / 2, {dot(x_u, x_u), dot(x_u, x_v), dot(x_v, x_v)}};
 }

@@ -22,7 +22,7 @@ constexpr Real kOnDisc = 1e-5L;      // of the radius: a place this near to the 
 constexpr Real kHeld_m = 1e-9L;      // a held point is where it is held up to rounding
 constexpr Real kRounding = 1e-6L;    // of a force, between double and long double
 constexpr Real kOverLimit = 1e-6L;   // of a friction element
-constexpr Real kOfTriangle = 0.05L;  // share of stretch and shear by triangle, the rest by point
+constexpr Real kOfTriangle = 0.05L;  // fraction of stretch and shear by triangle, the rest by point
 constexpr Real kOfSide = 2;          // of bending by sides between two triangles
 
 class Judge {
@@ -98,7 +98,7 @@ class Judge {
                second = between(rest_, corner[0], corner[2]);
     const Real area = (first[0] * second[1] - first[1] * second[0]) / 2;
     if (!(area > 0)) {
-      refuse("triangle {} has no area or turns the wrong way about", t);
+      refuse("triangle {} has no area or is turned over", t);
       return;
     }
     // Weights of corners 0 .. 2 and sides 3 .. 5 in the derivatives.
@@ -169,7 +169,7 @@ class Judge {
   }
 
   /// Stretch and shear: by far the most of it at the points, from the mean metric of the triangles
-  /// around each; a share in the triangles.
+  /// around each; a part in the triangles.
   void stretch() {
     std::vector<Metric> metric;
     std::vector<Real> area(rest_.points_m.size(), 0);

@@ -38,7 +38,7 @@ struct MeshJudgement {
   double residual = 0;       ///< largest force left on a free point, in mean weights of a point
   double side_residual = 0;  ///< the same of the sides' moments, over the mean length of a side
   double deepest_m = 0;  ///< of the cloth in the cylinder below or above the discs, or in objects
-  int crossings = 0;     ///< of a side and a triangle that share no corner
+  int crossings = 0;     ///< of a side and a triangle without a common corner
   double energy_j = 0;   ///< internal
   std::vector<std::string> refusals;  ///< empty: accepted
 

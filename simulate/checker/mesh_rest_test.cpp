@@ -131,7 +131,7 @@ TEST_P(MeshRests, ListsThatDoNotFitAreRefused) {
 
 INSTANTIATE_TEST_SUITE_P(Friction, MeshRests, testing::Bool());
 
-/// Gravity that leans presses one side of the cloth on the cylinder.
+/// Tilted gravity presses one side of the cloth on the cylinder.
 TEST_P(MeshRests, ClothThatPressesOnTheCylinderRests) {
   CusickOptions options = options_of();
   options.descent.gravity_m_per_s2 = {10, 0, -9};

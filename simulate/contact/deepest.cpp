@@ -16,11 +16,11 @@ constexpr double kNormalStep = 1e-7;  // m; for the curvature of a surface
 constexpr double kSamePlane = 1e-12;  // of unit normals
 constexpr int kDeepestSteps = 60;     // of Newton's method for a place
 constexpr int kDeepestHalvings = 20;
-constexpr double kDeepestSlope = 1e-13;  // m per share; the place is found
+constexpr double kDeepestSlope = 1e-13;  // m per weight; the place is found
 constexpr double kDepthDigits = 1e-17;   // m; a smaller change of the depth is its rounding
 
-Vector3d point_of(const SheetTriangle& triangle, const Vector3d& share) {
-  return share[0] * triangle[0] + share[1] * triangle[1] + share[2] * triangle[2];
+Vector3d point_of(const SheetTriangle& triangle, const Vector3d& weights) {
+  return weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
 }
 
 /// The face of the triangle about a place, by its corners: a border or corner that the place does
@@ -39,23 +39,23 @@ struct Depth {
   int shape;
   const SheetTriangle& triangle;
 
-  [[nodiscard]] static Vector3d off_middle(const Vector3d& share) {
-    return (share.array() - 1.0 / 3).matrix();
+  [[nodiscard]] static Vector3d off_middle(const Vector3d& weights) {
+    return (weights.array() - 1.0 / 3).matrix();
   }
-  [[nodiscard]] double at(const Vector3d& share) const {
-    return surroundings.gap_m(shape, point_of(triangle, share)) +
-           0.5 * DeepestPlace::steady_m * off_middle(share).squaredNorm();
+  [[nodiscard]] double at(const Vector3d& weights) const {
+    return surroundings.gap_m(shape, point_of(triangle, weights)) +
+           0.5 * DeepestPlace::steady_m * off_middle(weights).squaredNorm();
   }
-  /// By each share, as if they were free.
-  [[nodiscard]] Vector3d slope(const Vector3d& share) const {
-    const Vector3d normal = surroundings.normal(shape, point_of(triangle, share));
+  /// By each weight, as if they were free.
+  [[nodiscard]] Vector3d slope(const Vector3d& weights) const {
+    const Vector3d normal = surroundings.normal(shape, point_of(triangle, weights));
     return Vector3d(triangle[0].dot(normal), triangle[1].dot(normal), triangle[2].dot(normal)) +
-           DeepestPlace::steady_m * off_middle(share);
+           DeepestPlace::steady_m * off_middle(weights);
   }
   /// Inverse of the second derivative over a face: its directions lead from its first corner to
   /// each other one. Positive definite also where the object is not convex.
-  [[nodiscard]] Matrix2d inverse_over(const Face& face, const Vector3d& share) const {
-    const Matrix3d bend = gap_curvature(surroundings, shape, point_of(triangle, share));
+  [[nodiscard]] Matrix2d inverse_over(const Face& face, const Vector3d& weights) const {
+    const Matrix3d bend = gap_curvature(surroundings, shape, point_of(triangle, weights));
     Matrix2d sum = Matrix2d::Identity();
     for (int i = 0; i < face.directions(); ++i) {
       for (int j = 0; j < face.directions(); ++j) {
@@ -75,15 +75,15 @@ struct Depth {
     }
     return sum.inverse();
   }
-  /// Newton's way of the shares within a face.
-  [[nodiscard]] Vector3d way(const Face& face, const Vector3d& share,
-                             const Vector3d& slope_here) const {
+  /// Newton's step of the weights within a face.
+  [[nodiscard]] Vector3d newton_step(const Face& face, const Vector3d& weights,
+                                     const Vector3d& slope_here) const {
     Vector3d result = Vector3d::Zero();
     if (face.directions() < 1) return result;
     Vector2d along = Vector2d::Zero();
     for (int i = 0; i < face.directions(); ++i)
       along[i] = slope_here[face.corner[i + 1]] - slope_here[face.corner[0]];
-    const Vector2d step = -inverse_over(face, share) * along;
+    const Vector2d step = -inverse_over(face, weights) * along;
     for (int i = 0; i < face.directions(); ++i) {
       result[face.corner[i + 1]] += step[i];
       result[face.corner[0]] -= step[i];
@@ -93,11 +93,11 @@ struct Depth {
 };
 
 /// The corners that take part, and those that would lower the depth by taking part.
-Face open_face(const Vector3d& share, const Vector3d& slope) {
-  const double mean = share.dot(slope);
+Face open_face(const Vector3d& weights, const Vector3d& slope) {
+  const double mean = weights.dot(slope);
   Face face;
   for (int k = 0; k < 3; ++k) {
-    if (share[k] > 0 || slope[k] < mean - kDeepestSlope) face.add(k);
+    if (weights[k] > 0 || slope[k] < mean - kDeepestSlope) face.add(k);
   }
   return face;
 }
@@ -109,11 +109,11 @@ double steepest_over(const Face& face, const Vector3d& slope) {
   return most;
 }
 
-/// Without corners that have no share and would get a negative one.
-Face without_blocked(const Face& face, const Vector3d& share, const Vector3d& way) {
+/// Without corners that have no weight and would get a negative one.
+Face without_blocked(const Face& face, const Vector3d& weights, const Vector3d& move) {
   Face left;
   for (int k = 0; k < face.corners; ++k) {
-    if (share[face.corner[k]] > 0 || way[face.corner[k]] > 0) left.add(face.corner[k]);
+    if (weights[face.corner[k]] > 0 || move[face.corner[k]] > 0) left.add(face.corner[k]);
   }
   return left;
 }
@@ -143,28 +143,28 @@ DeepestPlace deepest_place(const Surroundings& surroundings, int shape,
                            const SheetTriangle& triangle) {
   const Depth depth{surroundings, shape, triangle};
   DeepestPlace found;
-  Vector3d& share = found.share;
-  double here = depth.at(share);
+  Vector3d& weights = found.weights;
+  double here = depth.at(weights);
   for (int step = 0; step < kDeepestSteps; ++step) {
-    const Vector3d slope = depth.slope(share);
-    const Face face = open_face(share, slope);
+    const Vector3d slope = depth.slope(weights);
+    const Face face = open_face(weights, slope);
     const double steepest = steepest_over(face, slope);
     if (steepest < kDeepestSlope) break;
-    Vector3d way = depth.way(face, share, slope);
-    const Face left = without_blocked(face, share, way);
-    if (left.corners < face.corners) way = depth.way(left, share, slope);
-    if (way.isZero(0)) break;
+    Vector3d move = depth.newton_step(face, weights, slope);
+    const Face left = without_blocked(face, weights, move);
+    if (left.corners < face.corners) move = depth.newton_step(left, weights, slope);
+    if (move.isZero(0)) break;
     double most = 1;
     for (int k = 0; k < 3; ++k) {
-      if (way[k] < 0) most = std::min(most, -share[k] / way[k]);
+      if (move[k] < 0) most = std::min(most, -weights[k] / move[k]);
     }
     bool lower = false;
     double part = most;
     for (int halving = 0; halving < kDeepestHalvings && !lower; ++halving, part *= 0.5) {
-      Vector3d to = share + part * way;
+      Vector3d to = weights + part * move;
       for (int k = 0; k < 3; ++k) {
-        // Exactly at the border where the way ends there.
-        if (halving == 0 && way[k] < 0 && share[k] + most * way[k] < 1e-15) to[k] = 0;
+        // Exactly at the border where the step ends there.
+        if (halving == 0 && move[k] < 0 && weights[k] + most * move[k] < 1e-15) to[k] = 0;
       }
       to = to.cwiseMax(0.0);
       to /= to.sum();
@@ -173,12 +173,12 @@ DeepestPlace deepest_place(const Surroundings& surroundings, int shape,
       lower = there < here ||
               (there <= here + kDepthDigits && steepest_over(face, depth.slope(to)) < steepest);
       if (!lower) continue;
-      share = to;
+      weights = to;
       here = there;
     }
     if (!lower) break;
   }
-  const Vector3d p = point_of(triangle, share);
+  const Vector3d p = point_of(triangle, weights);
   found.depth_m = here;
   found.gap_m = surroundings.gap_m(shape, p);
   found.normal = surroundings.normal(shape, p);
@@ -188,21 +188,21 @@ DeepestPlace deepest_place(const Surroundings& surroundings, int shape,
 DepthCurvature depth_curvature(const Surroundings& surroundings, int shape,
                                const SheetTriangle& triangle, const DeepestPlace& deepest) {
   const Depth depth{surroundings, shape, triangle};
-  const Matrix3d bend = gap_curvature(surroundings, shape, point_of(triangle, deepest.share));
-  const Face face = open_face(deepest.share, depth.slope(deepest.share));
+  const Matrix3d bend = gap_curvature(surroundings, shape, point_of(triangle, deepest.weights));
+  const Face face = open_face(deepest.weights, depth.slope(deepest.weights));
   DepthCurvature sum;
   Eigen::Matrix<double, 9, 2> mixed = Eigen::Matrix<double, 9, 2>::Zero();
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < face.directions(); ++i) {
       const int to = face.corner[i + 1], from = face.corner[0];
       mixed.block<3, 1>(3 * k, i) = ((k == to) - (k == from)) * deepest.normal +
-                                    deepest.share[k] * bend * (triangle[to] - triangle[from]);
+                                    deepest.weights[k] * bend * (triangle[to] - triangle[from]);
     }
     for (int l = 0; l < 3; ++l)
-      sum.bends.block<3, 3>(3 * k, 3 * l) = -deepest.share[k] * deepest.share[l] * bend;
+      sum.bends.block<3, 3>(3 * k, 3 * l) = -deepest.weights[k] * deepest.weights[l] * bend;
   }
   if (face.directions() > 0)
-    sum.slides = mixed * depth.inverse_over(face, deepest.share) * mixed.transpose();
+    sum.slides = mixed * depth.inverse_over(face, deepest.weights) * mixed.transpose();
   return sum;
 }
 

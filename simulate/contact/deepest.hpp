@@ -13,7 +13,7 @@ namespace drape::simulate {
 using SheetTriangle = std::array<Eigen::Vector3d, 3>;
 
 /// Where a triangle enters an object deepest. The depth is a function of the corners alone: the
-/// least over the triangle of the gap plus `steady_m` / 2 times the squared distance of the shares
+/// least over the triangle of the gap plus `steady_m` / 2 times the squared distance of the weights
 /// from thirds. Outside a convex object the gap is convex over a flat piece, so that there is one
 /// such place, and it moves continuously; the second part keeps that so where the piece lies along
 /// a face. (A twisted cell can be as deep at two places, and a force that jumps between them never
@@ -21,10 +21,10 @@ using SheetTriangle = std::array<Eigen::Vector3d, 3>;
 struct DeepestPlace {
   static constexpr double steady_m = 1e-6;
 
-  Eigen::Vector3d share = Eigen::Vector3d::Constant(1.0 / 3);  ///< of the corners; sum 1
-  double depth_m = 0;                                          ///< that least value
-  double gap_m = 0;                                            ///< at the place
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< depth's derivative is share * normal
+  Eigen::Vector3d weights = Eigen::Vector3d::Constant(1.0 / 3);  ///< of the corners; sum 1
+  double depth_m = 0;                                            ///< that least value
+  double gap_m = 0;                                              ///< at the place
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< depth's derivative is weights * normal
 };
 
 /// Whether no place of a piece can be deeper than its corners: a convex object shows all of them

@@ -60,8 +60,8 @@ TEST(DeepestPlace, IsWhereADenseSearchFindsIt) {
       }
     }
     const DeepestPlace found = deepest_place(all, shape, triangle);
-    EXPECT_GE(found.share.minCoeff(), 0);
-    EXPECT_NEAR(found.share.sum(), 1, 1e-15);
+    EXPECT_GE(found.weights.minCoeff(), 0);
+    EXPECT_NEAR(found.weights.sum(), 1, 1e-15);
     // What is added for the place's sake is at most a third of steady_m.
     EXPECT_LT(found.gap_m, least + DeepestPlace::steady_m / 3);
   }
@@ -82,15 +82,15 @@ TEST(DeepestPlace, HasTheDerivativesOfItsDepth) {
         after[k][axis] += kStep;
         const DeepestPlace low = deepest_place(all, shape, before);
         const DeepestPlace high = deepest_place(all, shape, after);
-        EXPECT_NEAR((high.depth_m - low.depth_m) / (2 * kStep), here.share[k] * here.normal[axis],
+        EXPECT_NEAR((high.depth_m - low.depth_m) / (2 * kStep), here.weights[k] * here.normal[axis],
                     1e-6);
         // At a border the depth has a kink in its slope.
-        const bool inner = low.share.minCoeff() > 1e-3 && high.share.minCoeff() > 1e-3;
+        const bool inner = low.weights.minCoeff() > 1e-3 && high.weights.minCoeff() > 1e-3;
         if (!inner) continue;
         ++compared;
         for (int l = 0; l < 3; ++l) {
           const Vector3d change =
-              (high.share[l] * high.normal - low.share[l] * low.normal) / (2 * kStep);
+              (high.weights[l] * high.normal - low.weights[l] * low.normal) / (2 * kStep);
           const Vector3d model = second.block<3, 1>(3 * l, 3 * k + axis);
           EXPECT_LT((change - model).norm(), 1e-3 * second.norm());
         }

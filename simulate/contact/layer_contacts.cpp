@@ -82,30 +82,31 @@ void LayerContacts::measure(Cell& cell, const Field& to) const {
   const std::array<int, 4> corners{cell.corner, cell.corner + 1, cell.corner + grid_.cols,
                                    cell.corner + grid_.cols + 1};
   cell.centre.setZero();
-  cell.way.setZero();
+  cell.displacement.setZero();
   for (const int i : corners) {
     cell.centre += 0.25 * at(start_, i);
-    cell.way += 0.25 * (at(to, i) - at(start_, i));
+    cell.displacement += 0.25 * (at(to, i) - at(start_, i));
   }
   cell.radius = cell.spread = 0;
   for (const int i : corners) {
     cell.radius = std::max(cell.radius, (at(start_, i) - cell.centre).norm());
-    cell.spread = std::max(cell.spread, (at(to, i) - at(start_, i) - cell.way).norm());
+    cell.spread = std::max(cell.spread, (at(to, i) - at(start_, i) - cell.displacement).norm());
   }
 }
 
 bool LayerContacts::may_meet(Cell& a, const Cell& b) {
-  const Vector3d apart = a.centre - b.centre, way = a.way - b.way;
-  const double way2 = way.squaredNorm();
-  const double share = way2 > 0 ? std::clamp(-apart.dot(way) / way2, 0.0, 1.0) : 0.0;
+  const Vector3d apart = a.centre - b.centre, displacement = a.displacement - b.displacement;
+  const double moved2 = displacement.squaredNorm();
+  const double fraction =
+      moved2 > 0 ? std::clamp(-apart.dot(displacement) / moved2, 0.0, 1.0) : 0.0;
   const int rows = b.row - a.row, cols = b.col - a.col;
   if (rows <= 1 && std::abs(cols) <= 1) {  // the later one lies to the right or below
     double& apart_m = a.apart[rows == 0 ? 0 : 2 + cols];
     if (apart_m == kNotAsked) apart_m = least_apart_m(grid_, start_, a.corner, b.corner);
-    return apart_m <= kSurely * (thickness_ + way.norm() + a.spread + b.spread);
+    return apart_m <= kSurely * (thickness_ + displacement.norm() + a.spread + b.spread);
   }
   const double reach = a.radius + b.radius + a.spread + b.spread + thickness_;
-  return (apart + share * way).squaredNorm() <= reach * reach;
+  return (apart + fraction * displacement).squaredNorm() <= reach * reach;
 }
 
 /// Only of cells that go elsewhere than they did when it was asked last: the others' pairs are
@@ -118,7 +119,7 @@ void LayerContacts::list(const Field& to) {
     if (!cell.changed) continue;
     any = true;
     measure(cell, to);
-    const Vector3d end = cell.centre + cell.way;
+    const Vector3d end = cell.centre + cell.displacement;
     const double reach = cell.radius + cell.spread + 0.5 * thickness_;
     boxes_[k] = Eigen::AlignedBox3d(cell.centre.cwiseMin(end), cell.centre.cwiseMax(end));
     boxes_[k].min().array() -= reach;
@@ -143,18 +144,19 @@ void LayerContacts::list(const Field& to) {
       all.push_back(*old++);
     } else {
       all.push_back(pair);
-      all.back().share = share_of(pair.of, start_);
+      all.back().part = part_of(pair.of, start_);
     }
   }
   all.insert(all.end(), old, pairs_.end());
   pairs_.swap(all);
 }
 
-/// Two particles of these cells come nearer by `closer` at most on the way, so that most pairs are
-/// passed over before their own ways are looked at.
+/// Two particles of these cells come nearer by `closer` at most in a step, so that most pairs are
+/// passed over before their own displacements are looked at.
 void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
   const bool neighbours = std::abs(a.row - b.row) < 2 && std::abs(a.col - b.col) < 2;
-  const double closer = 2 * kSurely * ((a.way - b.way).norm() + a.spread + b.spread);
+  const double closer =
+      2 * kSurely * ((a.displacement - b.displacement).norm() + a.spread + b.spread);
   const auto offer_near = [&](const LayerPair& pair) {
     if (!is_far(pair, start_, thickness_ + closer)) offer(pair, neighbours, to);
   };
@@ -170,20 +172,20 @@ void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
   }
 }
 
-/// Takes a pair that may come nearer than a thickness on the way.
+/// Takes a pair that may come nearer than a thickness in the step.
 void LayerContacts::offer(const LayerPair& pair, bool neighbours, const Field& to) {
   const int firsts = pair.edges ? 2 : 1;
   if (neighbours && !are_two_layers(grid_, pair.particle, firsts)) return;
-  std::array<Vector3d, 4> way;
+  std::array<Vector3d, 4> displacement;
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
-    way[k] = at(to, pair.particle[k]) - at(start_, pair.particle[k]);
-    mean += 0.25 * way[k];
+    displacement[k] = at(to, pair.particle[k]) - at(start_, pair.particle[k]);
+    mean += 0.25 * displacement[k];
   }
   double first = 0, second = 0;
   for (int k = 0; k < 4; ++k) {
     double& most = k < firsts ? first : second;
-    most = std::max(most, (way[k] - mean).norm());
+    most = std::max(most, (displacement[k] - mean).norm());
   }
   const double thickness = layers_apart_m(grid_, pair.particle, firsts, thickness_);
   if (is_far(pair, start_, thickness + first + second)) return;
@@ -191,35 +193,37 @@ void LayerContacts::offer(const LayerPair& pair, bool neighbours, const Field& t
   if (distance - first - second < thickness) found_.push_back({pair, thickness, distance});
 }
 
-double LayerContacts::share_of(const LayerPair& pair, const Field& position) const {
+double LayerContacts::part_of(const LayerPair& pair, const Field& position) const {
   if (!pair.edges) return 1;
   const double crossing = crossing_of(pair, position) / kSmooth;
   return crossing < 1 ? crossing * (2 - crossing) : 1.0;
 }
 
-double LayerContacts::safe_share(const Field& to) const {
+double LayerContacts::safe_fraction(const Field& to) const {
   double farthest2 = 0;
   for (int i = 0; i < grid_.count(); ++i)
     farthest2 = std::max(farthest2, (at(to, i) - at(start_, i)).squaredNorm());
-  // Two pieces whose particles move no farther than d come nearer by 4 d at most as clear_share()
-  // counts, and its first step goes four fifths of the room or more.
+  // Two pieces whose particles move no farther than d come nearer by 4 d at most as
+  // clear_fraction() counts, and its first step goes four fifths of the room or more.
   const double surely = 5 * std::sqrt(farthest2);
-  double share = 1;
+  double fraction = 1;
   for (const Pair& pair : pairs_) {
     const double distance = pair.distance_m;
     if ((1 - kKept) * distance > surely) continue;
-    share = std::min(share, clear_share(pair.of, start_, to, distance, kKept * distance, share));
+    fraction = std::min(fraction,
+                        clear_fraction(pair.of, start_, to, distance, kKept * distance, fraction));
   }
-  return share;
+  return fraction;
 }
 
-double LayerContacts::free_share(const Field& to) const {
-  double share = 1;
+double LayerContacts::free_fraction(const Field& to) const {
+  double fraction = 1;
   for (const Pair& pair : pairs_) {
     const double least = std::min(kStiffens * pair.thickness_m, pair.distance_m);
-    share = std::min(share, clear_share(pair.of, start_, to, pair.distance_m, least, share));
+    fraction =
+        std::min(fraction, clear_fraction(pair.of, start_, to, pair.distance_m, least, fraction));
   }
-  return share;
+  return fraction;
 }
 
 /// Whether boxes about the two pieces are more than `reach_m` apart, which costs less than their
@@ -245,7 +249,7 @@ bool LayerContacts::is_far(const LayerPair& pair, const Field& position, double 
 int LayerContacts::review(const Field& to) {
   int changed = 0;
   for (Pair& pair : pairs_) {
-    if (pair.lands || pair.share == 0) continue;
+    if (pair.lands || pair.part == 0) continue;
     const double distance = pair.distance_m, thickness = pair.thickness_m;
     if (distance < thickness) continue;
     const NearestPoints nearest = nearest_points(pair.of, start_);
@@ -253,7 +257,7 @@ int LayerContacts::review(const Field& to) {
     for (int k = 0; k < 4; ++k)
       along += nearest.weight[k] * at(to, pair.of.particle[k]).dot(nearest.apart);
     if (along >= thickness * distance) continue;
-    if (clear_share(pair.of, start_, to, distance, thickness) == 1) continue;
+    if (clear_fraction(pair.of, start_, to, distance, thickness) == 1) continue;
     pair.lands = lands_ = true;
     ++changed;
   }
@@ -282,7 +286,7 @@ double LayerContacts::energy_j(const Field& position) const {
   for (const Pair& pair : pairs_) {
     if (is_far(pair.of, position, pair.thickness_m)) continue;
     const double distance = nearest_points(pair.of, position).apart.norm();
-    if (distance < pair.thickness_m) sum += pair.share * law(distance, pair.thickness_m).energy_j;
+    if (distance < pair.thickness_m) sum += pair.part * law(distance, pair.thickness_m).energy_j;
   }
   return sum;
 }
@@ -293,10 +297,10 @@ std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) co
     if (is_far(pair.of, position, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
-    if (!(distance < pair.thickness_m) || !(distance > 0) || pair.share == 0) continue;
+    if (!(distance < pair.thickness_m) || !(distance > 0) || pair.part == 0) continue;
     all.push_back(
         {pair.of.particle, nearest.weight,
-         -pair.share * law(distance, pair.thickness_m).slope_n / distance * nearest.apart});
+         -pair.part * law(distance, pair.thickness_m).slope_n / distance * nearest.apart});
   }
   return all;
 }
@@ -318,15 +322,15 @@ std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, b
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     const bool presses = distance < pair.thickness_m;
-    if ((!presses && !pair.lands) || !(distance > 0) || pair.share == 0) continue;
+    if ((!presses && !pair.lands) || !(distance > 0) || pair.part == 0) continue;
     const Law at_distance = presses ? law(distance, pair.thickness_m) : Law{0, 0, stiffness_};
     Eigen::Matrix<double, 12, 1> slope;
     for (int k = 0; k < 4; ++k)
       slope.segment<3>(3 * k) = nearest.weight[k] / distance * nearest.apart;
     Block block{pair.of.particle, {}};
-    block.matrix = pair.share * at_distance.stiffness_n_per_m * slope * slope.transpose();
+    block.matrix = pair.part * at_distance.stiffness_n_per_m * slope * slope.transpose();
     if (presses && !convex) {
-      block.matrix += pair.share * at_distance.slope_n / distance *
+      block.matrix += pair.part * at_distance.slope_n / distance *
                       (distance_curvature(pair.of, nearest, position) - slope * slope.transpose());
     }
     all.push_back(block);
@@ -340,7 +344,7 @@ void LayerContacts::add_changes(Eigen::VectorXd& gradient) const {
     const NearestPoints nearest = nearest_points(pair.of, start_);
     const double distance = nearest.apart.norm();
     const Vector3d pull =
-        pair.share * stiffness_ * (distance - pair.thickness_m) / distance * nearest.apart;
+        pair.part * stiffness_ * (distance - pair.thickness_m) / distance * nearest.apart;
     for (int k = 0; k < 4; ++k)
       gradient.segment<3>(3 * pair.of.particle[k]) += nearest.weight[k] * pull;
   }
@@ -354,7 +358,7 @@ double LayerContacts::excess_curve(const Eigen::VectorXd& step) const {
     double along = 0;
     for (int k = 0; k < 4; ++k)
       along += nearest.weight[k] * step.segment<3>(3 * pair.of.particle[k]).dot(nearest.apart);
-    sum += pair.share * stiffness_ * along * along / nearest.apart.squaredNorm();
+    sum += pair.part * stiffness_ * along * along / nearest.apart.squaredNorm();
   }
   return sum;
 }

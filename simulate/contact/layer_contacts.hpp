@@ -16,7 +16,7 @@ namespace drape::simulate {
 /// stiffer (Li et al. 2020), so that no force closes the last of it. No friction. Between begin()
 /// and the next one everything is the gradient of energy_j().
 ///
-/// Edges that are nearly parallel have no smooth distance: they count with a share that is kept
+/// Edges that are nearly parallel have no smooth distance: they count with a part that is kept
 /// during a step, and their ends meet the other layer's triangles anyhow.
 class LayerContacts {
  public:
@@ -32,10 +32,10 @@ class LayerContacts {
   /// forces there, or in between.
   void watch(const Field& to);
   /// The part of that straight path which brings no pair nearer than a fifth of its distance.
-  [[nodiscard]] double safe_share(const Field& to) const;
+  [[nodiscard]] double safe_fraction(const Field& to) const;
   /// The part of it for what nothing pushes back, as pins that are carried: none enters the last
   /// half of a thickness, which no force would open again.
-  [[nodiscard]] double free_share(const Field& to) const;
+  [[nodiscard]] double free_fraction(const Field& to) const;
   /// Takes pairs that would come to press by going on to `to` into the quadratic model; how many.
   int review(const Field& to);
   [[nodiscard]] bool lands() const { return lands_; }  ///< review() changed something
@@ -68,7 +68,7 @@ class LayerContacts {
     LayerPair of;
     double thickness_m = 0;  ///< nearer than this it presses
     double distance_m = 0;   ///< where the step starts
-    double share = 1;        ///< of edges that are nearly parallel
+    double part = 1;         ///< of edges that are nearly parallel
     bool lands = false;      ///< review() found that it will press
   };
   /// Of the energy of a pair, N/m and N: by distance.
@@ -84,7 +84,7 @@ class LayerContacts {
     /// least_apart_m() where the step starts, of the neighbours that come later.
     std::array<double, 4> apart{};
     // Of the straight path:
-    Eigen::Vector3d centre, way;
+    Eigen::Vector3d centre, displacement;
     double radius = 0, spread = 0;
     bool changed = false;  ///< that path since list() was asked last
   };
@@ -97,7 +97,7 @@ class LayerContacts {
   void list_cells(const Cell& a, const Cell& b, const Field& to);
   void offer(const LayerPair& pair, bool neighbours, const Field& to);
   [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position, double reach_m) const;
-  [[nodiscard]] double share_of(const LayerPair& pair, const Field& position) const;
+  [[nodiscard]] double part_of(const LayerPair& pair, const Field& position) const;
 
   GridSpec grid_;
   double thickness_ = 0, stiffness_ = 0;

@@ -43,7 +43,7 @@ Field random_places(unsigned seed, int count, double size) {
 }
 
 TEST(LayerPair, NearestPointsAreNoFartherThanAnyOthers) {
-  constexpr int kShares = 20;
+  constexpr int kParts = 20;
   for (const bool edges : {false, true}) {
     const LayerPair pair = pair_of(edges);
     for (unsigned seed = 0; seed < 200; ++seed) {
@@ -52,10 +52,10 @@ TEST(LayerPair, NearestPointsAreNoFartherThanAnyOthers) {
       for (int k = 0; k < 4; ++k) p[k] = at(x, pair.particle[k]);
       const NearestPoints nearest = nearest_points(pair, x);
       double least = 1e9;
-      for (int i = 0; i <= kShares; ++i) {
-        for (int j = 0; j <= kShares; ++j) {
-          const double s = static_cast<double>(i) / kShares;
-          const double t = static_cast<double>(j) / kShares;
+      for (int i = 0; i <= kParts; ++i) {
+        for (int j = 0; j <= kParts; ++j) {
+          const double s = static_cast<double>(i) / kParts;
+          const double t = static_cast<double>(j) / kParts;
           if (!edges && s + t > 1) continue;
           const Vector3d apart = edges
                                      ? (p[0] + s * (p[1] - p[0]) - p[2] - t * (p[3] - p[2])).eval()
@@ -65,7 +65,7 @@ TEST(LayerPair, NearestPointsAreNoFartherThanAnyOthers) {
       }
       const double found = nearest.apart.norm();
       EXPECT_LE(found, least + 1e-12);
-      EXPECT_GE(found, least - 4.0 / kShares);
+      EXPECT_GE(found, least - 4.0 / kParts);
       Vector3d apart = Vector3d::Zero();
       for (int k = 0; k < 4; ++k) apart += nearest.weight[k] * p[k];
       EXPECT_LT((apart - nearest.apart).norm(), 1e-12);
@@ -87,9 +87,9 @@ TEST(LayerPair, CurvatureIsTheDerivativeOfTheDistance) {
         Eigen::Matrix<double, 12, 1> slope[2];
         for (const int side : {0, 1}) {
           Field moved = x;
-          Vector3d way = Vector3d::Zero();
-          way[c % 3] = side == 0 ? -kStep : kStep;
-          add_at(moved, pair.particle[c / 3], way);
+          Vector3d displacement = Vector3d::Zero();
+          displacement[c % 3] = side == 0 ? -kStep : kStep;
+          add_at(moved, pair.particle[c / 3], displacement);
           const NearestPoints there = nearest_points(pair, moved);
           smooth = smooth && there.slides == nearest.slides && there.slide == nearest.slide;
           for (int k = 0; k < 4; ++k) slope[side].segment<3>(3 * k) = there.weight[k] * there.apart;
@@ -110,16 +110,16 @@ TEST(LayerPair, AClearPathKeepsItsDistanceAndAThrownOneIsCut) {
       const Field from = random_places(seed, 50, 1), to = random_places(seed + 1000, 50, 3);
       const double distance = nearest_points(pair, from).apart.norm();
       const double least = 0.2 * distance;
-      const double share = clear_share(pair, from, to, distance, least);
-      EXPECT_GT(share, 0);
+      const double fraction = clear_fraction(pair, from, to, distance, least);
+      EXPECT_GT(fraction, 0);
       for (const double most : {0.1, 0.5})
-        EXPECT_EQ(std::min(most, clear_share(pair, from, to, distance, least, most)),
-                  std::min(most, share));
-      cut += share < 1;
+        EXPECT_EQ(std::min(most, clear_fraction(pair, from, to, distance, least, most)),
+                  std::min(most, fraction));
+      cut += fraction < 1;
       for (int k = 0; k <= 100; ++k) {
         Field here = from;
         for (std::size_t i = 0; i < here.size(); ++i)
-          here[i] += 0.01 * k * share * (to[i] - from[i]);
+          here[i] += 0.01 * k * fraction * (to[i] - from[i]);
         EXPECT_GE(nearest_points(pair, here).apart.norm(), least * (1 - 1e-12));
       }
     }
@@ -127,7 +127,7 @@ TEST(LayerPair, AClearPathKeepsItsDistanceAndAThrownOneIsCut) {
   EXPECT_GT(cut, 20);
 }
 
-TEST(Neighbours, MeetNowhereAndDoNotShareACell) {
+TEST(Neighbours, MeetNowhereAndHaveNoCellInCommon) {
   const GridSpec grid{4, 5, {0.03, 0.04}};
   EXPECT_TRUE(are_two_layers(grid, {0, 1, 2, 6}, 1)) << "a particle and the next cell's triangle";
   EXPECT_FALSE(are_two_layers(grid, {0, 1, 6, 5}, 1)) << "its own cell's";
@@ -193,26 +193,26 @@ TEST(LayerContacts, ForcesAreTheGradientAndBlocksTheSecondDerivativeOfTheEnergy)
   ASSERT_GT(layers.pressing(x), 10);
   Field force(x.size(), 0.0);
   layers.add_forces(x, force);
-  const Field way = random_places(5, grid.count(), 1);
+  const Field displacement = random_places(5, grid.count(), 1);
   constexpr double kStep = 1e-9;
   Field ends[2] = {x, x};
   Field forces[2] = {Field(x.size(), 0.0), Field(x.size(), 0.0)};
   for (std::size_t k = 0; k < x.size(); ++k) {
-    ends[0][k] -= kStep * way[k];
-    ends[1][k] += kStep * way[k];
+    ends[0][k] -= kStep * displacement[k];
+    ends[1][k] += kStep * displacement[k];
   }
   for (const int side : {0, 1}) layers.add_forces(ends[side], forces[side]);
   double slope = 0, curve = 0;
   for (std::size_t k = 0; k < x.size(); ++k) {
-    slope -= force[k] * way[k];
-    curve -= (forces[1][k] - forces[0][k]) * way[k] / (2 * kStep);
+    slope -= force[k] * displacement[k];
+    curve -= (forces[1][k] - forces[0][k]) * displacement[k] / (2 * kStep);
   }
   EXPECT_NEAR((layers.energy_j(ends[1]) - layers.energy_j(ends[0])) / (2 * kStep), slope,
               1e-5 * std::abs(slope));
   double found = 0;
   for (const LayerContacts::Block& block : layers.blocks(x, false)) {
     Eigen::Matrix<double, 12, 1> part;
-    for (int k = 0; k < 4; ++k) part.segment<3>(3 * k) = at(way, block.particle[k]);
+    for (int k = 0; k < 4; ++k) part.segment<3>(3 * k) = at(displacement, block.particle[k]);
     found += part.dot(block.matrix * part);
   }
   EXPECT_NEAR(found, curve, 1e-4 * std::abs(curve));

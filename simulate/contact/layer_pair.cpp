@@ -133,54 +133,54 @@ Eigen::Matrix<double, 12, 12> distance_curvature(const LayerPair& pair,
           nearest.weight[k] * nearest.weight[l] * Eigen::Matrix3d::Identity();
   }
   Eigen::Matrix<double, 12, 2> mixed = Eigen::Matrix<double, 12, 2>::Zero();
-  Eigen::Matrix<double, 3, 2> ways = Eigen::Matrix<double, 3, 2>::Zero();
+  Eigen::Matrix<double, 3, 2> directions = Eigen::Matrix<double, 3, 2>::Zero();
   for (int a = 0; a < nearest.slides; ++a) {
-    for (int k = 0; k < 4; ++k) ways.col(a) += nearest.slide[a][k] * p[k];
+    for (int k = 0; k < 4; ++k) directions.col(a) += nearest.slide[a][k] * p[k];
   }
   for (int a = 0; a < nearest.slides; ++a) {
     for (int k = 0; k < 4; ++k)
       mixed.block<3, 1>(3 * k, a) =
-          nearest.slide[a][k] * nearest.apart + nearest.weight[k] * ways.col(a);
+          nearest.slide[a][k] * nearest.apart + nearest.weight[k] * directions.col(a);
   }
   if (nearest.slides == 1) {
-    all -= mixed.col(0) * mixed.col(0).transpose() / ways.col(0).squaredNorm();
+    all -= mixed.col(0) * mixed.col(0).transpose() / directions.col(0).squaredNorm();
   } else if (nearest.slides == 2) {
-    const Eigen::Matrix2d inner = ways.transpose() * ways;
+    const Eigen::Matrix2d inner = directions.transpose() * directions;
     all -= mixed * inner.inverse() * mixed.transpose();
   }
   return all;
 }
 
-double clear_share(const LayerPair& pair, const Field& from, const Field& to, double distance_m,
-                   double least_m, double most) {
-  Places p = places_of(pair, from), way = places_of(pair, to);
+double clear_fraction(const LayerPair& pair, const Field& from, const Field& to, double distance_m,
+                      double least_m, double most) {
+  Places p = places_of(pair, from), displacement = places_of(pair, to);
   Vector3d mean = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
-    way[k] -= p[k];
-    mean += 0.25 * way[k];
+    displacement[k] -= p[k];
+    mean += 0.25 * displacement[k];
   }
   double first = 0, second = 0;
   const int firsts = pair.edges ? 2 : 1;
   for (int k = 0; k < 4; ++k) {
-    const double size = (way[k] - mean).norm();
+    const double size = (displacement[k] - mean).norm();
     (k < firsts ? first : second) = std::max(k < firsts ? first : second, size);
   }
   const double fastest = first + second;
   if (!(fastest > 0)) return 1;
-  double share = 0;
+  double fraction = 0;
   double room = distance_m - least_m;
   const double enough = kNearly * room;
   for (int k = 0; k < kAdvances && room > 0; ++k) {
-    if (k > 0 && room <= enough) return share;
-    const double next = share + (1 - 0.5 * kNearly) * room / fastest;
+    if (k > 0 && room <= enough) return fraction;
+    const double next = fraction + (1 - 0.5 * kNearly) * room / fastest;
     if (next >= 1) return 1;
-    share = next;
-    if (share >= most) return share;
+    fraction = next;
+    if (fraction >= most) return fraction;
     Places here;
-    for (int c = 0; c < 4; ++c) here[c] = p[c] + share * way[c];
+    for (int c = 0; c < 4; ++c) here[c] = p[c] + fraction * displacement[c];
     room = nearest_of(pair, here).apart.norm() - least_m;
   }
-  return share;
+  return fraction;
 }
 
 double crossing_of(const LayerPair& pair, const Field& position) {

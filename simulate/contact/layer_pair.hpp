@@ -38,8 +38,8 @@ struct NearestPoints {
 /// 1 for all of it, by steps that relative displacements cannot use up (additive conservative
 /// advancement: Li, Kaufman and Jiang 2021). Never too large. The pair is `distance_m` apart at
 /// `from`. A part of `most` or more is not looked for any further.
-[[nodiscard]] double clear_share(const LayerPair& pair, const Field& from, const Field& to,
-                                 double distance_m, double least_m, double most = 1);
+[[nodiscard]] double clear_fraction(const LayerPair& pair, const Field& from, const Field& to,
+                                    double distance_m, double least_m, double most = 1);
 
 /// Squared sine of the angle between two edges.
 [[nodiscard]] double crossing_of(const LayerPair& pair, const Field& position);

@@ -17,11 +17,11 @@ using Eigen::Vector3d;
 constexpr double kWatch = 0.2e-3;  // m; a point closer than this may touch before the next refresh
 constexpr double kLookAgain = 30e-6;  // m; path after which a watched element is searched again
 constexpr double kFromEdge =
-    0.5e-3;                          // m; a piece farther on a face than this stays on it meanwhile
-constexpr double kEndShare = 0.02;   // what is nearer to a particle than this fraction is its own
-constexpr int kThirdSteps = 14;      // of the ternary search: 0.4 % of the line piece
-constexpr int kHalfSteps = 20;       // of halving: a millionth of it
-constexpr double kFlatSlope = 1e-9;  // of the distance along a line: all its places are as deep
+    0.5e-3;  // m; a piece farther on a face than this stays on it meanwhile
+constexpr double kEndFraction = 0.02;  // what is nearer to a particle than this fraction is its own
+constexpr int kThirdSteps = 14;        // of the ternary search: 0.4 % of the line piece
+constexpr int kHalfSteps = 20;         // of halving: a millionth of it
+constexpr double kFlatSlope = 1e-9;    // of the distance along a line: all its places are as deep
 constexpr int kCellPoints =
     3;  // per side, inside a cell; fixed, so that no load jumps between them
 constexpr double kFollow = 1e-3;  // m per slope: how fast a place slides along its line
@@ -78,7 +78,7 @@ LineContacts::LineContacts(const Cloth& cloth, const Surroundings& surroundings,
 
 /// Where between p and q a shape is entered deepest. Places that stay where they are found are not
 /// found finer than need be, so that a small change of the sheet leaves them.
-double LineContacts::deepest_share(int shape, const Vector3d& p, const Vector3d& q) const {
+double LineContacts::deepest_fraction(int shape, const Vector3d& p, const Vector3d& q) const {
   double low = 0, high = 1;
   for (int k = 0; k < kThirdSteps; ++k) {
     const double third = (high - low) / 3;
@@ -91,12 +91,12 @@ double LineContacts::deepest_share(int shape, const Vector3d& p, const Vector3d&
 
 /// The same for a place that follows, halved by the distance's slope. One that comes to a particle
 /// stays beside it, so that its load does not vanish.
-double LineContacts::followed_share(int shape, const Vector3d& p, const Vector3d& q) const {
-  const Vector3d way = q - p;
-  const double flat = kFlatSlope * way.norm();
-  double low = kEndShare, high = 1 - kEndShare, t = 0.5;
+double LineContacts::followed_fraction(int shape, const Vector3d& p, const Vector3d& q) const {
+  const Vector3d span = q - p;
+  const double flat = kFlatSlope * span.norm();
+  double low = kEndFraction, high = 1 - kEndFraction, t = 0.5;
   for (int k = 0; k < kHalfSteps; ++k, t = 0.5 * (low + high)) {
-    const double slope = surroundings_->normal(shape, p + t * way).dot(way);
+    const double slope = surroundings_->normal(shape, p + t * span).dot(span);
     if (std::abs(slope) <= flat) break;
     (slope > 0 ? high : low) = t;
   }
@@ -131,8 +131,8 @@ double LineContacts::try_line(const Field& position, int element, int a, int b) 
     if (2 * middle - ends > kWatch) continue;
     std::array corners{p, q};
     if (leaves_to_particles(shape, corners)) continue;
-    const double t = follows_ ? followed_share(shape, p, q) : deepest_share(shape, p, q);
-    if (t < kEndShare || t > 1 - kEndShare) continue;
+    const double t = follows_ ? followed_fraction(shape, p, q) : deepest_fraction(shape, p, q);
+    if (t < kEndFraction || t > 1 - kEndFraction) continue;
     if (surroundings_->gap_m(shape, p + t * (q - p)) > kWatch) continue;
     points_.push_back({element, shape, {a, b, a, b}, {1 - t, t, 0, 0}});
     return 0;
@@ -185,23 +185,23 @@ void LineContacts::look_everywhere() {
   std::fill(until_.begin(), until_.end(), -1.0);
 }
 
-void LineContacts::refresh(const Field& position, const std::vector<double>& way_m) {
+void LineContacts::refresh(const Field& position, const std::vector<double>& path_m) {
   before_.swap(points_);
   points_.clear();
   const GridSpec& grid = cloth_->grid();
   const int n = grid.count();
   std::size_t old = 0;  // both lists are ordered by place: a particle's two lines, then its cell
-  const auto visit = [&](int slot, int first, int last, double way, const auto& look) {
+  const auto visit = [&](int slot, int first, int last, double path, const auto& look) {
     const std::size_t begin = old;
     while (old < before_.size() && before_[old].element >= first && before_[old].element < last)
       ++old;
-    if (way <= until_[slot]) {
+    if (path <= until_[slot]) {
       points_.insert(points_.end(), before_.begin() + static_cast<std::ptrdiff_t>(begin),
                      before_.begin() + static_cast<std::ptrdiff_t>(old));
       return;
     }
     const std::size_t now = points_.size();
-    until_[slot] = way + std::max(kLookAgain, look());
+    until_[slot] = path + std::max(kLookAgain, look());
     if (follows_ && slot < 2 * n) keep_places(position, begin, old, now);
     forget_gone(begin, old, now);
   };
@@ -211,17 +211,17 @@ void LineContacts::refresh(const Field& position, const std::vector<double>& way
       const int s = grid.cols;
       const bool down = cloth_->line(0).width[i] > 0, right = cloth_->line(1).width[i] > 0;
       if (down) {
-        visit(i, i, i + 1, std::max(way_m[i], way_m[i + s]),
+        visit(i, i, i + 1, std::max(path_m[i], path_m[i + s]),
               [&] { return try_line(position, i, i, i + s); });
       }
       if (right) {
-        visit(n + i, n + i, n + i + 1, std::max(way_m[i], way_m[i + 1]),
+        visit(n + i, n + i, n + i + 1, std::max(path_m[i], path_m[i + 1]),
               [&] { return try_line(position, n + i, i, i + 1); });
       }
       if (cloth_->has_cell(i)) {
         const int first = 2 * n + kCellPoints * kCellPoints * i;
         visit(2 * n + i, first, first + kCellPoints * kCellPoints,
-              std::max({way_m[i], way_m[i + 1], way_m[i + s], way_m[i + s + 1]}),
+              std::max({path_m[i], path_m[i + 1], path_m[i + s], path_m[i + s + 1]}),
               [&] { return try_cell(position, i); });
       }
     }
@@ -263,11 +263,11 @@ double LineContacts::follow(const Field& position) {
     const Vector3d here = mix(position, point);
     const double before = surroundings_->gap_m(point.shape, here);
     if (before >= 0) continue;
-    const Vector3d p = at(position, point.particle[0]), way = at(position, point.particle[1]) - p;
-    const double slope = surroundings_->normal(point.shape, here).dot(way);
-    const double reach = kFollow * std::abs(slope) / way.squaredNorm();
-    const double t = std::clamp(followed_share(point.shape, p, p + way), point.weight[1] - reach,
-                                point.weight[1] + reach);
+    const Vector3d p = at(position, point.particle[0]), span = at(position, point.particle[1]) - p;
+    const double slope = surroundings_->normal(point.shape, here).dot(span);
+    const double reach = kFollow * std::abs(slope) / span.squaredNorm();
+    const double t = std::clamp(followed_fraction(point.shape, p, p + span),
+                                point.weight[1] - reach, point.weight[1] + reach);
     point.weight = {1 - t, t, 0, 0};
     const double after = std::min(0.0, surroundings_->gap_m(point.shape, mix(position, point)));
     brought_j += 0.5 * pressing_[point.shape].stiffness * (after * after - before * before);
@@ -286,12 +286,12 @@ void LineContacts::choose_all() {
   std::iota(chosen_.begin(), chosen_.end(), 0);
 }
 
-void LineContacts::choose(const Field& position, double farthest_way_m, double margin_m) {
+void LineContacts::choose(const Field& position, double farthest_path_m, double margin_m) {
   chosen_.clear();
   for (std::size_t k = 0; k < points_.size(); ++k) {
-    if (clear_[k] > farthest_way_m + margin_m) continue;
+    if (clear_[k] > farthest_path_m + margin_m) continue;
     const double gap = surroundings_->gap_m(points_[k].shape, mix(position, points_[k]));
-    clear_[k] = farthest_way_m + gap;
+    clear_[k] = farthest_path_m + gap;
     if (gap <= margin_m) {
       chosen_.push_back(static_cast<int>(k));
     } else {

@@ -40,14 +40,14 @@ class LineContacts {
 
   /// Finds the deepest points again.
   void refresh(const Field& position);
-  /// The same where it may have changed: `way_m` is each particle's path length so far, and an
+  /// The same where it may have changed: `path_m` is each particle's path length so far, and an
   /// element is looked at again when one of its particles has come far enough to matter.
-  void refresh(const Field& position, const std::vector<double>& way_m);
+  void refresh(const Field& position, const std::vector<double>& path_m);
   /// Lets the next refresh() look at every element.
   void look_everywhere();
   /// Leaves out of add_forces() and advance() what stays outside as long as no particle moves by
-  /// more than `margin_m`; `farthest_way_m` is the sum of the fastest particles' path lengths.
-  void choose(const Field& position, double farthest_way_m, double margin_m);
+  /// more than `margin_m`; `farthest_path_m` is the sum of the fastest particles' path lengths.
+  void choose(const Field& position, double farthest_path_m, double margin_m);
   /// Lets the places on lines that press slide towards where they are deepest now; returns the
   /// elastic energy that this brings in.
   double follow(const Field& position);
@@ -85,10 +85,10 @@ class LineContacts {
   [[nodiscard]] bool leaves_to_particles(int shape, std::span<Eigen::Vector3d> corners) const;
   double try_line(const Field& position, int element, int a, int b);
   double try_cell(const Field& position, int corner);
-  [[nodiscard]] double deepest_share(int shape, const Eigen::Vector3d& p,
-                                     const Eigen::Vector3d& q) const;
-  [[nodiscard]] double followed_share(int shape, const Eigen::Vector3d& p,
-                                      const Eigen::Vector3d& q) const;
+  [[nodiscard]] double deepest_fraction(int shape, const Eigen::Vector3d& p,
+                                        const Eigen::Vector3d& q) const;
+  [[nodiscard]] double followed_fraction(int shape, const Eigen::Vector3d& p,
+                                         const Eigen::Vector3d& q) const;
   void keep_places(const Field& position, std::size_t begin, std::size_t end, std::size_t now);
   void forget_spring(int element);
   void forget_gone(std::size_t begin, std::size_t end, std::size_t now);

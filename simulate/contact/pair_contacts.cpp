@@ -16,12 +16,12 @@ namespace {
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
-constexpr double kReachShare = 0.3;      // of the spacing: pairs this near are watched
+constexpr double kReachFraction = 0.3;   // of the spacing: pairs this near are watched
 constexpr double kDeepest = 1e-3;        // m; a solid's feature deeper than this is another place
 constexpr double kFaceTolerance = 0.02;  // rad; a solid's own faces may rise above the contact
 constexpr double kTorn =
     4;  // times its length: a sheet so stretched diverges, and all its cells meet
-constexpr double kThroughShare = 0.25;  // of the thickness: longest displacement in one step
+constexpr double kThroughFraction = 0.25;  // of the thickness: longest displacement in one step
 constexpr double kSlack = 0.03;  // of a solid's contact beyond a triangle or edge: no gaps between
 
 AlignedBox3d grown(AlignedBox3d box, double by) {
@@ -68,7 +68,7 @@ PairContacts::PairContacts(const Cloth& cloth, const Surroundings& surroundings,
   const double mass = cloth.total_mass_kg() / cloth.count();
   stiffness_ = mass * gravity_m_per_s2 / LineContacts::sink_m;
   damping_ = 0.4 * std::sqrt(stiffness_ * mass);
-  reach_ = kReachShare * std::min(grid_.warp_spacing_m(), grid_.weft_spacing_m());
+  reach_ = kReachFraction * std::min(grid_.warp_spacing_m(), grid_.weft_spacing_m());
   if (thickness_ <= 0 && features_.corners.empty() && features_.edges.empty()) return;
   std::vector<Vector3d> centres;
   std::vector<AlignedBox3d> boxes;
@@ -101,13 +101,13 @@ Vector3d PairContacts::point(const Field& position, int node) const {
   return node < count_ ? at(position, node) : solids_[node - count_];
 }
 
-void PairContacts::watch(const Field& position, double way_m, double margin_m) {
+void PairContacts::watch(const Field& position, double path_m, double margin_m) {
   if (cells_.empty()) return;
-  if (way_m + margin_m > fresh_until_) {
+  if (path_m + margin_m > fresh_until_) {
     refresh(position);
-    fresh_until_ = way_m + 0.5 * reach_;  // two layers may come from both sides
+    fresh_until_ = path_m + 0.5 * reach_;  // two layers may come from both sides
   }
-  choose(position, way_m, margin_m);
+  choose(position, path_m, margin_m);
 }
 
 void PairContacts::refresh(const Field& position) {
@@ -235,12 +235,12 @@ std::optional<PairContacts::Meeting> PairContacts::meet(const Pair& pair,
   if (!nearest) return std::nullopt;
   if (pair.kind == Kind::solid_corner || pair.kind == Kind::solid_edge)
     return meet_solid(pair, *nearest, p);
-  const double distance = nearest->way.norm();
+  const double distance = nearest->apart.norm();
   if (!(distance > 0)) {
     if (!pair.known) return std::nullopt;
     return Meeting{nearest->weight, pair.side, -pair.thickness};
   }
-  Meeting meeting{nearest->weight, nearest->way / distance, distance - pair.thickness};
+  Meeting meeting{nearest->weight, nearest->apart / distance, distance - pair.thickness};
   if (pair.known && meeting.direction.dot(pair.side) < 0) {
     meeting.direction = -meeting.direction;
     meeting.gap = -distance - pair.thickness;
@@ -271,7 +271,7 @@ std::optional<PairContacts::Meeting> PairContacts::meet_solid(
       if (normal.dot(face) > kFaceTolerance) return std::nullopt;
     }
   }
-  const double gap = nearest.way.dot(normal);
+  const double gap = nearest.apart.dot(normal);
   if (gap < -kDeepest) return std::nullopt;
   return Meeting{nearest.weight, normal, gap};
 }
@@ -281,22 +281,22 @@ double PairContacts::apart(const Pair& pair, const Field& position) const {
   std::array<Vector3d, 4> p;
   for (int k = 0; k < 4; ++k) p[k] = point(position, pair.node[k]);
   if (pair.kind == Kind::layers_point || pair.kind == Kind::solid_corner)
-    return point_to_triangle(p[0], p[1], p[2], p[3]).way.norm();
+    return point_to_triangle(p[0], p[1], p[2], p[3]).apart.norm();
   return std::min({point_to_edge_m(p[0], p[2], p[3]), point_to_edge_m(p[1], p[2], p[3]),
                    point_to_edge_m(p[2], p[0], p[1]), point_to_edge_m(p[3], p[0], p[1])});
 }
 
-void PairContacts::choose(const Field& position, double way_m, double margin_m) {
+void PairContacts::choose(const Field& position, double path_m, double margin_m) {
   chosen_.clear();
   std::fill(rows_.begin(), rows_.end(), 0.0);
   for (std::size_t k = 0; k < pairs_.size(); ++k) {
     Pair& pair = pairs_[k];
-    if (pair.clear_until > way_m + margin_m) continue;
+    if (pair.clear_until > path_m + margin_m) continue;
     // A pair that stayed clear cannot have changed sides, however it has turned.
     if (!pair.chosen) pair.known = false;
     const std::optional<Meeting> meeting = meet(pair, position);
     const double gap = meeting ? meeting->gap : apart(pair, position) - pair.thickness;
-    pair.clear_until = way_m + 0.5 * gap;
+    pair.clear_until = path_m + 0.5 * gap;
     pair.chosen = gap <= 2 * margin_m;
     if (!meeting || !pair.chosen) {
       pair.known = pair.pressed = false;
@@ -329,8 +329,8 @@ Vector3d PairContacts::mix(const Pair& pair, const Meeting& meeting, const Field
   return sum;
 }
 
-double PairContacts::longest_way_m() const {
-  return thickness_ > 0 && !pairs_.empty() ? kThroughShare * thickness_
+double PairContacts::longest_path_m() const {
+  return thickness_ > 0 && !pairs_.empty() ? kThroughFraction * thickness_
                                            : std::numeric_limits<double>::infinity();
 }
 

@@ -31,8 +31,8 @@ class PairContacts {
                double gravity_m_per_s2, double thickness_m);
 
   /// Before a step: finds the pairs that may touch while no particle moves by more than `margin_m`.
-  /// `way_m` is the sum of the fastest particle's path lengths so far.
-  void watch(const Field& position, double way_m, double margin_m);
+  /// `path_m` is the sum of the fastest particle's path lengths so far.
+  void watch(const Field& position, double path_m, double margin_m);
   /// Adds forces (N). `velocity` absent: the static force, without contact damping.
   void add_forces(const Field& position, const Field* velocity, Field& force) const;
   /// Fraction of the step from `start` to `end` at which the first pair meets, 1 when none sinks in
@@ -47,7 +47,7 @@ class PairContacts {
 
   /// Longest displacement of a particle in one step that cannot carry it through another layer; no
   /// limit (infinity) while nothing is near.
-  [[nodiscard]] double longest_way_m() const;
+  [[nodiscard]] double longest_path_m() const;
   [[nodiscard]] int near() const { return static_cast<int>(pairs_.size()); }
   [[nodiscard]] int pressing(const Field& position) const;
   /// How deep a corner or edge of a solid presses into the sheet (m), 0 for none.
@@ -90,7 +90,7 @@ class PairContacts {
   void offer_layers(const Field& position, Kind kind, const std::array<int, 4>& node,
                     bool neighbours);
   void keep_known(std::vector<Pair>& before);
-  void choose(const Field& position, double way_m, double margin_m);
+  void choose(const Field& position, double path_m, double margin_m);
   [[nodiscard]] Eigen::Vector3d point(const Field& position, int node) const;
   [[nodiscard]] std::optional<Meeting> meet(const Pair& pair, const Field& position) const;
   [[nodiscard]] double apart(const Pair& pair, const Field& position) const;

@@ -61,13 +61,13 @@ Surroundings blade(double length_m) {
 /// Whether the segment from a to b goes through the sheet.
 bool pierced(const GridSpec& grid, const Field& x, const Vector3d& a, const Vector3d& b) {
   const auto through = [&](int i, int j, int k) {
-    const Vector3d p = at(x, i), u = at(x, j) - p, v = at(x, k) - p, way = b - a;
+    const Vector3d p = at(x, i), u = at(x, j) - p, v = at(x, k) - p, span = b - a;
     const Vector3d cross = u.cross(v);
-    const double det = -way.dot(cross);
+    const double det = -span.dot(cross);
     if (det == 0) return false;
     const Vector3d w = a - p;
     const double t = w.dot(cross) / det;
-    const double s = -way.cross(w).dot(v) / det, r = way.cross(w).dot(u) / det;
+    const double s = -span.cross(w).dot(v) / det, r = span.cross(w).dot(u) / det;
     return t >= 0 && t <= 1 && s >= 0 && r >= 0 && s + r <= 1;
   };
   for (int r = 0; r + 1 < grid.rows; ++r) {

@@ -51,16 +51,16 @@ void PairContacts::add_forces(const Field& position, const Field* velocity, Fiel
 }
 
 double PairContacts::first_impact(const Field& start, const Field& end, double depth_m) const {
-  double share = 1;
+  double fraction = 1;
   for (const int k : chosen_) {
     if (pairs_[k].pressed) continue;
     const std::optional<Meeting> after = meet(pairs_[k], end);
     if (!after || after->gap >= -depth_m) continue;
     const std::optional<Meeting> before = meet(pairs_[k], start);
     if (!before || before->gap < 0) continue;
-    share = std::min(share, before->gap / (before->gap - after->gap));
+    fraction = std::min(fraction, before->gap / (before->gap - after->gap));
   }
-  return share;
+  return fraction;
 }
 
 void PairContacts::land(const Field& position, const std::vector<double>& whole_inverse_mass,

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 constexpr double kInside = 1e-5;       // m; less is a line that lies on a body
 constexpr int kDirections = 16;        // along a face, out of a body
-constexpr double kShortestWay = 1e-5;  // m
+constexpr double kShortestOut = 1e-5;  // m
 constexpr int kHalvings = 30;
 
 constexpr int kAround = 2;           // cells about one, in which the nearest place is sought
@@ -36,18 +36,18 @@ std::array<std::array<int, 3>, 2> corners_of(const GridSpec& grid, int cell) {
   return {{{cell, cell + 1, below}, {cell + 1, below + 1, below}}};
 }
 
-/// Where an edge passes through a triangle, as a share of the edge.
+/// Where an edge passes through a triangle, as a fraction of the edge.
 std::optional<double> passes(const SolidEdge& edge, const std::array<Vector3d, 3>& t) {
-  const Vector3d u = t[1] - t[0], v = t[2] - t[0], way = edge.b - edge.a;
+  const Vector3d u = t[1] - t[0], v = t[2] - t[0], span = edge.b - edge.a;
   const Vector3d cross = u.cross(v);
-  const double det = -way.dot(cross);
+  const double det = -span.dot(cross);
   if (det == 0) return std::nullopt;
   const Vector3d from = edge.a - t[0];
-  const double share = from.dot(cross) / det;
-  const double s = -way.cross(from).dot(v) / det;
-  const double r = way.cross(from).dot(u) / det;
-  const bool inside = share > 0 && share < 1 && s >= 0 && r >= 0 && s + r <= 1;
-  return inside ? std::optional(share) : std::nullopt;
+  const double fraction = from.dot(cross) / det;
+  const double s = -span.cross(from).dot(v) / det;
+  const double r = span.cross(from).dot(u) / det;
+  const bool inside = fraction > 0 && fraction < 1 && s >= 0 && r >= 0 && s + r <= 1;
+  return inside ? std::optional(fraction) : std::nullopt;
 }
 
 /// Whether the piece of a grid line between two particles, or the particle where they are one, is
@@ -73,8 +73,8 @@ double over_sheet_m(const GridSpec& grid, const Field& position, int cell, const
       for (const auto& corner : corners_of(grid, grid.index(r, c))) {
         const Nearest nearest = point_to_triangle(p, at(position, corner[0]),
                                                   at(position, corner[1]), at(position, corner[2]));
-        if (!(nearest.way.norm() < least)) continue;
-        least = nearest.way.norm();
+        if (!(nearest.apart.norm() < least)) continue;
+        least = nearest.apart.norm();
         std::vector<int> ends;
         for (int k = 0; k < 3; ++k) {
           if (nearest.weight[k + 1] != 0) ends.push_back(corner[k]);
@@ -88,7 +88,7 @@ double over_sheet_m(const GridSpec& grid, const Field& position, int cell, const
 
 /// Where an edge passes through the sheet.
 struct Passage {
-  double share = 0;  ///< of the edge
+  double fraction = 0;  ///< of the edge
   int cell = 0;
 };
 
@@ -98,16 +98,17 @@ struct Passage {
 double height_through(const GridSpec& grid, const Field& position, const SolidEdge& edge,
                       const Passage& here, const Passage* before, const Passage* after,
                       double most_m) {
-  const Vector3d way = edge.b - edge.a;
-  const double reach = most_m / way.norm();
-  const double back = before != nullptr ? before->share : 0.0;
-  const double on = after != nullptr ? after->share : 1.0;
+  const Vector3d span = edge.b - edge.a;
+  const double reach = most_m / span.norm();
+  const double back = before != nullptr ? before->fraction : 0.0;
+  const double on = after != nullptr ? after->fraction : 1.0;
   double least = most_m;
-  for (const double end : {std::max(back, here.share - reach), std::min(on, here.share + reach)}) {
+  for (const double end :
+       {std::max(back, here.fraction - reach), std::min(on, here.fraction + reach)}) {
     double side = 0;
     for (int k = 1; k <= kPlaces; ++k) {
-      const double share = here.share + (end - here.share) * k / kPlaces;
-      side = std::max(side, over_sheet_m(grid, position, here.cell, edge.a + share * way));
+      const double fraction = here.fraction + (end - here.fraction) * k / kPlaces;
+      side = std::max(side, over_sheet_m(grid, position, here.cell, edge.a + fraction * span));
     }
     least = std::min(least, side);
   }
@@ -115,15 +116,17 @@ double height_through(const GridSpec& grid, const Field& position, const SolidEd
 }
 
 /// From a place in a body at right angles to `normal`, the shortest of some distances out of it.
-double way_out_m(const Surroundings& surroundings, int shape, const Vector3d& p,
-                 const Vector3d& normal, double most_m) {
+double distance_out_m(const Surroundings& surroundings, int shape, const Vector3d& p,
+                      const Vector3d& normal, double most_m) {
   const Vector3d across = normal.unitOrthogonal();
   double least = most_m;
   for (int k = 0; k < kDirections; ++k) {
     const double angle = 2 * std::numbers::pi * k / kDirections;
-    const Vector3d way = Eigen::AngleAxisd(angle, normal) * across;
-    const auto is_in = [&](double far) { return surroundings.gap_m(shape, p + far * way) < 0; };
-    double inside = 0, outside = kShortestWay;
+    const Vector3d direction = Eigen::AngleAxisd(angle, normal) * across;
+    const auto is_in = [&](double far) {
+      return surroundings.gap_m(shape, p + far * direction) < 0;
+    };
+    double inside = 0, outside = kShortestOut;
     for (; outside < least && is_in(outside); outside *= 2) inside = outside;
     if (outside >= least && is_in(least)) continue;
     outside = std::min(outside, least);
@@ -147,8 +150,8 @@ double rim_over_m(const Surroundings& surroundings, int shape, const Vector3d& a
   if (!in || !back) return 0;
   const Vector3d entry = a + *in * (b - a), exit = b + *back * (a - b);
   if (!surroundings.on_opposite_sides(shape, entry, exit)) return 0;
-  return way_out_m(surroundings, shape, 0.5 * (entry + exit), surroundings.normal(shape, entry),
-                   length);
+  return distance_out_m(surroundings, shape, 0.5 * (entry + exit),
+                        surroundings.normal(shape, entry), length);
 }
 
 }  // namespace
@@ -192,20 +195,20 @@ double pierced_m(const GridSpec& grid, const Field& position, const Surroundings
       box.extend(at(position, i));
     tree.query(box, [&](int edge) {
       for (const auto& [a, b, c] : corners_of(grid, cell)) {
-        if (const auto share =
+        if (const auto fraction =
                 passes(edges[edge], {at(position, a), at(position, b), at(position, c)}))
-          passages[edge].push_back({*share, cell});
+          passages[edge].push_back({*fraction, cell});
       }
     });
   }
   double largest = 0;
   for (auto& [edge, list] : passages) {
     std::sort(list.begin(), list.end(),
-              [](const Passage& p, const Passage& q) { return p.share < q.share; });
+              [](const Passage& p, const Passage& q) { return p.fraction < q.fraction; });
     // Where two triangles meet both are passed through.
     list.erase(std::unique(list.begin(), list.end(),
                            [](const Passage& p, const Passage& q) {
-                             return q.share - p.share < kSamePlace;
+                             return q.fraction - p.fraction < kSamePlace;
                            }),
                list.end());
     for (std::size_t k = 0; k < list.size(); ++k)

@@ -12,7 +12,7 @@ using Eigen::Vector3d;
 constexpr double kParallel = 1e-9;  // of the product of the squared lengths
 
 /// Parameter, 0 at a and 1 at b, of the point of the segment that is nearest to p.
-double share_of(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+double fraction_of(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   const Vector3d edge = b - a;
   const double length2 = edge.squaredNorm();
   return length2 > 0 ? std::clamp((p - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
@@ -23,35 +23,36 @@ double share_of(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
 Nearest point_to_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,
                           const Vector3d& c) {
   const std::array<const Vector3d*, 3> corner{&a, &b, &c};
-  std::array<double, 3> share{};
+  std::array<double, 3> weight{};
   const Vector3d u = b - a, v = c - a, w = p - a;
   const Vector3d normal = u.cross(v);
   const double area2 = normal.squaredNorm();
   bool inside = false;
   if (area2 > 0) {
-    share[1] = w.cross(v).dot(normal) / area2;
-    share[2] = u.cross(w).dot(normal) / area2;
-    share[0] = 1 - share[1] - share[2];
-    inside = share[0] >= 0 && share[1] >= 0 && share[2] >= 0;
+    weight[1] = w.cross(v).dot(normal) / area2;
+    weight[2] = u.cross(w).dot(normal) / area2;
+    weight[0] = 1 - weight[1] - weight[2];
+    inside = weight[0] >= 0 && weight[1] >= 0 && weight[2] >= 0;
   }
   if (!inside) {
     double least = 0;
     for (int k = 0; k < 3; ++k) {
       const int next = (k + 1) % 3;
-      const double t = share_of(p, *corner[k], *corner[next]);
+      const double t = fraction_of(p, *corner[k], *corner[next]);
       const double distance2 = (p - *corner[k] - t * (*corner[next] - *corner[k])).squaredNorm();
       if (k > 0 && distance2 >= least) continue;
       least = distance2;
-      share.fill(0);
-      share[k] = 1 - t;
-      share[next] = t;
+      weight.fill(0);
+      weight[k] = 1 - t;
+      weight[next] = t;
     }
   }
-  return {{1, -share[0], -share[1], -share[2]}, p - share[0] * a - share[1] * b - share[2] * c};
+  return {{1, -weight[0], -weight[1], -weight[2]},
+          p - weight[0] * a - weight[1] * b - weight[2] * c};
 }
 
 double point_to_edge_m(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
-  return (a + share_of(p, a, b) * (b - a) - p).norm();
+  return (a + fraction_of(p, a, b) * (b - a) - p).norm();
 }
 
 std::optional<Nearest> point_over_triangle(const Vector3d& p, const Vector3d& a, const Vector3d& b,

@@ -12,7 +12,7 @@ struct Nearest {
   /// Of the four points: positive on the first feature, negative on the second, each side adding
   /// up to one.
   std::array<double, 4> weight{};
-  Eigen::Vector3d way = Eigen::Vector3d::Zero();  ///< from the second feature to the first
+  Eigen::Vector3d apart = Eigen::Vector3d::Zero();  ///< from the second feature to the first
 };
 
 /// Point p and the triangle a, b, c: the nearest point of the whole triangle.

@@ -54,9 +54,9 @@ double point_triangle(const Vector3d& p, const Triangle& t) {
   }
   for (int k = 0; k < 3; ++k) {
     const Vector3d edge = t.corner[(k + 1) % 3] - t.corner[k];
-    const double share =
+    const double fraction =
         std::clamp((p - t.corner[k]).dot(edge) / std::max(1e-300, edge.squaredNorm()), 0.0, 1.0);
-    least = std::min(least, (t.corner[k] + share * edge - p).norm());
+    least = std::min(least, (t.corner[k] + fraction * edge - p).norm());
   }
   return least;
 }

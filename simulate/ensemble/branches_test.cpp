@@ -122,14 +122,14 @@ TEST(Branches, TheHemsFoldsAreCounted) {
     const double v = static_cast<double>(i % 21) / 10.0 - 1;
     const double out = std::max(std::abs(u), std::abs(v));
     // The same fraction of the border as seen from the middle of the sheet.
-    double share = 0;
+    double fraction = 0;
     if (out > 0) {
-      if (u == -out) share = (v / out + 1) / 8;
-      if (v == out) share = (u / out + 1) / 8 + 0.25;
-      if (u == out) share = (1 - v / out) / 8 + 0.5;
-      if (v == -out && u != -out) share = (1 - u / out) / 8 + 0.75;
+      if (u == -out) fraction = (v / out + 1) / 8;
+      if (v == out) fraction = (u / out + 1) / 8 + 0.25;
+      if (u == out) fraction = (1 - v / out) / 8 + 0.5;
+      if (v == -out && u != -out) fraction = (1 - u / out) / 8 + 0.75;
     }
-    const double angle = 2 * std::numbers::pi * share;
+    const double angle = 2 * std::numbers::pi * fraction;
     const double radius = out * (0.08 + 0.01 * std::cos(5 * angle));
     sheet[i] = radius * std::cos(angle);
     sheet[n + i] = radius * std::sin(angle);

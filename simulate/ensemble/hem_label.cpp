@@ -59,9 +59,9 @@ HemLabel label_hem(const GridSpec& grid, const Field& position) {
   for (int k = 0; k < kHemSamples; ++k) {
     const double place = k * count / kHemSamples;
     const auto first = static_cast<std::size_t>(place);
-    const double share = place - static_cast<double>(first);
-    const Vector3d p = (1 - share) * at(position, border[first]) +
-                       share * at(position, border[(first + 1) % border.size()]);
+    const double fraction = place - static_cast<double>(first);
+    const Vector3d p = (1 - fraction) * at(position, border[first]) +
+                       fraction * at(position, border[(first + 1) % border.size()]);
     radius[k] = (p.head<2>() - middle).norm();
   }
   for (std::size_t m = 0; m < label.amplitude_m.size(); ++m) {

@@ -220,7 +220,7 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
                                   : kShortest * part;
     }
     if (!down) {
-      // With a fresh matrix and nothing remembered there is no way down but rounding.
+      // With a fresh matrix and nothing remembered nothing but rounding leads down.
       if (pairs.empty() && since_factor == 1) break;
       pairs.clear();
       since_factor = options.factor_every;

@@ -243,19 +243,19 @@ TEST(MeshCloth, ForcesWithInternalFrictionAreTheSlopeOfTheStepsEnergy) {
   cloth.settle(shaped(40, 0.1));
   const MeshCloth::State state = shaped(-15, 0.03);
   EXPECT_GT(cloth.dissipated_j(), 0);
-  MeshCloth::State force(state.size(), Vector3d::Zero()), way = state;
+  MeshCloth::State force(state.size(), Vector3d::Zero()), direction = state;
   cloth.add_forces(state, force);
   const double step = 1e-7;
   double slope = 0, size = 0;
   MeshCloth::State less = state, more = state;
   for (std::size_t i = 0; i < state.size(); ++i) {
     const double k = static_cast<double>(i);
-    way[i] = Vector3d(std::sin(k), std::sin(2.3 * k), std::cos(1.7 * k));
-    if (static_cast<int>(i) < cloth.points()) way[i] *= 0.01;  // m, the others are slopes
-    slope -= force[i].dot(way[i]);
-    size += std::abs(force[i].dot(way[i]));
-    less[i] -= step * way[i];
-    more[i] += step * way[i];
+    direction[i] = Vector3d(std::sin(k), std::sin(2.3 * k), std::cos(1.7 * k));
+    if (static_cast<int>(i) < cloth.points()) direction[i] *= 0.01;  // m, the others are slopes
+    slope -= force[i].dot(direction[i]);
+    size += std::abs(force[i].dot(direction[i]));
+    less[i] -= step * direction[i];
+    more[i] += step * direction[i];
   }
   EXPECT_NEAR((cloth.energies(more).sum_j() - cloth.energies(less).sum_j()) / (2 * step), slope,
               1e-5 * size);

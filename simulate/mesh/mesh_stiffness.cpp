@@ -22,15 +22,15 @@ struct Gradient {
   void reset(std::size_t count) {
     for (auto* of : {&stretch[0], &stretch[1], &shear}) of->assign(count, Vector3d::Zero());
   }
-  /// Adds `share` of a triangle's metric, whose derivatives are u and v, at the point with d_u,
+  /// Adds `part` of a triangle's metric, whose derivatives are u and v, at the point with d_u,
   /// d_v.
-  void add(std::size_t at, const MetricStrain& strain, double share, double d_u, double d_v,
+  void add(std::size_t at, const MetricStrain& strain, double part, double d_u, double d_v,
            const Vector3d& u, const Vector3d& v) {
     const double a = strain.a, b = strain.b, s = strain.sine;
-    const Vector3d of_a = share * d_u / a * u, of_b = share * d_v / b * v;
+    const Vector3d of_a = part * d_u / a * u, of_b = part * d_v / b * v;
     stretch[0][at] += of_a;
     stretch[1][at] += of_b;
-    shear[at] += (share / (a * b) * (d_u * v + d_v * u) - s * (of_a / a + of_b / b)) /
+    shear[at] += (part / (a * b) * (d_u * v + d_v * u) - s * (of_a / a + of_b / b)) /
                  std::max(strain.cosine(), 1e-3);
   }
 };

@@ -112,8 +112,8 @@ void ObjectPushes::look_at_facets(int shape) {
     Push push;
     push.site = (cloth_.points() + static_cast<int>(f)) * surroundings_.count() + shape;
     push.node = node;
-    push.weight = deepest.share;
-    push.place = mix(node, deepest.share);
+    push.weight = deepest.weights;
+    push.place = mix(node, deepest.weights);
     push.normal = deepest.normal;
     push.stiffness = firmness_ * stiffness_;
     push.depth_m = depth;

@@ -204,19 +204,20 @@ void RingBuilder::line_to(const Vector2d& to) {
 
 void RingBuilder::curve(const std::function<Vector2d(double)>& place) {
   std::vector<Vector2d> fine;
-  std::vector<double> way = {0};
+  std::vector<double> path_m = {0};
   for (int k = 0; k <= kFine; ++k) {
     fine.push_back(to_metres * place(static_cast<double>(k) / kFine));
-    if (k > 0) way.push_back(way.back() + (fine[k] - fine[k - 1]).norm());
+    if (k > 0) path_m.push_back(path_m.back() + (fine[k] - fine[k - 1]).norm());
   }
-  beyond_limits_ = beyond_limits_ || !(way.back() < kMostCorners * spacing_m_);
+  beyond_limits_ = beyond_limits_ || !(path_m.back() < kMostCorners * spacing_m_);
   if (beyond_limits_) return;
-  const int pieces = std::max(1, static_cast<int>(std::ceil(way.back() / spacing_m_)));
+  const int pieces = std::max(1, static_cast<int>(std::ceil(path_m.back() / spacing_m_)));
   for (int piece = 1; piece <= pieces; ++piece) {
-    const double at = way.back() * piece / pieces;
-    const auto after = std::lower_bound(way.begin() + 1, way.end() - 1, at);
-    const auto k = static_cast<std::size_t>(after - way.begin());
-    const double part = way[k] > way[k - 1] ? (at - way[k - 1]) / (way[k] - way[k - 1]) : 1;
+    const double at = path_m.back() * piece / pieces;
+    const auto after = std::lower_bound(path_m.begin() + 1, path_m.end() - 1, at);
+    const auto k = static_cast<std::size_t>(after - path_m.begin());
+    const double part =
+        path_m[k] > path_m[k - 1] ? (at - path_m[k - 1]) / (path_m[k] - path_m[k - 1]) : 1;
     add(fine[k - 1] + part * (fine[k] - fine[k - 1]));
   }
 }
