@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <numbers>
 #include <regex>
@@ -107,6 +108,23 @@ void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options
   record.nodes = nodes_of(record.hem, options.hem);
 }
 
+/// A coefficient by another disc or specimen than the drape was made with would look like any
+/// other.
+void require_geometry(const ShadowMesh& mesh, const DrapemeterGeometry& asked,
+                      const fs::path& file) {
+  using units::mm;
+  if (!mesh.disc_m || !mesh.specimen_m) return;
+  const auto same = [](double a_m, double b_m) { return std::abs(a_m - b_m) < 1e-3 * mm; };
+  if (same(*mesh.disc_m, asked.disc_m) && same(*mesh.specimen_m, asked.specimen_m)) return;
+  throw bad_input(fmt::format("this specimen of {:g} mm hangs over a disc of {:g} mm, not {:g} mm "
+                              "over {:g} mm",
+                              *mesh.specimen_m / mm, *mesh.disc_m / mm, asked.specimen_m / mm,
+                              asked.disc_m / mm),
+                  {.file = file.string()},
+                  fmt::format("give --disc-mm {:g} --specimen-mm {:g}", *mesh.disc_m / mm,
+                              *mesh.specimen_m / mm));
+}
+
 void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord& record) {
   if (!options.scale)
     throw bad_input("a picture has no scale of its own", {.file = file.string()},
@@ -177,6 +195,7 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
   if (names != nullptr) names->apply(input.name, record);
   if (kMeshes.contains(ending)) {
     const ShadowMesh mesh = read_shadow_mesh(input.file);
+    require_geometry(mesh, options.geometry, input.file);
     record.hem = shadow_of(mesh);
     record.go = mesh.status.empty() || mesh.status == "at rest";
     if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);

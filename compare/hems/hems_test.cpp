@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -256,6 +257,31 @@ TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
   EXPECT_FALSE(set.hems[1].go);
   const double disc = std::numbers::pi * 8100;
   EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
+}
+
+TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
+  const test::TemporaryFolder folder;
+  write_durable(folder.path() / "start-00.ply",
+                "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
+                "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
+                "3 0 3 4\n3 0 4 1\n");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["disc_mm"] = 127;
+  list["specimen_mm"] = 254;
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 50670}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet usual = read_hems({folder.path()}, {});
+  EXPECT_TRUE(usual.hems.empty());
+  ASSERT_EQ(usual.refused.size(), 1U);
+  EXPECT_THAT(usual.refused[0], testing::HasSubstr("--disc-mm 127 --specimen-mm 254"));
+  HemReadOptions options;
+  options.geometry.disc_m = 0.127;
+  options.geometry.specimen_m = 0.254;
+  const HemSet fitting = read_hems({folder.path()}, options);
+  ASSERT_EQ(fitting.hems.size(), 1U) << (fitting.refused.empty() ? "" : fitting.refused.front());
 }
 
 TEST(Hems, ABestTurnAndAMirrorAreNoDistance) {

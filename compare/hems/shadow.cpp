@@ -114,6 +114,8 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
       for (const std::string& refusal : start.texts("refusals"))
         mesh.status = "refused by the checker: " + refusal;
     mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
+    if (root.has("disc_mm")) mesh.disc_m = root.number("disc_mm") * units::mm;
+    if (root.has("specimen_mm")) mesh.specimen_m = root.number("specimen_mm") * units::mm;
   }
 }
 

@@ -20,6 +20,7 @@ struct ShadowMesh {
   std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
   std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
   std::string fabric;                  ///< of a start of an ensemble (cusick.json); else empty
+  std::optional<double> disc_m, specimen_m;  ///< diameters of its test, where cusick.json has them
 };
 
 /// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up; where a

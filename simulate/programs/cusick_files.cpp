@@ -61,13 +61,16 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   return judged;
 }
 
-Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
+Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                     const std::vector<JudgedDrape>& drapes, RunRecord& record) {
   using units::mm;
+  const std::filesystem::path out = arguments.out;
   Ending ending;
   Json json;
   json["schema"] = "drapebench/cusick/1";
   json["fabric"] = fabric;
+  json["disc_mm"] = arguments.disc_mm;
+  json["specimen_mm"] = arguments.specimen_mm;
   json["starts"] = Json::array();
   std::size_t resting = 0;
   for (std::size_t i = 0; i < drapes.size(); ++i) {
@@ -112,7 +115,8 @@ Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
   ending.go = resting == drapes.size();
   ending.verdict = fmt::format("{} of {} drapes of {} at rest and accepted by the checker", resting,
                                drapes.size(), fabric);
-  ending.next_command = fmt::format("drape drapemeter {}", out.string());
+  ending.next_command = fmt::format("drape drapemeter {} --disc-mm {} --specimen-mm {}",
+                                    out.string(), arguments.disc_mm, arguments.specimen_mm);
   return ending;
 }
 

@@ -43,7 +43,7 @@ struct JudgedDrape {
 
 /// Writes start-NN.ply and cusick.json (schema drapebench/cusick/1) into `out`, books them in the
 /// record, and says how many drapes the checker takes for rests.
-[[nodiscard]] Ending write_cusick(const std::filesystem::path& out, const std::string& fabric,
+[[nodiscard]] Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                                   const std::vector<JudgedDrape>& drapes, RunRecord& record);
 
 }  // namespace drape::simulate

@@ -26,7 +26,7 @@ int run(const CusickArguments& arguments, std::vector<std::string> words,
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
     drapes[i] = judged_drape(laws, options_of(arguments, static_cast<unsigned>(i + 1)));
   });
-  const Ending ending = write_cusick(arguments.out, fabric.name, drapes, record);
+  const Ending ending = write_cusick(arguments, fabric.name, drapes, record);
   return finish(ending, common, record);
 }
 
