@@ -237,14 +237,18 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
 }
 
+/// A flat square whose corners lie 120 mm from its middle.
+void write_square(const std::filesystem::path& file) {
+  write_durable(file,
+                "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
+                "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
+                "3 0 3 4\n3 0 4 1\n");
+}
+
 TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
   const test::TemporaryFolder folder;
-  for (const char* name : {"start-00.ply", "start-01.ply"})
-    write_durable(folder.path() / name,
-                  "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
-                  "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                  "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
-                  "3 0 3 4\n3 0 4 1\n");
+  for (const char* name : {"start-00.ply", "start-01.ply"}) write_square(folder.path() / name);
   Json list;
   list["schema"] = "drapebench/cusick/1";
   list["fabric"] = "wool";
@@ -261,11 +265,7 @@ TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
 
 TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
   const test::TemporaryFolder folder;
-  write_durable(folder.path() / "start-00.ply",
-                "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
-                "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
-                "3 0 3 4\n3 0 4 1\n");
+  write_square(folder.path() / "start-00.ply");
   Json list;
   list["schema"] = "drapebench/cusick/1";
   list["fabric"] = "wool";
