@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -32,15 +33,28 @@ double disc_area(double diameter) {
 /// Coefficients c_k of radius(angle) = sum over k of Re(c_k exp(i k angle)), k = 0 .. most.
 std::vector<std::complex<double>> spectrum_of(const std::vector<double>& radius, int most) {
   const auto n = static_cast<double>(radius.size());
-  std::vector<std::complex<double>> result;
-  for (int k = 0; k <= most; ++k) {
-    const std::complex<double> step = std::polar(1.0, -kTurn * k / n);
-    std::complex<double> sum = 0, turned = 1;
-    for (const double r : radius) {
-      sum += r * turned;
-      turned *= step;
+  const auto orders = static_cast<std::size_t>(most) + 1;
+  // Real and imaginary parts apart, so that the compiler takes several orders at once.
+  std::vector<double> step_re(orders), step_im(orders), re(orders, 1.0), im(orders, 0.0);
+  std::vector<double> sum_re(orders, 0.0), sum_im(orders, 0.0);
+  for (std::size_t k = 0; k < orders; ++k) {
+    const std::complex<double> step = std::polar(1.0, -kTurn * static_cast<double>(k) / n);
+    step_re[k] = step.real();
+    step_im[k] = step.imag();
+  }
+  for (const double r : radius) {
+    for (std::size_t k = 0; k < orders; ++k) {
+      sum_re[k] += r * re[k];
+      sum_im[k] += r * im[k];
+      const double turned = re[k] * step_re[k] - im[k] * step_im[k];
+      im[k] = re[k] * step_im[k] + im[k] * step_re[k];
+      re[k] = turned;
     }
-    result.push_back(sum * (k == 0 ? 1 / n : 2 / n));
+  }
+  std::vector<std::complex<double>> result;
+  for (std::size_t k = 0; k < orders; ++k) {
+    const double part = k == 0 ? 1 / n : 2 / n;
+    result.emplace_back(sum_re[k] * part, sum_im[k] * part);
   }
   return result;
 }
@@ -231,16 +245,19 @@ std::vector<double> order_amplitudes_m(const Hem& hem, int most) {
 }
 
 double hem_distance_m(const Hem& first, const Hem& second) {
-  const std::vector<double> a = thinned(first.radius_m);
-  std::vector<double> b = thinned(second.radius_m);
+  const std::vector<double> a = thinned(first.radius_m), b = thinned(second.radius_m);
   double squares = 0, best = 0;
   for (int i = 0; i < kRaysCompared; ++i) squares += a[i] * a[i] + b[i] * b[i];
+  // b, then b again: each turn of b is a part of it.
+  std::array<double, 2 * kRaysCompared> twice;
+  std::copy(b.begin(), b.end(), twice.begin());
   for (int mirrored = 0; mirrored < 2; ++mirrored) {
-    for (int turn = 0; turn < kRaysCompared; ++turn) {
-      best = std::max(best, std::inner_product(a.begin(), a.end(), b.begin(), 0.0));
-      std::rotate(b.begin(), b.begin() + 1, b.end());
-    }
-    std::reverse(b.begin(), b.end());
+    std::copy_n(twice.begin(), kRaysCompared, twice.begin() + kRaysCompared);
+    std::array<double, kRaysCompared> products{};
+    for (int i = 0; i < kRaysCompared; ++i)
+      for (int turn = 0; turn < kRaysCompared; ++turn) products[turn] += a[i] * twice[i + turn];
+    best = std::max(best, *std::max_element(products.begin(), products.end()));
+    std::reverse(twice.begin(), twice.begin() + kRaysCompared);
   }
   return std::sqrt(std::max(0.0, (squares - 2 * best) / kRaysCompared));
 }
