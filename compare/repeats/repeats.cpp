@@ -17,7 +17,6 @@ namespace {
 constexpr double kPower = 0.9;
 constexpr std::size_t kLeastForModes = 6;  // repeats
 constexpr double kMostModes = 100;         // beyond, F no longer depends on their number
-constexpr double kMostDof = 1e6;           // groups that differ by chance alone
 
 double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -48,26 +47,6 @@ Judgement standardised(const std::vector<double>& repeats, double value, double 
 }
 
 }  // namespace
-
-VariancePrior variance_prior(const std::vector<GroupVariance>& groups) {
-  std::vector<double> logs;
-  double chance = 0;
-  for (const GroupVariance& group : groups) {
-    if (!(group.variance > 0) || group.dof < 1) continue;
-    const double half = group.dof / 2.0;
-    logs.push_back(std::log(group.variance) - digamma(half) + std::log(half));
-    chance += trigamma(half);
-  }
-  if (logs.size() < 2) throw internal_error("a prior needs two groups");
-  const auto n = static_cast<double>(logs.size());
-  const double excess = squares_of(logs) / (n - 1) - chance / n;
-  double low = 1e-3, high = kMostDof;  // trigamma(dof / 2) falls with dof
-  for (int i = 0; i < 200; ++i) {
-    const double middle = std::sqrt(low * high);
-    (trigamma(middle / 2) > excess ? low : high) = middle;
-  }
-  return {low, std::exp(mean_of(logs) + digamma(low / 2) - std::log(low / 2))};
-}
 
 Judgement judge_value(const std::vector<double>& repeats, double value, const VariancePrior& prior,
                       double significance) {

@@ -23,12 +23,6 @@ namespace drape::compare {
 struct VariancePrior {
   double dof = 0, variance = 0;
 };
-struct GroupVariance {
-  double variance = 0;
-  int dof = 0;
-};
-/// By the moments of log variance (Smyth 2004, section 6.2). Needs two groups of variance > 0.
-[[nodiscard]] VariancePrior variance_prior(const std::vector<GroupVariance>& groups);
 
 struct Judgement {
   std::optional<double> p;  ///< that a further repeat lies as far out; absent: cannot be judged

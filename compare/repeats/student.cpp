@@ -9,7 +9,6 @@ namespace {
 constexpr double kTiny = 1e-300;
 constexpr double kEnough = 1e-14;
 constexpr int kMostTerms = 10000;
-constexpr double kAsymptotic = 10;  // from here the series' error is below 1e-13
 
 /// Continued fraction of the incomplete beta function, modified Lentz.
 double beta_fraction(double x, double a, double b) {
@@ -58,28 +57,6 @@ double student_quantile(double p, double dof) {
     (student_cdf(middle, dof) < p ? low : high) = middle;
   }
   return (low + high) / 2;
-}
-
-double digamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / x;
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return std::log(x) - 1 / (2 * x) - below -
-         s * (1.0 / 12 - s * (1.0 / 120 - s * (1.0 / 252 - s * (1.0 / 240 - s / 132))));
-}
-
-double trigamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / (x * x);
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return below + 1 / x + s / 2 +
-         s / x * (1.0 / 6 - s * (1.0 / 30 - s * (1.0 / 42 - s * (1.0 / 30 - s * 5 / 66))));
 }
 
 }  // namespace drape::compare

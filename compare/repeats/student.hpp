@@ -14,9 +14,4 @@ namespace drape::compare {
 /// and Stegun 26.6.2).
 [[nodiscard]] double f_tail(double f, double above, double below);
 
-/// Logarithmic derivative of the gamma function and its derivative, x > 0 (Abramowitz and Stegun
-/// 6.3.5, 6.3.18, 6.4.6, 6.4.12).
-[[nodiscard]] double digamma(double x);
-[[nodiscard]] double trigamma(double x);
-
 }  // namespace drape::compare
