@@ -19,9 +19,7 @@ using units::mm;
 constexpr int kDampMoreSteps = 60000;       // steps after which a still sheet trembles
 constexpr double kStillDamping = 500;       // beta / m from then on, 1/s
 constexpr int kRestCheck = 64;              // steps between two looks at the residual
-constexpr double kQuietHeight = 10e-6;      // m; rest is judged below weight * this kinetic energy
 constexpr double kKineticSmoothing = 4e-3;  // s; peaks of the folding count, not those of rattling
-constexpr double kPinTravelTime = 0.3;      // s; pins move from the start to their places
 constexpr double kTimeResolution = 1e-12;   // s
 constexpr double kPinPlaced = 1e-9;         // m
 constexpr int kProgressSteps = 512;

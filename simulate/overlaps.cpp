@@ -16,8 +16,8 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
-constexpr double kCuts = 0.1e-3;  // m; deeper between particles, a warning says so
-constexpr double kSunk = 0.1e-3;  // m; a particle deeper than this in an object is no result
+// m; a particle deeper than this in an object is no result, cloth between particles a warning
+constexpr double kSunk = 0.1e-3;
 
 }  // namespace
 
@@ -74,7 +74,7 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   if (report.deepest_between_m > report.penetration_tolerance_m) {
     fault = fmt::format("between its particles {:.2g} mm inside an object",
                         report.deepest_between_m / mm);
-  } else if (report.deepest_between_m > kCuts) {
+  } else if (report.deepest_between_m > kSunk) {
     report.warnings.push_back(
         fmt::format("between its particles the sheet reaches {:.2f} mm into an object",
                     report.deepest_between_m / mm));

@@ -13,6 +13,11 @@
 
 namespace drape::simulate {
 
+/// What the explicit motion and the implicit fall agree on.
+inline constexpr double kPinTravelTime = 0.3;  ///< s; pins move from the start to their places
+inline constexpr double kQuietHeight =
+    10e-6;  ///< m; rest is judged below weight * this kinetic energy
+
 /// A material point held in space: a particle, or a point inside a cell by bilinear weights.
 struct Hold {
   std::array<int, 4> particle{};
