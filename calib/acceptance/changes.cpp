@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "calib/acceptance/draws.hpp"
 #include "core/camera_derivatives.hpp"
+#include "core/decompositions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -128,16 +128,15 @@ struct Inverse {
 Inverse inverse_of(const MatrixXd& information) {
   const VectorXd by =
       information.diagonal().unaryExpr([](double v) { return v > 1e-30 ? 1 / std::sqrt(v) : 0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by.asDiagonal() * information *
-                                                       by.asDiagonal());
+  const SymmetricEigen eigen = symmetric_eigen(by.asDiagonal() * information * by.asDiagonal());
   Inverse result;
-  VectorXd values = solver.eigenvalues();
+  VectorXd values = eigen.values;
   for (Index i = 0; i < values.size(); ++i) {
     result.rank += values[i] > 1e-9;
     values[i] = values[i] > 1e-9 ? 1 / values[i] : 0;
   }
-  result.matrix = by.asDiagonal() * solver.eigenvectors() * values.asDiagonal() *
-                  solver.eigenvectors().transpose() * by.asDiagonal();
+  result.matrix = by.asDiagonal() * eigen.vectors * values.asDiagonal() *
+                  eigen.vectors.transpose() * by.asDiagonal();
   return result;
 }
 
@@ -230,8 +229,7 @@ AcceptanceFigure figure_of(const std::string& name, const Found& found, double f
 }
 
 double smallest_named(const MatrixXd& information, double lambda) {
-  const double weakest =
-      Eigen::SelfAdjointEigenSolver<MatrixXd>(information).eigenvalues().minCoeff();
+  const double weakest = symmetric_eigen(information).values.minCoeff();
   return std::sqrt(lambda / std::max(weakest, 1e-30));
 }
 

@@ -2,13 +2,13 @@
 #include "calib/acceptance/draws.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "calib/joint/statistics.hpp"
+#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {
@@ -27,12 +27,11 @@ MatrixXd root_of(const MatrixXd& covariance) {
   if (covariance.size() == 0) return {};
   const Eigen::VectorXd sd = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd by = sd.unaryExpr([](double s) { return s > 0 ? 1 / s : 0.0; });
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(by.asDiagonal() * covariance *
-                                                       by.asDiagonal());
-  const double floor = 1e-12 * std::max(solver.eigenvalues().maxCoeff(), 0.0);
-  const Index kept = (solver.eigenvalues().array() > floor).count();
-  return sd.asDiagonal() * solver.eigenvectors().rightCols(kept) *
-         solver.eigenvalues().tail(kept).cwiseSqrt().asDiagonal();
+  const SymmetricEigen eigen = symmetric_eigen(by.asDiagonal() * covariance * by.asDiagonal());
+  const double floor = 1e-12 * std::max(eigen.values.maxCoeff(), 0.0);
+  const Index kept = (eigen.values.array() > floor).count();
+  return sd.asDiagonal() * eigen.vectors.rightCols(kept) *
+         eigen.values.tail(kept).cwiseSqrt().asDiagonal();
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "calib/acceptance/figures.hpp"
+#include "core/decompositions.hpp"
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 
@@ -54,7 +55,7 @@ std::optional<Ball> ball_through(const std::map<MarkId, MeasuredPoint>& points) 
       a.row(i) << from.normalized().transpose(), 1;
       b[i++] = from.norm() - ball.radius_mm;
     }
-    const VectorXd step = a.colPivHouseholderQr().solve(b);
+    const VectorXd step = least_squares(a, b);
     ball.centre_mm += step.head<3>();
     ball.radius_mm += step[3];
     if (step.norm() < 1e-9) break;
@@ -149,7 +150,7 @@ std::vector<AcceptanceFigure> sphere_figures(const AcceptanceInput& input,
     MatrixXd along(count, errors.cols());
     for (Index k = 0; k < count; ++k)
       along.row(k) = shapes.row(k).head<3>() * errors.middleRows<3>(3 * k);
-    const MatrixXd fitted = shapes.colPivHouseholderQr().solve(along);
+    const MatrixXd fitted = least_squares(shapes, along);
     const MatrixXd left = along - shapes * fitted;
     for (Index k = 0; k < errors.cols(); ++k) {
       const auto at = static_cast<std::size_t>(k);

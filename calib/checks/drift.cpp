@@ -5,13 +5,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/joint/model.hpp"
 #include "calib/joint/statistics.hpp"
 #include "core/camera_derivatives.hpp"
+#include "core/decompositions.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -128,13 +128,13 @@ Drift drift_between(const Calibration& old, const Calibration& now,
     in_old.reserve(points.size());
     for (const Vector3d& point : points) in_old.emplace_back(turn * point + shift);
     before = images_of(old, names, in_old, old_covariance);
-    const VectorXd step = before.by_world.colPivHouseholderQr().solve(seen.px - before.px);
+    const VectorXd step = least_squares(before.by_world, VectorXd(seen.px - before.px));
     turn = rotation_about(step.head<3>()) * turn;
     shift = rotation_about(step.head<3>()) * shift + step.tail<3>();
     if (step.norm() < 1e-12) break;
   }
-  const MatrixXd left = before.by_world.colPivHouseholderQr().solve(
-      MatrixXd::Identity(before.px.size(), before.px.size()));
+  const MatrixXd left = least_squares(
+      before.by_world, MatrixXd(MatrixXd::Identity(before.px.size(), before.px.size())));
   const MatrixXd apart = MatrixXd::Identity(left.cols(), left.cols()) -
                          before.by_world * left;  // the worlds' part out
   const VectorXd moved = apart * (before.px - seen.px);

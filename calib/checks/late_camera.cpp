@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/checks/late_camera.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "calib/joint/statistics.hpp"
+#include "core/decompositions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -102,14 +102,13 @@ MoreColumns lags_of(const JointModel& model) {
 std::optional<TimeSkew> find_time_skew(const JointModel& model, const MoreParameters& lags,
                                        const Causes& causes) {
   if (lags.estimate.size() == 0 || lags.p > kFalseAlarms) return std::nullopt;
-  const Eigen::LDLT<MatrixXd> inverse(lags.covariance);
   std::optional<TimeSkew> best;
   double best_explained = 0;
   for (std::size_t c = model.cameras.size() > 2 ? 0 : 1; c < model.cameras.size(); ++c) {
     // Where the first camera is late, all others are early against it.
     VectorXd shape = VectorXd::Constant(lags.estimate.size(), c == 0 ? -1 : 0);
     if (c > 0) shape[static_cast<Index>(c) - 1] = 1;
-    const VectorXd weighed = inverse.solve(shape);
+    const VectorXd weighed = solve_symmetric(lags.covariance, shape);
     const double information = shape.dot(weighed);
     const double sets = lags.estimate.dot(weighed) / information;
     const double explained = sets * sets * information;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/checks/one_more.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "calib/joint/statistics.hpp"
+#include "core/decompositions.hpp"
 
 namespace drape::calib {
 
@@ -31,17 +31,16 @@ MoreParameters fit_more(const std::vector<ViewInformation>& views, Index count) 
   }
   const VectorXd unit = all.diagonal().cwiseMax(1e-30).cwiseSqrt().cwiseInverse();
   const MatrixXd scaled = unit.asDiagonal() * all * unit.asDiagonal();
-  const Eigen::LDLT<MatrixXd> factor(scaled.topLeftCorner(fitted, fitted));
   const MatrixXd others = unit.head(fitted).asDiagonal() *
-                          factor.solve(scaled.topRightCorner(fitted, count)) *
+                          solve_symmetric(scaled.topLeftCorner(fitted, fitted),
+                                          MatrixXd(scaled.topRightCorner(fitted, count))) *
                           unit.tail(count).cwiseInverse().asDiagonal();
   MatrixXd pick(size, count);
   pick << -others, MatrixXd::Identity(count, count);
   const MatrixXd information = pick.transpose() * all * pick;
   for (Index k = 0; k < count; ++k)
     if (!(information(k, k) > 1e-9 * all(fitted + k, fitted + k))) return out;
-  const Eigen::LDLT<MatrixXd> inverse(information);
-  const VectorXd estimate = -inverse.solve(pick.transpose() * score);
+  const VectorXd estimate = -solve_symmetric(information, VectorXd(pick.transpose() * score));
   MatrixXd scatter = MatrixXd::Zero(count, count);
   for (const ViewInformation& view : views) {
     const VectorXd own =
@@ -49,9 +48,9 @@ MoreParameters fit_more(const std::vector<ViewInformation>& views, Index count) 
     scatter += own * own.transpose();
   }
   scatter *= static_cast<double>(n) / static_cast<double>(n - count);
-  const MatrixXd once = inverse.solve(scatter);
-  const MatrixXd covariance = inverse.solve(once.transpose());
-  const double t2 = estimate.dot(covariance.ldlt().solve(estimate));
+  const MatrixXd once = solve_symmetric(information, scatter);
+  const MatrixXd covariance = solve_symmetric(information, MatrixXd(once.transpose()));
+  const double t2 = estimate.dot(solve_symmetric(covariance, estimate));
   if (!std::isfinite(t2)) return out;
   out.estimate = estimate;
   out.covariance = covariance;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/exchange/exchange.hpp"
 #include "core/camera_derivatives.hpp"
+#include "core/decompositions.hpp"
 #include "core/error.hpp"
 
 namespace drape::calib {
@@ -73,7 +73,7 @@ double improve(const std::vector<Ray>& rays, const CameraModel& shape, BrownTerm
   // Terms of very different size are scaled alike; a term that the image cannot tell stays.
   const VectorXd scale = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
   const MatrixXd scaled = jacobian * scale.asDiagonal();
-  const VectorXd step = scaled.colPivHouseholderQr().solve(residuals);
+  const VectorXd step = least_squares(scaled, residuals);
   for (Eigen::Index i = 0; i < count; ++i) *parameters[i] += scale[i] * step[i];
   return (scaled * step).lpNorm<Eigen::Infinity>();
 }

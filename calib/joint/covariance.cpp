@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "core/camera_derivatives.hpp"
+#include "core/decompositions.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 
@@ -130,7 +131,7 @@ void add_known_lenses(MatrixXd& covariance, const JointModel& model, JointFit fi
   MatrixXd follows = MatrixXd::Zero(information.rows(), static_cast<Index>(lens.size()));
   follows(lens, Eigen::all).setIdentity();
   follows(pose, Eigen::all) =
-      -information(pose, pose).ldlt().solve(MatrixXd(information(pose, lens)));
+      -solve_symmetric(information(pose, pose), MatrixXd(information(pose, lens)));
   MatrixXd own = MatrixXd::Zero(follows.cols(), follows.cols());
   for (Index c = 0; c < cameras; ++c) {
     const CalibratedCamera& camera =

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "calib/joint/solve.hpp"
+#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {
@@ -174,7 +175,8 @@ MatrixXd information_of_view(const JointModel& model, const JointFit& fit,
     add_frame(all, layout, frame, derivative(model, layout, frame, placement), shared);
   const MatrixXd cross = all.topRightCorner(shared, placement_parameters);
   const MatrixXd own = all.bottomRightCorner<placement_parameters, placement_parameters>();
-  return all.topLeftCorner(shared, shared) - cross * own.ldlt().solve(cross.transpose());
+  return all.topLeftCorner(shared, shared) -
+         cross * solve_symmetric(own, MatrixXd(cross.transpose()));
 }
 
 MatrixXd inverse_of_information(const MatrixXd& information) {

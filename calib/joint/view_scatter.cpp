@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/joint/view_scatter.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/joint/statistics.hpp"
+#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {
@@ -13,30 +13,30 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Symmetric = Eigen::SelfAdjointEigenSolver<MatrixXd>;
 
 /// T with T A T' = 1; empty when A is numerically singular.
 MatrixXd whitener_of(const MatrixXd& information) {
   const VectorXd scale = information.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return {};
-  const Symmetric eigen(scale.asDiagonal() * information * scale.asDiagonal());
-  const VectorXd& values = eigen.eigenvalues();
+  const SymmetricEigen eigen =
+      symmetric_eigen(scale.asDiagonal() * information * scale.asDiagonal());
+  const VectorXd& values = eigen.values;
   if (!(values[0] > 1e-14 * values[values.size() - 1])) return {};
-  return values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose() *
+  return values.cwiseSqrt().cwiseInverse().asDiagonal() * eigen.vectors.transpose() *
          scale.asDiagonal();
 }
 
 /// The pull of a view before the fit gives in to it: under white noise its covariance is
 /// `own`, whereas that of the pull at the optimum is own - own^2.
 VectorXd without_leverage(const MatrixXd& own, const VectorXd& pull) {
-  const Symmetric eigen(own);
-  VectorXd along = eigen.eigenvectors().transpose() * pull;
+  const SymmetricEigen eigen = symmetric_eigen(own);
+  VectorXd along = eigen.vectors.transpose() * pull;
   for (Index i = 0; i < along.size(); ++i) {
     // A direction that this view alone determines leaves no residual to judge it by.
-    const double left = 1 - eigen.eigenvalues()[i];
+    const double left = 1 - eigen.values[i];
     along[i] = left > 1e-9 ? along[i] / std::sqrt(left) : 0;
   }
-  return eigen.eigenvectors() * along;
+  return eigen.vectors * along;
 }
 
 }  // namespace
@@ -76,9 +76,9 @@ ViewScatter scatter_of_views(const JointModel& model, const JointFit& fit, doubl
   MatrixXd whitened =
       out.shrinkage * mean +
       own_part * (scatter + out.inflation * (MatrixXd::Identity(size, size) - seen));
-  const Symmetric eigen(whitened);
-  whitened = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least_inflation).asDiagonal() *
-             eigen.eigenvectors().transpose();
+  const SymmetricEigen eigen = symmetric_eigen(whitened);
+  whitened = eigen.vectors * eigen.values.cwiseMax(least_inflation).asDiagonal() *
+             eigen.vectors.transpose();
   out.degrees_of_freedom = 1 / (std::pow(out.shrinkage, 2) / (by_direction * directions) +
                                 std::pow(own_part, 2) / by_direction);
   const double widening = widening_by_student(out.degrees_of_freedom);

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decompositions of dense matrices of any size, by Eigen; compiled here once, since each takes the
+// compiler seconds in every source that names it.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace drape {
+
+/// Of a symmetric matrix: ascending values, and one unit vector per column.
+struct SymmetricEigen {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+[[nodiscard]] SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
+
+/// The x for which |a x - b| is least, by Householder reflections with column pivoting.
+[[nodiscard]] Eigen::VectorXd least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+[[nodiscard]] Eigen::MatrixXd least_squares(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+/// The x of a x = b for a symmetric semidefinite a, by L D L' with pivoting.
+[[nodiscard]] Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
+[[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
+}  // namespace drape
