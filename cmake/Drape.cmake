@@ -83,17 +83,21 @@ endfunction()
 # Ends a test that hangs, and nothing else: a machine may be slow, and busy with other things.
 set(DRAPE_TEST_TIMEOUT_S 3000)
 
-# drape_test(<name> [CAMERAS] [PARTS n] SOURCES ... LINK ...) builds a GoogleTest program and registers its tests: each by
-# its name, or, where all rest on a set-up that takes seconds, as n parts whose tests have it in common. CAMERAS labels
-# what drives cameras through Aravis.
+# drape_test(<name> [CAMERAS] [FIRST] [PARTS n] SOURCES ... LINK ...) builds a GoogleTest program and registers
+# its tests: each by its name, or, where all rest on a set-up that takes seconds, as n parts whose tests have it in
+# common. CAMERAS labels what drives cameras through Aravis. FIRST starts them first, so that no test of minutes is
+# left when all others have ended.
 function(drape_test name)
   if(NOT DRAPE_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "CAMERAS" "PARTS" "SOURCES;LINK" ${ARGN})
-  set(label)
+  cmake_parse_arguments(arg "CAMERAS;FIRST" "PARTS" "SOURCES;LINK" ${ARGN})
+  set(properties TIMEOUT ${DRAPE_TEST_TIMEOUT_S})
   if(arg_CAMERAS)
-    set(label LABELS cameras)
+    list(APPEND properties LABELS cameras)
+  endif()
+  if(arg_FIRST)
+    list(APPEND properties COST 100)
   endif()
   add_executable(${name} ${arg_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
@@ -103,7 +107,7 @@ function(drape_test name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(NOT arg_PARTS)
     gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT ${DRAPE_TEST_TIMEOUT_S}
-                         PROPERTIES TIMEOUT ${DRAPE_TEST_TIMEOUT_S} ${label})
+                         PROPERTIES ${properties})
     return()
   endif()
   math(EXPR last "${arg_PARTS} - 1")
