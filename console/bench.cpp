@@ -302,7 +302,7 @@ void Bench::job_ended(const Job& job) {
       const std::lock_guard lock(mutex_);
       trouble_.clear();
       if (job.kind == "doctor") {
-        const Json report = Json::parse(job.output, nullptr, false);
+        const Json report = try_json(job.output);
         doctor_ = report.is_object() ? report.value("checks", Json()) : Json();
       }
     }

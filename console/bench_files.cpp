@@ -264,7 +264,7 @@ Json Bench::results(const std::vector<std::string>& words) const {
   const CallEnd end = run_call(
       call, [](double, const std::string&) {}, child);
   if (end.exit_code > 1) return {};  // a run is writing it
-  Json json = Json::parse(end.output, nullptr, false);
+  Json json = try_json(end.output);
   if (json.is_discarded()) return {};
   const std::lock_guard lock(mutex_);
   kept_results_[key] = json;

@@ -90,7 +90,7 @@ Chromium::~Chromium() {
 Json Chromium::next_message() {
   for (;;) {
     if (const std::size_t end = text_.find('\0'); end != std::string::npos) {
-      Json message = Json::parse(text_.substr(0, end));
+      Json message = parse_json(text_.substr(0, end));
       text_.erase(0, end + 1);
       return message;
     }

@@ -88,7 +88,7 @@ class Console::Impl {
     };
     Response response;
     if (route == "/api/do") {
-      const Json act = Json::parse(request.body, nullptr, false);
+      const Json act = try_json(request.body);
       bench_.act(act);
       response.body = "{}";
     } else if (route == "/api/state") {

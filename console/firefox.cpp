@@ -144,7 +144,7 @@ class Firefox final : public Browser {
       if (const std::size_t colon = text_.find(':'); colon != std::string::npos) {
         const std::size_t size = std::stoul(text_.substr(0, colon));
         if (text_.size() > colon + size) {
-          Json message = Json::parse(text_.substr(colon + 1, size));
+          Json message = parse_json(text_.substr(colon + 1, size));
           text_.erase(0, colon + 1 + size);
           return message;
         }

@@ -29,7 +29,7 @@ TEST_F(LiveConsole, ShowsWhatTheCamerasSeeAndStoresWhatIsTaken) {
       const std::size_t at = picture.body.find("X-Facts: ");
       ASSERT_NE(at, std::string::npos) << picture.body;
       const Json facts =
-          Json::parse(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+          parse_json(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
       EXPECT_EQ(facts["settings"]["exposure_us"], "2000") << facts.dump();
       EXPECT_EQ(facts["asked"]["exposure_us"], 2000.0);
       const cv::Mat seen = frame_of_bench1(c);
@@ -118,7 +118,7 @@ Json facts_of(const RunningBench& server, int camera) {
       "-o /dev/null -D - '{}api/live?camera=cam{}&width=80'", server.address(), camera));
   const std::size_t at = picture.body.find("X-Facts: ");
   if (at == std::string::npos) return {};
-  return Json::parse(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
+  return parse_json(picture.body.substr(at + 9, picture.body.find('\r', at) - at - 9));
 }
 
 TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
@@ -150,7 +150,7 @@ TEST_F(LiveConsole, ExposureAndGainAreSetAndReadBackFromTheCamera) {
         [](const Json& state) { return words(state).find("NO-GO: ") != std::string::npos; });
   await_setting("exposure_us", "3000");
   take(server, "stage_z000");
-  const Json stored = Json::parse(read_text(out() / "recording" / "stage_z000" / "capture.json"));
+  const Json stored = parse_json(read_text(out() / "recording" / "stage_z000" / "capture.json"));
   EXPECT_THAT(stored.dump(), HasSubstr("\"exposure_us\":\"3000\"")) << stored.dump(1);
   EXPECT_EQ(light("exposure_us", -1), 400);
   EXPECT_EQ(server.act({{"do", "light"}, {"camera", "../cam1"}, {"gain_db", 1}}), 400);

@@ -68,7 +68,7 @@ RunningBench::RunningBench(const fs::path& rig, const fs::path& out, int limit_k
   char byte = 0;
   while (text.find('}') == std::string::npos && ::read(ends[0], &byte, 1) == 1) text += byte;
   ::close(ends[0]);
-  const Json json = Json::parse(text, nullptr, false);
+  const Json json = try_json(text);
   if (!json.is_object() || !json.contains("address"))
     throw std::runtime_error("drape-bench does not listen: " + text);
   address_ = json["address"].get<std::string>();
@@ -148,7 +148,7 @@ CurlAnswer curl(const std::string& arguments) {
 }
 
 Json RunningBench::get(const std::string& route) const {
-  return Json::parse(curl("'" + address_ + route + "'").body, nullptr, false);
+  return try_json(curl("'" + address_ + route + "'").body);
 }
 
 int RunningBench::act(const Json& what) const {

@@ -263,7 +263,7 @@ TEST(ServerFaults, KilledAndStartedAgainItShowsTheStateAgain) {
   EXPECT_EQ(state["operator"], "Ada <b>");
   EXPECT_TRUE(is_taken(state, "stage_z000"));
   EXPECT_TRUE(is_taken(state, "drape_C"));
-  EXPECT_EQ(state["sets"][0], Json::parse(before)[0]) << "marks measured before are there";
+  EXPECT_EQ(state["sets"][0], parse_json(before)[0]) << "marks measured before are there";
   EXPECT_EQ(fs::status(out / "console/token").permissions(),
             fs::perms::owner_read | fs::perms::owner_write);
 }

@@ -75,10 +75,10 @@ class Watcher {
     }
     const std::size_t data = event.find("data: ");
     if (event.find("event: frame") == std::string::npos || data == std::string::npos) return;
-    const std::string camera = Json::parse(event.substr(data + 6))["camera"];
+    const std::string camera = parse_json(event.substr(data + 6))["camera"];
     const auto answer = pictures_.Get(root_ + "live?width=640&red=1&camera=" + camera);
     if (!answer || answer->status != 200) return;
-    const Json facts = Json::parse(answer->get_header_value("X-Facts"));
+    const Json facts = parse_json(answer->get_header_value("X-Facts"));
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     const std::lock_guard lock(mutex_);
     delays_ms_.push_back(1e-6 * static_cast<double>(now / std::chrono::nanoseconds(1) -

@@ -230,7 +230,7 @@ std::vector<FoundCamera> found_cameras() {
   Step step;
   step.program = stage_program("cameras");
   step.arguments = {"--json", "--sizes"};
-  const Json json = Json::parse(run_step(step).output, nullptr, false);
+  const Json json = try_json(run_step(step).output);
   std::vector<FoundCamera> found;
   if (json.is_object() && json.contains("cameras"))
     for (const Json& item : json["cameras"]) {

@@ -248,9 +248,7 @@ std::optional<Error> error_in(const StepResult& result) {
   }
   if (result.exit_code <= 1) return std::nullopt;
   const std::size_t begin = result.output.find("{\n");
-  const Json json = begin == std::string::npos
-                        ? Json()
-                        : Json::parse(result.output.substr(begin), nullptr, false);
+  const Json json = begin == std::string::npos ? Json() : try_json(result.output.substr(begin));
   const auto kind = static_cast<ErrorKind>(result.exit_code);
   if (!json.is_object() || !json.contains("error"))
     return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");

@@ -71,7 +71,7 @@ std::string sentence_of_text(const std::string& output) {
 std::string ending_of(const Step& step, const std::string& output) {
   const fs::path kept = ending_path(step.record);
   if (fs::is_regular_file(kept)) return read_text(kept);
-  const Json json = Json::parse(output, nullptr, false);
+  const Json json = try_json(output);
   if (!json.is_object() || !json.contains("sentence") || !json["sentence"].is_string())
     return output;
   return fmt::format("{}: {}\n", json.value("verdict", "GO"), json["sentence"].get<std::string>());

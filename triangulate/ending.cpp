@@ -144,7 +144,7 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
 
 void note_repeat(const std::filesystem::path& sheet, const RepeatId& id) {
   const auto file = std::filesystem::path(sheet).replace_extension(".json");
-  Json json = Json::parse(read_text(file));
+  Json json = parse_json(read_text(file));
   json["source"]["repeat"] = {{"scene", id.scene}, {"repeat", id.name}, {"face", id.face}};
   write_json(file, json);
 }

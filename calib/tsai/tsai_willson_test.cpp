@@ -3,13 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "calib/tsai/refine.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "calib/tsai/tsai.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
@@ -99,7 +99,7 @@ TEST(TsaiWillson, NonCoplanarFullOptimumIsTheTrueOne) {
   EXPECT_TRUE(result.converged);
   EXPECT_LE(sum_of_squares(result.camera, points), 2.39976);
   EXPECT_LE(normalised_error(result.camera, points), 0.19357);
-  const auto reference = nlohmann::json::parse(
+  const auto reference = parse_json(
       read_text(folder / "reference_results.json"))["ncc"]["lm_optimum_distorted"]["params"];
   const auto& lens = std::get<TsaiLens>(result.camera.model.lens);
   EXPECT_NEAR(lens.focal_m / mm, reference["f"].get<double>(), 1e-4);
@@ -169,8 +169,8 @@ TEST(TsaiWillson, TheFourClassicalErrorsEqualAnIndependentEvaluation) {
   const Refinement result =
       full(points, *align_non_coplanar(points, willson_sensor()), TsaiFree::all);
   const ClassicalErrors errors = classical_errors(result.camera, points);
-  const auto reference = nlohmann::json::parse(
-      read_text(folder / "reference_results.json"))["ncc"]["lm_optimum_distorted"];
+  const auto reference =
+      parse_json(read_text(folder / "reference_results.json"))["ncc"]["lm_optimum_distorted"];
   const auto expect = [&](const ErrorMeasure& measure, const char* name) {
     EXPECT_NEAR(measure.mean, reference[name]["mean"].get<double>(), 1e-6) << name;
     EXPECT_NEAR(measure.max, reference[name]["max"].get<double>(), 1e-5) << name;

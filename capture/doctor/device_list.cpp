@@ -33,7 +33,7 @@ std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program,
     output.append(buffer, got);
   }
   const int status = pipe == nullptr ? -1 : ::pclose(pipe);
-  const Json json = Json::parse(output, nullptr, false);
+  const Json json = try_json(output);
   if (status != 0 || json.is_discarded())
     throw Error(ErrorKind::device, "the cameras cannot be listed", {.file = host_program.string()},
                 "run it by hand with --list; build or install drape-camera-host if it is missing");

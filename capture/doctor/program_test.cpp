@@ -166,7 +166,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   const auto devices = cameras_of_bench1();
   write_calibration(temporary_.path() / "calibration.json", test::bench1_true_calibration());
   const std::string line = path("live") + " --json --out " + path("") + " --calibration ";
-  const Json good = Json::parse(run("drape-doctor", line + path("calibration.json")).output);
+  const Json good = parse_json(run("drape-doctor", line + path("calibration.json")).output);
   std::map<std::string, Json> checks;
   for (const Json& check : good.at("checks")) checks[check.at("check")] = check;
   for (const std::string name :
@@ -189,7 +189,7 @@ TEST_F(Programs, TheDoctorSaysGoOnAGoodBenchAndWhatToTypeOtherwise) {
   const Outcome bad = run("drape-doctor", line + path("nowhere.json"));
   EXPECT_EQ(bad.exit_code, 1);
   int named = 0;
-  const Json report = Json::parse(bad.output);
+  const Json report = parse_json(bad.output);
   for (const Json& check : report.at("checks")) {
     const bool go = check.at("verdict") == "GO";
     EXPECT_EQ(check.at("to_do").is_null(), go) << check.dump();

@@ -94,7 +94,7 @@ Received receive_message(int descriptor, int timeout_ms, Json& message) {
   const ssize_t got = ::recv(descriptor, buffer.data(), buffer.size(), 0);
   if (got < 0 && (errno == EINTR || errno == EAGAIN)) return Received::nothing;
   if (got <= 0) return Received::closed;
-  message = Json::parse(buffer.begin(), buffer.begin() + got, nullptr, false);
+  message = try_json({buffer.data(), static_cast<std::size_t>(got)});
   return message.is_discarded() ? Received::closed : Received::message;
 }
 

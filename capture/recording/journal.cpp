@@ -132,7 +132,7 @@ void Journal::adopt_lines(const std::string& text) {
   const fs::path journal = journal_of(recording_.folder);
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    const Json json = Json::parse(line, nullptr, false);
+    const Json json = try_json(line);
     if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
     if (!json.contains("renamed")) {
       adopt(set_of(json, journal));

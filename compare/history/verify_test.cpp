@@ -196,7 +196,7 @@ std::string change_a_row(std::mt19937& random, const fs::path& file) {
 
 /// Another argument or option in one of the run records, well-formed.
 std::string change_an_option(std::mt19937& random, const fs::path& file) {
-  Json json = Json::parse(read_text(file));
+  Json json = parse_json(read_text(file));
   if (random() % 2 == 0) {
     Json& arguments = json["arguments"];
     arguments[random() % arguments.size()] = "another";

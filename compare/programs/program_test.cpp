@@ -55,7 +55,7 @@ TEST_F(Program, PrintsTheTablesOfThePaperAndTheVerdict) {
 
 TEST_F(Program, JsonSaysTheSame) {
   ASSERT_EQ(compare("--json"), 0) << output_;
-  const Json json = Json::parse(output_);
+  const Json json = parse_json(output_);
   EXPECT_EQ(json["verdict"], "GO");
   EXPECT_EQ(json["drapes"][0]["real_vs_virtual"].size(), 4U);
   EXPECT_TRUE(json["drapes"][0]["real_vs_virtual"][0]["mean_dist_mm"].is_number());
@@ -101,7 +101,7 @@ TEST_F(Program, ResultsAnswers) {
   EXPECT_EQ(run("drape-results", "tables" + store), 0);
   EXPECT_THAT(output_, HasSubstr("1 seg: 11x11 vs 21x21"));
   EXPECT_EQ(run("drape-results", "--json sql 'SELECT count(*) AS n FROM comparison'" + store), 0);
-  EXPECT_EQ(Json::parse(output_)[0]["n"], 4);
+  EXPECT_EQ(parse_json(output_)[0]["n"], 4);
   EXPECT_EQ(run("drape-results", "export csv --table metric" + store), 0);
   EXPECT_THAT(output_, HasSubstr("name,unit,definition,better"));
   EXPECT_EQ(run("drape-results", "sql 'DROP TABLE rig'" + store), 2);

@@ -189,7 +189,7 @@ void write_repeat(const fs::path& file, const Sheet& sheet, const std::string& s
                   const std::string& repeat, const std::string& face) {
   write_sheet(file, sheet);
   const fs::path json = fs::path(file).replace_extension(".json");
-  Json root = Json::parse(read_text(json));
+  Json root = parse_json(read_text(json));
   root["source"]["repeat"] = {{"scene", scene}, {"repeat", repeat}, {"face", face}};
   write_json(json, root);
 }

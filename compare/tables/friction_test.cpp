@@ -111,7 +111,7 @@ TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
   EXPECT_THAT(by_loops->origin, HasSubstr("+0.400 mm"));
 
   const std::filesystem::path list = folder.path() / "branches.json";
-  Json json = Json::parse(read_text(list)), ends = Json::array();
+  Json json = parse_json(read_text(list)), ends = Json::array();
   for (const double z : {-0.3, -0.1, 0.05}) {
     Json moves = Json::array();
     for (int k = 0; k < 121; ++k) moves.push_back({0.0, 0.0, z});

@@ -81,8 +81,7 @@ std::string text_of(const Json& json, const char* key) {
 /// What a program says of its own end in its --json ending.
 std::string sentence_of(const std::string& output, int exit_code) {
   const std::size_t begin = output.find('{');
-  const Json json =
-      begin == std::string::npos ? Json() : Json::parse(output.substr(begin), nullptr, false);
+  const Json json = begin == std::string::npos ? Json() : try_json(output.substr(begin));
   if (json.is_object()) {
     if (const auto error = json.find("error"); error != json.end() && error->is_object()) {
       std::string text = text_of(*error, "what_failed");

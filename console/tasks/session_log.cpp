@@ -25,7 +25,7 @@ SessionLog::SessionLog(fs::path file, std::function<std::string()> clock)
     line_open_ = !text.empty() && text.back() != '\n';
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
-      Json entry = Json::parse(line, nullptr, false);
+      Json entry = try_json(line);
       if (entry.is_object() && entry.contains("at")) {
         entries_.push_back(std::move(entry));
       } else if (!line.empty() && !(entry.is_object() && entry.contains("schema"))) {
@@ -66,7 +66,7 @@ void SessionLog::add(const std::string& who, const std::string& what, Json more)
   if (::fdatasync(descriptor_) != 0)
     throw bad_input(fmt::format("the session log is not on the disk: {}", std::strerror(errno)),
                     {.file = file_.string()}, "check the disk");
-  entries_.push_back(Json::parse(line, nullptr, false));
+  entries_.push_back(try_json(line));
 }
 
 std::vector<Json> SessionLog::entries() const {

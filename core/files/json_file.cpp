@@ -265,6 +265,14 @@ Eigen::Matrix3d JsonNode::matrix3(const std::string& key) const {
   return square<3>(*this, key);
 }
 
+Json parse_json(std::string_view text) {
+  return Json::parse(text);
+}
+
+Json try_json(std::string_view text) {
+  return Json::parse(text, nullptr, false);
+}
+
 Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
   Json rows = Json::array();
   for (Eigen::Index row = 0; row < matrix.rows(); ++row)

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,13 @@ class JsonNode {
 /// Array (of rows) for a vector (matrix).
 [[nodiscard]] Json to_json(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
 [[nodiscard]] Json to_json_vector(const Eigen::Ref<const Eigen::VectorXd>& vector);
+
+/// The value that a text writes; throws Json::parse_error. Whoever calls the parser itself compiles
+/// it, which takes some seconds.
+[[nodiscard]] Json parse_json(std::string_view text);
+
+/// The same; discarded (`is_discarded()`) where the text is no JSON.
+[[nodiscard]] Json try_json(std::string_view text);
 
 /// Pretty-printed durable write. Arrays of plain numbers stay on one line.
 void write_json(const std::filesystem::path& file, const Json& json);

@@ -32,7 +32,7 @@ Json run_rig(const fs::path& folder) {
                             (folder / "rig").string(), (folder / "out").string()));
   const std::size_t begin = outcome.text.find("{\n");
   if (outcome.exit_code > 1 || begin == std::string::npos) throw std::runtime_error(outcome.text);
-  return Json::parse(outcome.text.substr(begin));
+  return parse_json(outcome.text.substr(begin));
 }
 
 /// What a step that measures says that is not GO, and what it warns of. A simulation of a coarse
@@ -72,7 +72,7 @@ TEST(RenderedBenches, GiveNoAlarm) {
 }
 
 double value_of(const fs::path& object_json, const std::string& key, const char* what) {
-  const Json object = Json::parse(read_text(object_json));
+  const Json object = parse_json(read_text(object_json));
   for (const Json& value : object.at("values"))
     if (value.at("key") == key) return value.at(what);
   throw std::runtime_error(object_json.string() + " has no " + key);

@@ -85,7 +85,7 @@ TEST(RenderedPlates, IntervalsOfTheirPosesHold) {
                      program("drape-detect").string(), rig));
     const Detections found = read_detections(folder.path() / "found.json");
     const Calibration cameras = read_calibration(folder.path() / "recording/true_calibration.json");
-    const Json truth = Json::parse(read_text(folder.path() / "recording/truth.json"));
+    const Json truth = parse_json(read_text(folder.path() / "recording/truth.json"));
     for (const Json& set : truth.at("sets")) {
       const std::string name = set.at("set");
       if (name == "stage") continue;

@@ -154,7 +154,7 @@ TEST_F(LiveIsReplay, ThroughThreeGigeCameras) {
 /// What the tests in the guest said, as GoogleTest's JSON has it.
 void expect_guest_tests_passed(const fs::path& file, const std::string& output) {
   ASSERT_TRUE(fs::exists(file)) << output;
-  const Json report = Json::parse(read_text(file));
+  const Json report = parse_json(read_text(file));
   EXPECT_EQ(report.at("failures"), 0) << output;
   EXPECT_GE(report.at("tests").get<int>(), 15);
   for (const Json& suite : report.at("testsuites"))
@@ -196,7 +196,7 @@ TEST_F(LiveIsReplay, ThroughTheKernelsV4l2Driver) {
   }
   ASSERT_TRUE(fs::exists(at("share/recording"))) << guest.output;
   fs::rename(at("share/recording"), at("vivid"));
-  const Json details = Json::parse(read_text(at("vivid/drape_A/capture.json")));
+  const Json details = parse_json(read_text(at("vivid/drape_A/capture.json")));
   EXPECT_EQ(details.at("sync_method"), "free_run");
   std::printf("three cameras together: spread %.2f ms\n", details.at("spread_ms").get<double>());
   const Outcome verify = run("drape-capture", "verify " + quoted("vivid"));

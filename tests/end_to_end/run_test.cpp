@@ -165,7 +165,7 @@ TEST(EndToEnd, SecondRunMakesNothingAndShowsTheTablesAgain) {
 /// The set of drape C as another one, with the noise of other pictures.
 void photograph_again(const SmallBench& bench, const std::string& set, int seed) {
   const fs::path recording = bench.rig() / "recording";
-  drape::Json list = drape::Json::parse(drape::read_text(recording / "recording.json"));
+  drape::Json list = drape::parse_json(drape::read_text(recording / "recording.json"));
   drape::Json copy;
   for (const drape::Json& one : list["sets"])
     if (one["name"] == "drape_C") copy = one;
@@ -202,7 +202,7 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
   EXPECT_THAT(first.text, HasSubstr("of the 3 real drapes"));
   EXPECT_THAT(first.text, HasSubstr("its upper face is `back`"));
   const fs::path out = bench.folder() / "out";
-  const auto sheet = drape::Json::parse(drape::read_text(out / "C/repeats/4/sheet.json"));
+  const auto sheet = drape::parse_json(drape::read_text(out / "C/repeats/4/sheet.json"));
   EXPECT_EQ(sheet["source"]["repeat"],
             (drape::Json{{"scene", "C"}, {"repeat", "4"}, {"face", "back"}}));
   EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("repeats: spectrum"));
@@ -228,7 +228,7 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   ASSERT_LE(first.exit_code, 1) << first.text;
   EXPECT_THAT(first.text, HasSubstr("8 made, 0 up to date"));
   const fs::path out = bench.folder() / "out";
-  const drape::Json list = drape::Json::parse(drape::read_text(out / "C/ensemble/branches.json"));
+  const drape::Json list = drape::parse_json(drape::read_text(out / "C/ensemble/branches.json"));
   ASSERT_GE(list["members_at_rest"].get<int>(), 20);
   EXPECT_EQ(list["band"].size(), 121U);
   ASSERT_FALSE(list["branches"].empty());
@@ -261,7 +261,7 @@ TEST(EndToEnd, ADrapeIsRefinedAndTheReportStatesWhatTheGridLeaves) {
   const Outcome first = drape::test::run_line(line + " --finest 29");
   ASSERT_LE(first.exit_code, 1) << first.text;
   const fs::path out = bench.folder() / "out";
-  const drape::Json list = drape::Json::parse(drape::read_text(out / "C/refined/refinement.json"));
+  const drape::Json list = drape::parse_json(drape::read_text(out / "C/refined/refinement.json"));
   ASSERT_TRUE(list["used"].is_number()) << list["sentence"];
   EXPECT_EQ(list["marks"].size(), 121U);
   const drape::Json& grid = list["grids"][list["used"].get<std::size_t>()];

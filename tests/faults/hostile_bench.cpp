@@ -65,7 +65,7 @@ void HostileBench::replace(const std::string& file, const std::string& from,
 }
 
 void HostileBench::edit(const std::string& file, const std::function<void(Json&)>& change) const {
-  Json json = Json::parse(read_text(lab() / file));
+  Json json = parse_json(read_text(lab() / file));
   change(json);
   write(file, json.dump(1));
 }

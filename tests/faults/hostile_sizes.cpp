@@ -52,7 +52,7 @@ void write_chain(const HostileBench& bench, int steps) {
   const auto file = [&](int i) {
     return Json::array({{{"file", "f" + std::to_string(i)}, {"sha256", sha256}}});
   };
-  Json record = Json::parse(read_text(bench.lab() / (folder + "sheet.run.json")));
+  Json record = parse_json(read_text(bench.lab() / (folder + "sheet.run.json")));
   Json first = record;
   for (int i = 0; i < steps; ++i) {
     record["outputs"] = file(i);

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Json recording_of(const SmallBench& bench) {
-  return Json::parse(read_text(bench.rig() / "recording/recording.json"));
+  return parse_json(read_text(bench.rig() / "recording/recording.json"));
 }
 
 Json& frame_of(Json& recording, const std::string& set, std::size_t camera) {
