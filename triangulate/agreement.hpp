@@ -10,8 +10,7 @@
 namespace drape::triangulate {
 
 struct AgreementLimits {
-  double max_sigmas = 6;
-  double min_angle_rad = 0.035;
+  double max_sigmas = 0, min_angle_rad = 0;  ///< as in TriangulateOptions
   /// Three or more views that miss each other by less than this (rms) see the same dot, whatever
   /// the sigmas say; the point's covariance is then widened to what the views show. A sharp crease
   /// of 15 degrees anywhere under a dot of 8 px radius moves its image by up to 0.27 px from view
