@@ -234,14 +234,20 @@ Ends ends_of(int seed, int particles, int kicks, int randoms) {
 }
 
 /// Issue: within 0.01 % of the best energy that 200 random starts find. Coarse grids first, so that
-/// a trial that is broken off says most; DRAPE_FIRST_TRIAL is its first hang.
+/// a trial that is broken off says most; DRAPE_FIRST_TRIAL is its first hang. The slice has one
+/// hang of three pins and one of two.
 TEST(Hangs, TheLowestBranchIsAsLowAsTheBestOfRandomStarts) {
-  const int hangs = drape::test::trial_count(1, 12);
-  const int randoms = drape::test::trial_count(12, 200);
-  const std::vector<int> grids = hangs == 1 ? std::vector<int>{9} : std::vector<int>{21, 31, 41};
+  const bool whole = drape::test::trial_count(1, 2) == 2;
+  std::vector<int> hangs{0, 4};
+  if (whole) {
+    hangs.clear();
+    for (int seed = drape::test::first_trial(); seed < 12; ++seed) hangs.push_back(seed);
+  }
+  const int randoms = drape::test::trial_count(6, 200);
+  const std::vector<int> grids = whole ? std::vector<int>{21, 31, 41} : std::vector<int>{9};
   for (const int grid : grids) {
-    for (int seed = drape::test::first_trial(); seed < hangs; ++seed) {
-      const Ends ends = ends_of(seed, grid, hangs == 1 ? 32 : BranchOptions{}.kicks, randoms);
+    for (const int seed : hangs) {
+      const Ends ends = ends_of(seed, grid, whole ? BranchOptions{}.kicks : 32, randoms);
       // The search finds what no start does.
       EXPECT_LT(ends.lowest_j, ends.best_start_j - kGoal * std::abs(ends.best_start_j))
           << seed << ", " << grid;

@@ -6,6 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "simulate/contact/self_distance.hpp"
+#include "simulate/ensemble/folds.hpp"
 #include "simulate/ensemble/kicks.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 #include "simulate/equilibrium/prolong.hpp"
@@ -57,24 +58,47 @@ StaticDrape settle_from(const StaticCase& the_case, const GridSpec& grid, Static
   });
 }
 
+bool is_valley(const StaticDrape& drape, const GridSpec& grid) {
+  const StaticReport& report = drape.report;
+  return report.status == StaticStatus::at_rest && report.touching + report.between == 0 &&
+         !passes_through_itself(grid, drape.position);
+}
+
+/// Where those starts end by motion; layers that meet press on each other.
+std::vector<StaticDrape> fallen_from(const std::vector<StartChange>& starts,
+                                     const StaticCase& the_case, const GridSpec& grid,
+                                     const StaticOptions& options, int most) {
+  StaticOptions falls = options;
+  falls.threads = 1;
+  falls.falls = true;
+  std::vector<StaticDrape> found(starts.size());
+  parallel_for(found.size(), options.threads, [&](std::size_t k) {
+    found[k] = drape_statically(the_case, grid, falls, starts[k]);
+  });
+  Pool pool(most);
+  for (StaticDrape& drape : found) {
+    if (is_valley(drape, grid)) pool.take(std::move(drape));
+  }
+  return std::move(pool).rests();
+}
+
 }  // namespace
 
 std::vector<StaticDrape> seek_valleys(const StaticCase& the_case, const GridSpec& grid,
                                       const StaticOptions& options,
                                       const std::vector<const Field*>& rests,
                                       const ValleySearch& how) {
+  const std::vector<StartChange> folded = folded_starts(the_case);
+  if (!folded.empty()) return fallen_from(folded, the_case, grid, options, how.finished);
   StaticOptions exact = options;
   exact.threads = 1;
   exact.cloth_thickness_m = 0;  // what would meet itself is no rest that is sought
   StaticOptions rough = exact;
   rough.judge_stability = false;
   const auto take = [&](StaticDrape drape, const GridSpec& on, Pool& pool) {
-    const StaticReport& report = drape.report;
     // A tight fold that a coarse grid keeps apart may have no room on the finest.
-    if (report.status == StaticStatus::at_rest && report.touching + report.between == 0 &&
-        !passes_through_itself(on, drape.position) &&
-        (on.count() == grid.count() ||
-         !passes_through_itself(grid, prolong(drape.position, on, grid))))
+    if (is_valley(drape, on) && (on.count() == grid.count() ||
+                                 !passes_through_itself(grid, prolong(drape.position, on, grid))))
       pool.take(std::move(drape));
   };
   const auto settle_all = [&](std::size_t count, const auto& start, const GridSpec& of,

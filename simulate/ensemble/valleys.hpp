@@ -18,10 +18,11 @@ struct ValleySearch {
   int particles = 13;  ///< most per side of the search's grid
 };
 
-/// The lowest rests, apart from the sheet's own surface, that are found of a sheet that touches
-/// nothing, beginning with `rests` (of `grid`) and the scene's start. They are kicked on a coarse
-/// grid, see kicked() (basin hopping, Wales and Doye 1997), settled on `grid` and kicked there.
-/// Seeded; the same at any number of threads.
+/// The lowest rests that are found of a sheet that touches nothing but itself. On two pins it falls
+/// from folded_starts(). Else its rests apart from its own surface are sought, beginning with
+/// `rests` (of `grid`) and the scene's start: they are kicked on a coarse grid, see kicked() (basin
+/// hopping, Wales and Doye 1997), settled on `grid` and kicked there. Seeded; the same at any
+/// number of threads.
 [[nodiscard]] std::vector<StaticDrape> seek_valleys(const StaticCase& the_case,
                                                     const GridSpec& grid,
                                                     const StaticOptions& options,
