@@ -153,27 +153,34 @@ class Pairs {
   explicit Pairs(int most) : most_(static_cast<std::size_t>(most)) {}
   [[nodiscard]] bool empty() const { return pairs_.empty(); }
   void clear() { pairs_.clear(); }
-  void add(Eigen::VectorXd step, Eigen::VectorXd lost, double product) {
-    pairs_.push_back({std::move(step), std::move(lost), product});
-    if (pairs_.size() > most_) pairs_.pop_front();
+  void add(const Eigen::VectorXd& step, const Eigen::VectorXd& lost, double product) {
+    if (pairs_.size() >= most_) {
+      pairs_.push_back(std::move(pairs_.front()));
+      pairs_.pop_front();
+    } else {
+      pairs_.emplace_back();
+    }
+    pairs_.back().step = step.cast<float>();
+    pairs_.back().lost = lost.cast<float>();
+    pairs_.back().product = product;
   }
   /// The inverse of what they tell of the second derivatives, times a force, in place.
   void apply(State& force, const MeshStiffness& stiffness) const {
     std::vector<double> taken(pairs_.size());
     for (std::size_t k = pairs_.size(); k-- > 0;) {
-      taken[k] = pairs_[k].step.dot(flat(force)) / pairs_[k].product;
-      flat(force) -= taken[k] * pairs_[k].lost;
+      taken[k] = pairs_[k].step.cast<double>().dot(flat(force)) / pairs_[k].product;
+      flat(force) -= taken[k] * pairs_[k].lost.cast<double>();
     }
     stiffness.solve(force);
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
-      const double put = pairs_[k].lost.dot(flat(force)) / pairs_[k].product;
-      flat(force) += (taken[k] - put) * pairs_[k].step;
+      const double put = pairs_[k].lost.cast<double>().dot(flat(force)) / pairs_[k].product;
+      flat(force) += (taken[k] - put) * pairs_[k].step.cast<double>();
     }
   }
 
  private:
   struct Pair {
-    Eigen::VectorXd step, lost;
+    Eigen::VectorXf step, lost;  ///< single precision: they only choose the next step
     double product = 0;
   };
   std::size_t most_;
@@ -188,17 +195,16 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
   const Potential potential(cloth, held, bodies, options, pushes);
   State force(state.size()), step(state.size()), next(state.size()), next_force(state.size());
   Pairs pairs(options.pairs);
+  Eigen::VectorXd moved(3 * static_cast<Eigen::Index>(state.size())), lost(moved.size());
   RelaxationReport report;
   Potential::Balance now = potential.balance(state, force);
-  int since_factor = options.factor_every;
+  if (!options.keep_matrix) stiffness.outdate();
   while (std::isfinite(now.energy_j)) {
     report.at_rest = std::max(now.point, now.side) <= options.residual;
     if (report.at_rest || report.steps >= options.most_steps) break;
-    if (since_factor >= options.factor_every) {
-      if (!stiffness.factorise(state, potential.supports(state))) break;
-      since_factor = 0;
-    }
-    ++since_factor;
+    if (stiffness.solves() >= options.factor_every &&
+        !stiffness.factorise(state, potential.supports(state)))
+      break;
     step = force;
     pairs.apply(step, stiffness);
     const double slope = flat(force).dot(flat(step));
@@ -221,15 +227,16 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     }
     if (!down) {
       // With a fresh matrix and nothing remembered nothing but rounding leads down.
-      if (pairs.empty() && since_factor == 1) break;
+      if (pairs.empty() && stiffness.solves() == 1) break;
       pairs.clear();
-      since_factor = options.factor_every;
+      stiffness.outdate();
       continue;
     }
-    Eigen::VectorXd moved = flat(next) - flat(state), lost = flat(force) - flat(next_force);
+    moved = flat(next) - flat(state);
+    lost = flat(force) - flat(next_force);
     const double product = moved.dot(lost);
-    if (product > kFlat * part * slope) pairs.add(std::move(moved), std::move(lost), product);
-    if (tries > 1) since_factor = options.factor_every;
+    if (product > kFlat * part * slope) pairs.add(moved, lost, product);
+    if (tries > 1) stiffness.outdate();
     std::swap(state, next);
     std::swap(force, next_force);
     now = then;

@@ -46,8 +46,9 @@ struct DescentOptions {
   /// Of a point, in mean sides. Short steps stay with the folds that are there; of 0.15, 0.3, 0.5
   /// and 1 the one near the lowest energies for each of two fabrics, on 10 and 15 mm.
   double farthest_step = 0.3;
-  int pairs = 5;         ///< of steps and gradients that are remembered
-  int factor_every = 5;  ///< steps between two matrices
+  int pairs = 5;             ///< of steps and gradients that are remembered
+  int factor_every = 5;      ///< steps between two matrices
+  bool keep_matrix = false;  ///< begins with the last descent's, where that is not too old
   const Inertia* inertia = nullptr;
 };
 

@@ -62,7 +62,9 @@ struct MeshStiffness::Parts {
   const MeshCloth& cloth;
   const std::vector<bool>& held;
   std::vector<int> vertex, free_points, free_sides, row_of_side;  ///< -1: held
-  std::vector<Weights> of_side;  ///< a side's derivative from points
+  std::vector<Weights> of_side;                        ///< a side's derivative from points
+  std::vector<std::pair<int, double>> pairs_of_sides;  ///< the same of free sides, by free points
+  std::vector<int> pairs_begin = {0};
   /// Points on which a triangle's bending depends, their weights, and the blocks of each pair.
   struct Patch {
     std::vector<int> points, places;
@@ -83,6 +85,7 @@ struct MeshStiffness::Parts {
       : cloth(of), held(held_unknowns) {
     number();
     place_sides();
+    list_pairs();
     place_patches();
     place_rings();
     join();
@@ -141,6 +144,14 @@ struct MeshStiffness::Parts {
         else
           of_side[e].add(of_side[t.unknown[k] - points], follows);
       }
+    }
+  }
+
+  void list_pairs() {
+    for (const int side : free_sides) {
+      for (const auto& [point, weight] : of_side[side - cloth.points()])
+        if (vertex[point] >= 0) pairs_of_sides.emplace_back(vertex[point], weight);
+      pairs_begin.push_back(static_cast<int>(pairs_of_sides.size()));
     }
   }
 
@@ -346,17 +357,22 @@ bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<S
     else
       block += support.stiffness.transpose();
   }
-  return my.factor->factorise(*my.matrix);
+  const bool definite = my.factor->factorise(*my.matrix);
+  if (definite)
+    solves_ = 0;
+  else
+    outdate();
+  return definite;
 }
 
 void MeshStiffness::solve(MeshCloth::State& b) const {
   const Parts& my = *parts_;
-  const int points = my.cloth.points();
+  ++solves_;
   for (std::size_t k = 0; k < my.free_points.size(); ++k) my.of_points[k] = b[my.free_points[k]];
   for (std::size_t k = 0; k < my.free_sides.size(); ++k) {
     const Vector3d& own = my.of_sides[k] = b[my.free_sides[k]];
-    for (const auto& [point, weight] : my.of_side[my.free_sides[k] - points])
-      if (my.vertex[point] >= 0) my.of_points[my.vertex[point]] += weight * own;
+    for (int f = my.pairs_begin[k]; f < my.pairs_begin[k + 1]; ++f)
+      my.of_points[my.pairs_of_sides[f].first] += my.pairs_of_sides[f].second * own;
   }
   my.factor->solve(my.of_points);
   my.sides->solve(my.of_sides);
@@ -364,8 +380,8 @@ void MeshStiffness::solve(MeshCloth::State& b) const {
   for (std::size_t k = 0; k < my.free_points.size(); ++k) b[my.free_points[k]] = my.of_points[k];
   for (std::size_t k = 0; k < my.free_sides.size(); ++k) {
     Vector3d& own = b[my.free_sides[k]] = my.of_sides[k];
-    for (const auto& [point, weight] : my.of_side[my.free_sides[k] - points])
-      if (my.vertex[point] >= 0) own += weight * my.of_points[my.vertex[point]];
+    for (int f = my.pairs_begin[k]; f < my.pairs_begin[k + 1]; ++f)
+      own += my.pairs_of_sides[f].second * my.of_points[my.pairs_of_sides[f].first];
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,9 @@ class MeshStiffness {
   /// Forms and factors the matrix of a state with `supports`. False when rounding leaves it not
   /// positive definite.
   [[nodiscard]] bool factorise(const MeshCloth::State& state, const std::vector<Support>& supports);
+  /// Counts as so old that the next step needs another.
+  void outdate() { solves_ = std::numeric_limits<int>::max(); }
+  [[nodiscard]] int solves() const { return solves_; }  ///< with the last factor
   /// Solves in place; nothing for what is held.
   void solve(MeshCloth::State& b) const;
 
@@ -43,6 +47,7 @@ class MeshStiffness {
   class SidesFactor;
   struct Parts;
   std::unique_ptr<Parts> parts_;
+  mutable int solves_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace drape::simulate

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <utility>
 #include <vector>
@@ -47,17 +48,16 @@ class MeshStiffness::Weights {
 class MeshStiffness::SidesFactor {
  public:
   explicit SidesFactor(const Eigen::SparseMatrix<double>& matrix) {
-    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor(matrix);
-    lower_ = factor.matrixL();
-    place_.resize(static_cast<std::size_t>(matrix.rows()));
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i) place_[i] = factor.permutationP().indices()[i];
-    work_ = Fours(place_.size());
+    const Eigen::IncompleteCholesky<double, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(
+        matrix);
+    lower_ = factor.scalingS().cwiseInverse().asDiagonal() * factor.matrixL();
+    work_ = Fours(static_cast<std::size_t>(matrix.rows()));
   }
   void solve(std::vector<Eigen::Vector3d>& b) const {
-    for (std::size_t i = 0; i < b.size(); ++i) work_.set(place_[i], b[i]);
+    for (std::size_t i = 0; i < b.size(); ++i) work_.set(i, b[i]);
     sweep(lower_.outerIndexPtr(), lower_.innerIndexPtr(), lower_.valuePtr(),
           static_cast<int>(b.size()), work_.data());
-    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_.at(place_[i]);
+    for (std::size_t i = 0; i < b.size(); ++i) b[i] = work_.at(i);
   }
 
  private:
@@ -66,7 +66,6 @@ class MeshStiffness::SidesFactor {
                                Four* work);
 
   Eigen::SparseMatrix<double> lower_;
-  std::vector<int> place_;
   mutable Fours work_;
 };
 

@@ -45,16 +45,18 @@ ClothSurface::ClothSurface(const MeshCloth& cloth)
                             d.y() * d.y() * t.d_vv[k]) /
                               (8 * beside));
     }
-    middle_.push_back(std::move(weights));
+    middle_.insert(middle_.end(), weights.begin(), weights.end());
+    begin_.push_back(middle_.size());
   }
 }
 
 MeshCloth::State ClothSurface::nodes(const MeshCloth::State& state) const {
   MeshCloth::State places(state.begin(), state.begin() + cloth_.points());
   places.reserve(state.size());
-  for (const auto& weights : middle_) {
+  for (std::size_t e = 0; e + 1 < begin_.size(); ++e) {
     Vector3d sum = Vector3d::Zero();
-    for (const auto& [unknown, weight] : weights) sum += weight * state[unknown];
+    for (std::size_t k = begin_[e]; k < begin_[e + 1]; ++k)
+      sum += middle_[k].second * state[middle_[k].first];
     places.push_back(sum);
   }
   return places;
@@ -63,10 +65,11 @@ MeshCloth::State ClothSurface::nodes(const MeshCloth::State& state) const {
 void ClothSurface::add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const {
   const auto points = static_cast<std::size_t>(cloth_.points());
   for (std::size_t i = 0; i < points; ++i) force[i] += on_nodes[i];
-  for (std::size_t e = 0; e < middle_.size(); ++e) {
+  for (std::size_t e = 0; points + e < on_nodes.size(); ++e) {
     const Vector3d& of = on_nodes[points + e];
     if (of.isZero(0)) continue;
-    for (const auto& [unknown, weight] : middle_[e]) force[unknown] += weight * of;
+    for (std::size_t k = begin_[e]; k < begin_[e + 1]; ++k)
+      force[middle_[k].first] += middle_[k].second * of;
   }
 }
 

@@ -27,7 +27,8 @@ class ClothSurface {
   [[nodiscard]] const std::vector<std::array<int, 3>>& facets() const { return facets_; }
   /// Places of all nodes (m).
   [[nodiscard]] MeshCloth::State nodes(const MeshCloth::State& state) const;
-  /// Adds what forces on the nodes (N) do to the unknowns (N; N m for the sides).
+  /// Adds what forces (N) on the nodes, or on the points alone, do to the unknowns (N; N m for the
+  /// sides).
   void add_forces(const MeshCloth::State& on_nodes, MeshCloth::State& force) const;
   /// Weights of the triangle's corners that name a place of a facet, whose own corners are the
   /// triangle's or halves of two.
@@ -37,7 +38,8 @@ class ClothSurface {
  private:
   const MeshCloth& cloth_;
   std::vector<std::array<int, 3>> facets_;
-  std::vector<std::vector<std::pair<int, double>>> middle_;  ///< of each side, of unknowns
+  std::vector<std::pair<int, double>> middle_;  ///< of the sides, of unknowns
+  std::vector<std::size_t> begin_ = {0};        ///< of each side's
 };
 
 }  // namespace drape::simulate

@@ -11,7 +11,7 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                              const std::vector<bool>& held, MeshStiffness& stiffness,
                              Drapemeter bodies, const std::function<double(double)>& table_z_m,
                              double least_s, DescentOptions descent,
-                             const TimeStepsOptions& options, Pushes* pushes) {
+                             const TimeStepsOptions& options, Pushes* pushes, const Carry& carry) {
   using State = MeshCloth::State;
   using Eigen::Vector3d;
   const double dt = options.step_s;
@@ -44,7 +44,9 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     const State last = state;
     for (std::size_t i = 0; i < state.size(); ++i)
       if (!held[i]) state[i] += i < points ? (dt * velocity[i]).eval() : state[i] - before[i];
+    if (carry) carry(report.time_s, state);
     bodies.table_z_m = table_z_m(report.time_s);
+    descent.keep_matrix = report.increments > 2;  // of the second step on, inertia is the same
     const RelaxationReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);
     report.steps += found.steps;
     report.hurried += found.at_rest ? 0 : 1;

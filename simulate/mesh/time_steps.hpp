@@ -17,7 +17,7 @@ struct TimeStepsOptions {
   /// Of each step, in mean weights of a point: what it leaves is an error of the acceleration of so
   /// many g.
   double residual = 1e-2;
-  int factor_every = 20;  ///< steps of a descent between two matrices: inertia changes little
+  int factor_every = 10;  ///< steps of descents between two matrices: inertia changes little
 };
 
 struct TimeStepsReport {
@@ -28,17 +28,20 @@ struct TimeStepsReport {
   int steps = 0;       ///< of descents
 };
 
+using Carry = std::function<void(double time_s, MeshCloth::State& state)>;
+
 /// Motion of cloth from rest, by backward differences of second order (Curtiss and Hirschfelder
 /// 1952; the first step is Euler's). Each step goes down the energy with the inertia of the true
 /// masses: while steps are short beside the growth of any fold this has one minimum, and friction,
 /// which settles once per step, follows the cloth's motion and not the descent's. `table_z_m` gives
-/// the table's height at a time; the motion does not end before `least_s`; `pushes` may be absent.
+/// the table's height at a time; the motion does not end before `least_s`; `pushes` may be absent,
+/// and so may `carry`, which puts what is held to its place at a time.
 [[nodiscard]] TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                                            const std::vector<bool>& held, MeshStiffness& stiffness,
                                            Drapemeter bodies,
                                            const std::function<double(double)>& table_z_m,
                                            double least_s, DescentOptions descent,
                                            const TimeStepsOptions& options,
-                                           Pushes* pushes = nullptr);
+                                           Pushes* pushes = nullptr, const Carry& carry = {});
 
 }  // namespace drape::simulate

@@ -51,7 +51,11 @@ Vector3d ObjectPushes::mix(const std::array<int, 3>& node, const Vector3d& weigh
 void ObjectPushes::look(const State& state) {
   if (seen_ == state) return;
   seen_ = state;
-  nodes_ = surface_.nodes(state);
+  // Without facets that press the middles of sides are not asked for.
+  if (std::find(between_.begin(), between_.end(), true) != between_.end())
+    nodes_ = surface_.nodes(state);
+  else
+    nodes_.assign(state.begin(), state.begin() + cloth_.points());
   pushes_.clear();
   gap_.resize(nodes_.size());
   const auto points = static_cast<std::size_t>(cloth_.points());

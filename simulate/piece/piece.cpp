@@ -66,6 +66,31 @@ StartState start_of(const Scene& scene, const Print& print, const std::optional<
   return make_start(scene, print, grid, measured, top_z_m, 0);
 }
 
+/// Carries pins from where flat cloth has them to their places, as fast as free cloth sinks, and
+/// says when the last arrives (s).
+class PinsCarried {
+ public:
+  PinsCarried(const PieceDrape& piece, double speed_m_per_s) : piece_(piece) {
+    for (const int pinned : piece.pinned) from_.push_back(piece.state[pinned]);
+    for (std::size_t k = 0; k < from_.size(); ++k)
+      arrival_s_ =
+          std::max(arrival_s_, (piece.pinned_in_world[k] - from_[k]).norm() / speed_m_per_s);
+  }
+  [[nodiscard]] double arrival_s() const { return arrival_s_; }
+  void operator()(double time_s, MeshCloth::State& state) const {
+    for (std::size_t k = 0; k < from_.size(); ++k)
+      state[piece_.pinned[k]] =
+          time_s < arrival_s_
+              ? (from_[k] + time_s / arrival_s_ * (piece_.pinned_in_world[k] - from_[k])).eval()
+              : piece_.pinned_in_world[k];
+  }
+
+ private:
+  const PieceDrape& piece_;
+  double arrival_s_ = 0;
+  std::vector<Vector3d> from_;
+};
+
 /// Falls, and goes down to rest; then points carry on what presses them until none enters. Each
 /// descent is one increment, at whose end friction settles: at rest nothing is left after that.
 void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, ObjectPushes& pushes,
@@ -77,8 +102,9 @@ void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, Ob
     motion.residual = 1;
   }
   const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
-  piece.motion =
-      move_in_time(cloth, piece.state, held, stiffness, {}, no_table, 0, descent, motion, &pushes);
+  const PinsCarried carried(piece, descent.gravity_m_per_s2.norm() / motion.drag_per_s);
+  piece.motion = move_in_time(cloth, piece.state, held, stiffness, {}, no_table,
+                              carried.arrival_s(), descent, motion, &pushes, carried);
   int steps = 0;
   for (int round = 0; round < kMostRounds; ++round) {
     DescentOptions now = descent;
@@ -140,7 +166,6 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
           {.file = scene.file.string(), .field = "pin"}, "give a finer --spacing-mm");
     piece.pinned.push_back(static_cast<int>(nearest - points.begin()));
     held[piece.pinned.back()] = true;
-    piece.state[piece.pinned.back()] = piece.pinned_in_world[k];
   }
   DescentOptions descent = options.descent;
   descent.gravity_m_per_s2 = scene.gravity_m_per_s2;

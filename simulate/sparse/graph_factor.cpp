@@ -133,9 +133,9 @@ GraphFactor::GraphFactor(const GraphMatrix& pattern, const std::vector<Vector2d>
       front.in_parent.emplace_back();
       for (const int v : fronts_[child].border) front.in_parent.back().push_back(local[v]);
     }
-    front.lower.resize(static_cast<std::size_t>(trapezoid_size<double>(front.rows, front.cols)));
+    front.lower.resize(static_cast<std::size_t>(trapezoid_size<float>(front.rows, front.cols)));
     const std::ptrdiff_t rest = front.rows - front.cols;
-    front.update.resize(static_cast<std::size_t>(trapezoid_size<double>(rest, rest)));
+    front.update.resize(static_cast<std::size_t>(trapezoid_size<float>(rest, rest)));
     work_.emplace_back(front.rows);
   }
 }
@@ -151,12 +151,11 @@ void GraphFactor::add_children(std::vector<Front>& fronts, Front& front, bool to
       const std::ptrdiff_t first = 3 * static_cast<std::ptrdiff_t>(places[j]);
       if ((first < front.cols) != to_own) continue;
       for (std::ptrdiff_t c = 0; c < 3; ++c) {
-        const double* from = child.update.data() +
-                             trapezoid_column<double>(size, 3 * static_cast<std::ptrdiff_t>(j) + c);
-        double* to = to_own
-                         ? front.lower.data() + trapezoid_column<double>(front.rows, first + c)
-                         : front.update.data() +
-                               trapezoid_column<double>(rest, first + c - front.cols) - front.cols;
+        const float* from = child.update.data() +
+                            trapezoid_column<float>(size, 3 * static_cast<std::ptrdiff_t>(j) + c);
+        float* to = to_own ? front.lower.data() + trapezoid_column<float>(front.rows, first + c)
+                           : front.update.data() +
+                                 trapezoid_column<float>(rest, first + c - front.cols) - front.cols;
         for (std::size_t i = j; i < places.size(); ++i)
           for (int r = 0; r < 3; ++r) to[3 * places[i] + r] += from[3 * i + r];
       }
@@ -166,19 +165,20 @@ void GraphFactor::add_children(std::vector<Front>& fronts, Front& front, bool to
 
 bool GraphFactor::factorise(const GraphMatrix& matrix) {
   for (Front& front : fronts_) {
-    std::fill(front.lower.begin(), front.lower.end(), 0.0);
+    std::fill(front.lower.begin(), front.lower.end(), 0.0F);
     for (const Entry& entry : front.entries) {
       const Eigen::Matrix3d& block = matrix.block(entry.place);
       for (int c = 0; c < 3; ++c) {
-        double* to = front.lower.data() + trapezoid_column<double>(front.rows, 3 * entry.col + c) +
-                     3 * entry.row;
-        for (int r = 0; r < 3; ++r) to[r] += entry.transposed ? block(c, r) : block(r, c);
+        float* to = front.lower.data() + trapezoid_column<float>(front.rows, 3 * entry.col + c) +
+                    3 * entry.row;
+        for (int r = 0; r < 3; ++r)
+          to[r] += static_cast<float>(entry.transposed ? block(c, r) : block(r, c));
       }
     }
     add_children(fronts_, front, true);
     if (!factor_columns(front.lower.data(), front.rows, front.cols, scratch_)) return false;
     if (front.rows == front.cols) continue;
-    if (front.cols == 0) std::fill(front.update.begin(), front.update.end(), 0.0);
+    if (front.cols == 0) std::fill(front.update.begin(), front.update.end(), 0.0F);
     set_minus_outer(front.lower.data(), front.rows, front.cols, front.update.data(), scratch_);
     add_children(fronts_, front, false);
   }
@@ -189,11 +189,12 @@ void GraphFactor::solve(std::vector<Vector3d>& b) const {
   const auto at = [](std::size_t vertex) { return 3 * static_cast<Eigen::Index>(vertex); };
   for (std::size_t f = 0; f < fronts_.size(); ++f) {
     const Front& front = fronts_[f];
-    Eigen::VectorXd& x = work_[f];
-    for (std::size_t i = 0; i < front.own.size(); ++i) x.segment<3>(at(i)) = b[front.own[i]];
+    Eigen::VectorXf& x = work_[f];
+    for (std::size_t i = 0; i < front.own.size(); ++i)
+      x.segment<3>(at(i)) = b[front.own[i]].cast<float>();
     x.tail(front.rows - front.cols).setZero();
     for (std::size_t k = 0; k < front.children.size(); ++k) {
-      const Eigen::VectorXd& from = work_[front.children[k]];
+      const Eigen::VectorXf& from = work_[front.children[k]];
       const Eigen::Index before = fronts_[front.children[k]].cols;
       for (std::size_t j = 0; j < front.in_parent[k].size(); ++j)
         x.segment<3>(at(front.in_parent[k][j])) += from.segment<3>(before + at(j));
@@ -202,11 +203,12 @@ void GraphFactor::solve(std::vector<Vector3d>& b) const {
   }
   for (std::size_t f = fronts_.size(); f-- > 0;) {
     const Front& front = fronts_[f];
-    Eigen::VectorXd& x = work_[f];
+    Eigen::VectorXf& x = work_[f];
     solve_columns_transposed(front.lower.data(), front.rows, front.cols, x.data());
-    for (std::size_t i = 0; i < front.own.size(); ++i) b[front.own[i]] = x.segment<3>(at(i));
+    for (std::size_t i = 0; i < front.own.size(); ++i)
+      b[front.own[i]] = x.segment<3>(at(i)).cast<double>();
     for (std::size_t k = 0; k < front.children.size(); ++k) {
-      Eigen::VectorXd& to = work_[front.children[k]];
+      Eigen::VectorXf& to = work_[front.children[k]];
       const Eigen::Index before = fronts_[front.children[k]].cols;
       for (std::size_t j = 0; j < front.in_parent[k].size(); ++j)
         to.segment<3>(before + at(j)) = x.segment<3>(at(front.in_parent[k][j]));

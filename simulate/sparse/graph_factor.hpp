@@ -56,14 +56,14 @@ class GraphFactor {
     std::vector<std::vector<int>>
         in_parent;                      ///< of each child: its border's places among own + border
     std::ptrdiff_t rows = 0, cols = 0;  ///< values of own and border; of own
-    std::vector<double> lower, update;  ///< the factor; what the border's matrix loses
+    std::vector<float> lower, update;   ///< the factor; what the border's matrix loses
   };
   class Dissection;
   static void add_children(std::vector<Front>& fronts, Front& front, bool to_own);
 
   std::vector<Front> fronts_;  ///< children before their parent
-  DenseScratch<double> scratch_;
-  mutable std::vector<Eigen::VectorXd> work_;  ///< of each front
+  DenseScratch<float> scratch_;
+  mutable std::vector<Eigen::VectorXf> work_;  ///< of each front
 };
 
 }  // namespace drape::simulate
