@@ -15,26 +15,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-/// Gradients of a strain in the points around, as c c^T.
-struct Gradient {
-  std::vector<Vector3d> stretch[2], shear;
-
-  void reset(std::size_t count) {
-    for (auto* of : {&stretch[0], &stretch[1], &shear}) of->assign(count, Vector3d::Zero());
-  }
-  /// Adds `part` of a triangle's metric, whose derivatives are u and v, at the point with d_u,
-  /// d_v.
-  void add(std::size_t at, const MetricStrain& strain, double part, double d_u, double d_v,
-           const Vector3d& u, const Vector3d& v) {
-    const double a = strain.a, b = strain.b, s = strain.sine;
-    const Vector3d of_a = part * d_u / a * u, of_b = part * d_v / b * v;
-    stretch[0][at] += of_a;
-    stretch[1][at] += of_b;
-    shear[at] += (part / (a * b) * (d_u * v + d_v * u) - s * (of_a / a + of_b / b)) /
-                 std::max(strain.cosine(), 1e-3);
-  }
-};
-
 /// Tangents along warp and weft and of shear, times an area.
 Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws, double area) {
   return area * Vector3d(laws.tensile[0].tangent(strain.a - 1),
@@ -44,17 +24,19 @@ Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws, double area
 
 }  // namespace
 
-void MeshStiffness::SidesFactor::sweep(const int* begin, const int* row, const double* value,
-                                       int count, Four* work) {
+void MeshStiffness::SidesMatrix::sweep(const int* begin, const int* row, const double* value,
+                                       const Four* inverse, int count, Four* work) {
   for (int j = 0; j < count; ++j) {
-    const Four x = work[j] / value[begin[j]];
+    const Four* of = inverse + 3 * static_cast<std::ptrdiff_t>(j);
+    const Four own = work[j], x = own[0] * of[0] + own[1] * of[1] + own[2] * of[2];
     work[j] = x;
-    for (int k = begin[j] + 1; k < begin[j + 1]; ++k) work[row[k]] -= value[k] * x;
+    for (int k = begin[j]; k < begin[j + 1]; ++k) work[row[k]] -= value[k] * x;
   }
   for (int j = count; j-- > 0;) {
-    Four x = work[j];
-    for (int k = begin[j] + 1; k < begin[j + 1]; ++k) x -= value[k] * work[row[k]];
-    work[j] = x / value[begin[j]];
+    Four sum{};
+    for (int k = begin[j]; k < begin[j + 1]; ++k) sum += value[k] * work[row[k]];
+    const Four* of = inverse + 3 * static_cast<std::ptrdiff_t>(j);
+    work[j] -= sum[0] * of[0] + sum[1] * of[1] + sum[2] * of[2];
   }
 }
 
@@ -76,9 +58,10 @@ struct MeshStiffness::Parts {
     std::vector<int> points, places, triangles;
   };
   std::vector<Ring> rings;
+  std::vector<double> of_seams;  ///< on the diagonal of each block
   std::unique_ptr<GraphMatrix> matrix;
   std::unique_ptr<GraphFactor> factor;
-  std::unique_ptr<SidesFactor> sides;
+  std::unique_ptr<SidesMatrix> sides;
   mutable std::vector<Vector3d> of_points, of_sides;
 
   Parts(const MeshCloth& of, const std::vector<bool>& held_unknowns)
@@ -89,7 +72,8 @@ struct MeshStiffness::Parts {
     place_patches();
     place_rings();
     join();
-    factor_sides();
+    weigh_seams();
+    weigh_sides();
   }
 
   [[nodiscard]] bool at_hem(int edge) const {
@@ -223,7 +207,37 @@ struct MeshStiffness::Parts {
     for (Patch& patch : patches) patch.places = places_of(patch.points);
   }
 
-  void factor_sides() {
+  /// What seams add where sides follow the points. Two pairs of points to a seam are no blocks of
+  /// the matrix: what they would have goes to the diagonal, so that it stays positive.
+  void weigh_seams() {
+    const int last = matrix->count() - 1;
+    if (last >= 0) of_seams.resize(static_cast<std::size_t>(matrix->place(last, last)) + 1);
+    for (const MeshCloth::Seam& seam : cloth.seams()) {
+      Weights jump;
+      for (std::size_t k = 0; k < seam.unknown.size(); ++k) {
+        const int side = seam.unknown[k] - cloth.points();
+        if (side < 0)
+          jump.add(seam.unknown[k], seam.weight[k]);
+        else
+          jump.add(of_side[side], seam.weight[k]);
+      }
+      for (const auto& [a, of_a] : jump)
+        for (const auto& [b, of_b] : jump) {
+          const int i = vertex[a], j = vertex[b];
+          if (j < 0 || i < j) continue;
+          const double k = seam.stiffness * of_a * of_b;
+          const std::vector<int>& joined = matrix->neighbours(i);
+          if (i == j || std::binary_search(joined.begin(), joined.end(), j)) {
+            of_seams[matrix->place(i, j)] += k;
+          } else {
+            of_seams[matrix->place(i, i)] += std::abs(k);
+            of_seams[matrix->place(j, j)] += std::abs(k);
+          }
+        }
+    }
+  }
+
+  void weigh_sides() {
     const ClothLaws& laws = cloth.laws();
     double bend[2];
     for (int d = 0; d < 2; ++d)
@@ -250,7 +264,7 @@ struct MeshStiffness::Parts {
     const auto size = static_cast<Eigen::Index>(free_sides.size());
     Eigen::SparseMatrix<double> of_sides_alone(size, size);
     of_sides_alone.setFromTriplets(entries.begin(), entries.end());
-    sides = std::make_unique<SidesFactor>(of_sides_alone);
+    sides = std::make_unique<SidesMatrix>(of_sides_alone);
   }
 
   /// Adds k c c^T for three strains.
@@ -272,6 +286,8 @@ struct MeshStiffness::Parts {
 
   void form(const MeshCloth::State& state) {
     matrix->set_zero();
+    for (std::size_t k = 0; k < of_seams.size(); ++k)
+      matrix->block(static_cast<int>(k)).diagonal().setConstant(of_seams[k]);
     const ClothLaws& laws = cloth.laws();
     const auto& triangles = cloth.triangles();
     std::vector<Vector3d> u, v;
@@ -347,7 +363,13 @@ MeshStiffness::~MeshStiffness() = default;
 bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<Support>& supports) {
   Parts& my = *parts_;
   my.form(state);
+  std::vector<std::pair<int, Matrix3d>> on_sides;
   for (const Support& support : supports) {
+    if (support.point >= my.cloth.points()) {
+      const int row = my.row_of_side[support.point - my.cloth.points()];
+      if (row >= 0) on_sides.emplace_back(row, support.stiffness);
+      continue;
+    }
     const int i = my.vertex[support.point], j = my.vertex[support.other];
     if (i < 0 || j < 0) continue;
     // The lower triangle is stored.
@@ -357,6 +379,7 @@ bool MeshStiffness::factorise(const MeshCloth::State& state, const std::vector<S
     else
       block += support.stiffness.transpose();
   }
+  my.sides->press(on_sides);
   const bool definite = my.factor->factorise(*my.matrix);
   if (definite)
     solves_ = 0;

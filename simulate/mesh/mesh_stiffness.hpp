@@ -10,7 +10,8 @@
 
 namespace drape::simulate {
 
-/// A stiffness (N/m) between two points of a triangle, or of one; `point` and `other` once each.
+/// A stiffness (N/m) between two points of a triangle, or of one; `point` and `other` once each. Or
+/// that of a side (N m), whose unknown both then are.
 struct Support {
   int point = 0, other = 0;
   Eigen::Matrix3d stiffness;
@@ -23,8 +24,8 @@ struct Support {
 /// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
 /// linear triangles on both sides (weighted so that a bend across the side is exact; at the hem,
 /// where nothing holds a side, from the triangle's own least energy). What the sides' derivatives
-/// differ from that is a second, scalar matrix, of the sides alone, with the seams, for the
-/// stiffness of the elements before anything slips.
+/// differ from that is a second matrix, of the sides alone, for the stiffness of the elements
+/// before anything slips and with what presses on sides; both have the seams.
 class MeshStiffness {
  public:
   /// `held` unknowns do not move. Neither argument may go before this object.
@@ -44,7 +45,8 @@ class MeshStiffness {
 
  private:
   class Weights;
-  class SidesFactor;
+  struct Gradient;
+  class SidesMatrix;
   struct Parts;
   std::unique_ptr<Parts> parts_;
   mutable int solves_ = std::numeric_limits<int>::max();

@@ -88,4 +88,24 @@ std::array<double, 3> ClothSurface::corner_weights(int facet, const Vector3d& we
   return sum;
 }
 
+std::vector<std::pair<int, double>> ClothSurface::side_weights(int facet,
+                                                               const Vector3d& weights) const {
+  std::vector<std::pair<int, double>> sum;
+  for (int k = 0; k < 3; ++k) {
+    const int side = facets_[facet][k] - cloth_.points();
+    if (side < 0) continue;
+    for (std::size_t m = begin_[side]; m < begin_[side + 1]; ++m) {
+      if (middle_[m].first < cloth_.points()) continue;
+      const auto at = std::find_if(sum.begin(), sum.end(),
+                                   [&](const auto& of) { return of.first == middle_[m].first; });
+      const double weight = weights[k] * middle_[m].second;
+      if (at == sum.end())
+        sum.emplace_back(middle_[m].first, weight);
+      else
+        at->second += weight;
+    }
+  }
+  return sum;
+}
+
 }  // namespace drape::simulate

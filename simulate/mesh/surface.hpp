@@ -34,6 +34,9 @@ class ClothSurface {
   /// triangle's or halves of two.
   [[nodiscard]] std::array<double, 3> corner_weights(int facet,
                                                      const Eigen::Vector3d& weights) const;
+  /// Weights of the sides' unknowns in the same place.
+  [[nodiscard]] std::vector<std::pair<int, double>> side_weights(
+      int facet, const Eigen::Vector3d& weights) const;
 
  private:
   const MeshCloth& cloth_;

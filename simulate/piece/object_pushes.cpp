@@ -158,8 +158,8 @@ void ObjectPushes::add_forces(const State& state, State& force) {
   surface_.add_forces(on_nodes, force);
 }
 
-/// The matrix is of the points alone, so that places of facets are mixed from the triangle's
-/// corners.
+/// The matrix has points and sides apart: places of facets are mixed from the triangle's corners,
+/// and from what the sides bend them out.
 void ObjectPushes::add_support(int site, const Vector3d& weight, const Matrix3d& stiffness,
                                std::vector<Support>& found) const {
   const int item = site / surroundings_.count(), facet = item - cloth_.points();
@@ -171,6 +171,12 @@ void ObjectPushes::add_support(int site, const Vector3d& weight, const Matrix3d&
   const auto& corner = cloth_.triangles()[facet / 4].corner;
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b <= a; ++b) found.push_back({corner[a], corner[b], of[a] * of[b] * stiffness});
+  // Sides have a place each in the matrix: the pairs go there, so that it is no softer.
+  const auto sides = surface_.side_weights(facet, weight);
+  double all = 0;
+  for (const auto& [side, of_side] : sides) all += std::abs(of_side);
+  for (const auto& [side, of_side] : sides)
+    found.push_back({side, side, std::abs(of_side) * all * stiffness});
 }
 
 std::vector<Support> ObjectPushes::supports(const State& state) {

@@ -32,7 +32,8 @@ class GraphMatrix {
 
 /// Cholesky factor of a GraphMatrix by the multifrontal method (Duff and Reid 1983) on a nested
 /// dissection (George 1973) by places in the plane: a part is cut by the straight line that halves
-/// it with the fewest vertices beside it. One thread; every sum has a fixed order.
+/// it with the fewest vertices beside it. In single precision, for it precedes a descent whose
+/// forces are in double. One thread; every sum has a fixed order.
 class GraphFactor {
  public:
   /// `places` of the vertices: neighbours should lie near each other.
