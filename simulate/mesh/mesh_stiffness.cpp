@@ -9,20 +9,9 @@
 #include "simulate/sparse/graph_factor.hpp"
 
 namespace drape::simulate {
-namespace {
-
 using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-/// Tangents along warp and weft and of shear, times an area.
-Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws, double area) {
-  return area * Vector3d(laws.tensile[0].tangent(strain.a - 1),
-                         laws.tensile[1].tangent(strain.b - 1),
-                         std::max(0.0, laws.shear.tangent(std::abs(strain.angle()))));
-}
-
-}  // namespace
 
 void MeshStiffness::SidesMatrix::sweep(const int* begin, const int* row, const double* value,
                                        const Four* inverse, int count, Four* work) {

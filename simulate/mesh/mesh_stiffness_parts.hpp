@@ -65,6 +65,14 @@ struct MeshStiffness::Gradient {
   }
 };
 
+/// Tangents along warp and weft and of shear, times an area.
+[[nodiscard]] inline Eigen::Vector3d tangents(const MetricStrain& strain, const ClothLaws& laws,
+                                              double area) {
+  return area * Eigen::Vector3d(laws.tensile[0].tangent(strain.a - 1),
+                                laws.tensile[1].tangent(strain.b - 1),
+                                std::max(0.0, laws.shear.tangent(std::abs(strain.angle()))));
+}
+
 /// The sides' scalar matrix D + L + L^T and what presses on sides, which goes to D: solved with as
 /// (D + L) D^-1 (D + L^T), for right-hand sides of three columns.
 class MeshStiffness::SidesMatrix {
