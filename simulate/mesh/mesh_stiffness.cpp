@@ -47,7 +47,6 @@ struct MeshStiffness::Parts {
     std::vector<int> points, places, triangles;
   };
   std::vector<Ring> rings;
-  std::vector<double> of_seams;  ///< on the diagonal of each block
   std::unique_ptr<GraphMatrix> matrix;
   std::unique_ptr<GraphFactor> factor;
   std::unique_ptr<SidesMatrix> sides;
@@ -61,7 +60,6 @@ struct MeshStiffness::Parts {
     place_patches();
     place_rings();
     join();
-    weigh_seams();
     weigh_sides();
   }
 
@@ -196,36 +194,6 @@ struct MeshStiffness::Parts {
     for (Patch& patch : patches) patch.places = places_of(patch.points);
   }
 
-  /// What seams add where sides follow the points. Two pairs of points to a seam are no blocks of
-  /// the matrix: what they would have goes to the diagonal, so that it stays positive.
-  void weigh_seams() {
-    const int last = matrix->count() - 1;
-    if (last >= 0) of_seams.resize(static_cast<std::size_t>(matrix->place(last, last)) + 1);
-    for (const MeshCloth::Seam& seam : cloth.seams()) {
-      Weights jump;
-      for (std::size_t k = 0; k < seam.unknown.size(); ++k) {
-        const int side = seam.unknown[k] - cloth.points();
-        if (side < 0)
-          jump.add(seam.unknown[k], seam.weight[k]);
-        else
-          jump.add(of_side[side], seam.weight[k]);
-      }
-      for (const auto& [a, of_a] : jump)
-        for (const auto& [b, of_b] : jump) {
-          const int i = vertex[a], j = vertex[b];
-          if (j < 0 || i < j) continue;
-          const double k = seam.stiffness * of_a * of_b;
-          const std::vector<int>& joined = matrix->neighbours(i);
-          if (i == j || std::binary_search(joined.begin(), joined.end(), j)) {
-            of_seams[matrix->place(i, j)] += k;
-          } else {
-            of_seams[matrix->place(i, i)] += std::abs(k);
-            of_seams[matrix->place(j, j)] += std::abs(k);
-          }
-        }
-    }
-  }
-
   void weigh_sides() {
     const ClothLaws& laws = cloth.laws();
     double bend[2];
@@ -275,8 +243,6 @@ struct MeshStiffness::Parts {
 
   void form(const MeshCloth::State& state) {
     matrix->set_zero();
-    for (std::size_t k = 0; k < of_seams.size(); ++k)
-      matrix->block(static_cast<int>(k)).diagonal().setConstant(of_seams[k]);
     const ClothLaws& laws = cloth.laws();
     const auto& triangles = cloth.triangles();
     std::vector<Vector3d> u, v;

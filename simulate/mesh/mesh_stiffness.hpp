@@ -24,8 +24,8 @@ struct Support {
 /// its compression. Bending is that of the points alone, with the sides' derivatives taken from the
 /// linear triangles on both sides (weighted so that a bend across the side is exact; at the hem,
 /// where nothing holds a side, from the triangle's own least energy). What the sides' derivatives
-/// differ from that is a second matrix, of the sides alone, for the stiffness of the elements
-/// before anything slips and with what presses on sides; both have the seams.
+/// differ from that is a second matrix, of the sides alone, with the seams and what presses on
+/// sides, for the stiffness of the elements before anything slips.
 class MeshStiffness {
  public:
   /// `held` unknowns do not move. Neither argument may go before this object.
