@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/files/csv.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/csv_text.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape::simulate {

@@ -97,6 +97,14 @@ int wrong_labels(const FrameDetections& frame, const Labels& truth) {
   return wrong;
 }
 
+/// As triangulate() sets them.
+IslandOptions limits() {
+  IslandOptions options;
+  options.most_stretch = TriangulateOptions{}.max_stretch;
+  options.min_angle_rad = TriangulateOptions{}.min_angle_deg * units::deg;
+  return options;
+}
+
 TEST(Islands, FindTheirPlaceInAnyTurnAndNeverAWrongOne) {
   const Calibration calibration = true_cameras();
   const int trials = test::trial_count(30, 1000);
@@ -110,7 +118,7 @@ TEST(Islands, FindTheirPlaceInAnyTurnAndNeverAWrongOne) {
     const MarkId most{least.row + 1 + pick(4), least.col + 1 + pick(4)};
     const Labels truth = make_island(detections.frames[f], 0, least, most, pick(4));
     if (truth.size() < 4) continue;
-    const MergedIslands result = merge_islands(detections, calibration, "s", {});
+    const MergedIslands result = merge_islands(detections, calibration, "s", limits());
     ++islands;
     merged += result.fates.front().merged;
     if (result.fates.front().merged) dots += static_cast<int>(truth.size());
@@ -127,7 +135,7 @@ TEST(Islands, OneThatNoOtherViewKnowsIsLeftAlone) {
   ASSERT_GE(truth.size(), 4U);
   detections.frames[1].detections.clear();
   detections.frames[2].detections.clear();
-  const MergedIslands result = merge_islands(detections, true_cameras(), "s", {});
+  const MergedIslands result = merge_islands(detections, true_cameras(), "s", limits());
   ASSERT_EQ(result.fates.size(), 1U);
   EXPECT_FALSE(result.fates[0].merged);
   EXPECT_THAT(result.fates[0].reason, HasSubstr("no view speaks for any place"));
@@ -142,7 +150,7 @@ TEST(Islands, OneThatIsGrownWronglyIsLeftAlone) {
   std::erase_if(dots, [](const IslandDot& d) { return d.dot.mark.row == 25; });
   for (IslandDot& d : dots) d.dot.mark.row -= d.dot.mark.row > 25;
   const std::size_t before = detections.frames[0].detections.size();
-  const MergedIslands result = merge_islands(detections, true_cameras(), "s", {});
+  const MergedIslands result = merge_islands(detections, true_cameras(), "s", limits());
   EXPECT_FALSE(result.fates.at(0).merged);
   EXPECT_EQ(result.detections.frames[0].detections.size(), before);
 }

@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "calib/acceptance/draws.hpp"
+#include "calib/dense/decompositions.hpp"
 #include "core/camera_derivatives.hpp"
-#include "core/decompositions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/statistics.hpp"
-#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "calib/acceptance/figures.hpp"
-#include "core/decompositions.hpp"
+#include "calib/dense/decompositions.hpp"
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/model.hpp"
 #include "calib/joint/statistics.hpp"
 #include "core/camera_derivatives.hpp"
-#include "core/decompositions.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

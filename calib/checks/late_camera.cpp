@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/statistics.hpp"
-#include "core/decompositions.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/statistics.hpp"
-#include "core/decompositions.hpp"
 
 namespace drape::calib {
 

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/exchange/exchange.hpp"
 #include "core/camera_derivatives.hpp"
-#include "core/decompositions.hpp"
 #include "core/error.hpp"
 
 namespace drape::calib {

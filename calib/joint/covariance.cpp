@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "calib/dense/decompositions.hpp"
 #include "core/camera_derivatives.hpp"
-#include "core/decompositions.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 

@@ -2,8 +2,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/solve.hpp"
-#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calib/dense/decompositions.hpp"
 #include "calib/joint/statistics.hpp"
-#include "core/decompositions.hpp"
 
 namespace drape::calib {
 namespace {

@@ -12,65 +12,11 @@
 #include "compare/hems/hem_files.hpp"
 #include "compare/repeats/mark_repeats.hpp"
 #include "compare/repeats/student.hpp"
+#include "compare/repeats/test_prior.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {
-
-/// Logarithmic derivative of the gamma function and its derivative, x > 0 (Abramowitz and Stegun
-/// 6.3.5, 6.3.18, 6.4.6, 6.4.12).
-constexpr double kAsymptotic = 10;  // from here the series' error is below 1e-13
-
-double digamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / x;
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return std::log(x) - 1 / (2 * x) - below -
-         s * (1.0 / 12 - s * (1.0 / 120 - s * (1.0 / 252 - s * (1.0 / 240 - s / 132))));
-}
-
-double trigamma(double x) {
-  double below = 0;
-  while (x < kAsymptotic) {
-    below += 1 / (x * x);
-    x += 1;
-  }
-  const double s = 1 / (x * x);
-  return below + 1 / x + s / 2 +
-         s / x * (1.0 / 6 - s * (1.0 / 30 - s * (1.0 / 42 - s * (1.0 / 30 - s * 5 / 66))));
-}
-
-/// Of one group of repeats.
-struct GroupVariance {
-  double variance = 0;
-  int dof = 0;
-};
-
-/// By the moments of log variance (Smyth 2004, section 6.2), of two groups or more.
-VariancePrior variance_prior(const std::vector<GroupVariance>& groups) {
-  std::vector<double> logs;
-  double chance = 0;
-  for (const GroupVariance& group : groups) {
-    if (!(group.variance > 0) || group.dof < 1) continue;
-    const double half = group.dof / 2.0;
-    logs.push_back(std::log(group.variance) - digamma(half) + std::log(half));
-    chance += trigamma(half);
-  }
-  const auto n = static_cast<double>(logs.size());
-  const double mean = std::accumulate(logs.begin(), logs.end(), 0.0) / n;
-  double squares = 0;
-  for (const double log : logs) squares += (log - mean) * (log - mean);
-  const double excess = squares / (n - 1) - chance / n;
-  double low = 1e-3, high = 1e6;  // trigamma(dof / 2) falls with dof
-  for (int i = 0; i < 200; ++i) {
-    const double middle = std::sqrt(low * high);
-    (trigamma(middle / 2) > excess ? low : high) = middle;
-  }
-  return {low, std::exp(mean + digamma(low / 2) - std::log(low / 2))};
-}
 
 TEST(Student, IsThatOfTheTables) {
   EXPECT_NEAR(student_quantile(0.975, 1), 12.7062047362, 1e-8);

@@ -39,10 +39,6 @@ struct CsvText {
 /// Reads any CSV with a head. Throws Error for rows of another length and an open quote.
 [[nodiscard]] CsvText read_csv_text(const std::filesystem::path& file);
 
-/// The text of a CSV file; numbers in their shortest exact form.
-[[nodiscard]] std::string csv_text(const std::vector<std::string>& names,
-                                   const std::vector<std::vector<double>>& columns);
-
 /// One cell: quoted where it must be. Text that a spreadsheet would run as a formula (= + - @ in
 /// front of something that is no number) gets an apostrophe in front.
 [[nodiscard]] std::string csv_cell(const std::string& text);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/files/csv.hpp"
 
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 
 #include "core/error.hpp"
@@ -60,7 +61,9 @@ TEST_F(CsvFile, RefusesAFileWithoutHead) {
 
 TEST_F(CsvFile, WrittenNumbersComeBackExactly) {
   const std::vector<double> values = {0.1, -1.0 / 3.0, 6.02214076e23, 5e-324};
-  const Csv csv = read(csv_text(kHeaders, {values, values}));
+  std::string text = fmt::format("{}\n", fmt::join(kHeaders, ","));
+  for (const double value : values) text += fmt::format("{},{}\n", value, value);
+  const Csv csv = read(text);
   EXPECT_EQ(csv.columns.at(0), values);
   EXPECT_EQ(csv.columns.at(1), values);
 }

@@ -13,6 +13,7 @@
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
 
 namespace drape::simulate {

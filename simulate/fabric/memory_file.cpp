@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
+#include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/memory.hpp"
 
 namespace drape::simulate {

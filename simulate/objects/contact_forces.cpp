@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
+#include "simulate/fabric/csv_text.hpp"
 
 namespace drape::simulate {
 namespace {

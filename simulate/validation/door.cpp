@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/fabric/csv_text.hpp"
 
 namespace drape::simulate {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decompositions of dense matrices of any size, by Eigen; compiled here once, since each takes the
-// compiler seconds in every source that names it.
 #pragma once
 
 #include <Eigen/Core>
 
-namespace drape {
+// Decompositions of dense matrices of any size, by Eigen; compiled here once, since each takes the
+// compiler seconds in every source that names it.
+namespace drape::calib {
 
 /// Of a symmetric matrix: ascending values, and one unit vector per column.
 struct SymmetricEigen {
@@ -22,4 +22,4 @@ struct SymmetricEigen {
 [[nodiscard]] Eigen::VectorXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-}  // namespace drape
+}  // namespace drape::calib

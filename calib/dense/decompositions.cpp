@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/decompositions.hpp"
+#include "calib/dense/decompositions.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-namespace drape {
+namespace drape::calib {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -29,4 +29,4 @@ MatrixXd solve_symmetric(const MatrixXd& a, const MatrixXd& b) {
   return a.ldlt().solve(b);
 }
 
-}  // namespace drape
+}  // namespace drape::calib
