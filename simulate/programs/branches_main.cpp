@@ -83,8 +83,10 @@ int main(int argc, char** argv) {
   add_common_options(app, common);
   Arguments args;
   add_run_options(app, args, "folder for branches.json and branch-NN/sheet.ply");
-  app.add_option("--kicks", args.branches.kicks,
-                 "tries for a lower rest, where the sheet touches nothing; 0: none")
+  app.add_option(
+         "--kicks", args.branches.kicks,
+         "tries for a lower rest, where the sheet touches nothing; 0: none; a sheet on two pins "
+         "whose line parts it falls folded along that line instead")
       ->capture_default_str();
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
       ->capture_default_str();
