@@ -283,6 +283,24 @@ TEST(Hangs, AreSoughtLowerWhereAStartPressesOnItself) {
   EXPECT_EQ(branches_json(result.branches).dump(), branches_json(seek(2).branches).dump());
 }
 
+TEST(Hangs, AreSoughtByKicksAlikeAtAnyNumberOfThreads) {
+  const drape::test::TemporaryFolder folder;
+  const Hang hang = draw_hang(folder.path(), 0);
+  ASSERT_EQ(hang.scene.pins.size(), 3U);
+  SimulateOptions options;
+  options.rows = options.cols = 9;
+  options.solver = "fall";
+  const auto seek = [&](int threads) {
+    options.threads = threads;
+    return simulate_branches(hang.scene, hang.fabric, hang.print, std::nullopt, options,
+                             {.starts = 1, .kicks = 32});
+  };
+  const BranchResult result = seek(1);
+  EXPECT_TRUE(std::any_of(result.branches.found.begin(), result.branches.found.end(),
+                          [](const Branch& branch) { return branch.own_start < 0; }));
+  EXPECT_EQ(branches_json(result.branches).dump(), branches_json(seek(2).branches).dump());
+}
+
 /// Flat, `height` above the pins.
 Field flat(const GridSpec& grid, double height) {
   Field x;
