@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "calib/tsai/eccentricity.hpp"
 #include "calib/tsai/refine.hpp"
 #include "calib/tsai/residuals.hpp"
 #include "calib/tsai/tsai.hpp"
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -137,9 +139,7 @@ Fit fit_all(const Camera& start, const Points& measured, double dot_diameter_m, 
 double robust_sigma_px(const Camera& camera, const Points& points) {
   std::vector<double> distances;
   for (const Correspondence& point : points) distances.push_back(distance_px(camera, point));
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle / 1.1774;  // median of Rayleigh's distribution
+  return median(std::move(distances)) / 1.1774;  // median of Rayleigh's distribution
 }
 
 /// Takes out the points too far off to be noise; returns those that stay.

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "console/bench.hpp"
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
@@ -29,12 +31,6 @@ double rounded(double value, double steps) {
 
 Json point_px(const Eigen::Vector2d& point) {
   return Json::array({rounded(point.x(), 10), rounded(point.y(), 10)});
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Along one axis, as detect states it (its bound): the median over the frame's marks.

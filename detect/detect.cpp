@@ -9,8 +9,10 @@
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
+#include <utility>
 
 #include "core/files/files.hpp"
+#include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
 #include "detect/frame.hpp"
@@ -163,9 +165,7 @@ std::optional<double> median_sigma_px(const std::vector<FrameDetections>& frames
     }
   }
   if (sigmas.empty()) return std::nullopt;
-  const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-  std::nth_element(sigmas.begin(), middle, sigmas.end());
-  return *middle;
+  return median(std::move(sigmas));
 }
 
 void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& report) {

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/numbers/order.hpp"
 #include "detect/dots/local_map.hpp"
 #include "detect/ellipses/ellipse_fit.hpp"
 #include "detect/image/mosaic.hpp"
@@ -28,12 +29,6 @@ constexpr std::size_t blur_samples = 9;
 constexpr std::size_t ring_samples = 16;
 constexpr double least_light_centre = 0.35;
 constexpr double most_full_centre = 0.15;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Unforeshortened radius of a dot in this frame: the direction a tag is not tilted in keeps its
 /// length, so the larger singular value of its map is the scale.

@@ -9,6 +9,9 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <utility>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::detect {
 namespace {
@@ -18,12 +21,10 @@ constexpr double kPart = 0.5;        ///< of marks, of light, of sharpness, of w
 constexpr std::size_t kFewTags = 3;  ///< tags that chance does not decode
 constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
 
-double quantile_of(std::vector<float>& values, double part) {
+double quantile_of(const std::vector<float>& values, double part) {
   if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+  return order_statistic(values,
+                         static_cast<std::size_t>(part * static_cast<double>(values.size() - 1)));
 }
 
 /// The same of 8-bit values that were counted.
@@ -34,12 +35,6 @@ double quantile_of(const std::array<std::size_t, 256>& counts, double part) {
   std::size_t below = 0, value = 0;
   while (below + counts[value] <= at) below += counts[value++];
   return static_cast<double>(value);
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 GreyImage mirrored(GreyImage image) {
@@ -111,7 +106,7 @@ std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
     std::size_t& most = best[frames[i].set];
     most = std::max(most, frames[i].detections.size());
   }
-  const double usual_span = median_of(spans), usual_edge_px = median_of(edges);
+  const double usual_span = median(spans), usual_edge_px = median(edges);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t here = frames[i].detections.size(), most = best[frames[i].set];
     if (static_cast<double>(here) >= kPart * static_cast<double>(most) && here > 0) continue;

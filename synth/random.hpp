@@ -5,15 +5,14 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/numbers/random.hpp"
+
 namespace drape::synth {
 
-/// Mixes 64 bits (Steele, Lea, Flood 2014, the finaliser of SplitMix64). Random numbers by index,
-/// so that a pixel's noise does not depend on which thread comes first.
+/// Mixes 64 bits. Random numbers by index, so that a pixel's noise does not depend on which thread
+/// comes first.
 [[nodiscard]] inline std::uint64_t mixed(std::uint64_t bits) {
-  bits += 0x9e3779b97f4a7c15ULL;
-  bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-  bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebULL;
-  return bits ^ (bits >> 31U);
+  return SplitMix64(bits).next();
 }
 
 /// Number `index` of stream `seed`, even in [0, 1).

@@ -8,19 +8,13 @@
 #include <map>
 #include <string_view>
 
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {
 namespace {
 
 using units::mm;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double rms_sigma_m(const Eigen::Matrix3d& covariance) {
   return std::sqrt(covariance.trace() / 3);
@@ -70,7 +64,8 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
           placed[i].agreed.disagreement_sigmas));
     }
   }
-  report.largest_shape_shift_mm = shift.empty() ? 0 : *std::max_element(shift.begin(), shift.end());
+  if (shift.empty()) return;
+  report.largest_shape_shift_mm = *std::max_element(shift.begin(), shift.end());
   report.median_reprojection_px = median(reprojection);
   report.median_sigma_mm = median(sigma);
   report.median_calibration_sigma_mm = median(calibration);

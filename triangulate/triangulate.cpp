@@ -6,8 +6,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
@@ -127,9 +129,7 @@ Misses misses_of(const std::vector<MarkViews>& marks, const std::vector<Placed>&
   for (std::size_t i = 0; i < marks.size(); ++i)
     if (marks[i].views.size() >= 2) all.push_back(placed[i].agreed.disagreement_sigmas);
   if (all.empty()) return {};
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return {*middle, all.size()};
+  return {median(all), all.size()};
 }
 
 /// Why the sheet is no measurement, the first cause first.

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "calib/dense/decompositions.hpp"
 #include "calib/joint/statistics.hpp"
+#include "core/numbers/order.hpp"
 
 namespace drape::calib {
 namespace {
@@ -68,10 +70,10 @@ Faultless faultless_of(std::vector<double> draws, double false_no_go) {
   const double mean = sum / n;
   for (const double value : draws) squares += (value - mean) * (value - mean);
   const double scale = std::sqrt(6 * squares / n) / std::numbers::pi;
-  const auto at = draws.begin() + static_cast<std::ptrdiff_t>(std::min(kCoverage * n, n - 1));
-  std::nth_element(draws.begin(), at, draws.end());
+  const auto place = static_cast<std::size_t>(std::min(kCoverage * n, n - 1));
+  const double covered = order_statistic(std::move(draws), place);
   const double mode = mean - std::numbers::egamma * scale;
-  return {*at, std::max(*at, mode - scale * std::log(-std::log1p(-false_no_go)))};
+  return {covered, std::max(covered, mode - scale * std::log(-std::log1p(-false_no_go)))};
 }
 
 Faultless faultless_of_normal(double sd, int count, double false_no_go) {

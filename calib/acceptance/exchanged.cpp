@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include "calib/joint/model.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -52,9 +54,7 @@ double disagreement(const Detections& detections, const Calibration& calibration
     }
   }
   if (distances.empty()) return std::numeric_limits<double>::infinity();
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median(std::move(distances));
 }
 
 /// A simple mistake, and how the detections would be without it.

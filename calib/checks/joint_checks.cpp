@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -165,9 +167,8 @@ std::vector<ViewReport> view_reports(const JointModel& model) {
     all.push_back(views.back().rms_px);
   }
   if (all.empty()) return views;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  for (ViewReport& view : views) view.suspicious = view.rms_px > 2 * *middle;
+  const double middle = median(std::move(all));
+  for (ViewReport& view : views) view.suspicious = view.rms_px > 2 * middle;
   return views;
 }
 

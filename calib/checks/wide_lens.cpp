@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "calib/checks/one_more.hpp"
 #include "calib/joint/alone.hpp"
 #include "calib/joint/view_scatter.hpp"
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -42,12 +44,6 @@ double largest_radius(const JointModel& model, std::size_t camera) {
     }
   }
   return largest;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double miss_of(const JointCamera& camera, const Placement& placement, const BoardBow& bow,

@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "calib/joint/planar_view.hpp"
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 
 namespace drape::calib {
 namespace {
@@ -56,12 +55,6 @@ std::vector<Homography> homographies_of(const JointModel& model, std::size_t cam
     }
   }
   return found;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// One focal length from all views; where a wrong one spoils that, the median of the views' own.

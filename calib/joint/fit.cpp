@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "core/dot_image.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -39,9 +41,7 @@ double robust_scale(const JointModel& model) {
       distances.push_back(distance_sigmas(model, frame, point));
   }
   if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle / kRayleighMedian;
+  return median(std::move(distances)) / kRayleighMedian;
 }
 
 /// Centroid of the disc's image minus the image of its centre (Heikkila 2000).

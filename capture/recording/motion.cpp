@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 
 namespace drape::capture {
 namespace {
@@ -142,12 +143,6 @@ std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& b
     return motion;
   }
   return std::nullopt;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

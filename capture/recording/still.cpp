@@ -9,10 +9,12 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <utility>
 
 #include "capture/recording/motion.hpp"
 #include "core/calibration.hpp"
 #include "core/error.hpp"
+#include "core/numbers/order.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
@@ -48,9 +50,7 @@ double median_px(const MotionResult& motion) {
   std::vector<double> lengths;
   for (const BlockMotion& b : motion.blocks) lengths.push_back(std::hypot(b.dx_px, b.dy_px));
   if (lengths.size() < kLeastBlocks) return 0;
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return median(std::move(lengths));
 }
 
 std::optional<double> shift_of(const LiveFrame& now, const Recording& reference,

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "core/numbers/random.hpp"
+
 namespace drape::compare {
 namespace {
 
@@ -13,16 +15,11 @@ class Draws {
  public:
   /// Uniform in 0..count-1, by the high word of a product.
   std::size_t below(std::size_t count) {
-    state_ += 0x9E3779B97F4A7C15U;
-    std::uint64_t word = state_;
-    word = (word ^ (word >> 30U)) * 0xBF58476D1CE4E5B9U;
-    word = (word ^ (word >> 27U)) * 0x94D049BB133111EBU;
-    word ^= word >> 31U;
-    return static_cast<std::size_t>((word >> 32U) * count >> 32U);
+    return static_cast<std::size_t>((random_.next() >> 32U) * count >> 32U);
   }
 
  private:
-  std::uint64_t state_ = 0x6472617065ULL;
+  SplitMix64 random_{0x6472617065};
 };
 
 Interval interval_of(std::vector<double>& values) {

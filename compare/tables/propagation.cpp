@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/tables/propagation.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::compare {
 namespace {
@@ -83,9 +85,7 @@ double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffec
     const double there = mean_norm(drawn);
     one = std::abs(there + added_m * random.normal() - mean) / deviation(drawn, there);
   }
-  const auto at = off.begin() + static_cast<std::ptrdiff_t>(0.95 * draws);
-  std::nth_element(off.begin(), at, off.end());
-  return here * *at;
+  return here * order_statistic(std::move(off), static_cast<std::size_t>(0.95 * draws));
 }
 
 }  // namespace drape::compare

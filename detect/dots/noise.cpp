@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::detect {
 namespace {
@@ -82,9 +85,7 @@ std::array<Band, bands> bands_of_levels(const GreyImage& image) {
   for (int k = 0; k < bands; ++k) {
     result[k].count = sizes[k].size();
     if (sizes[k].empty()) continue;
-    const auto middle = sizes[k].begin() + static_cast<std::ptrdiff_t>(sizes[k].size() / 2);
-    std::nth_element(sizes[k].begin(), middle, sizes[k].end());
-    result[k].median = *middle;
+    result[k].median = median(std::move(sizes[k]));
   }
   return result;
 }

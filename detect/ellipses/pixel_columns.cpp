@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::detect {
 namespace {
@@ -272,10 +275,8 @@ Strangers PixelColumns::distrust_strangers(const Model& fitted, const NoiseModel
   });
   Strangers result;
   if (sizes.empty() || edge == 0) return result;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
   const double bright = fitted.light_at_centre();
-  const double scale = std::max(noise.sigma(bright), *middle / 0.6745);
+  const double scale = std::max(noise.sigma(bright), median(std::move(sizes)) / 0.6745);
   const double limit =
       std::max(biweight_limit * scale, gross_misfit * bright * fitted.parameters()(Model::print));
   for (const auto& [residual, d, index] : outside) {

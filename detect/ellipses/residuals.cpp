@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers/order.hpp"
+
 namespace drape::detect {
 namespace {
 
@@ -144,12 +146,6 @@ RingResiduals ring_residuals(const Grid& grid) {
   }
   ring.pixels = grid.dot(grid.used, grid.used);
   return ring;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Solves for the texture whose ring residuals would be the frame's. Each dot in units of its own

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::detect {
 namespace {
@@ -43,9 +46,7 @@ std::optional<std::array<double, 4>> fractions_of(const GreyImage& image, int st
   if (fractions[0].size() < least_samples) return std::nullopt;
   std::array<double, 4> medians = {};
   for (int k = 0; k < 4; ++k) {
-    const auto middle = fractions[k].begin() + static_cast<std::ptrdiff_t>(fractions[k].size() / 2);
-    std::nth_element(fractions[k].begin(), middle, fractions[k].end());
-    medians[k] = *middle;
+    medians[k] = median(std::move(fractions[k]));
   }
   return medians;
 }

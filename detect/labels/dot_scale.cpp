@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
+#include "core/numbers/order.hpp"
 #include "detect/labels/lattice.hpp"
 
 namespace drape::detect {
@@ -86,9 +88,7 @@ std::optional<double> lattice_radius_px(const GreyImage& image, const NoiseModel
     most = pieces.front().size();
     std::vector<double> radii;
     for (const auto& [place, dot] : pieces.front()) radii.push_back(semi_major(blobs[dot]));
-    std::nth_element(radii.begin(), radii.begin() + static_cast<std::ptrdiff_t>(most / 2),
-                     radii.end());
-    best = radii[most / 2];
+    best = median(std::move(radii));
   }
   return best;
 }

@@ -9,14 +9,10 @@
 #include <opencv2/calib3d.hpp>
 #include <optional>
 
+#include "core/numbers/order.hpp"
+
 namespace drape::detect {
 namespace {
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Degree of the polynomial in the board's plane that bends a projective map as a lens does: at
 /// least two and a half corners for each of its terms.

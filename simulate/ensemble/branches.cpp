@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "core/numbers/random.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
 #include "simulate/ensemble/linkage.hpp"
@@ -25,14 +26,6 @@ using units::mm;
 constexpr double kSameAxis = 1e-6;    // m
 constexpr double kSameEnergy = 1e-9;  // of the energy
 constexpr double kPlace = 2e-3;       // m; by which a hand lays a sheet beside its place
-
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
-double random_fraction(std::uint64_t index) {
-  std::uint64_t z = (index + 1) * 0x9E3779B97F4A7C15ULL;
-  z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-  return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
 
 Vector3d middle_of(const Field& x) {
   const int n = static_cast<int>(x.size() / 3);
@@ -81,7 +74,8 @@ StartVariation variation_of(int index, bool friction_known) {
   StartVariation v;
   if (index == 0) return v;
   const auto pick = [&](int what, double low, double high) {
-    return low + (high - low) * random_fraction(static_cast<std::uint64_t>(index) * 16 + what);
+    return low +
+           (high - low) * SplitMix64(0, static_cast<std::uint64_t>(index) * 16 + what).uniform();
   };
   v.noise_m = std::pow(10.0, pick(0, -6, -3.5));
   v.tilt_rad = pick(1, 0, 0.08);
@@ -111,7 +105,7 @@ void apply(const StartVariation& v, const GridSpec& grid, Field& position) {
     const Vector3d flat = at(position, static_cast<int>(i)) - middle;
     const double out = flat.head<2>().norm() / reach;
     const double angle = std::atan2(flat.y(), flat.x());
-    const double noise = v.noise_m * (2 * random_fraction(7919 * (i + 1)) - 1);
+    const double noise = v.noise_m * (2 * SplitMix64(0, 7919 * (i + 1)).uniform() - 1);
     const double wave = v.fold_m * out * out * std::cos(v.folds * angle - v.fold_phase_rad);
     moved[i] = turn * (flat + Vector3d(0, 0, noise + wave));
     lowest = std::min(lowest, moved[i].z());

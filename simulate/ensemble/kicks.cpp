@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/numbers/random.hpp"
 #include "simulate/equilibrium/mixture.hpp"
 
 namespace drape::simulate {
@@ -21,27 +22,17 @@ constexpr double kInside = 0.2, kLeastBorder = 0.1, kMostBorder = 0.5;
 // Every eighth: it costs three times a move, for more of the sheet has to settle.
 constexpr std::uint64_t kMirrored = 8;
 
-/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library.
 class Draw {
  public:
   /// Neighbouring seeds would be one sequence with a shift, so a seed is mixed first.
-  explicit Draw(std::uint64_t seed) : state_(seed) { state_ = next(); }
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(next() >> 11) * 0x1p-53;
-  }
+  explicit Draw(std::uint64_t seed) : random_(SplitMix64(seed).next()) {}
+  double uniform(double low, double high) { return low + (high - low) * random_.uniform(); }
   std::size_t below(std::size_t count) {
     return std::min(count - 1, static_cast<std::size_t>(uniform(0, static_cast<double>(count))));
   }
 
  private:
-  std::uint64_t next() {
-    std::uint64_t z = (state_ += 0x9E3779B97F4A7C15ULL);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBULL;
-    return z ^ (z >> 31);
-  }
-
-  std::uint64_t state_;
+  SplitMix64 random_;
 };
 
 /// Material place of a particle, of the patch.

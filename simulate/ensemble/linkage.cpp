@@ -6,20 +6,16 @@
 #include <cstddef>
 #include <numeric>
 
+#include "core/numbers/order.hpp"
+
 namespace drape::simulate {
 namespace {
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Median plus three robust standard deviations.
 double outlier_limit(std::vector<double> values) {
-  const double median = median_of(values);
-  for (double& value : values) value = std::abs(value - median);
-  return median + 3 * 1.4826 * median_of(values);
+  const double middle = median(values);
+  for (double& value : values) value = std::abs(value - middle);
+  return middle + 3 * 1.4826 * median(values);
 }
 
 /// An edge of a spanning tree.

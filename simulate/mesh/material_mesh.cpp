@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/numbers/random.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -37,21 +38,6 @@ bool is_cloth(const ClothOutline& outline, const Vector2d& p) {
          std::none_of(outline.holes.begin(), outline.holes.end(),
                       [&](const Polygon& hole) { return contains(hole, p); });
 }
-
-/// Numbers in -1 .. 1 from a fixed sequence (splitmix64; Steele, Lea and Flood 2014).
-class Lots {
- public:
-  explicit Lots(unsigned seed) : state_(seed) {}
-  double next() {
-    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
-    return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
-  }
-
- private:
-  std::uint64_t state_;
-};
 
 void add_line(const Polygon& polygon, double spacing, std::vector<Vector2d>& points) {
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -220,11 +206,12 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
   const Vector2d middle = (low + high) / 2;
   const int reach = static_cast<int>((high - low).norm() / h) + 2;
   const double c = std::cos(options.lattice_turn_rad), s = std::sin(options.lattice_turn_rad);
-  Lots lots(options.seed);
+  SplitMix64 random(options.seed);
+  const auto offset = [&] { return options.jitter * h * (2 * random.uniform() - 1); };
   for (int i = -reach; i <= reach; ++i) {
     for (int j = -reach; j <= reach; ++j) {
       const Vector2d lattice((j + 0.5 * (i & 1)) * h, i * h * std::sqrt(3.0) / 2);
-      const Vector2d moved(options.jitter * h * lots.next(), options.jitter * h * lots.next());
+      const Vector2d moved(offset(), offset());
       const Vector2d p =
           middle + Vector2d(c * lattice.x() - s * lattice.y(), s * lattice.x() + c * lattice.y()) +
           moved;

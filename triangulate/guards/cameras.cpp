@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 #include "triangulate/agreement.hpp"
 #include "triangulate/guards/guards.hpp"
@@ -31,9 +33,7 @@ Misses misses_with(const Detections& detections, const Calibration& calibration,
     all.push_back(point.status == PointStatus::good ? point.disagreement_sigmas() : 1e6);
   }
   if (all.empty()) return {};
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
-  return {*middle, all.size()};
+  return {median(all), all.size()};
 }
 
 /// The frames of the set alone, each under the name that `names` gives to its camera; an empty name

@@ -1,21 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/epipolar.hpp"
 
-#include <algorithm>
 #include <map>
+
+#include "core/numbers/order.hpp"
 
 namespace drape::triangulate {
 namespace {
 
 /// Creases and wrong labels, two of fourteen marks on a drawn bench, are no matter of the cameras;
 /// a camera that moved misses most marks.
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-struct Misses {
+struct PairMisses {
   std::vector<double> sigmas, px;
 };
 
@@ -24,7 +19,7 @@ struct Misses {
 std::vector<PairAgreement> pair_agreements(const std::vector<MarkViews>& marks,
                                            const std::vector<Placed>& placed, double min_angle_rad,
                                            int least_marks) {
-  std::map<std::pair<std::string, std::string>, Misses> pairs;
+  std::map<std::pair<std::string, std::string>, PairMisses> pairs;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     const std::vector<View>& views =
         placed[i].shaped_views.empty() ? marks[i].views : placed[i].shaped_views;
@@ -32,7 +27,7 @@ std::vector<PairAgreement> pair_agreements(const std::vector<MarkViews>& marks,
       for (std::size_t b = a + 1; b < views.size(); ++b) {
         const Point point = solve_point({views[a], views[b]}, min_angle_rad);
         if (point.status != PointStatus::good) continue;
-        Misses& pair = pairs[{views[a].camera->camera.name, views[b].camera->camera.name}];
+        PairMisses& pair = pairs[{views[a].camera->camera.name, views[b].camera->camera.name}];
         pair.sigmas.push_back(point.disagreement_sigmas());
         pair.px.push_back(point.rms_px());
       }

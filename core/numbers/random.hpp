@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace drape {
+
+/// SplitMix64 (Steele, Lea, Flood 2014): the same numbers with every library and on every machine.
+class SplitMix64 {
+ public:
+  /// The sequence of `seed` behind its first `skipped` numbers.
+  explicit SplitMix64(std::uint64_t seed, std::uint64_t skipped = 0)
+      : state_(seed + skipped * kStep) {}
+  /// 64 random bits.
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += kStep);
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EB;
+    return z ^ (z >> 31);
+  }
+  /// Even in [0, 1).
+  double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+
+ private:
+  static constexpr std::uint64_t kStep = 0x9E3779B97F4A7C15;
+  std::uint64_t state_;
+};
+
+}  // namespace drape
