@@ -62,7 +62,7 @@ VectorXd misfits(const std::vector<Outline>& outlines, const Vector3d& normal, d
   return all;
 }
 
-struct Tilt {
+struct DotTilt {
   Vector3d normal;
   double size = 1;
   double cost = 0;
@@ -74,7 +74,7 @@ Vector3d turned(const Vector3d& normal, const Vector3d& u, const Vector3d& v, do
 }
 
 /// Gauss-Newton over two angles and the size, from a start direction.
-Tilt refined(const std::vector<Outline>& outlines, Tilt tilt) {
+DotTilt refined(const std::vector<Outline>& outlines, DotTilt tilt) {
   constexpr double kDelta = 1e-6;
   for (int step = 0; step < kSteps; ++step) {
     const Vector3d u = tilt.normal.unitOrthogonal(), v = tilt.normal.cross(u);
@@ -128,15 +128,15 @@ std::optional<DotNormal> normal_from_ellipses(const std::vector<View>& views,
     outlines.push_back(*outline);
     to_cameras.emplace_back((centre_in_world(view.camera->camera) - in_world).normalized());
   }
-  std::optional<Tilt> best;
+  std::optional<DotTilt> best;
   for (int i = 0; i < kStartDirections; ++i) {
-    Tilt start{direction(i), 1, 0, Matrix3d::Zero()};
+    DotTilt start{direction(i), 1, 0, Matrix3d::Zero()};
     if (!faces(to_cameras, start.normal)) continue;
     start.cost = misfits(outlines, start.normal, 1).squaredNorm();
     if (!best || start.cost < best->cost) best = start;
   }
   if (!best) return std::nullopt;
-  const Tilt tilt = refined(outlines, *best);
+  const DotTilt tilt = refined(outlines, *best);
   const double misfit =
       kShapeSigma * std::sqrt(tilt.cost / static_cast<double>(3 * views.size() + 1));
   if (!(misfit < kLargestMisfit) || !faces(to_cameras, tilt.normal)) return std::nullopt;
