@@ -11,11 +11,11 @@ add_compile_options(-ffp-contract=off)
 # largest file of calib.
 add_compile_options($<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=524288>)
 
-# Sources of one target are compiled joined, eight at a time: their headers are most of the work. OFF
-# compiles each alone, which serves whoever changes one file at a time.
+# All sources of one target are compiled joined: their headers are most of the work. OFF compiles
+# each alone, which serves whoever changes one file at a time.
 option(DRAPE_JOIN_SOURCES "Compile the sources of a target joined" ON)
 set(CMAKE_UNITY_BUILD ${DRAPE_JOIN_SOURCES})
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
 
 # A header that its own source file includes first is compiled alone there already (the test
 # Sources.ASourceIncludesItsOwnHeaderFirst); the others are compiled alone by a target of their own.
@@ -68,11 +68,11 @@ function(drape_room room)
   drape_library(${name} ${ARGN})
 endfunction()
 
-# drape_program(<name> SOURCES ... LINK ...) puts the executable into <build>/bin.
+# drape_program(<name> SOURCES ... LINK ...) puts the executable into <build>/bin. The source with main()
+# opens whole namespaces and may have to be the last.
 function(drape_program name)
   cmake_parse_arguments(arg "" "" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})
-  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF)  # main.cpp opens whole namespaces
   target_link_libraries(${name} PRIVATE ${arg_LINK} drapebench::program fmt::fmt)
   set_property(GLOBAL APPEND PROPERTY DRAPE_PROGRAMS ${name})
   drape_use_of_folder(use)

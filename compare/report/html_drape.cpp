@@ -29,9 +29,9 @@ std::string facts(const DrapeInput& input, const Report& report) {
   std::string text = "<ul class=\"facts\">\n";
   text += fact(fmt::format("{:.2f} mm", s.mean_m / mm),
                fmt::format("mean distance real to virtual ({})", simulation.label()));
-  const std::string percent = percent_text(s.mean_m, input.measured.sheet.patch_m);
-  const std::size_t sign = percent.find('%') + 1;
-  text += fact(percent.substr(0, sign), percent.substr(sign));
+  const std::string of_side = percent_text(s.mean_m, input.measured.sheet.patch_m);
+  const std::size_t sign = of_side.find('%') + 1;
+  text += fact(of_side.substr(0, sign), of_side.substr(sign));
   text += fact(std::to_string(m.marks), fmt::format("marks measured, {} gaps", m.gaps));
   if (m.sigma_median_m) {
     text += fact(fmt::format("{:.3f} mm", *m.sigma_median_m / mm),

@@ -77,7 +77,7 @@ Clamped rest(int cells, const Clamped* coarser) {
   return sheet;
 }
 
-double mean_distance_m(const Clamped& a, const Clamped& b) {
+double distance_between_m(const Clamped& a, const Clamped& b) {
   const auto point = [](const Clamped& sheet, int k) {
     const auto n = static_cast<std::size_t>(sheet.grid.count());
     const auto i = static_cast<std::size_t>(
@@ -91,7 +91,7 @@ double mean_distance_m(const Clamped& a, const Clamped& b) {
 
 /// Order p for which the error C h^p of three grids gives the ratio of their two distances.
 double order_of(const Clamped& coarse, const Clamped& middle, const Clamped& fine) {
-  const double ratio = mean_distance_m(coarse, middle) / mean_distance_m(middle, fine);
+  const double ratio = distance_between_m(coarse, middle) / distance_between_m(middle, fine);
   const auto power = [](const Clamped& sheet, double p) {
     return std::pow(spacing_m(sheet.cells), p);
   };
@@ -117,7 +117,7 @@ TEST(Refinement, OfAClampedSheetIsOfSecondOrderOnOneBranch) {
     std::cout << "  " << now.grid.rows << "x" << now.grid.cols << ": residual "
               << now.report.residual << ", " << now.report.iterations << " steps";
     if (k > 0)
-      std::cout << ", mean distance from the coarser " << mean_distance_m(sheets[k - 1], now) / mm
+      std::cout << ", mean distance from the coarser " << distance_between_m(sheets[k - 1], now) / mm
                 << " mm";
     if (k > 1) {
       const double order = order_of(sheets[k - 2], sheets[k - 1], now);
