@@ -106,7 +106,7 @@ struct BudgetLine {
 struct Budget {
   std::vector<BudgetLine> lines;     ///< the largest first
   std::vector<std::string> missing;  ///< what nothing is known of, and what to do
-  double expanded_m = 0;             ///< U: half width that holds 95 of 100 draws (JCGM 101)
+  double expanded_m = 0;             ///< U: half width that holds 95 of 100 draws or more
 };
 
 /// Everything found for one drape.

@@ -67,7 +67,8 @@ std::string html_budget(const DrapeFiles& drape, const Report& report) {
   return text +
          "<p class=\"soft\">± of a distance is sqrt(u' C u), with u the unit vector from the real "
          "to the virtual point and C the covariance of the mark. U is half of what holds "
-         "95 of 100 means when all that the mean rests on is drawn together (JCGM 101); each line "
+         "at least 95 of 100 means when all that the mean rests on is drawn together (JCGM 101); "
+         "each line "
          "of the table is the spread where it alone is drawn. It holds no repeat of the real drape "
          "and no other equilibrium, and what friction leaves open only where an ensemble was "
          "made.</p>\n";

@@ -314,7 +314,7 @@ Table budget_table(const Budget& budget) {
                squares > 0 ? fmt::format("{:.1f}", 100 * line.u_m * line.u_m / squares) : "",
                line.origin});
   for (const std::string& what : budget.missing) table.add({what, "", "", "missing"});
-  table.add({"U: 95 of 100 draws of all together lie within",
+  table.add({"U: at least 95 of 100 draws of all together lie within",
              fmt::format("{:.4f}", budget.expanded_m / mm), "", ""});
   return table;
 }

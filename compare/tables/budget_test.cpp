@@ -256,5 +256,29 @@ TEST(TotalUncertainty, OfSheetsThatCoincideIsWhatMovesThemApart) {
   EXPECT_NEAR(half_width_m(apart_m, {effect}, 0), 1.96 * 2 * mm, 3 * 0.01 * 1.96 * 2 * mm);
 }
 
+TEST(TotalUncertainty, HoldsNinetyFiveOfAHundredDrawsWhereOneRangeMovesSheetsThatLieNear) {
+  // One rectangular input alone, which moves the marks by about as much as the sheets are apart.
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  const auto rows = [&](double size_m) -> Eigen::MatrixX3d {
+    return Eigen::MatrixX3d::NullaryExpr(30, 3, [&] { return size_m * normal(random); });
+  };
+  for (int bench = 0; bench < 40; ++bench) {
+    const Eigen::MatrixX3d apart_m = rows(0.5 * mm), move_m = rows(0.2 * mm * (1 + bench % 5));
+    const Eigen::MatrixX3d bend_m = bench % 2 == 0 ? rows(0.1 * mm) : rows(0);
+    const InputEffect effect{"", "", true, bend_m - move_m, bend_m + move_m};
+    const double width_m = half_width_m(apart_m, {effect}, 0);
+    constexpr int kSteps = 2000;  // evenly over the range, not the product's own draws
+    int within = 0;
+    for (int k = 0; k < kSteps; ++k) {
+      const double z = 2 * (k + 0.5) / kSteps - 1;
+      const double mean_m = (apart_m + z * move_m + z * z * bend_m).rowwise().norm().mean();
+      within += std::abs(mean_m - apart_m.rowwise().norm().mean()) <= width_m;
+    }
+    // Three standard deviations of the 10,000 draws behind the quantile.
+    EXPECT_GE(within / double(kSteps), 0.95 - 3 * std::sqrt(0.05 * 0.95 / 10000)) << bench;
+  }
+}
+
 }  // namespace
 }  // namespace drape::compare

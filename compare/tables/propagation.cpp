@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/tables/propagation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -74,18 +75,22 @@ double half_width_m(const MatrixX3d& differences_m, const std::vector<InputEffec
   };
   const double here = deviation(differences_m, mean);
   if (!(here > 0)) return 0;
-  std::vector<double> off(static_cast<std::size_t>(draws));
+  const auto count = static_cast<std::size_t>(draws);
+  std::vector<double> off_m(count), by_deviation(count);
   MatrixX3d drawn;
-  for (double& one : off) {
+  for (std::size_t k = 0; k < count; ++k) {
     drawn = differences_m;
     for (std::size_t i = 0; i < effects.size(); ++i) {
       z[i] = random.of(effects[i].rectangular);
       drawn += z[i] * paths[i].slope + z[i] * z[i] * paths[i].curve;
     }
     const double there = mean_norm(drawn);
-    one = std::abs(there + added_m * random.normal() - mean) / deviation(drawn, there);
+    off_m[k] = std::abs(there + added_m * random.normal() - mean);
+    by_deviation[k] = off_m[k] / deviation(drawn, there);
   }
-  return here * order_statistic(std::move(off), static_cast<std::size_t>(0.95 * draws));
+  const auto rank = static_cast<std::size_t>(0.95 * draws);
+  return std::max(order_statistic(std::move(off_m), rank),
+                  here * order_statistic(std::move(by_deviation), rank));
 }
 
 }  // namespace drape::compare

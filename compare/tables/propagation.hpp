@@ -20,10 +20,12 @@ struct InputEffect {
 /// stands (Gauss quadrature of order five).
 [[nodiscard]] double alone_m(const Eigen::MatrixX3d& differences_m, const InputEffect& effect);
 
-/// Half width about the mean distance: the standard deviation at the stated values times what 95 of
-/// 100 draws of all inputs together (JCGM 101) deviate at most by, each over the standard deviation
-/// where it lies (bootstrap-t; Efron 1981, Hall 1988). A mean of norms bends where the sheets lie
-/// near each other: values that bring them nearer by chance also make its slopes too small.
+/// Half width about the mean distance, the larger of two. Of all inputs drawn together (JCGM 101),
+/// 95 of 100 draws deviate by at most the first. The second (bootstrap-t; Efron 1981, Hall 1988) is
+/// the standard deviation at the stated values times what 95 of 100 draws deviate by, each over the
+/// standard deviation where it lies. A mean of norms bends where the sheets lie near each other:
+/// stated values that bring them nearer by chance make its slopes and so the first too small, and
+/// draws that lie farther apart, where it is steeper, make the second too small.
 /// `added_m`: standard uncertainty of the mean that is no input's. The draws are the same in every
 /// call.
 [[nodiscard]] double half_width_m(const Eigen::MatrixX3d& differences_m,
