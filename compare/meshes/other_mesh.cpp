@@ -6,12 +6,14 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/mesh_file.hpp"
 #include "core/files/toml_file.hpp"
+#include "core/numbers/order.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -22,6 +24,8 @@ using units::mm;
 
 constexpr double kStep_m = 2 * mm;  ///< points of cloth taken from a textured mesh
 constexpr double kOutside = 1e-9;   ///< of a triangle, in barycentric coordinates
+/// No cloth strains by so much where it hangs by its own weight; units differ by 2.54 or more.
+constexpr double kMostStrain = 0.3;
 
 /// Material coordinates (warp, weft) where an index or texture coordinate is at its start and end.
 struct Range {
@@ -176,6 +180,37 @@ void add_chart(const TomlTable& table, const MeshFile& mesh,
   }
 }
 
+/// Lengths of the mesh over those of its cloth, of neighbours in a column (along the warp) or row.
+std::vector<double> stretches_of(const Sheet& sheet, const MarkId& step) {
+  std::map<MarkId, const SheetMark*> marks;
+  for (const SheetMark& mark : sheet.marks) marks[mark.mark] = &mark;
+  std::vector<double> stretches;
+  for (const auto& [id, mark] : marks) {
+    const auto next = marks.find({id.row + step.row, id.col + step.col});
+    if (next == marks.end()) continue;
+    const double cloth_m = (next->second->material_m - mark->material_m).norm();
+    if (cloth_m > 0)
+      stretches.push_back((next->second->point_in_world - mark->point_in_world).norm() / cloth_m);
+  }
+  return stretches;
+}
+
+/// A mesh in another unit than stated has distances like any other.
+void require_size_of_cloth(const TomlTable& table, const Sheet& sheet) {
+  for (const bool warp : {true, false}) {
+    const std::vector<double> stretches = stretches_of(sheet, warp ? MarkId{1, 0} : MarkId{0, 1});
+    if (stretches.empty()) continue;
+    const double stretch = median(stretches);
+    if (stretch < 1 + kMostStrain && stretch > 1 / (1 + kMostStrain)) continue;
+    table.reject("unit_mm",
+                 fmt::format("neighbours along the {} lie {:.3g} times as far apart in space as on "
+                             "the cloth",
+                             warp ? "warp" : "weft", stretch),
+                 "give 10 for a mesh in cm, 25.4 in inches, 1000 in metres, or correct the "
+                 "material coordinates");
+  }
+}
+
 std::string id_of(const fs::path& file, const std::string& mesh_sha256) {
   return sha256_of("drapebench/mesh\n" + sha256_of_file(file) + "\n" + mesh_sha256);
 }
@@ -247,6 +282,7 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
     add_chart(*uv, mesh, points, measured, sheet);
   }
   table.finish();
+  require_size_of_cloth(table, sheet);
   simulation.sheet.ply_sha256 = sha256_of_file(mesh_file);
   simulation.sheet.sha256 = id_of(file, simulation.sheet.ply_sha256);
   simulation.other_file = mesh_file;

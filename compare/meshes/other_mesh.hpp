@@ -35,7 +35,8 @@ namespace drape::compare {
 ///
 /// A mesh with texture coordinates is taken at the measured marks and, between them, at least every
 /// 2 mm of cloth, linear on its triangles; without them its vertices are the points. The mesh's
-/// world must be the bench's. Throws Error(bad_input) naming file and field.
+/// world must be the bench's, and its neighbours must lie about as far apart as on the cloth: else
+/// a unit is wrong. Throws Error(bad_input) naming file and field.
 [[nodiscard]] Simulation read_other_mesh(const std::filesystem::path& file, const Sheet& measured);
 
 /// Reads a mesh that says `correspondence = "none"` instead of [grid] or [uv]: only its surface can

@@ -167,6 +167,30 @@ TEST(OtherMesh, WrongDescriptionsNameTheirField) {
               HasSubstr("unit_"));
 }
 
+TEST(OtherMesh, AMeshOfAnotherSizeThanItsClothIsAMistakeOfUnit) {
+  const drape::test::TemporaryFolder folder;
+  const auto with = [](std::string toml, const std::string& from, const std::string& to) {
+    return toml.replace(toml.find(from), from.size(), to);
+  };
+  const std::string mesh = grid_ply("ascii");
+  // A mesh in mm said to be in cm, inches, metres, and one in cm or inches said to be in mm.
+  for (const char* unit : {"10", "25.4", "1000", "0.1", "0.03937", "0.001"})
+    EXPECT_THAT(refusal(folder.path(), "a.ply", mesh,
+                        with(kGridToml, "unit_mm = 1.0", fmt::format("unit_mm = {}", unit))),
+                testing::AllOf(HasSubstr("unit_mm"), HasSubstr("times as far apart")))
+        << unit;
+  // One of the two directions in cm.
+  EXPECT_THAT(
+      refusal(folder.path(), "a.ply", mesh, with(kGridToml, "weft_to_mm = 220", "weft_to_mm = 22")),
+      HasSubstr("along the weft lie 10 times"));
+  const std::string textured =
+      "schema = \"drapebench/mesh/1\"\nname = \"CLO\"\nmesh = \"{}\"\nunit_mm = 100.0\nup = "
+      "\"y\"\nscene = \"A\"\n[uv]\nwarp = \"v\"\nwarp_from_mm = 220.0\nwarp_to_mm = 0.0\n"
+      "weft_from_mm = 0.0\nweft_to_mm = 220.0\n";
+  EXPECT_THAT(refusal(folder.path(), "a.obj", textured_obj(), textured),
+              HasSubstr("along the warp lie 0.1 times"));
+}
+
 /// A mesh of two big triangles in the plane z = 0: nothing says which point of the cloth is where.
 fs::path plane_without_marks(const fs::path& folder, const std::string& more = "") {
   write_durable(folder / "plane.obj",

@@ -280,7 +280,12 @@ BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                               const std::optional<ErrorSplitFile>& split) {
   BudgetInputs inputs;
   add_measurement(input, report, inputs);
-  if (input.simulations[headline_of(report).simulation].other_simulator) return inputs;
+  if (input.simulations[headline_of(report).simulation].other_simulator) {
+    inputs.missing.emplace_back(
+        "grid, place and size of the objects, friction and fabric values of another simulator: "
+        "compare a sheet of drape simulate");
+    return inputs;
+  }
   add_grid(input, report, inputs);
   add_neighbour(input, report, false, inputs);
   add_friction_band(input, report, inputs);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "compare/tables/budget.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/units.hpp"
 
@@ -130,6 +131,19 @@ TEST(Match, RestsOnNothingWhereTheMeasurementIsNoGo) {
   EXPECT_EQ(verdict.match, Match::undecided);
   EXPECT_EQ(verdict.rests_on, "");
   EXPECT_THAT(verdict.reason, HasSubstr("a cause"));
+}
+
+TEST(Match, OfAnotherSimulatorsMeshIsNeverOutsideByItsMarksAlone) {
+  DrapeInput input =
+      test::drape_of(test::measured_sheet(), {test::simulated_sheet(23, 5, sagging(40 * mm, 0))});
+  input.simulations.front().other_simulator = "Other 1.0";
+  input.measured.sheet.error_budget = ErrorBudget{0.03 * mm, 0.05 * mm, 0, 0.05 * mm};
+  Report report = compare_drape(input, {});
+  report.budget = budget_of(budget_inputs_of(input, report, std::nullopt));
+  EXPECT_LT(report.budget->expanded_m, 0.1 * mm) << "the marks and the cameras";
+  const MatchVerdict match = match_of(input, report);
+  EXPECT_EQ(match.match, Match::undecided);
+  EXPECT_THAT(match.reason, HasSubstr("of another simulator"));
 }
 
 }  // namespace
