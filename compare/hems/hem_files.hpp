@@ -32,13 +32,15 @@ struct HemRecord {
 
 struct HemReadOptions {
   DrapemeterGeometry geometry = {"iso-300", 0.180, 0.300};
+  bool disc_stated = false;  ///< by the user: a sheet of a bench hangs over any object
   HemOptions hem;
   /// Scale of a picture; unset: pictures are refused.
   std::function<PictureScale(const Silhouette&, const std::filesystem::path&)> scale;
   std::optional<double> scale_u;  ///< relative standard uncertainty; of every input
   /// Where fabric, sample, face and repeat stand in a file's path (below the folder that was given,
   /// without ending), such as "{fabric}/s{sample}_f{face}_{repeat}"; `*` is any text. Empty: only
-  /// the file's name is kept, as the fabric; of a start of an ensemble (cusick.json) as its repeat.
+  /// the file's name is kept (where two have one name: the path), as the fabric; of a start of an
+  /// ensemble (cusick.json) as its repeat.
   std::string names;
   int threads = 1;
 };
@@ -50,10 +52,11 @@ struct HemSet {
 };
 
 /// Pictures, sheets and meshes (PLY, OBJ, sheet.json), tables of radii (CSV) and folders of all of
-/// these, in the order given, folders by name. A table has the columns r000 .. in mm, one per equal
-/// step of angle, and may have fabric, sample, face, repeat and series (then only "repeat" rows are
-/// read). A file that cannot be read is refused with its reason, not thrown; throws Error(usage)
-/// when nothing is named.
+/// these, in the order given, folders by name. A table has the columns r000 .. in mm, in any order,
+/// one per equal step of angle all the way round, and may have fabric, sample, face, repeat and
+/// series (then only "repeat" rows are read). A file that cannot be read is refused with its
+/// reason, not thrown, and so are a hem that no drape of the geometry can have, a sheet without a
+/// stated disc, and the second of two equal hems. Throws Error(usage) when nothing is named.
 [[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
                                const HemReadOptions& options);
 

@@ -181,8 +181,9 @@ TEST_F(Pictures, WhatIsNoWholeSilhouetteIsRefused) {
 }
 
 TEST_F(Pictures, AFolderIsReadWithItsNames) {
+  double phase = 0;
   for (const char* name : {"wool/s1_f1_1.png", "wool/s1_f1_2.png", "silk/s2_f2_1.png"})
-    (void)write(rendered({110, {{5, 6, 0}}}), name);
+    (void)write(rendered({110, {{5, 6, phase += 0.1}}}), name);
   HemReadOptions given = options();
   given.names = "{fabric}/s{sample}_f{face}_{repeat}";
   const HemSet set = read_hems({folder_.path()}, given);
@@ -237,18 +238,20 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
 }
 
-/// A flat square whose corners lie 120 mm from its middle.
-void write_square(const std::filesystem::path& file) {
+/// A flat square whose corners lie 120 mm from its middle, one of them `corner`.
+void write_square(const std::filesystem::path& file, const std::string& corner = "120") {
   write_durable(file,
                 "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
                 "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                "end_header\n0 0 0\n120 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n"
-                "3 0 3 4\n3 0 4 1\n");
+                "end_header\n0 0 0\n" +
+                    corner +
+                    " 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n3 0 3 4\n3 0 4 1\n");
 }
 
 TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
   const test::TemporaryFolder folder;
-  for (const char* name : {"start-00.ply", "start-01.ply"}) write_square(folder.path() / name);
+  write_square(folder.path() / "start-00.ply");
+  write_square(folder.path() / "start-01.ply", "119");
   Json list;
   list["schema"] = "drapebench/cusick/1";
   list["fabric"] = "wool";

@@ -86,7 +86,10 @@ void add_options(Command& app, DrapemeterArguments& arguments) {
                  "254 mm (JIS L 1096)")
       ->one_of({"iso-240", "iso-300", "iso-360", "jis-254"})
       ->capture_default_str();
-  app.add_option("--disc-mm", arguments.disc_mm, "another disc's diameter")->positive();
+  app.add_option("--disc-mm", arguments.disc_mm,
+                 "another disc's diameter; to be stated for sheets of a bench, which may hang over "
+                 "any object")
+      ->positive();
   app.add_option("--specimen-mm", arguments.specimen_mm, "another specimen's diameter")->positive();
   app.add_option("--names", arguments.names,
                  "where fabric, sample, face and repeat stand in the files' paths, such as "
@@ -121,6 +124,7 @@ HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
         arguments.specimen_mm.value_or(options.geometry.specimen_m / mm) * mm;
   }
   options.geometry.check();
+  options.disc_stated = arguments.disc_mm.has_value();
   options.scale = scale_of(arguments, options.geometry.disc_m);
   if (arguments.scale_u_percent) options.scale_u = *arguments.scale_u_percent * units::percent;
   options.names = arguments.names;

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Mistakes of an operator that would give a drape coefficient like any other.
+#include "compare/hems/hem_files.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "core/files/files.hpp"
+#include "core/sheet.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+using testing::HasSubstr;
+using units::mm;
+
+/// A hem of five nodes.
+double radius_mm(int angle_deg, double turn_deg = 0) {
+  return 115 + 12 * std::cos(5 * (angle_deg - turn_deg) * units::deg) +
+         4 * std::sin(angle_deg * units::deg);
+}
+
+std::vector<int> every(int step_deg, int end_deg = 360) {
+  std::vector<int> angles;
+  for (int angle = 0; angle < end_deg; angle += step_deg) angles.push_back(angle);
+  return angles;
+}
+
+using Radius = std::function<double(int angle_deg)>;
+
+std::string table(const std::vector<int>& angles_deg, const std::vector<Radius>& rows) {
+  std::string text = "fabric,repeat";
+  for (const int angle : angles_deg) text += fmt::format(",r{:03d}", angle);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    text += fmt::format("\nwool,{}", i + 1);
+    for (const int angle : angles_deg) text += fmt::format(",{:.4f}", rows[i](angle));
+  }
+  return text + "\n";
+}
+
+class HemFiles : public testing::Test {
+ protected:
+  [[nodiscard]] HemSet read(const std::string& text, const HemReadOptions& options = {}) const {
+    write_durable(folder_.path() / "hems.csv", text);
+    return read_hems({folder_.path() / "hems.csv"}, options);
+  }
+  void expect_refused(const std::string& text, const std::string& reason) const {
+    const HemSet set = read(text);
+    EXPECT_TRUE(set.hems.empty());
+    ASSERT_EQ(set.refused.size(), 1U) << reason;
+    EXPECT_THAT(set.refused.front(), HasSubstr(reason));
+  }
+  test::TemporaryFolder folder_;
+};
+
+const Radius kHem = [](int angle) { return radius_mm(angle); };
+
+Radius times(double factor) {
+  return [factor](int angle) { return factor * radius_mm(angle); };
+}
+
+TEST_F(HemFiles, ColumnsStandInAnyOrderAndGoAllRound) {
+  const HemSet usual = read(table(every(5), {kHem}));
+  ASSERT_EQ(usual.hems.size(), 1U) << usual.refused.front();
+  std::vector<int> mixed;
+  for (int i = 0; i < 72; ++i) mixed.push_back(5 * (i * 29 % 72));
+  const HemSet other = read(table(mixed, {kHem}));
+  ASSERT_EQ(other.hems.size(), 1U);
+  EXPECT_EQ(other.hems[0].nodes.size(), 5U);
+  EXPECT_EQ(other.hems[0].hem.radius_m, usual.hems[0].hem.radius_m);
+  EXPECT_NEAR(read(table(every(10), {kHem})).hems.at(0).drape_coefficient(),
+              usual.hems[0].drape_coefficient(), 1e-3);
+  // 50 steps of 7.2 degrees, in whole degrees.
+  std::vector<int> fifty;
+  for (int i = 0; i < 50; ++i) fifty.push_back(static_cast<int>(std::lround(7.2 * i)));
+  EXPECT_EQ(read(table(fifty, {kHem})).hems.size(), 1U);
+  expect_refused(table(every(5, 180), {kHem}), "equal steps");
+  for (const int missing : {5, 180, 355}) {
+    std::vector<int> fewer = every(5);
+    std::erase(fewer, missing);
+    expect_refused(table(fewer, {kHem}), "71 columns of radii do not go round in equal steps");
+  }
+  expect_refused(table(every(20), {kHem}), "18 columns");
+}
+
+TEST_F(HemFiles, AHemThatNoDrapeOfTheGeometryCanHaveIsRefused) {
+  for (const double factor : {0.1, 1 / 25.4, 0.001})  // cm, inches, metres
+    expect_refused(table(every(5), {times(factor)}), "smaller than the disc of 180 mm");
+  expect_refused(table(every(5), {times(10)}), "larger than the specimen of 300 mm");
+  expect_refused(table(every(5), {[](int) { return 200; }}), "larger than the specimen");
+  expect_refused(table(every(5), {[](int angle) { return angle == 90 ? 210 : radius_mm(angle); }}),
+                 "mm wide");
+  // The limits themselves: as limp and as stiff as cloth can be, measured with a scale 2 % wrong.
+  for (const double radius : {90, 150})
+    for (const double scale : {0.98, 1.02})
+      EXPECT_EQ(read(table(every(5), {[=](int) { return scale * radius; }})).hems.size(), 1U);
+  HemReadOptions uncertain;
+  uncertain.scale_u = 0.05;
+  EXPECT_EQ(read(table(every(5), {[](int) { return 165; }}), uncertain).hems.size(), 1U);
+}
+
+TEST_F(HemFiles, ACopyIsNoRepeat) {
+  const Radius turned = [](int angle) { return radius_mm(angle, 20); };
+  const HemSet set = read(table(every(5), {kHem, turned, kHem}));
+  EXPECT_EQ(set.hems.size(), 2U);
+  ASSERT_EQ(set.refused.size(), 1U);
+  EXPECT_THAT(set.refused[0], testing::AllOf(HasSubstr("hems.csv:4"), HasSubstr("hems.csv:2"),
+                                             HasSubstr("a copy")));
+  const auto file = folder_.path() / "hems.csv";
+  EXPECT_EQ(read_hems({file, file}, {}).hems.size(), 2U);
+}
+
+/// A flat square of 200 mm out of cloth of 250 mm, which may hang over anything.
+std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
+  Sheet sheet;
+  sheet.rows = sheet.cols = 3;
+  sheet.patch_m = {250 * mm, 250 * mm};
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col)
+      sheet.marks.push_back({{row, col},
+                             {row * 125 * mm, col * 125 * mm},
+                             {row * 100 * mm, col * 100 * mm, 0},
+                             {},
+                             {},
+                             {}});
+  SimulatedSource source;
+  source.scene = "C";
+  source.fabric = "cotton";
+  source.scene_sha256 = source.fabric_sha256 = std::string(64, 'a');
+  source.segments = 5;
+  source.model = "consistent";
+  source.solver = "static";
+  source.status = "at rest";
+  sheet.source = source;
+  write_sheet(file, sheet);
+  return file;
+}
+
+TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
+  const auto a = write_bench_sheet(folder_.path() / "C" / "sheet.ply");
+  const HemSet assumed = read_hems({a}, {});
+  EXPECT_TRUE(assumed.hems.empty());
+  ASSERT_EQ(assumed.refused.size(), 1U);
+  EXPECT_THAT(assumed.refused[0], HasSubstr("--disc-mm"));
+  HemReadOptions stated;
+  stated.disc_stated = true;
+  EXPECT_EQ(read_hems({a}, stated).hems.size(), 1U);
+}
+
+TEST_F(HemFiles, FilesOfOneNameInSeveralFoldersAreSeveralFabrics) {
+  const auto square = [&](const std::string& folder, double half_mm) {
+    const auto file = folder_.path() / folder / "sheet.obj";
+    write_durable(file, fmt::format("v {0} {0} 0\nv -{0} {0} 0\nv -{0} -{0} 0\nv {0} -{0} 0\n"
+                                    "f 1 2 3 4\n",
+                                    half_mm));
+    return file;
+  };
+  const HemSet set = read_hems({square("A", 90), square("C", 95)}, {});
+  ASSERT_EQ(set.hems.size(), 2U) << set.refused.front();
+  EXPECT_NE(set.hems[0].fabric, set.hems[1].fabric);
+  EXPECT_EQ(read_hems({square("A", 90)}, {}).hems.at(0).fabric, "sheet");
+}
+
+}  // namespace
+}  // namespace drape::compare
