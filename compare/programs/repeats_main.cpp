@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "compare/repeats/mark_repeats.hpp"
+#include "compare/repeats/repeat_sheets.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -18,23 +18,33 @@ struct Arguments {
   double significance = 0.05;
 };
 
-std::vector<NamedSheet> sheets_of(const std::vector<std::filesystem::path>& files,
-                                  RunRecord& record) {
-  std::vector<NamedSheet> sheets;
+std::vector<RepeatSheet> sheets_of(const std::vector<std::filesystem::path>& files,
+                                   RunRecord& record) {
+  std::vector<RepeatSheet> sheets;
   for (const auto& file : files) {
     record.input(file);
-    sheets.push_back({file.string(), read_sheet(file)});
+    sheets.push_back(read_repeat_sheet(file));
   }
   return sheets;
+}
+
+std::vector<NamedSheet> named(const std::vector<RepeatSheet>& sheets) {
+  std::vector<NamedSheet> all;
+  for (const RepeatSheet& sheet : sheets) all.push_back(sheet.named);
+  return all;
 }
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-repeats", std::move(words),
                    arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
-  const MarkRepeats found =
-      mark_repeats(sheets_of(arguments.repeats, record), sheets_of(arguments.compared, record),
-                   arguments.significance);
+  const std::vector<RepeatSheet> repeats = sheets_of(arguments.repeats, record);
+  const std::vector<RepeatSheet> compared = sheets_of(arguments.compared, record);
+  require_one_drape(repeats, compared);
+  const MarkRepeats found = mark_repeats(named(repeats), named(compared), arguments.significance);
   Ending ending;
+  for (const auto* sheets : {&repeats, &compared})
+    for (const std::string& reason : no_go_of(*sheets)) ending.rejected.push_back(reason);
+  ending.go = ending.rejected.empty();
   ending.verdict =
       fmt::format("{} repeats with {} marks in common", arguments.repeats.size(), found.marks);
   for (const auto& match : found.matches)
@@ -58,7 +68,10 @@ int main(int argc, char** argv) {
   CommonOptions common;
   Arguments arguments;
   add_common_options(app, common);
-  app.add_option("SHEET", arguments.repeats, "measured sheets, repeats of one drape")->required();
+  app.add_option(
+         "SHEET", arguments.repeats,
+         "measured sheets, repeats of one drape (each says so, or placed a sheet of --compare)")
+      ->required();
   app.add_option("--compare", arguments.compared, "virtual sheets of the same drape");
   app.add_option("--significance", arguments.significance, "part of repeats called outside")
       ->range(0.001, 0.5)
