@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -129,7 +130,10 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
     throw bad_input(wrong.what_failed(), {.file = file.string()}, wrong.what_to_do());
   }
   if (seeds.empty()) root.reject("seeds", "the list is empty", "write e.g. seeds = [0]");
+  std::set<int> different;
   for (const int seed : seeds) {
+    if (!different.insert(seed).second)
+      root.reject("seeds", fmt::format("seed {} is listed twice", seed), "list it once");
     if (seed < 0) root.reject("seeds", "a seed is negative", "use 0 (the scene's start) or more");
   }
   const double count = static_cast<double>(scenes.size() * fabrics.size() * seeds.size()) *
@@ -139,6 +143,7 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
     root.reject("scenes", fmt::format("the plan has {:g} cases", count),
                 fmt::format("make plans of at most {:g}", kMostCases));
   Hashes hashes;
+  std::map<std::string, const fs::path*> scene_of_key;
   for (const fs::path& scene_file : scenes) {
     const Scene scene = read_scene(scene_file);
     for (const fs::path& fabric_file : fabrics) {
@@ -152,6 +157,12 @@ StudyPlan read_plan(const fs::path& file, const fs::path& out, const fs::path& p
               one.fabric_file = fabric_file.empty() ? scene.fabric_file : fabric_file;
               one.seed = seed;
               one.key = key_of(one, options, files, program, hashes);
+              // Also the same bytes under another name.
+              if (const auto [first, is_new] = scene_of_key.emplace(one.key, &scene_file); !is_new)
+                root.reject(first->second == &scene_file ? "fabrics" : "scenes",
+                            fmt::format("scene {} with fabric {} is listed twice",
+                                        scene_file.string(), one.fabric_file.string()),
+                            "list each scene and fabric once");
               one.folder = out / one.key.substr(0, 2) / one.key;
               plan.cases.push_back(std::move(one));
             }

@@ -58,6 +58,39 @@ TEST_F(Plan, NamesEveryCaseByWhatItDependsOn) {
   EXPECT_THROW((void)plan("out", "thickness_mm = -1\n"), Error);
 }
 
+TEST_F(Plan, WhatIsListedTwiceIsRefusedByItsList) {
+  const auto refusal = [&] {
+    try {
+      return fmt::format("{} cases", plan("out").cases.size());
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      return std::string(error.what());
+    }
+  };
+  const auto both = [](const std::string& a, const std::string& b) {
+    return testing::AllOf(testing::HasSubstr(a), testing::HasSubstr(b));
+  };
+  EXPECT_EQ(refusal(), "4 cases");
+  scenes_ = "AA";
+  EXPECT_THAT(refusal(), both("`scenes`", "twice"));
+  scenes_ = "A";
+  seeds_ = "1, 0, 1";
+  EXPECT_THAT(refusal(), both("`seeds`", "seed 1 is listed twice"));
+  seeds_ = "0";
+  segments_ = "1, 5, 1";
+  EXPECT_THAT(refusal(), both("plan.toml", "number of segments 1 is listed twice"));
+  segments_ = "1";
+  EXPECT_EQ(refusal(), "2 cases");
+  const std::string text = read_text(file_);
+  const auto with = [&](const std::string& from, const std::string& to) {
+    write_durable(file_, std::string(text).replace(text.find(from), from.size(), to));
+    EXPECT_THROW((void)read_plan(file_, "out", program_), Error) << to;
+  };
+  with("grids = [5]", "grids = [5, 7, 5]");
+  with("models = [\"consistent\"]", "models = [\"consistent\", \"consistent\"]");
+  with("B.toml", "A.toml");
+}
+
 TEST_F(Plan, PartsTogetherAreTheWholeByteForByte) {
   const fs::path whole = folder_.path() / "whole", parts = folder_.path() / "parts";
   const auto computed = run_part(plan(whole), {}, whole, program_, {});

@@ -94,6 +94,15 @@ bool is_row_of(int index, int rows, int other_rows, int& other) {
   return true;
 }
 
+/// A case that is listed twice would be counted twice.
+template <typename T>
+void require_once(const char* what, std::vector<T> values) {
+  std::sort(values.begin(), values.end());
+  const auto twice = std::adjacent_find(values.begin(), values.end());
+  if (twice != values.end())
+    throw usage_error(fmt::format("{} {} is listed twice", what, *twice), "list it once");
+}
+
 }  // namespace
 
 StudyOutcome outcome_from(const StudyCase& the_case) {
@@ -150,6 +159,9 @@ void StudyOptions::check() const {
     if (solver != "rk4" && solver != "static")
       throw usage_error(fmt::format("there is no solver `{}`", solver), "use --solvers rk4,static");
   }
+  require_once("grid", grids);
+  require_once("number of segments", segments);
+  require_once("model", models);
 }
 
 std::vector<StudyCase> study_cases(const fs::path& rig, const fs::path& out,
