@@ -186,7 +186,7 @@ std::vector<std::string> columns_of_radii(const CsvText& table) {
   for (const std::string& name : table.names)
     if (std::regex_match(name, radius)) angles.push_back(name);
   std::sort(angles.begin(), angles.end());
-  const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all the way round";
+  const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all round";
   if (angles.size() < 36)
     throw bad_input(fmt::format("{} columns of radii", angles.size()),
                     {.file = table.file.string()}, asked);

@@ -53,7 +53,7 @@ struct HemSet {
 
 /// Pictures, sheets and meshes (PLY, OBJ, sheet.json), tables of radii (CSV) and folders of all of
 /// these, in the order given, folders by name. A table has the columns r000 .. in mm, in any order,
-/// one per equal step of angle all the way round, and may have fabric, sample, face, repeat and
+/// one per equal step of angle all round, and may have fabric, sample, face, repeat and
 /// series (then only "repeat" rows are read). A file that cannot be read is refused with its
 /// reason, not thrown, and so are a hem that no drape of the geometry can have, a sheet without a
 /// stated disc, and the second of two equal hems. Throws Error(usage) when nothing is named.
