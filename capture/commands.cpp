@@ -22,6 +22,7 @@
 #include "core/error.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 
@@ -315,7 +316,8 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   ending.numbers.emplace_back("sync", to_string(live.report.method));
   add_adopted(desk.journal, ending);
   for (const LiveFault& fault : live.report.faults) ending.rejected.push_back(line_of(fault));
-  ending.next_command = fmt::format("drape-capture verify {}", command.recording.string());
+  ending.next_command =
+      fmt::format("drape-capture verify {}", shell_word(command.recording.string()));
   record.input(cameras.file);
   if (desk.stored > 0) {
     const fs::path manifest = command.recording / "recording.json";

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "capture/pixel/pixel_format.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace drape::capture {
 
@@ -25,7 +26,7 @@ Ending ending_of(const ImportResult& result, const std::filesystem::path& record
   ending.warnings = report.warnings;
   ending.next_command =
       fmt::format("drape detect {} --rig RIG --surface target --sets SETS --out detections.json",
-                  recording_folder.string());
+                  shell_word(recording_folder.string()));
   return ending;
 }
 
@@ -121,9 +122,9 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
   for (const LiveFault& fault : report.faults) ending.rejected.push_back(line_of(fault));
   if (moved) ending.rejected.push_back(line_of(*moved));
   for (const LiveFault& fault : stored.refused) ending.rejected.push_back(line_of(fault));
-  ending.next_command = ending.go
-                            ? fmt::format("drape-capture verify {}", recording_folder.string())
-                            : "drape doctor RIG";
+  ending.next_command =
+      ending.go ? fmt::format("drape-capture verify {}", shell_word(recording_folder.string()))
+                : "drape doctor RIG";
   return ending;
 }
 

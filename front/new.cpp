@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/shell_word.hpp"
 #include "front/process.hpp"
 
 namespace drape {
@@ -382,8 +383,8 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
                      "the lines that begin with `# name = value`: what only you can "
                      "measure; readers name the first that is missing"},
                     {"curves", (folder / "fabrics" / "cloth").string()}};
-  ending.next_command =
-      fmt::format("drape print target {} --out target.pdf", (folder / "target.toml").string());
+  ending.next_command = fmt::format("drape print target {} --out target.pdf",
+                                    shell_word((folder / "target.toml").string()));
   return finish(ending, common);
 }
 

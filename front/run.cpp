@@ -14,6 +14,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "front/check/check.hpp"
 
 namespace drape {
@@ -219,7 +220,8 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
                     {"report", plan.report.string()}};
   for (const auto& [drape, why] : failed)
     ending.rejected.push_back(fmt::format("drape {}: {}", drape, why));
-  ending.next_command = fmt::format("drape results list --store {}", plan.store.string());
+  ending.next_command =
+      fmt::format("drape results list --store {}", shell_word(plan.store.string()));
   return finish(ending, common);
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::synth {
@@ -16,8 +17,9 @@ Ending ending_of(const SynthReport& report, const Rig& rig, const std::filesyste
   ending.numbers = {
       {"marks with known truth", fmt::format("{}", report.marks)},
       {"of them seen whole", fmt::format("{} times by a camera", report.whole_views)}};
-  ending.next_command = fmt::format("drape run {} --recording {} --out DIR",
-                                    rig.file.parent_path().string(), out.string());
+  ending.next_command =
+      fmt::format("drape run {} --recording {} --out DIR",
+                  shell_word(rig.file.parent_path().string()), shell_word(out.string()));
   return ending;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::triangulate {
@@ -123,8 +124,9 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);
   ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
   if (ending.go) {
-    ending.next_command = fmt::format(
-        "drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR", out.string());
+    ending.next_command =
+        fmt::format("drape simulate SCENE.toml --grid 21 --segments 5 --start-from {} --out DIR",
+                    shell_word(out.string()));
   }
   return ending;
 }

@@ -10,6 +10,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -57,7 +58,7 @@ Ending import_from(const Arguments& given, RunRecord& record) {
   ending.warnings = calibration.warnings;
   ending.next_command =
       fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
-                  given.out.string());
+                  shell_word(given.out.string()));
   return ending;
 }
 

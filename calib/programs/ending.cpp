@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -77,8 +78,9 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
                     centre.x(), centre.y(), centre.z(), camera.residuals.object_rms_mm));
   }
   if (ending.go) {
-    ending.next_command = fmt::format(
-        "drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply", out.string());
+    ending.next_command =
+        fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
+                    shell_word(out.string()));
   }
   return ending;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
@@ -90,8 +91,9 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
   ending.rejected = report.rejected;
   ending.warnings = report.warnings;
   if (ending.go) {
-    ending.next_command = fmt::format(
-        "drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply", out.string());
+    ending.next_command =
+        fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
+                    shell_word(out.string()));
   }
   return ending;
 }

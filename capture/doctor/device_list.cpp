@@ -8,21 +8,12 @@
 
 #include "capture/host/channel.hpp"
 #include "core/error.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace drape::capture {
-namespace {
-
-/// The path in quotes for the shell.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
-
-}  // namespace
 
 std::vector<FoundDevice> list_devices(const std::filesystem::path& host_program, bool sizes) {
-  const std::string command = quoted(host_program.string()) +
+  const std::string command = shell_word(host_program.string()) +
                               (sizes ? " --list --sizes" : " --list") + " 2>/dev/null </dev/null";
   FILE* pipe = ::popen(command.c_str(), "re");
   std::string output;

@@ -6,6 +6,7 @@
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 
 using namespace drape;
 using namespace drape::compare;
@@ -35,7 +36,8 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
     write_json(json, hems_json(options.geometry, real, matches, match_options));
     record.output(csv);
     record.output(json);
-    ending.next_command = fmt::format("drape drapemeter {} --compare SHEET", csv.string());
+    ending.next_command =
+        fmt::format("drape drapemeter {} --compare SHEET", shell_word(csv.string()));
   }
   return finish(ending, common, record);
 }

@@ -9,6 +9,7 @@
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
 #include "core/files/files.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -55,8 +56,9 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
   for (std::size_t i = 1; i < reasons.size(); ++i)
     ending.warnings.push_back("NO-GO also because " + reasons[i]);
   if (!outcome.store.empty())
-    ending.next_command = fmt::format("drape results {} --store {}",
-                                      outcome.reports.empty() ? "tables" : "list", outcome.store);
+    ending.next_command =
+        fmt::format("drape results {} --store {}", outcome.reports.empty() ? "tables" : "list",
+                    shell_word(outcome.store));
   return ending;
 }
 

@@ -21,6 +21,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace drape::compare {
 namespace {
@@ -118,7 +119,7 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   ending.verdict =
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
   ending.numbers = {{"store", arguments.store}};
-  ending.next_command = "drape results list --store " + arguments.store;
+  ending.next_command = "drape results list --store " + shell_word(arguments.store);
   return finish(ending, common);
 }
 
@@ -129,7 +130,7 @@ int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
   ending.verdict = fmt::format("{} entries rescued, {} lost", result.kept, result.lost.size());
   ending.numbers = {{"store", arguments.store}};
   for (const std::string& lost : result.lost) ending.rejected.push_back("lost: " + lost);
-  ending.next_command = ending.go ? "drape results list --store " + arguments.store
+  ending.next_command = ending.go ? "drape results list --store " + shell_word(arguments.store)
                                   : "import the sheets of what is lost again";
   return finish(ending, common);
 }
@@ -140,7 +141,7 @@ int merge(const ResultsArguments& arguments, const CommonOptions& common) {
   ending.verdict = fmt::format("{} entries of the ledger added, {} were there already",
                                counts.added, counts.present);
   ending.numbers = {{"store", arguments.store}};
-  ending.next_command = "drape results verify --store " + arguments.store;
+  ending.next_command = "drape results verify --store " + shell_word(arguments.store);
   return finish(ending, common);
 }
 
@@ -150,7 +151,7 @@ int sign(const ResultsArguments& arguments, const CommonOptions& common) {
   ending.verdict = "the seal is signed";
   ending.numbers = {{"signature", seal_path(arguments.store).replace_extension(".sig").string()}};
   ending.next_command =
-      fmt::format("drape results verify --store {} --key PUBLIC.pem", arguments.store);
+      fmt::format("drape results verify --store {} --key PUBLIC.pem", shell_word(arguments.store));
   return finish(ending, common);
 }
 
@@ -228,7 +229,7 @@ int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
   ending.numbers = {{"files", std::to_string(crate.files)},
                     {"runs of programs", std::to_string(crate.actions)}};
   for (const std::string& file : crate.missing) ending.rejected.push_back("missing: " + file);
-  ending.next_command = fmt::format("zip -r crate.zip {}", arguments.file);
+  ending.next_command = fmt::format("zip -r crate.zip {}", shell_word(arguments.file));
   return finish(ending, common);
 }
 

@@ -7,6 +7,7 @@
 #include "compare/report/html.hpp"
 #include "compare/store/provenance.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace drape::compare {
 namespace {
@@ -15,17 +16,6 @@ namespace fs = std::filesystem;
 
 std::string from_folder(const fs::path& file, const fs::path& folder) {
   return fs::proximate(file, folder).generic_string();
-}
-
-std::string shell_word(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("_-./=,:+%@").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string quoted = "'";
-  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
 }
 
 /// A path on the command line, as seen from the report's folder; other words stay.

@@ -17,6 +17,7 @@
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/shell_word.hpp"
 
 namespace drape::console {
 namespace {
@@ -109,14 +110,7 @@ int wait_for(pid_t pid) {
 
 std::string Call::shown() const {
   std::string text = "drape";
-  for (const std::string& word : words) {
-    const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-      return std::isalnum(c) != 0 || std::strchr("_-./=,:+@%", c) != nullptr;
-    });
-    std::string quoted = "'";
-    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    text += " " + (plain ? word : quoted + "'");
-  }
+  for (const std::string& word : words) text += " " + shell_word(word);
   return text;
 }
 

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
+#include "core/program/shell_word.hpp"
+
 namespace drape {
 namespace {
 
@@ -37,6 +41,20 @@ TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
                                              {"--starts", "100"},
                                              {"--starts", "0"}})
     EXPECT_EQ(parse(wrong, given), 2) << wrong[0] << ' ' << wrong[1];
+}
+
+TEST(ShellWord, GoesThroughAShellWhole) {
+  EXPECT_EQ(shell_word("out/C-1/sheet.ply"), "out/C-1/sheet.ply");
+  for (const std::string word :
+       {"o p/r's.sqlite", "$HOME `id` \"x\" \\", "a;b&c|d>e(f)*?[g]#h~!", ""}) {
+    const std::string command = "printf %s " + shell_word(word);
+    FILE* shell = popen(command.c_str(), "r");
+    ASSERT_NE(shell, nullptr);
+    std::string output(100, '\0');
+    output.resize(std::fread(output.data(), 1, output.size(), shell));
+    EXPECT_EQ(pclose(shell), 0) << command;
+    EXPECT_EQ(output, word) << command;
+  }
 }
 
 }  // namespace

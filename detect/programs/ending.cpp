@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "detect/programs/ending.hpp"
+#include "core/program/shell_word.hpp"
 
 #include <fmt/format.h>
 
@@ -34,11 +35,12 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
   if (!ending.go) {
     ending.next_command = "look at the frames: run the same command with --overlay DIR";
   } else if (surface == Surface::target) {
-    ending.next_command =
-        fmt::format("drape calib {} --rig RIG --method joint --out calibration.json", out);
+    ending.next_command = fmt::format(
+        "drape calib {} --rig RIG --method joint --out calibration.json", shell_word(out));
   } else {
     ending.next_command = fmt::format(
-        "drape triangulate {} --calibration calibration.json --set NAME --out sheet.ply", out);
+        "drape triangulate {} --calibration calibration.json --set NAME --out sheet.ply",
+        shell_word(out));
   }
   return ending;
 }

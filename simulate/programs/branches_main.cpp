@@ -5,6 +5,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "simulate/ensemble/band.hpp"
 #include "simulate/programs/run_inputs.hpp"
 
@@ -71,7 +72,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
       "--store results.sqlite --report report.html",
-      args.out.string());
+      shell_word(args.out.string()));
   return finish(ending, common, record);
 }
 

@@ -7,6 +7,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "simulate/checker/certify.hpp"
 
 namespace fs = std::filesystem;
@@ -55,7 +56,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
     if (!line.passes()) ending.rejected.push_back(line.what + ": " + text);
   }
   ending.rejected.insert(ending.rejected.end(), report.refusals.begin(), report.refusals.end());
-  ending.next_command = fmt::format("less {}", (folder / "certificate.json").string());
+  ending.next_command = fmt::format("less {}", shell_word((folder / "certificate.json").string()));
   return finish(ending, common, record);
 }
 

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -115,8 +116,9 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
   ending.go = resting == drapes.size();
   ending.verdict = fmt::format("{} of {} drapes of {} at rest and accepted by the checker", resting,
                                drapes.size(), fabric);
-  ending.next_command = fmt::format("drape drapemeter {} --disc-mm {} --specimen-mm {}",
-                                    out.string(), arguments.disc_mm, arguments.specimen_mm);
+  ending.next_command =
+      fmt::format("drape drapemeter {} --disc-mm {} --specimen-mm {}", shell_word(out.string()),
+                  arguments.disc_mm, arguments.specimen_mm);
   return ending;
 }
 

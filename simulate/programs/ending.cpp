@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -45,7 +46,7 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
       "report.html",
-      (out / "sheet.ply").string());
+      shell_word((out / "sheet.ply").string()));
   return ending;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/shell_word.hpp"
 #include "simulate/fabric/import.hpp"
 
 namespace drape::simulate {
@@ -48,7 +49,8 @@ void write(const ImportedFabric& fabric, const LibraryArguments& arguments, Endi
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
   if (!arguments.out) return;
   write_imported(*arguments.out, fabric);
-  ending.next_command = fmt::format("drape fabric {}", (*arguments.out / "fabric.toml").string());
+  ending.next_command =
+      fmt::format("drape fabric {}", shell_word((*arguments.out / "fabric.toml").string()));
 }
 
 Ending shown(const LibraryArguments& arguments) {

@@ -6,6 +6,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/plot.hpp"
 #include "simulate/programs/fabric_library.hpp"
@@ -41,7 +42,8 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
   ending.warnings = report.warnings;
   for (const std::string& what : fabric.stand_ins)
     ending.warnings.push_back("not measured: " + what);
-  ending.next_command = fmt::format("drape-simulate SCENE --fabric {} --out DIR", file.string());
+  ending.next_command =
+      fmt::format("drape-simulate SCENE --fabric {} --out DIR", shell_word(file.string()));
   if (plot) {
     write_durable(*plot, curves_svg(fabric, segments));
     record.output(*plot);

@@ -5,6 +5,7 @@
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 
 namespace drape::simulate {
@@ -84,7 +85,8 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
                         found.residual)
       : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker", steps)
                   : "still, but the checker refuses it";
-  ending.next_command = fmt::format("drape compare MEASURED.ply {}", (out / "piece.toml").string());
+  ending.next_command =
+      fmt::format("drape compare MEASURED.ply {}", shell_word((out / "piece.toml").string()));
   return ending;
 }
 

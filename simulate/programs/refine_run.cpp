@@ -7,6 +7,7 @@
 #include "core/files/files.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/refine/refine.hpp"
@@ -52,7 +53,7 @@ Ending ending_of(const Refinement& refinement, const RefineArguments& args,
       finest ? args.out / folder_of(refinement.grids[*finest]) / "sheet.ply" : args.out;
   ending.next_command =
       fmt::format("drape-compare MEASURED.ply {} {} --store results.sqlite --report report.html",
-                  (args.folder / "sheet.ply").string(), sheet.string());
+                  shell_word((args.folder / "sheet.ply").string()), shell_word(sheet.string()));
   return ending;
 }
 

@@ -7,6 +7,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
+#include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/split.hpp"
@@ -16,7 +17,6 @@ using namespace drape;
 using namespace drape::simulate;
 
 namespace {
-
 using units::mm;
 
 struct Arguments {
@@ -48,7 +48,7 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
          fmt::format("{:+.3f} mm, marks move by {:.3f} mm, {} folds{}", row.change_m / mm,
                      row.moved_m / mm, row.folds, row.at_rest ? "" : ", not at rest")});
   const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
-  ending.next_command = fmt::format("less {}", (out / table).string());
+  ending.next_command = fmt::format("less {}", shell_word((out / table).string()));
   return ending;
 }
 

@@ -8,6 +8,7 @@
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/progress.hpp"
+#include "core/program/shell_word.hpp"
 #include "simulate/programs/study_parts.hpp"
 #include "simulate/study/study.hpp"
 
@@ -51,7 +52,7 @@ int run(const fs::path& rig, const fs::path& out, StudyOptions options,
       ending.rejected.push_back(fmt::format("{} {} {}-{}: {}", o.the_case.scene, o.the_case.model,
                                             o.the_case.grid, o.the_case.segments, o.sentence));
   }
-  ending.next_command = fmt::format("less {}", (out / "study.md").string());
+  ending.next_command = fmt::format("less {}", shell_word((out / "study.md").string()));
   if (!common.json && !common.quiet)
     fmt::print("Mean distance in mm (in brackets: as the paper prints it; *: not at rest)\n\n{}\n",
                tables);

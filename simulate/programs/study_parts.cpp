@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/progress.hpp"
+#include "core/program/shell_word.hpp"
 #include "simulate/study/plan.hpp"
 
 namespace drape::simulate {
@@ -61,8 +62,8 @@ int compute(const fs::path& plan_file, const std::string& part_text, const fs::p
                         name_of(planned.outcome.the_case));
       });
   Ending ending = ending_of(outcomes);
-  ending.next_command =
-      fmt::format("drape study status {} --out {}", plan_file.string(), out.string());
+  ending.next_command = fmt::format("drape study status {} --out {}",
+                                    shell_word(plan_file.string()), shell_word(out.string()));
   return finish(ending, common);
 }
 
@@ -73,7 +74,8 @@ int count(const fs::path& plan_file, const fs::path& out, const CommonOptions& c
   Ending ending = ending_of(outcomes);
   ending.numbers.emplace_back("table", (out / "study.csv").string());
   if (!ending.go)
-    ending.next_command = fmt::format("drape study {} --out {}", plan_file.string(), out.string());
+    ending.next_command = fmt::format("drape study {} --out {}", shell_word(plan_file.string()),
+                                      shell_word(out.string()));
   return finish(ending, common);
 }
 

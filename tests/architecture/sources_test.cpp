@@ -111,6 +111,29 @@ TEST(Sources, ASourceIncludesItsOwnHeaderFirst) {
   EXPECT_THAT(findings, IsEmpty());
 }
 
+// A next command is copied into a shell.
+TEST(Sources, PathsInANextCommandAreWordsOfAShell) {
+  std::vector<std::string> findings;
+  int commands = 0;
+  for (const SourceFile& file : cpp_files()) {
+    std::string code;
+    for (const Line& line : file.lines) code += line.text + '\n';
+    static const std::regex path(R"(\.string\(\)|arguments\.(store|file)\b|outcome\.store)");
+    static const std::regex word(R"(shell_word\()");
+    const auto count = [](const std::string& text, const std::regex& what) {
+      return std::distance(std::sregex_iterator(text.begin(), text.end(), what), {});
+    };
+    for (std::size_t at = 0; (at = code.find("next_command =", at)) != std::string::npos; ++at) {
+      const std::string statement = code.substr(at, code.find(";\n", at) - at);
+      commands += count(statement, path) > 0 ? 1 : 0;
+      if (count(statement, path) > count(statement, word))
+        findings.push_back(file.path + ": " + statement);
+    }
+  }
+  EXPECT_GT(commands, 20);
+  EXPECT_THAT(findings, IsEmpty());
+}
+
 /// Every match of group 1 in the code of a file, comments left out.
 std::set<std::string> names_in(const SourceFile& file, const std::regex& pattern) {
   std::set<std::string> names;
