@@ -205,6 +205,9 @@ TEST(Inputs, MeasuredSheetsOpenGroups) {
   const drape::test::TemporaryFolder folder;
   auto files = test::write_example(folder.path() / "A");
   const auto more = test::write_example(folder.path() / "C");
+  Sheet other = read_sheet(more[0]);
+  std::get<MeasuredSource>(other.source).set = "drape_C";
+  write_sheet(more[0], other);
   files.insert(files.end(), more.begin(), more.end());
   const Session session = read_session(files, {});
   ASSERT_EQ(session.drapes.size(), 2U);

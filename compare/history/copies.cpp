@@ -19,6 +19,10 @@ namespace {
 
 constexpr const char* kFolder = ".files/";
 
+fs::path folder_of_copies(const fs::path& store) {
+  return real_store(store).string() + kFolder;
+}
+
 /// Copies that become durable together: written under temporary names, flushed, renamed, flushed
 /// again. Two flushes of the whole file system in place of two for each of some thousand files.
 class Copies {
@@ -97,7 +101,7 @@ void copy_list(const Simulation& simulation, Copies& copies) {
 }  // namespace
 
 std::vector<fs::path> keep_copies(const fs::path& store, const Session& session) {
-  Copies copies(store.string() + kFolder);
+  Copies copies(folder_of_copies(store));
   const auto add = [&](const Simulation& simulation) {
     if (!simulation.other_simulator) copy_sheet(simulation.sheet, copies);
     if (simulation.branch) copy_list(simulation, copies);
@@ -113,8 +117,8 @@ std::vector<fs::path> keep_copies(const fs::path& store, const Session& session)
 }
 
 std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) {
-  const fs::path from = other.string() + kFolder;
-  Copies copies(store.string() + kFolder);
+  const fs::path from = folder_of_copies(other);
+  Copies copies(folder_of_copies(store));
   std::vector<fs::path> present;
   if (!fs::is_directory(from)) return present;
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
@@ -122,8 +126,7 @@ std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) 
     // What a killed program left begins with a dot.
     if (!entry.is_regular_file() || entry.path().filename().string().starts_with('.')) continue;
     // Nothing from elsewhere replaces a copy that is there.
-    if (const fs::path there = fs::path(store.string() + kFolder) / name;
-        fs::is_regular_file(there)) {
+    if (const fs::path there = folder_of_copies(store) / name; fs::is_regular_file(there)) {
       present.push_back(there);
       continue;
     }
@@ -133,6 +136,12 @@ std::vector<fs::path> take_copies(const fs::path& store, const fs::path& other) 
   std::vector<fs::path> all = copies.finish();
   all.insert(all.end(), present.begin(), present.end());
   return all;
+}
+
+fs::path copy_of_same_name(const fs::path& store, const fs::path& other, const std::string& path) {
+  const std::string beside = real_store(other).filename().string() + kFolder;
+  return path.starts_with(beside) ? folder_of_copies(store) / path.substr(beside.size())
+                                  : fs::path();
 }
 
 bool is_copy(const std::string& path) {

@@ -18,6 +18,11 @@ std::vector<std::filesystem::path> keep_copies(const std::filesystem::path& stor
 std::vector<std::filesystem::path> take_copies(const std::filesystem::path& store,
                                                const std::filesystem::path& other);
 
+/// Where take_copies() puts what a seal of the other store calls so; empty where it is no copy.
+[[nodiscard]] std::filesystem::path copy_of_same_name(const std::filesystem::path& store,
+                                                      const std::filesystem::path& other,
+                                                      const std::string& path);
+
 /// True for a path that keep_copies() made.
 [[nodiscard]] bool is_copy(const std::string& path);
 

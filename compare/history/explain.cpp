@@ -9,6 +9,7 @@
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
+#include "compare/schema/schema.hpp"
 #include "compare/store/provenance.hpp"
 #include "core/error.hpp"
 
@@ -20,8 +21,7 @@ namespace fs = std::filesystem;
 /// Where the seal says that a sheet lies.
 fs::path sheet_file(const StoreReader& store, const std::string& sha256) {
   const Seal seal = read_seal(store.file());
-  const fs::path folder =
-      store.file().has_parent_path() ? store.file().parent_path() : fs::path(".");
+  const fs::path folder = folder_of(store.file());
   for (const auto& [name, hash] : seal.files) {
     fs::path file = (folder / name).lexically_normal();
     if (hash == sha256) return file;
@@ -148,6 +148,28 @@ std::vector<std::string> meaning_of(const StoreReader& store, const Subject& sub
   throw usage_error(fmt::format("there is no metric `{}` here", metric), "there are: " + names);
 }
 
+/// The measurement's verdict of the last run that the number is in.
+void add_verdict(const StoreReader& store, const StoredKey& stored, const Subject& subject,
+                 Table& number) {
+  Table last;
+  if (stored.table == "comparison") {
+    last = store.query("SELECT s.measurement, s.cause, s.state FROM comparison AS k JOIN (" +
+                           state_query() +
+                           ") AS s ON s.comparison_id = k.id WHERE k.sha256 = ? AND s.state IS "
+                           "NOT NULL",
+                       {stored.sha256});
+  } else if (const auto measured = stored.table == "sheet" ? std::optional(stored.sha256)
+                                                           : subject.value("measured_sha256")) {
+    last = store.query("SELECT s.measurement, s.cause, s.state FROM (" + sheet_state_query() +
+                           ") AS s WHERE s.sheet_sha256 = ? AND s.state IS NOT NULL",
+                       {*measured});
+  }
+  for (const auto& row : last.rows) {
+    number.add({"measurement", row[0] + (row[1].empty() ? "" : ": " + row[1])});
+    number.add({"state", row[2]});
+  }
+}
+
 }  // namespace
 
 Explanation explain(const StoreReader& store, const std::string& key, const std::string& metric,
@@ -163,6 +185,7 @@ Explanation explain(const StoreReader& store, const std::string& key, const std:
   result.number.add({metric, number.empty() ? "not known" : number + " " + meaning[0]});
   result.number.add({"definition", meaning[1]});
   result.number.add({stored.table, stored.sha256});
+  add_verdict(store, stored, subject, result.number);
   if (options.mark && stored.table == "comparison") {
     result.number.add(
         {"mark", fmt::format("row {}, col {}", options.mark->row, options.mark->col)});

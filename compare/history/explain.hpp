@@ -28,7 +28,8 @@ struct Explanation {
 [[nodiscard]] Explanation explain(const StoreReader& store, const std::string& key,
                                   const std::string& metric, const WhyOptions& options = {});
 
-/// Series of values in the order of their imports, with what the ones before them predict.
+/// Series of values in the order of the dates of their first runs (acceptances: as their operators
+/// state them), with what the ones before them predict.
 struct TrendOptions {
   std::string specimen = {};  ///< "SCENE" or "SCENE/FABRIC": the reference drape; empty: all
   int least_before = 5;       ///< values needed before one can be judged
@@ -38,8 +39,8 @@ struct Trend {
   Table table;     ///< series, value, mean and standard deviation of those before, alarm
   int alarms = 0;  ///< of the newest value of each series
 };
-/// Calibration residual of each camera (RMS, px) and mean distance (mm) of each scene, fabric, grid
-/// and number of segments. A value is judged against the values before it: more than
+/// Calibration residual of each camera (RMS, px) and mean distance (mm) of each rig, scene, fabric,
+/// grid and number of segments. A value is judged against the values before it: more than
 /// alarm_sigmas times s sqrt(1 + 1/n) off their mean, s their standard deviation, is an alarm.
 [[nodiscard]] Trend trend_of(const StoreReader& store, const TrendOptions& options);
 

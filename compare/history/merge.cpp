@@ -6,12 +6,14 @@
 #include <fmt/ranges.h>
 
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/ledger.hpp"
+#include "compare/store/runs.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -66,17 +68,45 @@ class Merge {
   Merge(SQLite::Database& database, const fs::path& source)
       : database_(database), source_(source) {}
 
-  void run(MergeCounts& counts) {
+  /// Into a copy, which is completed: what is there already is compared value by value, and gets
+  /// what only the source knows of it.
+  void stage(MergeCounts& counts) {
+    SQLite::Statement query(database_,
+                            "SELECT name FROM main.sqlite_schema WHERE type = 'trigger'");
+    std::vector<std::string> triggers;
+    while (query.executeStep()) triggers.push_back(query.getColumn(0).getString());
+    query.reset();
+    for (const std::string& trigger : triggers) database_.exec("DROP TRIGGER main." + trigger);
+    run(counts, true);
+  }
+
+  /// From such a copy into the target, which was its beginning: rows that are there stay as they
+  /// are.
+  void finish(MergeCounts& counts) { run(counts, false); }
+
+ private:
+  void run(MergeCounts& counts, bool staged) {
     SQLite::Transaction transaction(database_, SQLite::TransactionBehavior::IMMEDIATE);
     LedgerWriter ledger(database_);
+    const std::set<std::string> completed = std::move(counts.known_better);
+    counts.known_better = staged ? completed : std::set<std::string>();
     for (const LedgerKind& kind : ledger_kinds()) {
       // The dictionary of the metrics is written into every new store.
       if (std::string_view(kind.table) == "metric") continue;
       const std::vector<UnitTable> tables(kind.queries.begin(), kind.queries.end());
       for (const std::string& key : keys_of(kind)) {
         if (has(kind, key)) {
-          for (const UnitTable& table : tables) check(table, key);
+          const std::string name = fmt::format("{} {}", kind.table, key);
+          if (!staged && completed.count(name) != 0) counts.known_better.insert(name);
+          if (!staged) continue;
+          bool knows_more = false;
+          for (const UnitTable& table : tables) knows_more = check(table, key) || knows_more;
           ++counts.present;
+          if (knows_more) {
+            complete(tables.front(), key);
+            counts.known_better.insert(name);
+          }
+          if (name.starts_with("run ")) repeat_run(ledger, key);
           continue;
         }
         for (const UnitTable& table : tables) copy(table, key);
@@ -87,7 +117,6 @@ class Merge {
     transaction.commit();
   }
 
- private:
   const std::vector<Column>& columns_of(const std::string& table) {
     std::vector<Column>& columns = columns_[table];
     if (!columns.empty()) return columns;
@@ -102,13 +131,15 @@ class Merge {
     return columns;
   }
 
-  /// Runs by date, so that the last one has the greatest number; all else by key.
+  /// Runs by date, those of one second as the other store got them; all else by key.
   std::vector<std::string> keys_of(const LedgerKind& kind) {
     std::vector<std::string> keys;
-    const bool runs = std::string_view(kind.table) == "run";
-    SQLite::Statement query(database_,
-                            fmt::format("SELECT {1} FROM other.{0} ORDER BY {2}{1}", kind.table,
-                                        kind.key_column, runs ? "date, " : ""));
+    const std::string_view table = kind.table;
+    const bool dated = table == "run" || table == "run_repetition";
+    SQLite::Statement query(
+        database_, fmt::format("SELECT t.{1} FROM other.{0} AS t JOIN other.ledger AS l ON l.kind "
+                               "= '{0}' AND l.key = t.{1} ORDER BY {2}t.{1}",
+                               table, kind.key_column, dated ? "t.date, l.sequence, " : ""));
     while (query.executeStep()) keys.push_back(query.getColumn(0).getString());
     return keys;
   }
@@ -140,22 +171,80 @@ class Merge {
       if (!column.compared.empty())
         values.push_back(fmt::format(fmt::runtime(column.compared), database));
     }
-    return fmt::format("SELECT {} FROM {}.{} WHERE {}", fmt::join(values, ", "), database,
-                       table.name, table.rows_in(database));
+    // In the order of their keys, which stand first in each table.
+    std::string order;
+    for (std::size_t i = 1; i <= values.size(); ++i)
+      order += fmt::format("{}{}", order.empty() ? "" : ", ", i);
+    return fmt::format("SELECT {} FROM {}.{} WHERE {} ORDER BY {}", fmt::join(values, ", "),
+                       database, table.name, table.rows_in(database), order);
   }
 
-  void check(const UnitTable& table, const std::string& key) {
-    const std::string ours = compared(table, "main"), theirs = compared(table, "other");
-    SQLite::Statement different(
-        database_, fmt::format("SELECT * FROM ({0} EXCEPT {1}) UNION ALL SELECT * FROM ({1} EXCEPT "
-                               "{0}) LIMIT 1",
-                               ours, theirs));
-    different.bind(1, key);
-    if (!different.executeStep()) return;
+  static bool equal(const SQLite::Column& a, const SQLite::Column& b) {
+    if (a.getType() != b.getType()) return false;
+    if (a.isInteger()) return a.getInt64() == b.getInt64();
+    if (a.isFloat()) return a.getDouble() == b.getDouble();
+    return a.getString() == b.getString();
+  }
+
+  /// True when the source has a value that the target has not: a sheet may have been given to one
+  /// of them without the files beside it, which contradicts nothing.
+  bool check(const UnitTable& table, const std::string& key) {
+    SQLite::Statement ours(database_, compared(table, "main")),
+        theirs(database_, compared(table, "other"));
+    ours.bind(1, key);
+    theirs.bind(1, key);
+    bool knows_more = false;
+    for (;;) {
+      const bool here = ours.executeStep(), there = theirs.executeStep();
+      if (!here && !there) return knows_more;
+      if (here != there) contradict(table, key);
+      for (int i = 0; i < ours.getColumnCount(); ++i) {
+        const SQLite::Column a = ours.getColumn(i), b = theirs.getColumn(i);
+        knows_more = knows_more || (a.isNull() && !b.isNull());
+        if (!a.isNull() && !b.isNull() && !equal(a, b)) contradict(table, key);
+      }
+    }
+  }
+
+  /// Of the row itself; rows that hang on it are of one file with it.
+  void complete(const UnitTable& table, const std::string& key) {
+    std::vector<std::string> values;
+    for (const Column& column : columns_of(table.name))
+      if (column.compared == column.name)
+        values.push_back(fmt::format("{0} = coalesce({0}, (SELECT {0} FROM other.{1} WHERE {2}))",
+                                     column.name, table.name, table.rows_in("other")));
+    SQLite::Statement update(database_,
+                             fmt::format("UPDATE main.{} SET {} WHERE {}", table.name,
+                                         fmt::join(values, ", "), table.rows_in("main")));
+    update.bind(1, key);
+    update.exec();
+  }
+
+  /// A run that two stores got at two moments was stored at both.
+  void repeat_run(LedgerWriter& ledger, const std::string& key) {
+    SQLite::Statement query(
+        database_,
+        "SELECT o.date FROM other.run AS o JOIN main.run AS m ON m.sha256 = o.sha256 WHERE "
+        "o.sha256 = ?1 AND o.date <> m.date AND NOT EXISTS (SELECT 1 FROM main.run_repetition AS a "
+        "WHERE a.run_sha256 = ?1 AND a.date = o.date)");
+    query.bind(1, key);
+    if (!query.executeStep()) return;
+    const std::string date = query.getColumn(0).getString(),
+                      repetition = repetition_key(key, date, 0);
+    SQLite::Statement insert(database_, "INSERT INTO main.run_repetition VALUES (?, ?, ?)");
+    insert.bind(1, repetition);
+    insert.bind(2, key);
+    insert.bind(3, date);
+    insert.exec();
+    ledger.append("run_repetition", repetition);
+  }
+
+  [[noreturn]] void contradict(const UnitTable& table, const std::string& key) const {
     throw bad_input(
         fmt::format("two stores contradict each other on {} {}", table.name, key.substr(0, 12)),
         {.file = source_.string()},
-        "see what each has by `drape results show`, and import the sheets of the wrong one again");
+        "see what each has by `drape results show`; leave the wrong one out, and import its right "
+        "sheets into a new store");
   }
 
   SQLite::Database& database_;
@@ -182,6 +271,33 @@ class WorkFolder {
   fs::path path_;
 };
 
+void copy_store(const fs::path& from, const fs::path& to) {
+  try {
+    SQLite::Database database(from.string(), SQLite::OPEN_READONLY, kBusyTimeout_ms);
+    SQLite::Statement vacuum(database, "VACUUM INTO ?");
+    vacuum.bind(1, to.string());
+    vacuum.exec();
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(from, exception);
+  }
+}
+
+/// In one transaction. `source` is what `copy` is called in an error.
+void merge_one(const fs::path& target, const fs::path& copy, const fs::path& source,
+               void (Merge::*how)(MergeCounts&), MergeCounts& counts) {
+  try {
+    SQLite::Database database(target.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
+    database.exec("PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
+    SQLite::Statement attach(database, "ATTACH ? AS other");
+    attach.bind(1, copy.string());
+    attach.exec();
+    Merge merge(database, source);
+    (merge.*how)(counts);
+  } catch (const SQLite::Exception& exception) {
+    throw store_error(target, exception);
+  }
+}
+
 /// Copies of the sources as they are at one moment, whoever writes meanwhile. All that can be
 /// refused of a source is refused here, before the target is touched.
 class SourceCopies {
@@ -194,6 +310,8 @@ class SourceCopies {
   struct Source {
     fs::path store, copy;
   };
+  /// A place for a store that is gone when the merge is over.
+  [[nodiscard]] fs::path staged() const { return folder_.path() / "all"; }
   /// By the end of the ledger, so that their order on the command line does not matter.
   [[nodiscard]] const std::map<std::string, Source>& by_head() const { return by_head_; }
 
@@ -205,14 +323,7 @@ class SourceCopies {
     if (fs::exists(seal_path(source))) static_cast<void>(read_seal(source));
     const fs::path copy = folder_.path() / std::to_string(by_head_.size());
     fs::remove(copy);
-    try {
-      SQLite::Database database(source.string(), SQLite::OPEN_READONLY, kBusyTimeout_ms);
-      SQLite::Statement vacuum(database, "VACUUM INTO ?");
-      vacuum.bind(1, copy.string());
-      vacuum.exec();
-    } catch (const SQLite::Exception& exception) {
-      throw store_error(source, exception);
-    }
+    copy_store(source, copy);
     const LedgerCheck ledger = check_ledger(StoreReader(copy));
     if (!ledger.findings.empty())
       throw bad_input("rows of a store are not as they were written: " + ledger.findings.front(),
@@ -228,7 +339,8 @@ class SourceCopies {
 
 }  // namespace
 
-MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& sources) {
+MergeCounts merge_stores(const fs::path& named, const std::vector<fs::path>& sources) {
+  const fs::path target = real_store(named);
   for (const fs::path& source : sources) {
     if (fs::exists(target) && fs::exists(source) && fs::equivalent(source, target))
       throw usage_error("a store cannot be merged into itself", "name another with --store");
@@ -236,33 +348,23 @@ MergeCounts merge_stores(const fs::path& target, const std::vector<fs::path>& so
   const StoreLock lock(target, StoreLock::Kind::alone);
   Sealing sealing(lock, target);
   const SourceCopies copies(target, sources);
-  Store(target).close();
-  MergeCounts counts;
-  try {
-    for (const auto& [head, source] : copies.by_head()) {
-      SQLite::Database database(target.string(), SQLite::OPEN_READWRITE, kBusyTimeout_ms);
-      database.exec("PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
-      SQLite::Statement attach(database, "ATTACH ? AS other");
-      attach.bind(1, source.copy.string());
-      attach.exec();
-      Merge(database, source.store).run(counts);
-    }
-  } catch (const SQLite::Exception& exception) {
-    throw store_error(target, exception);
+  // All into a copy first: what contradicts is found before the target is touched.
+  if (fs::exists(target)) {
+    static_cast<void>(StoreReader(target));  // names a foreign or newer one by its own place
+    copy_store(target, copies.staged());
   }
+  Store(copies.staged()).close();
+  MergeCounts counts;
+  for (const auto& [head, source] : copies.by_head())
+    merge_one(copies.staged(), source.copy, source.store, &Merge::stage, counts);
+  Store(target).close();
+  counts.added = 0;  // of the target
+  merge_one(target, copies.staged(), target, &Merge::finish, counts);
   Store(target).close();
   for (const auto& [head, source] : copies.by_head()) {
     sealing.add(take_copies(target, source.store));
-    if (!fs::exists(seal_path(source.store))) continue;
-    constexpr std::size_t kAtATime = 1000;  // bounds the memory
-    std::vector<fs::path> files;
-    for (const auto& [file, sha256] : read_seal(source.store).files) {
-      files.push_back(folder_of(source.store) / file);
-      if (files.size() < kAtATime) continue;
-      sealing.add(files);
-      files.clear();
-    }
-    sealing.add(files);
+    // Photographs and curves may have stayed where the store comes from.
+    if (fs::exists(seal_path(source.store))) (void)sealing.take_over(source.store, false);
   }
   sealing.write();
   return counts;

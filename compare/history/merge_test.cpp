@@ -7,6 +7,7 @@
 
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "compare/store/store.hpp"
@@ -124,6 +125,68 @@ TEST_F(Merged, RefusesAChangedSourceAndAContradiction) {
   EXPECT_THROW((void)merge_stores(in("target.sqlite"), {bad}), Error);
   EXPECT_EQ(rows(in("target.sqlite")), before);
   EXPECT_THROW((void)merge_stores(in("target.sqlite"), {in("absent.sqlite")}), Error);
+}
+
+TEST_F(Merged, WhatOnlyOneStoreKnowsIsNoContradictionButTwoValuesAre) {
+  const auto stored = [&](const std::string& name, const char* certificate) {
+    DrapeInput input = test::drape_of(test::measured_sheet(), {test::simulated_sheet(11, 5)});
+    if (certificate != nullptr) {
+      input.simulations[0].certificate = Certificate{};
+      input.simulations[0].certificate->sha256 = sha256_of(std::string_view(certificate));
+    }
+    Store store(in(name));
+    store.add(input, compare_drape(input, {}));
+    store.close();
+    return in(name);
+  };
+  const fs::path bare = stored("bare.sqlite", nullptr), full = stored("full.sqlite", "one"),
+                 other = stored("other.sqlite", "two");
+  EXPECT_TRUE(merge_stores(in("from_bare.sqlite"), {full}).known_better.empty());
+  EXPECT_TRUE(merge_stores(in("from_bare.sqlite"), {bare}).known_better.empty());
+  EXPECT_EQ(rows(in("from_bare.sqlite")), rows(full));
+  (void)merge_stores(in("from_full.sqlite"), {bare});
+  EXPECT_THAT(merge_stores(in("from_full.sqlite"), {full}).known_better,
+              testing::ElementsAre(testing::StartsWith("simulation ")));
+  (void)merge_stores(in("both.sqlite"), {bare, full});
+  EXPECT_EQ(StoreReader(in("both.sqlite")).query("SELECT certificate_sha256 FROM simulation").rows,
+            StoreReader(full).query("SELECT certificate_sha256 FROM simulation").rows)
+      << "nothing that one of them knows is lost";
+  EXPECT_THAT(check_ledger(StoreReader(in("both.sqlite"))).findings, testing::IsEmpty());
+  EXPECT_THROW((void)merge_stores(in("three.sqlite"), {bare, full, other}), Error);
+  EXPECT_FALSE(fs::exists(in("three.sqlite"))) << "all are compared before the target is made";
+  const std::vector<unsigned char> before = read_bytes(in("from_full.sqlite"));
+  EXPECT_THROW(
+      (void)merge_stores(in("from_full.sqlite"), {store("more.sqlite", {1e-3}), full, other}),
+      Error);
+  EXPECT_EQ(read_bytes(in("from_full.sqlite")), before);
+  EXPECT_FALSE(fs::exists(in("from_full.sqlite.merging")));
+}
+
+TEST_F(Merged, ARunThatTwoStoresGotOnTwoDaysIsLastInBothOrders) {
+  const std::vector<fs::path> sheets = test::write_example(folder_.path() / "A");
+  const auto add = [&](const std::string& name, const char* label, const char* moment) {
+    ::setenv("SOURCE_DATE_EPOCH", moment, 1);
+    Session session = read_session(sheets, {});
+    session.drapes[0].recording = RecordingId{sha256_of("recording.json"), {}, "recording"};
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    (void)import_session(in(name), session, outcome, {label, ""});
+    ::unsetenv("SOURCE_DATE_EPOCH");
+  };
+  add("a.sqlite", "one", "1772323200");  // March
+  add("b.sqlite", "other", "1775001600");
+  add("b.sqlite", "one", "1777593600");  // May
+  fs::copy_file(in("a.sqlite"), in("a_first.sqlite"));
+  (void)merge_stores(in("a.sqlite"), {in("b.sqlite")});
+  (void)merge_stores(in("b.sqlite"), {in("a_first.sqlite")});
+  for (const char* name : {"a.sqlite", "b.sqlite"}) {
+    const StoreReader reader(in(name));
+    EXPECT_THAT(check_ledger(reader).findings, testing::IsEmpty());
+    EXPECT_EQ(reader.query("SELECT DISTINCT label, date FROM v_state").rows,
+              (std::vector<std::vector<std::string>>{{"one", "2026-05-01T00:00:00Z"}}))
+        << name;
+    EXPECT_EQ(list_results(reader, {.until = "2026-03", .outdated = true}).rows.size(), 4U) << name;
+  }
 }
 
 TEST_F(Merged, ASourceThatIsRefusedIsNamedAndLeavesNothing) {

@@ -10,6 +10,7 @@
 #include <deque>
 #include <optional>
 
+#include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/store/ledger.hpp"
 #include "compare/store/sqlite_error.hpp"
@@ -192,7 +193,8 @@ bool carry(SQLite::Database& from, SQLite::Database& to, LedgerWriter& ledger, c
 
 }  // namespace
 
-Rescue rescue_store(const fs::path& damaged, const fs::path& fresh) {
+Rescue rescue_store(const fs::path& named, const fs::path& fresh) {
+  const fs::path damaged = real_store(named);
   if (fs::exists(fresh))
     throw bad_input("there is a file already", {.file = fresh.string()},
                     "name a new store with --store");
@@ -232,7 +234,15 @@ Rescue rescue_store(const fs::path& damaged, const fs::path& fresh) {
   } catch (const SQLite::Exception& exception) {
     throw store_error(damaged, exception);
   }
-  seal_store(lock, fresh, {});
+  Sealing sealing(lock, fresh);
+  sealing.add(take_copies(fresh, damaged));
+  try {
+    for (const fs::path& file : sealing.take_over(damaged, true))
+      result.lost_files.push_back(file.string());
+  } catch (const Error& error) {
+    result.lost_files.push_back("the list of files: " + error.what_failed());
+  }
+  sealing.write();
   return result;
 }
 

@@ -11,10 +11,14 @@ namespace drape::compare {
 struct Rescue {
   long long kept = 0;             ///< units of the ledger: a row with what hangs on it
   std::vector<std::string> lost;  ///< what the damaged store no longer holds as it was written
+  /// Files behind its numbers that are gone or changed since they were sealed, or why its seal
+  /// cannot say.
+  std::vector<std::string> lost_files;
 };
 
 /// Makes the store `fresh` of every unit whose rows still have the hash that the ledger of the
-/// damaged store keeps of them; nothing else is believed. The damaged store is only read. Throws
+/// damaged store keeps of them; nothing else is believed. Its copies of sheets
+/// come along, and the list of its seal where that is whole. The damaged store is only read. Throws
 /// Error(bad_input) when `fresh` is there already or the ledger cannot be found at all.
 [[nodiscard]] Rescue rescue_store(const std::filesystem::path& damaged,
                                   const std::filesystem::path& fresh);

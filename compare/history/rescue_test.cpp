@@ -89,7 +89,11 @@ class Damaged : public testing::Test {
 TEST_F(Damaged, ASoundStoreIsCarriedWhole) {
   const Rescue rescue = rescue_store(store(), fresh());
   EXPECT_THAT(rescue.lost, IsEmpty());
-  EXPECT_THAT(verify_store(fresh()).findings, IsEmpty());
+  EXPECT_THAT(rescue.lost_files, IsEmpty());
+  const Verification before = verify_store(store()), after = verify_store(fresh());
+  EXPECT_THAT(after.findings, IsEmpty());
+  EXPECT_EQ(after.files, before.files);
+  EXPECT_EQ(after.comparisons, before.comparisons);
   EXPECT_EQ(export_table(StoreReader(fresh()), "mark_error").rows,
             export_table(StoreReader(store()), "mark_error").rows);
   EXPECT_THROW(static_cast<void>(rescue_store(store(), fresh())), Error) << "never overwritten";
@@ -129,6 +133,17 @@ TEST_F(Damaged, RescueKeepsAllThatDoesNotHangOnTheDamageAndExportNeverHidesIt) {
       EXPECT_EQ(error.kind(), ErrorKind::bad_input) << error.what();
     }
   }
+}
+
+TEST_F(Damaged, RescueNamesFilesThatAreNotAsTheyWereSealedAndAnAbsentList) {
+  const fs::path sheet = fs::path(sheets_[1]).replace_extension(".ply");
+  write_durable(sheet, "other bytes");
+  EXPECT_THAT(rescue_store(store(), fresh()).lost_files,
+              testing::ElementsAre(testing::HasSubstr("sheet.ply")));
+  EXPECT_FALSE(verify_store(fresh()).findings.empty()) << "they are not sealed as they are now";
+  fs::remove(seal_path(store()));
+  EXPECT_THAT(rescue_store(store(), damaged()).lost_files,
+              testing::ElementsAre(testing::HasSubstr("no seal")));
 }
 
 TEST_F(Damaged, ASealThatSomebodyElseMadeIsNotTheSignedOne) {

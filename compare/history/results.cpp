@@ -3,8 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <regex>
-
+#include "compare/history/filter.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
@@ -12,78 +11,6 @@
 
 namespace drape::compare {
 namespace {
-
-struct Condition {
-  std::string sql = " WHERE 1";
-  std::vector<std::string> parameters;
-
-  void add(const std::string& column, const std::string& value, const char* relation = "=") {
-    if (value.empty()) return;
-    sql += fmt::format(" AND {} {} ?", column, relation);
-    parameters.push_back(value);
-  }
-};
-
-std::string grid_text(const std::string& grid) {
-  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
-}
-
-/// "2026", "2026-03" or "2026-03-01": the beginning of a date as the store writes it.
-void check_date(const char* option, const std::string& date) {
-  static const std::regex form("[0-9]{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12][0-9]|3[01]))?)?");
-  if (date.empty() || std::regex_match(date, form)) return;
-  throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
-                    "give year-month-day, e.g. 2026-03-01");
-}
-
-void check_filter(const ResultFilter& filter) {
-  check_date("--since", filter.since);
-  check_date("--until", filter.until);
-}
-
-Condition condition_of(const ResultFilter& filter) {
-  check_filter(filter);
-  Condition condition;
-  condition.add("scene", filter.scene);
-  condition.add("fabric", filter.fabric);
-  condition.add("grid_size", grid_text(filter.grid));
-  if (filter.segments) condition.add("CAST(segments AS TEXT)", std::to_string(*filter.segments));
-  condition.add("rig", filter.rig);
-  condition.add("model", filter.model);
-  condition.add("simulator", filter.simulator);
-  // A day is a prefix of its moments: up to the end of the last one.
-  condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.since, ">=");
-  condition.add("coalesce(substr(s.date, 1, 10), recorded_on)", filter.until, "<=");
-  if (!filter.since.empty() || !filter.until.empty()) {
-    // Here and below: says nothing new, but these few are found first.
-    condition.sql +=
-        " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run IN (SELECT number FROM "
-        "run WHERE date >= ? AND substr(date, 1, 10) <= ?) UNION ALL SELECT id FROM comparison "
-        "AS c WHERE NOT EXISTS (SELECT 1 FROM run_comparison WHERE comparison_id = c.id))";
-    condition.parameters.push_back(filter.since);
-    condition.parameters.push_back(filter.until.empty() ? "9" : filter.until);
-  }
-  if (filter.run)
-    condition.sql += fmt::format(
-        " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run = {})", *filter.run);
-  if (!filter.calibration.empty()) {
-    condition.sql +=
-        " AND (substr(v.calibration_sha256, 1, length(?)) = ? OR instr(s.calibration, "
-        "?) > 0) AND v.id IN (SELECT id FROM comparison WHERE measured_sha256 IN (SELECT sha256 "
-        "FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?) UNION SELECT "
-        "comparison_id FROM run_comparison WHERE run IN (SELECT number FROM run WHERE "
-        "instr(calibration_name, ?) > 0))";
-    condition.parameters.insert(condition.parameters.end(), 6, filter.calibration);
-  }
-  if (!filter.outdated && !filter.run)
-    condition.sql += " AND coalesce(s.state, 'current') = 'current'";
-  return condition;
-}
-
-/// Each comparison with its last run.
-std::string current() {
-  return fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id", state_query());
-}
 
 /// As in the view v_real_vs_virtual.
 constexpr const char* kOrder =
@@ -137,7 +64,7 @@ std::string full_key(const StoreReader& store, const std::string& key) {
 }
 
 Table list_results(const StoreReader& store, const ResultFilter& filter) {
-  const Condition condition = condition_of(filter);
+  const Selection selection = selection_of(store, filter);
   return store.query(
       "SELECT comparison, s.run, substr(s.date, 1, 10) AS date, coalesce(s.measurement, 'not "
       "stated') "
@@ -147,8 +74,8 @@ Table list_results(const StoreReader& store, const ResultFilter& filter) {
       "round(mean_percent_of_warp_side, 2) AS mean_percent_of_warp_side, "
       "round(mean_percent_of_weft_side, 2) AS mean_percent_of_weft_side, marks, gaps, fabric, "
       "simulator, status, branch, recorded_on, measured, s.cause AS cause FROM " +
-          current() + condition.sql + kOrder,
-      condition.parameters);
+          selection.from + selection.where + kOrder,
+      selection.parameters);
 }
 
 namespace {
@@ -158,10 +85,13 @@ ShownResult show_surface(const StoreReader& store, const std::string& full) {
   ShownResult shown;
   shown.metrics = metrics_of(store, row);
   shown.provenance = turned(store.query(
-      "SELECT p.scene, p.simulator, p.fabric_stated AS fabric, m.rig_name AS rig, m.set_name AS "
+      "SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS "
+      "measurement, z.cause, coalesce(z.state, 'current') AS state, p.scene, p.simulator, "
+      "p.fabric_stated AS fabric, m.rig_name AS rig, m.set_name AS "
       "measured_set, p.marks, m.gaps, p.points, p.triangles, p.sha256 AS comparison_sha256, "
       "p.measured_sha256, p.mesh_sha256, m.detections_sha256, m.calibration_sha256 FROM "
-      "surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256 WHERE p.sha256 = ?",
+      "surface_comparison AS p JOIN sheet AS m ON m.sha256 = p.measured_sha256 JOIN (" +
+          sheet_state_query() + ") AS z ON z.sheet_sha256 = p.measured_sha256 WHERE p.sha256 = ?",
       {full}));
   return shown;
 }
@@ -178,7 +108,9 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
                          "sheet AS m ON m.sha256 = c.measured_sha256 WHERE c.sha256 = ?",
                          {full}));
   shown.provenance = turned(store.query(
-      "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, s.simulator, "
+      "SELECT z.run, substr(z.date, 1, 10) AS date, coalesce(z.measurement, 'not stated') AS "
+      "measurement, z.cause, coalesce(z.state, 'current') AS state, z.match, z.match_reason, "
+      "s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, s.simulator, "
       "coalesce(f.name, s.fabric_stated) AS fabric, s.model, s.solver, s.status, m.rig_name AS "
       "rig, m.set_name AS measured_set, "
       "c.marks, m.gaps, k.method AS calibration_method, c.sha256 AS comparison_sha256, "
@@ -191,7 +123,8 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
       "fabric "
       "AS f ON f.sha256 = s.fabric_sha256 LEFT JOIN calibration_file AS k ON k.calibration_sha256 "
       "= "
-      "m.calibration_sha256 WHERE c.sha256 = ?",
+      "m.calibration_sha256 JOIN (" +
+          state_query() + ") AS z ON z.comparison_id = c.id WHERE c.sha256 = ?",
       {full}));
   shown.marks = store.query(
       "SELECT \"row\", \"col\", round(distance_mm, 3) AS distance_mm, round(along_warp_mm, 3) AS "
@@ -203,20 +136,38 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
   return shown;
 }
 
+namespace {
+
+/// The pairs of one drape, or of simulations without a real cloth, whose sheets are selected.
+Table pairs_of(const StoreReader& store, const std::string& scene, const std::string& measured,
+               const Selection& of) {
+  const std::string columns =
+      "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE scene = "
+      "? AND measured ";
+  if (measured.empty()) return store.query(columns + "IS NULL", {scene});
+  const std::string sheets = "(SELECT v.simulated FROM " + of.from + of.where + ")";
+  std::vector<std::string> parameters = {scene, measured};
+  for (int i = 0; i < 2; ++i)
+    parameters.insert(parameters.end(), of.parameters.begin(), of.parameters.end());
+  return store.query(columns + "= ? AND first IN " + sheets + " AND second IN " + sheets,
+                     parameters);
+}
+
+}  // namespace
+
 std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
-  ResultFilter scene_filter;
-  scene_filter.scene = filter.scene;
-  scene_filter.fabric = filter.fabric;
-  scene_filter.run = filter.run;
-  scene_filter.outdated = filter.outdated;
-  const Condition condition = condition_of(scene_filter);
+  ResultFilter of_drapes = filter;  // a drape is one whatever of its simulations is asked for
+  of_drapes.grid = of_drapes.model = of_drapes.simulator = "";
+  of_drapes.segments.reset();
+  const Selection drapes = selection_of(store, of_drapes);
+  const Selection chosen = selection_of(store, filter);
   const Table groups = store.query(
       "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
       "s.date, s.match, s.match_reason, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON "
       "r.number = s.run JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
       "c.measured_sha256 WHERE c.id = v.id) FROM " +
-          current() + condition.sql + " AND branch IS NULL ORDER BY scene, measured",
-      condition.parameters);
+          drapes.from + drapes.where + " AND branch IS NULL ORDER BY scene, measured",
+      drapes.parameters);
   std::vector<Table> tables;
   for (const auto& group : groups.rows) {
     std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
@@ -225,65 +176,69 @@ std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& fi
                            group[6].substr(0, 10), group[3],
                            group[4].empty() ? "" : " (" + group[4] + ")", group[7],
                            group[9].empty() ? "" : ", by " + group[9]);
-    Condition same = condition_of(filter);
-    same.add("scene", group[0]);
-    same.add("measured", group[1]);
+    Selection same = chosen, all = drapes;
+    for (Selection* one : {&same, &all}) {
+      one->add("scene", group[0]);
+      one->add("measured", group[1]);
+    }
     tables.push_back(
         store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM " +
-                        current() + same.sql + " AND branch IS NULL" + kOrder,
+                        same.from + same.where + " AND branch IS NULL" + kOrder,
                     same.parameters));
     tables.back().title = "Real vs virtual " + title;
-    tables.push_back(store.query(
-        "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE "
-        "scene = ? AND measured = ?",
-        {group[0], group[1]}));
+    tables.push_back(pairs_of(store, group[0], group[1], all));
     tables.back().title = "Virtual vs virtual " + title;
   }
   const Table branches = store.query(
       "SELECT scene, grid_size, segments, branch, round(energy_uJ, 2) AS energy_uJ, "
       "round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, round(mean_dist_mm, 3) AS "
       "mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest, measured, comparison "
-      "FROM v_branches WHERE (?1 = '' OR scene = ?1) AND (?2 = '' OR fabric = ?2)",
-      {filter.scene, filter.fabric});
+      "FROM v_branches WHERE comparison IN (SELECT v.comparison FROM " +
+          drapes.from + drapes.where + ")",
+      drapes.parameters);
   if (!branches.rows.empty()) {
     tables.push_back(branches);
     tables.back().title = "Branches (equilibria of one drape, by energy)";
   }
+  std::vector<std::string> parameters = {filter.scene, filter.fabric, filter.outdated ? "all" : ""};
+  const bool of_runs = filter.run || !filter.since.empty() || !filter.until.empty();
   const Table surfaces = store.query(
       "SELECT scene, simulator, round(to_surface_mean_mm, 3) AS to_surface_mean_mm, "
       "round(real_to_mesh_mean_mm, 3) AS real_to_mesh_mean_mm, round(real_to_mesh_max_mm, 3) AS "
       "real_to_mesh_max_mm, marks, measured, comparison FROM v_real_vs_surface WHERE (?1 = '' OR "
-      "scene = ?1) AND (?2 = '' OR fabric = ?2)",
-      {filter.scene, filter.fabric});
+      "scene = ?1) AND (?2 = '' OR fabric = ?2) AND (?3 = 'all' OR coalesce(state, 'current') = "
+      "'current')" +
+          (of_runs ? " AND measured IN (SELECT substr(measured_sha256, 1, 12) FROM run_drape WHERE "
+                     "run IN (" +
+                         runs_of(filter, parameters) + "))"
+                   : std::string()),
+      parameters);
   if (!surfaces.rows.empty()) {
     tables.push_back(surfaces);
     tables.back().title = "Real vs surface (meshes without material correspondence)";
   }
+  if (of_runs) return tables;  // simulations without a real cloth are of no run
   const Table alone = store.query(
       "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL AND (?1 = '' OR "
       "scene = ?1) AND (?2 = '' OR fabric = ?2) ORDER BY scene",
       {filter.scene, filter.fabric});
   for (const auto& scene : alone.rows) {
-    tables.push_back(store.query(
-        "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE scene "
-        "= ? AND measured IS NULL",
-        {scene[0]}));
+    tables.push_back(pairs_of(store, scene[0], "", {}));
     tables.back().title = "Virtual vs virtual (experiment " + scene[0] + ", no real cloth)";
   }
   return tables;
 }
 
 Table list_runs(const StoreReader& store, const ResultFilter& filter) {
-  check_filter(filter);
-  std::string sql = "SELECT * FROM v_run WHERE 1";
+  check_filter(store, filter);
   std::vector<std::string> parameters;
+  std::string sql = "SELECT * FROM v_run WHERE run IN (";
+  sql += runs_of(filter, parameters) + ")";
   const auto add = [&](const std::string& condition, const std::string& value, int times) {
     if (value.empty()) return;
     sql += " AND " + condition;
     parameters.insert(parameters.end(), static_cast<std::size_t>(times), value);
   };
-  add("substr(date, 1, 10) >= ?", filter.since, 1);
-  add("substr(date, 1, 10) <= ?", filter.until, 1);
   add("rig = ?", filter.rig, 1);
   add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
   add("run IN (SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ? OR "

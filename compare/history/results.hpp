@@ -9,7 +9,10 @@
 
 namespace drape::compare {
 
-/// Which rows of the store are wanted; empty parts do not filter.
+/// Which rows of the store are wanted; empty parts do not filter. Each comparison is listed with
+/// the last of its runs that the filter admits. Functions that take one throw Error(usage) for a
+/// date that does not exist and for a value that nothing in the store has, naming those that it
+/// has.
 struct ResultFilter {
   std::string scene = {};
   std::string fabric = {};
@@ -18,7 +21,8 @@ struct ResultFilter {
   std::string rig = {};
   std::string model = {};
   std::string simulator = {};
-  std::string since = {};  ///< ISO date of the run, inclusive; of the recording where there is none
+  std::string since = {};  ///< ISO date of the run or its beginning, inclusive; of the recording
+                           ///< where there is no run
   std::string until = {};
   std::string calibration = {};  ///< start of its hash, or part of its name
   std::optional<int> run = {};   ///< its number
@@ -42,6 +46,9 @@ struct StoredKey {
 
 /// One row per run: number, date, label, verdicts, what it rests on.
 [[nodiscard]] Table list_runs(const StoreReader& store, const ResultFilter& filter);
+
+/// Throws Error(usage) for a number that no run has.
+void require_run(const StoreReader& store, int number);
 
 /// What differs between two runs: values, verdicts, distances; `sentence` names the values.
 struct RunDifference {

@@ -5,9 +5,7 @@
 #include "core/error.hpp"
 
 namespace drape::compare {
-namespace {
-
-void need_run(const StoreReader& store, int number) {
+void require_run(const StoreReader& store, int number) {
   const std::string text = std::to_string(number);
   if (!store.query("SELECT 1 FROM run WHERE number = CAST(? AS INTEGER)", {text}).rows.empty())
     return;
@@ -16,11 +14,9 @@ void need_run(const StoreReader& store, int number) {
                     fmt::format("the store has runs 1 to {}: drape-results runs", last.rows[0][0]));
 }
 
-}  // namespace
-
 RunDifference difference_of_runs(const StoreReader& store, int first, int second) {
-  need_run(store, first);
-  need_run(store, second);
+  require_run(store, first);
+  require_run(store, second);
   const std::vector<std::string> both = {std::to_string(first), std::to_string(second)};
   RunDifference difference;
   difference.values = store.query(

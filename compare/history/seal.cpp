@@ -4,6 +4,7 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <fmt/format.h>
 
+#include "compare/history/copies.hpp"
 #include "compare/store/provenance.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
@@ -25,10 +26,10 @@ std::string quoted(const std::string& text) {
 }
 
 /// As pretty() prints it, without a tree of all files.
-std::string text_of(const Seal& seal, const fs::path& store) {
+std::string text_of(const Seal& seal) {
   Json json;
   json["schema"] = fmt::format("drapebench/seal/{}", kSealVersion);
-  json["store"] = store.filename().string();
+  json["store"] = seal.store;
   json["store_sha256"] = seal.store_sha256;
   json["entries"] = seal.entries;
   json["head"] = seal.head;
@@ -56,6 +57,7 @@ Seal seal_in(const std::string& text) {
     return false;
   };
   const Json json = Json::parse(text, each);
+  seal.store = json.at("store").get<std::string>();
   seal.store_sha256 = json.at("store_sha256").get<std::string>();
   // What is no whole number stays 0, which is not what was read.
   const Json& entries = json.at("entries");
@@ -92,11 +94,12 @@ void hash_store(const fs::path& store, const Seal& before, Seal& seal) {
 }  // namespace
 
 fs::path folder_of(const fs::path& store) {
-  return store.has_parent_path() ? store.parent_path() : fs::path(".");
+  const fs::path file = real_store(store);
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
 fs::path seal_path(const fs::path& store) {
-  return store.string() + ".seal.json";
+  return real_store(store).string() + ".seal.json";
 }
 
 Seal read_seal(const fs::path& store) {
@@ -117,11 +120,15 @@ Seal read_seal(const fs::path& store) {
   } catch (const Json::exception&) {
     throw bad_input(kDamaged, where, what_to_do);
   }
-  if (text_of(seal, store) != text) throw bad_input(kDamaged, where, what_to_do);
+  if (text_of(seal) != text) throw bad_input(kDamaged, where, what_to_do);
+  if (const std::string name = real_store(store).filename().string(); seal.store != name)
+    throw bad_input(
+        fmt::format("the store was called `{}` when it was sealed, not `{}`", seal.store, name),
+        where, "give store, seal and folder of copies their old name again");
   return seal;
 }
 
-Sealing::Sealing(const StoreLock& /*held*/, fs::path store) : store_(std::move(store)) {
+Sealing::Sealing(const StoreLock& /*held*/, fs::path store) : store_(real_store(std::move(store))) {
   if (fs::is_regular_file(seal_path(store_))) before_ = read_seal(store_);
   files_ = before_.files;
 }
@@ -136,8 +143,30 @@ void Sealing::add(const std::vector<fs::path>& starts) {
   }
 }
 
+std::vector<fs::path> Sealing::take_over(const fs::path& other, bool absent_too) {
+  std::vector<fs::path> not_whole;
+  const fs::path folder = folder_of(store_);
+  for (const auto& [name, sha256] : read_seal(other).files) {
+    const fs::path copy = copy_of_same_name(store_, other, name);
+    const fs::path file = copy.empty() ? folder_of(other) / name : copy;
+    const bool present = fs::is_regular_file(file);
+    const bool whole = present && sha256_of_file(file) == sha256;
+    if (!whole) not_whole.push_back(file.lexically_normal());
+    if (!present && !absent_too) continue;
+    const std::string key = fs::proximate(file, folder).generic_string();
+    if (before_.files.count(key) != 0) continue;
+    if (whole) {
+      files_[key] = sha256;
+    } else {
+      files_.emplace(key, sha256);
+    }
+  }
+  return not_whole;
+}
+
 void Sealing::write(const fs::path& own_record) const {
   Seal seal;
+  seal.store = store_.filename().string();
   seal.files = files_;
   if (!own_record.empty())
     seal.files.erase(fs::proximate(own_record, folder_of(store_)).generic_string());
@@ -146,7 +175,7 @@ void Sealing::write(const fs::path& own_record) const {
   } catch (const SQLite::Exception& exception) {
     throw store_error(store_, exception);
   }
-  write_durable(seal_path(store_), text_of(seal, store_));
+  write_durable(seal_path(store_), text_of(seal));
 }
 
 void seal_store(const StoreLock& held, const fs::path& store, const std::vector<fs::path>& starts,

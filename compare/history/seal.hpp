@@ -15,6 +15,7 @@ namespace drape::compare {
 /// stands behind its numbers, run records included. Written after the store; its own hash is its
 /// last line, so that no byte of it can change unseen.
 struct Seal {
+  std::string store;  ///< its file name
   std::string store_sha256;
   long long entries = 0;                     ///< of the ledger
   std::string head;                          ///< chain_sha256 of the last
@@ -26,7 +27,8 @@ struct Seal {
 
 [[nodiscard]] std::filesystem::path seal_path(const std::filesystem::path& store);
 
-/// Throws Error(bad_input) when there is none or any byte of it was changed.
+/// Throws Error(bad_input) when there is none, any byte of it was changed, or the store is called
+/// otherwise than when it was sealed.
 [[nodiscard]] Seal read_seal(const std::filesystem::path& store);
 
 /// Seals a store, keeping what was sealed before; `held` has been held since before the first
@@ -37,6 +39,10 @@ class Sealing {
   Sealing(const StoreLock& held, std::filesystem::path store);
   /// The files behind `starts` (sheets, calibration, reports).
   void add(const std::vector<std::filesystem::path>& starts);
+  /// What another store's seal knows, hashes and all: a file that was changed since is not sealed
+  /// as it is now. Files that are gone are kept only with `absent_too`. The other's copies are
+  /// those that take_copies() brought. Returns the files that are gone or changed.
+  std::vector<std::filesystem::path> take_over(const std::filesystem::path& other, bool absent_too);
   /// The run record of the sealing step is written after the seal and stands in none.
   void write(const std::filesystem::path& own_record = {}) const;
 
@@ -60,7 +66,8 @@ struct Verification {
 };
 
 /// The seal's own bytes, the store's bytes, every row against the ledger, every sealed file's
-/// bytes, every comparison recomputed from its sheets. With `recompute` off the last is left out.
+/// bytes, every comparison recomputed from its sheets; one whose sheets are not sealed is a
+/// finding. With `recompute` off the last is left out.
 [[nodiscard]] Verification verify_store(const std::filesystem::path& store, bool recompute = true);
 
 }  // namespace drape::compare

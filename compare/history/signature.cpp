@@ -19,7 +19,7 @@ using Key = std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)>;
 using Context = std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)>;
 
 fs::path signature_path(const fs::path& store) {
-  return store.string() + ".seal.sig";
+  return seal_path(store).replace_extension(".sig");
 }
 
 enum class Half { secret, open };

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compare/history/explain.hpp"
+#include "compare/history/filter.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/runs.hpp"
 #include "core/error.hpp"
@@ -11,7 +12,7 @@
 namespace drape::compare {
 namespace {
 
-/// One series in the order of its imports.
+/// One series in the order of the first runs.
 struct Series {
   std::string name, unit;
   std::vector<std::string> labels;
@@ -36,7 +37,8 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
             "substr(c.calibration_sha256, 1, 12), c.rms_px FROM calibration_camera AS c JOIN "
             "calibration AS k ON k.sha256 = c.calibration_sha256 JOIN ledger AS l ON l.kind "
             "= 'calibration_file' AND l.key = c.calibration_sha256 ORDER BY k.rig_name, "
-            "c.camera, l.sequence"),
+            "c.camera, (SELECT min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), "
+            "l.sequence"),
         "px");
     for (const auto& unit :
          store.query("SELECT DISTINCT unit FROM acceptance_figure ORDER BY unit").rows)
@@ -46,23 +48,25 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
                       "substr(a.sha256, 1, 12)), f.value FROM acceptance_figure AS f JOIN "
                       "acceptance AS a ON a.sha256 = f.acceptance_sha256 JOIN ledger AS l "
                       "ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE f.unit = ?1 AND "
-                      "f.value IS NOT NULL ORDER BY a.rig_name, f.name, l.sequence",
+                      "f.value IS NOT NULL ORDER BY a.rig_name, f.name, a.date, l.sequence",
                       {unit[0]}),
           unit[0]);
   }
   add_series(
       list,
       store.query(
-          "SELECT 'mean distance ' || v.scene || ' ' || coalesce(v.fabric, '') || ' ' || "
+          "SELECT 'mean distance ' || v.rig || ' ' || v.scene || ' ' || coalesce(v.fabric, '') || "
+          "' ' || "
           "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' "
           "|| v.model || ' ' || v.solver || coalesce(', friction ' || f.value, '') AS name, "
           "v.comparison, v.mean_dist_mm FROM v_comparison AS v JOIN (" +
-              std::string(state_query()) +
+              state_query() +
               ") AS s ON s.comparison_id = v.id LEFT JOIN "
               "run_value AS f ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = "
               "'friction' WHERE v.branch IS NULL AND coalesce(s.measurement, 'GO') = 'GO' AND "
               "(?1 = '' OR v.scene = ?1 OR v.scene || '/' || "
-              "v.fabric = ?1) ORDER BY name, v.id",
+              "v.fabric = ?1) ORDER BY name, (SELECT min(q.date) FROM run_comparison AS k "
+              "JOIN v_run_moment AS q ON q.run = k.run WHERE k.comparison_id = v.id), v.id",
           {specimen}),
       "mm");
   return list;
@@ -73,6 +77,7 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
 Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   if (options.least_before < 2 || !(options.alarm_sigmas > 0))
     throw usage_error("a trend needs at least 2 values before and an alarm above 0 sigma", "");
+  check_specimen(store, options.specimen);
   Trend trend;
   trend.table.names = {"series",      "n",        "run",    "value", "unit",
                        "mean_before", "s_before", "sigmas", "alarm"};

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
+#include <stdlib.h>
+
 #include <random>
 
 #include "compare/history/explain.hpp"
+#include "compare/history/merge.hpp"
 #include "compare/report/history.hpp"
+#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -32,6 +36,56 @@ void import_heights(const std::filesystem::path& file, const std::vector<double>
   store.close();
 }
 
+/// The same as a run of a day of January, on a rig.
+void import_run(const std::filesystem::path& file, double height_mm, int day,
+                const std::string& rig = "bench") {
+  const test::Shape raised = [height_mm](const Eigen::Vector2d& m) -> Eigen::Vector3d {
+    return test::flat(m) + Eigen::Vector3d(0, 0, height_mm * mm);
+  };
+  Sheet measured = test::measured_sheet(raised);
+  std::get<MeasuredSource>(measured.source).rig = rig;
+  if (rig != "bench")
+    std::get<MeasuredSource>(measured.source).calibration_sha256 = sha256_of(std::string_view(rig));
+  Session session;
+  session.drapes.emplace_back();
+  session.drapes[0].input = test::drape_of(measured, {test::simulated_sheet(11, 5)});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  ::setenv("SOURCE_DATE_EPOCH", std::to_string(1767225600 + (day - 1) * 86400).c_str(), 1);
+  (void)import_session(file, session, outcome);
+  ::unsetenv("SOURCE_DATE_EPOCH");
+}
+
+TEST(Trend, FollowsTheDatesOfTheRunsInWhateverOrderStoresWereMerged) {
+  const drape::test::TemporaryFolder folder;
+  const auto old_store = folder.path() / "old.sqlite", new_store = folder.path() / "new.sqlite",
+             both = folder.path() / "both.sqlite";
+  int day = 0;
+  for (const double height : {5.0, 5.2, 4.8, 5.1, 4.9, 5.05}) import_run(old_store, height, ++day);
+  import_run(new_store, 9.0, ++day);
+  (void)merge_stores(both, {new_store, old_store});
+  (void)merge_stores(old_store, {new_store});
+  (void)merge_stores(new_store, {old_store});
+  for (const auto& file : {old_store, new_store, both}) {
+    const Trend trend = trend_of(StoreReader(file), {});
+    ASSERT_EQ(trend.table.rows.size(), 7U) << file;
+    EXPECT_EQ(trend.table.rows[6][3], "9.0000") << file;
+    EXPECT_EQ(trend.alarms, 1) << file;
+  }
+}
+
+TEST(Trend, AnotherRigIsAnotherSeries) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  int day = 0;
+  for (const double height : {5.0, 5.2, 4.8, 5.1, 4.9, 5.05}) import_run(file, height, ++day);
+  import_run(file, 9.0, ++day, "lab-B");
+  const Trend trend = trend_of(StoreReader(file), {});
+  EXPECT_EQ(trend.alarms, 0);
+  EXPECT_THAT(trend.table.rows[0][0], HasSubstr("bench A"));
+  EXPECT_THAT(trend.table.rows[6][0], HasSubstr("lab-B A"));
+}
+
 TEST(Trend, JudgesEachValueByThoseBeforeIt) {
   const drape::test::TemporaryFolder folder;
   const auto file = folder.path() / "results.sqlite";
@@ -47,7 +101,7 @@ TEST(Trend, JudgesEachValueByThoseBeforeIt) {
   EXPECT_EQ(trend.table.rows[6][8], "ALARM");
   EXPECT_EQ(trend.alarms, 1);
   EXPECT_EQ(trend_of(StoreReader(file), {.specimen = "A/cotton-like"}).table.rows.size(), 7U);
-  EXPECT_TRUE(trend_of(StoreReader(file), {.specimen = "B"}).table.rows.empty());
+  EXPECT_THROW((void)trend_of(StoreReader(file), {.specimen = "B"}), Error);
   EXPECT_THROW((void)trend_of(StoreReader(file), {.least_before = 1}), Error);
 }
 
@@ -97,11 +151,11 @@ TEST(History, OnePageWithoutScripts) {
   const drape::test::TemporaryFolder folder;
   const auto file = folder.path() / "results.sqlite";
   import_heights(file, {5.0, 5.2, 4.8, 5.1, 4.9, 5.05, 9.0});
-  const std::string page = history_page(StoreReader(file), {});
+  const std::string page = history_page(StoreReader(file), {}).html;
   EXPECT_THAT(page, HasSubstr("NO-GO"));
   EXPECT_THAT(page, HasSubstr("alarm</text>"));
   EXPECT_THAT(page, Not(HasSubstr("<script")));
-  EXPECT_EQ(page, history_page(StoreReader(file), {}));
+  EXPECT_EQ(page, history_page(StoreReader(file), {}).html);
 }
 
 }  // namespace

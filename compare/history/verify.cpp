@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <set>
 
 #include "compare/compare.hpp"
 #include "compare/history/copies.hpp"
@@ -81,6 +82,26 @@ void check_files(const fs::path& folder, const Seal& seal, Verification& result)
 /// Sheets and lists of branches of the seal by the hash that the store knows them by.
 using SheetFiles = std::map<std::string, fs::path>;
 
+/// What was not recomputed because a sheet of it is not sealed: the first of a kind, and how many.
+class NotRecomputed {
+ public:
+  explicit NotRecomputed(const char* kind) : kind_(kind) {}
+  void add(const std::string& key) {
+    if (count_++ == 0) first_ = key.substr(0, 12);
+  }
+  void report(Verification& result) const {
+    if (count_ == 0) return;
+    result.findings.push_back(fmt::format(
+        "{} {}{} not recomputed: no sealed file holds its sheets", kind_, first_,
+        count_ == 1 ? std::string(" was") : fmt::format(" and {} more were", count_ - 1)));
+  }
+
+ private:
+  const char* kind_;
+  std::string first_;
+  long long count_ = 0;
+};
+
 double number(const std::string& text) {
   double value = 0;
   std::from_chars(text.data(), text.data() + text.size(), value);
@@ -113,9 +134,13 @@ bool same_numbers(const StoreReader& reader, const std::string& id, const std::s
 void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification& result) {
   const Table rows = reader.query(
       "SELECT id, sha256, measured_sha256, simulated_sha256, mean_mm FROM comparison ORDER BY id");
+  NotRecomputed left("comparison");
   for (const auto& row : rows.rows) {
     const auto measured = sheets.find(row[2]), simulated = sheets.find(row[3]);
-    if (measured == sheets.end() || simulated == sheets.end()) continue;
+    if (measured == sheets.end() || simulated == sheets.end()) {
+      left.add(row[1]);
+      continue;
+    }
     try {
       const Sheet real = read_sheet(measured->second);
       const Sheet other = simulated->second.extension() == ".toml"
@@ -131,39 +156,46 @@ void recompute(const StoreReader& reader, const SheetFiles& sheets, Verification
                                             row[1].substr(0, 12), error.what()));
     }
   }
+  left.report(result);
 }
 
-/// Where two simulations were compared: at the marks of the measured lattice, or at the particles
-/// of the coarsest grid of their group, which is any grid with as many.
-std::vector<Eigen::Vector2d> places_of(const StoreReader& reader, const SheetFiles& sheets,
-                                       const std::string& measured, const std::string& points) {
-  std::vector<Eigen::Vector2d> places;
+/// Where two simulations may have been compared: at the marks of the measured lattice, or at the
+/// particles of the coarsest grid of their group, which is one with as many on the same cloth.
+std::vector<std::vector<Eigen::Vector2d>> places_of(const StoreReader& reader,
+                                                    const SheetFiles& sheets,
+                                                    const std::vector<std::string>& pair) {
+  std::vector<std::vector<Eigen::Vector2d>> all;
   const auto add_marks = [&](const Sheet& sheet) {
-    for (const SheetMark& mark : sheet.marks) places.push_back(mark.material_m);
+    all.emplace_back();
+    for (const SheetMark& mark : sheet.marks) all.back().push_back(mark.material_m);
   };
+  const std::string &measured = pair[1], &first = pair[2], &second = pair[3], &points = pair[4];
   if (const auto file = sheets.find(measured); file != sheets.end()) {
     const Sheet real = read_sheet(file->second);
     const auto lattice = LatticeCoordinates::of(real, file->second.string());
     if (!lattice) {
       add_marks(real);
-      return places;
+      return all;
     }
+    all.emplace_back();
     for (int row = 0; row < real.rows; ++row)
-      for (int col = 0; col < real.cols; ++col) places.push_back(lattice->at({row, col}));
-    return places;
+      for (int col = 0; col < real.cols; ++col) all.back().push_back(lattice->at({row, col}));
+    return all;
   }
-  if (!measured.empty()) return places;
+  if (!measured.empty()) return all;
   const Table grids = reader.query(
-      "SELECT sha256 FROM sheet WHERE kind = 'simulated' AND marks = CAST(? AS INTEGER) ORDER BY "
-      "sha256",
-      {points});
+      "SELECT g.sha256, g.rows, g.cols FROM sheet AS g JOIN sheet AS f ON f.sha256 = ?1 WHERE "
+      "g.kind = 'simulated' AND g.marks = CAST(?3 AS INTEGER) AND g.patch_warp_mm = "
+      "f.patch_warp_mm AND g.patch_weft_mm = f.patch_weft_mm ORDER BY g.sha256 NOT IN (?1, ?2), "
+      "g.sha256",
+      {first, second, points});
+  std::set<std::pair<std::string, std::string>> known;
   for (const auto& grid : grids.rows) {
     const auto file = sheets.find(grid[0]);
     if (file == sheets.end() || file->second.extension() != ".json") continue;
-    add_marks(read_sheet(file->second));
-    break;
+    if (known.emplace(grid[1], grid[2]).second) add_marks(read_sheet(file->second));
   }
-  return places;
+  return all;
 }
 
 /// The same for pairs of simulations.
@@ -171,20 +203,28 @@ void recompute_pairs(const StoreReader& reader, const SheetFiles& sheets, Verifi
   const Table rows = reader.query(
       "SELECT sha256, coalesce(measured_sha256, ''), first_sha256, second_sha256, points, mean_mm, "
       "max_mm FROM simulation_pair ORDER BY sha256");
+  NotRecomputed left("pair");
   for (const auto& row : rows.rows) {
     const auto first = sheets.find(row[2]), second = sheets.find(row[3]);
-    if (first == sheets.end() || second == sheets.end()) continue;
     try {
-      const auto places = places_of(reader, sheets, row[1], row[4]);
-      if (places.empty()) continue;
-      const auto distances =
-          distances_between(Surface(read_sheet(first->second), first->second.string()),
-                            Surface(read_sheet(second->second), second->second.string()), places);
+      if (first == sheets.end() || second == sheets.end()) {
+        left.add(row[0]);
+        continue;
+      }
+      const auto places = places_of(reader, sheets, row);
+      if (places.empty()) {
+        left.add(row[0]);
+        continue;
+      }
+      const Surface one(read_sheet(first->second), first->second.string());
+      const Surface other(read_sheet(second->second), second->second.string());
       ++result.comparisons;
-      const bool same = !distances.empty() &&
-                        number(row[4]) == static_cast<double>(distances.size()) &&
-                        number(row[5]) == statistics_of(distances).mean_m / mm &&
-                        number(row[6]) == statistics_of(distances).max_m / mm;
+      const bool same = std::any_of(places.begin(), places.end(), [&](const auto& at) {
+        const auto distances = distances_between(one, other, at);
+        return !distances.empty() && number(row[4]) == static_cast<double>(distances.size()) &&
+               number(row[5]) == statistics_of(distances).mean_m / mm &&
+               number(row[6]) == statistics_of(distances).max_m / mm;
+      });
       if (!same)
         result.findings.push_back(
             fmt::format("pair {} does not come out of its sheets", row[0].substr(0, 12)));
@@ -193,6 +233,7 @@ void recompute_pairs(const StoreReader& reader, const SheetFiles& sheets, Verifi
           fmt::format("pair {} cannot be recomputed: {}", row[0].substr(0, 12), error.what()));
     }
   }
+  left.report(result);
 }
 
 /// The same for meshes without marks.
@@ -201,9 +242,13 @@ void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Ver
       "SELECT sha256, measured_sha256, mesh_sha256, to_surface_mean_mm, to_surface_max_mm, "
       "coalesce(real_to_mesh_mean_mm, -1), coalesce(mesh_to_real_max_mm, -1) FROM "
       "surface_comparison ORDER BY sha256");
+  NotRecomputed left("surface comparison");
   for (const auto& row : rows.rows) {
     const auto measured = sheets.find(row[1]), mesh = sheets.find(row[2]);
-    if (measured == sheets.end() || mesh == sheets.end()) continue;
+    if (measured == sheets.end() || mesh == sheets.end()) {
+      left.add(row[0]);
+      continue;
+    }
     try {
       const auto surface = read_other_surface(mesh->second);
       if (!surface) continue;  // its changed bytes are a finding already
@@ -225,6 +270,7 @@ void recompute_surfaces(const StoreReader& reader, const SheetFiles& sheets, Ver
                                             row[0].substr(0, 12), error.what()));
     }
   }
+  left.report(result);
 }
 
 /// The same for equilibria: what their list says of them, and their best turns.
@@ -232,9 +278,13 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
   const Table facts = reader.query(
       "SELECT sheet_sha256, branches_sha256, number, energy_uJ, starts, hem_nodes FROM branch "
       "ORDER BY sheet_sha256");
+  NotRecomputed left("branch list");
   for (const auto& row : facts.rows) {
     const auto list = sheets.find(row[1]);  // lists are sealed as sheets are, by their hash
-    if (list == sheets.end()) continue;
+    if (list == sheets.end()) {
+      left.add(row[1]);
+      continue;
+    }
     const auto listed = branch_in(list->second, whole_number(row[2]));
     const bool same = listed && listed->set_sha256 == row[1] &&
                       listed->energy_j / 1e-6 == number(row[3]) &&
@@ -243,12 +293,13 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
       result.findings.push_back(
           fmt::format("branch {} is not what its list {} says", row[2], list->second.string()));
   }
+  left.report(result);
   const Table turns = reader.query(
       "SELECT c.measured_sha256, c.simulated_sha256, t.axis_x_mm, t.axis_y_mm, t.turned_mean_mm "
       "FROM branch_turn AS t JOIN comparison AS c ON c.sha256 = t.comparison_sha256 ORDER BY c.id");
   for (const auto& row : turns.rows) {
     const auto measured = sheets.find(row[0]), simulated = sheets.find(row[1]);
-    if (measured == sheets.end() || simulated == sheets.end()) continue;
+    if (measured == sheets.end() || simulated == sheets.end()) continue;  // said already
     const auto turned =
         best_turn(read_sheet(measured->second),
                   Surface(read_sheet(simulated->second), simulated->second.string()),
@@ -262,7 +313,8 @@ void recompute_branches(const StoreReader& reader, const SheetFiles& sheets, Ver
 
 }  // namespace
 
-Verification verify_store(const fs::path& store, bool with_recomputation) {
+Verification verify_store(const fs::path& named, bool with_recomputation) {
+  const fs::path store = real_store(named);
   Verification result;
   const StoreLock lock(store, StoreLock::Kind::with_others);
   Seal seal;

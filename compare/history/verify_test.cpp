@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "compare/history/copies.hpp"
 #include "compare/history/explain.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
@@ -91,6 +92,64 @@ TEST_F(Sealed, SaysWhatIsWrong) {
   EXPECT_THAT(findings(), Contains(HasSubstr("bending_warp.csv were changed")));
   fs::remove(seal_path(store()));
   EXPECT_THAT(findings(), Contains(HasSubstr("no seal")));
+}
+
+TEST_F(Sealed, WhatCannotBeRecomputedIsAFinding) {
+  fs::remove(seal_path(store()));
+  seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), {});
+  EXPECT_THAT(findings(), IsEmpty()) << "nothing else is asked";
+  EXPECT_THAT(findings(true), Contains(HasSubstr("comparison " + first_key().substr(0, 12) +
+                                                 " and 3 more were not recomputed")));
+}
+
+/// Two groups whose coarsest grids have as many particles, of cloths of two sizes.
+TEST_F(Sealed, PairsAreRecomputedOnTheGridOfTheirOwnCloth) {
+  std::vector<fs::path> sheets = {sheets_.begin() + 1, sheets_.end()};
+  for (const int n : {11, 21}) {
+    Sheet sheet = test::simulated_sheet(n, 5);
+    sheet.patch_m *= 0.9;
+    for (SheetMark& mark : sheet.marks) {
+      mark.material_m *= 0.9;
+      mark.point_in_world.z() = 1e-3 * n * mark.material_m.x();
+    }
+    std::get<SimulatedSource>(sheet.source).scene = "B";
+    sheets.push_back(folder_.path() / ("other" + std::to_string(n)) / "sheet.ply");
+    write_sheet(sheets.back(), sheet);
+  }
+  const fs::path file = folder_.path() / "virtual.sqlite";
+  const Session session = read_session(sheets, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  ASSERT_EQ(import_session(file, session, outcome).added, 5);
+  seal_store(StoreLock(file, StoreLock::Kind::alone), file, files_of(session));
+  const Verification result = verify_store(file);
+  EXPECT_THAT(result.findings, IsEmpty());
+  EXPECT_EQ(result.comparisons, 5);
+}
+
+TEST_F(Sealed, AStoreOfAnotherNameIsNotCalledChanged) {
+  const fs::path other = folder_.path() / "other.sqlite";
+  fs::copy_file(store(), other);
+  fs::copy_file(seal_path(store()), seal_path(other));
+  EXPECT_THAT(verify_store(other).findings,
+              testing::ElementsAre(HasSubstr("was called `results.sqlite`")));
+}
+
+TEST_F(Sealed, ThroughALinkTheSealStandsBesideTheStore) {
+  const fs::path links = folder_.path() / "links", link = links / "link.sqlite";
+  for (const char* name : {"links", "far"}) fs::create_directory(folder_.path() / name);
+  fs::create_symlink("../far/real.sqlite", link);
+  const Session session = read_session(sheets_, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  (void)import_session(link, session, outcome);
+  std::vector<fs::path> files = files_of(session);
+  for (fs::path& copy : keep_copies(link, session)) files.push_back(std::move(copy));
+  seal_store(StoreLock(link, StoreLock::Kind::alone), link, files);
+  EXPECT_EQ(std::distance(fs::directory_iterator(links), {}), 1);
+  EXPECT_TRUE(fs::is_directory(folder_.path() / "far" / "real.sqlite.files"));
+  for (const fs::path& name : {link, folder_.path() / "far" / "real.sqlite"})
+    EXPECT_THAT(verify_store(name).findings, IsEmpty()) << name;
 }
 
 TEST_F(Sealed, ASealThatIsOlderThanTheStoreIsSaid) {

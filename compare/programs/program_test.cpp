@@ -93,6 +93,24 @@ TEST_F(Program, AReportNeverReplacesWhatItIsMadeOf) {
   EXPECT_FALSE(fs::exists(path("other.sqlite")));
 }
 
+TEST_F(Program, NothingIsWrittenOverTheStoreThatIsAsked) {
+  ASSERT_EQ(compare(), 0);
+  const std::string store = " --store " + path("results.sqlite");
+  const auto bytes = read_bytes(path("results.sqlite"));
+  const std::string seal = read_text(path("results.sqlite.seal.json"));
+  fs::create_symlink(path("results.sqlite"), path("link"));
+  for (const char* command : {"export sql", "export json", "export csv", "history"})
+    for (const char* out : {"results.sqlite", "results.sqlite.seal.json", "results.sqlite-wal",
+                            "link", "results.sqlite.files/x"}) {
+      EXPECT_EQ(run("drape-results", std::string(command) + store + " --out " + path(out)), 2);
+      EXPECT_THAT(output_, HasSubstr("--out"));
+    }
+  EXPECT_EQ(compare("--report " + path("results.sqlite")), 2);
+  EXPECT_EQ(read_bytes(path("results.sqlite")), bytes);
+  EXPECT_EQ(read_text(path("results.sqlite.seal.json")), seal);
+  EXPECT_EQ(run("drape-results", "history" + store + " --out " + path("results.sqlite.html")), 0);
+}
+
 TEST_F(Program, ResultsAnswers) {
   ASSERT_EQ(compare(), 0);
   const std::string store = " --store " + path("results.sqlite");

@@ -126,10 +126,15 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
 int rescue(const ResultsArguments& arguments, const CommonOptions& common) {
   const Rescue result = rescue_store(arguments.damaged, arguments.store);
   Ending ending;
-  ending.go = result.lost.empty();
+  ending.go = result.lost.empty() && result.lost_files.empty();
   ending.verdict = fmt::format("{} entries rescued, {} lost", result.kept, result.lost.size());
+  if (!result.lost_files.empty())
+    ending.verdict += fmt::format("; files behind them not as sealed ({}): {}",
+                                  result.lost_files.size(), result.lost_files.front());
   ending.numbers = {{"store", arguments.store}};
   for (const std::string& lost : result.lost) ending.rejected.push_back("lost: " + lost);
+  for (const std::string& file : result.lost_files)
+    ending.rejected.push_back("not as it was sealed: " + file);
   ending.next_command = ending.go ? "drape results list --store " + shell_word(arguments.store)
                                   : "import the sheets of what is lost again";
   return finish(ending, common);
@@ -141,6 +146,11 @@ int merge(const ResultsArguments& arguments, const CommonOptions& common) {
   ending.verdict = fmt::format("{} entries of the ledger added, {} were there already",
                                counts.added, counts.present);
   ending.numbers = {{"store", arguments.store}};
+  if (!counts.known_better.empty())
+    ending.warnings.push_back(fmt::format(
+        "of {} entries another store knows values that this one lacks, the first is {}; keep that "
+        "store, or import their sheets with the files beside them into a new one",
+        counts.known_better.size(), *counts.known_better.begin()));
   ending.next_command = "drape results verify --store " + shell_word(arguments.store);
   return finish(ending, common);
 }
@@ -210,9 +220,10 @@ int trend(const StoreReader& reader, const ResultsArguments& arguments,
   return result.alarms == 0 ? 0 : 1;
 }
 
-void history(const StoreReader& reader, const ResultsArguments& arguments) {
-  const std::string page = history_page(reader, arguments.trend);
-  arguments.file.empty() ? print_text(page) : write_durable(arguments.file, page);
+int history(const StoreReader& reader, const ResultsArguments& arguments) {
+  const HistoryPage page = history_page(reader, arguments.trend);
+  arguments.file.empty() ? print_text(page.html) : write_durable(arguments.file, page.html);
+  return page.go ? 0 : 1;
 }
 
 int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
@@ -292,7 +303,8 @@ void add_reading(Command& app, ResultsArguments& arguments) {
 void add_judging(Command& app, ResultsArguments& arguments) {
   Command* trend = app.add_subcommand(
       "trend", "drift of the calibration residual and of each drape; exit code 1 on an alarm");
-  Command* page = app.add_subcommand("history", "the whole store as one HTML page");
+  Command* page = app.add_subcommand(
+      "history", "the whole store as one HTML page; exit code 1 on an alarm or a NO-GO in it");
   for (Command* command : {trend, page}) {
     command->add_option("--specimen", arguments.trend.specimen,
                         "only this reference drape, SCENE or SCENE/FABRIC");
@@ -346,6 +358,17 @@ void add_judging(Command& app, ResultsArguments& arguments) {
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
 }
 
+/// What is asked of a store is never written over it, its seal or its copies.
+void require_apart_from_store(const fs::path& out, const fs::path& store) {
+  const fs::path to = fs::weakly_canonical(out), kept = fs::weakly_canonical(real_store(store));
+  bool of_store = to.string().starts_with(kept.string() + ".files/");
+  for (const char* end : {"", "-wal", "-shm", ".seal.json", ".seal.sig", ".files"})
+    of_store = of_store || to == kept.string() + end;
+  if (of_store)
+    throw usage_error(fmt::format("--out {} would replace a part of the store", out.string()),
+                      "name another file");
+}
+
 }  // namespace
 
 void add_commands(Command& app, ResultsArguments& arguments) {
@@ -365,12 +388,12 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   if (command == "rescue") return rescue(arguments, common);
   if (command == "sign") return sign(arguments, common);
   const StoreReader reader(arguments.store);
+  if (!arguments.file.empty()) require_apart_from_store(arguments.file, arguments.store);
   if (command == "why") return why(reader, arguments, common);
   if (command == "trend") return trend(reader, arguments, common);
   if (command == "export") return export_store(reader, arguments, common);
-  if (command == "history") {
-    history(reader, arguments);
-  } else if (command == "list") {
+  if (command == "history") return history(reader, arguments);
+  if (command == "list") {
     write(arguments, common, list_results(reader, arguments.filter));
   } else if (command == "show") {
     const ShownResult shown = show_result(reader, arguments.key);

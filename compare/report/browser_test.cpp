@@ -146,7 +146,7 @@ void fill_history(const fs::path& file) {
 TEST_F(Browser, ShowsTheHistory) {
   const fs::path store = folder_.path() / "results.sqlite", page = folder_.path() / "history.html";
   fill_history(store);
-  write_durable(page, history_page(StoreReader(store), {}));
+  write_durable(page, history_page(StoreReader(store), {}).html);
   const char* shots = std::getenv("DRAPE_SCREENSHOTS");
   const fs::path picture =
       (shots != nullptr ? fs::path(shots) : folder_.path()) / "history-page.png";

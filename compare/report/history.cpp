@@ -92,16 +92,18 @@ std::string charts(const Trend& trend, double alarm_sigmas) {
 
 }  // namespace
 
-std::string history_page(const StoreReader& store, const TrendOptions& options) {
+HistoryPage history_page(const StoreReader& store, const TrendOptions& options) {
   const Trend trend = trend_of(store, options);
   Table list = store.query(
       "SELECT scene, fabric, simulator, grid_size AS grid, segments AS seg, round(mean_dist_mm, 3) "
       "AS mean, round(sigma_mean_mm, 4) AS sigma, round(mean_low_mm, 2) AS low, "
       "round(mean_high_mm, 2) AS high, round(max_mm, 2) AS max, marks, gaps, status, recorded_on, "
-      "comparison FROM v_comparison ORDER BY id DESC");
-  list.headings = {"scene",     "fabric", "simulator",      "grid",     "segments",
-                   "mean (mm)", "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
-                   "marks",     "gaps",   "status",         "recorded", "comparison"};
+      "comparison, coalesce(measurement, 'not stated') AS measurement, cause, coalesce(state, "
+      "'current') AS state FROM v_real_vs_virtual ORDER BY id DESC");
+  list.headings = {"scene",       "fabric", "simulator",      "grid",     "segments",
+                   "mean (mm)",   "± (mm)", "95 % from (mm)", "to (mm)",  "largest (mm)",
+                   "marks",       "gaps",   "status",         "recorded", "comparison",
+                   "measurement", "cause",  "state"};
   Table drapemeters = store.query(
       "SELECT coalesce(s.scene, m.set_name) AS drape, coalesce(s.simulator, 'measured') AS sheet, "
       "s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, round(d.covered_area_mm2) AS "
@@ -121,31 +123,39 @@ std::string history_page(const StoreReader& store, const TrendOptions& options) 
       "measured, comparison FROM v_virtual_vs_virtual");
   pairs.headings = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
                     "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
-  const bool go = trend.alarms == 0;
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
-         "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
-         "'unsafe-inline'\"/>\n<meta "
-         "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "
-         "the bench</title>\n<style>" +
-         html_style() + "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
-         " · history of the bench</h1>\n" +
-         fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{} comparisons; {}</div>\n",
-                     go ? "go" : "stop", go ? "GO" : "NO-GO", list.rows.size(),
-                     go ? "no newest value is beyond the alarm"
-                        : fmt::format("{} newest values are beyond the alarm", trend.alarms)) +
-         fmt::format(
-             "<h2>Trends</h2>\n<p class=\"soft\">Blue bands: where {:g} standard deviations "
-             "of the values before each one end (mean ± {:g} s sqrt(1 + 1/n), from {} "
-             "values on).</p>\n",
-             options.alarm_sigmas, options.alarm_sigmas, options.least_before) +
-         charts(trend, options.alarm_sigmas) +
-         "<h2>Real against virtual</h2>\n<p class=\"soft\">The newest import stands first.</p>\n" +
-         html_table(list, "dense") +
-         (pairs.rows.empty() ? std::string()
-                             : "<h2>Virtual against virtual</h2>\n" + html_table(pairs, "dense")) +
-         (drapemeters.rows.empty() ? std::string()
-                                   : "<h2>Drapemeter</h2>\n" + html_table(drapemeters, "dense")) +
-         "</main>\n</body>\n</html>\n";
+  const std::size_t columns = list.names.size();
+  const auto no_go = std::count_if(list.rows.begin(), list.rows.end(), [&](const auto& row) {
+    return row[columns - 3] == "NO-GO" && row[columns - 1] == "current";
+  });
+  std::string verdict = trend.alarms == 0
+                            ? "no newest value is beyond the alarm"
+                            : fmt::format("{} newest values are beyond the alarm", trend.alarms);
+  if (no_go > 0) verdict += fmt::format("; {} current comparisons are NO-GO", no_go);
+  const bool go = trend.alarms == 0 && no_go == 0;
+  std::string html =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n<meta "
+      "http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+      "'unsafe-inline'\"/>\n<meta "
+      "name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n<title>History of "
+      "the bench</title>\n<style>" +
+      html_style() + "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
+      " · history of the bench</h1>\n" +
+      fmt::format("<div class=\"verdict {}\"><strong>{}</strong>{} comparisons; {}</div>\n",
+                  go ? "go" : "stop", go ? "GO" : "NO-GO", list.rows.size(), verdict) +
+      fmt::format(
+          "<h2>Trends</h2>\n<p class=\"soft\">Blue bands: where {:g} standard deviations "
+          "of the values before each one end (mean ± {:g} s sqrt(1 + 1/n), from {} "
+          "values on).</p>\n",
+          options.alarm_sigmas, options.alarm_sigmas, options.least_before) +
+      charts(trend, options.alarm_sigmas) +
+      "<h2>Real against virtual</h2>\n<p class=\"soft\">The newest import stands first.</p>\n" +
+      html_table(list, "dense") +
+      (pairs.rows.empty() ? std::string()
+                          : "<h2>Virtual against virtual</h2>\n" + html_table(pairs, "dense")) +
+      (drapemeters.rows.empty() ? std::string()
+                                : "<h2>Drapemeter</h2>\n" + html_table(drapemeters, "dense")) +
+      "</main>\n</body>\n</html>\n";
+  return {std::move(html), go};
 }
 
 }  // namespace drape::compare

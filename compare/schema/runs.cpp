@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/schema/schema.hpp"
 
+#include <fmt/format.h>
+
 namespace drape::compare {
 namespace {
 
@@ -100,35 +102,61 @@ constexpr const char* kRunTables[] = {
   stand_in INTEGER NOT NULL CHECK (stand_in IN (0, 1)),
   PRIMARY KEY (run, owner, key)
 ) STRICT, WITHOUT ROWID)sql",
+    R"sql(CREATE TABLE run_repetition (  -- a run stored again after another run of its photographs
+  sha256 TEXT NOT NULL PRIMARY KEY CHECK (length(sha256) = 64),  -- of run_sha256, date and count
+  run_sha256 TEXT NOT NULL REFERENCES run (sha256),
+  date TEXT NOT NULL  -- UTC, ISO 8601: when it was stored again
+) STRICT, WITHOUT ROWID)sql",
 };
 
-// The newest run of the same recording is looked up in a table of them, all else by an index: of
-// few comparisons only these are judged.
-constexpr const char* kState = R"sql(SELECT c.id AS comparison_id, d.run AS run, r.date AS date,
+// What the last run says is looked up in a table of runs, all else by an index: of few comparisons
+// only these are judged.
+constexpr const char* kState = R"sql(SELECT {subject}, d.run AS run, o.date AS date,
   r.label AS label, r.operator AS operator, r.calibration_name AS calibration,
   d.measurement AS measurement, d.cause AS cause, d.match AS match,
   d.match_reason AS match_reason, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
-  CASE WHEN d.run < (SELECT max(k.run) FROM run_drape AS k
-      WHERE k.pictures_sha256 = d.pictures_sha256)
-    THEN CASE WHEN EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = (SELECT max(l.run)
-        FROM run_drape AS l WHERE l.pictures_sha256 = d.pictures_sha256)
+  CASE WHEN d.run <> p.run
+    THEN CASE WHEN EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = p.run
       AND k.pictures_sha256 = d.pictures_sha256 AND k.scene = d.scene)
       THEN 'superseded' ELSE 'renamed' END
-    WHEN n.run > d.run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.run
+    WHEN d.run <> n.last_run AND NOT EXISTS (SELECT 1 FROM run_drape AS k WHERE k.run = n.last_run
       AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
     WHEN d.run IS NOT NULL THEN 'current' END AS state
-FROM comparison AS c
-  LEFT JOIN run_drape AS d ON d.measured_sha256 = c.measured_sha256 AND d.run =
-    (SELECT max(k.run) FROM run_comparison AS k WHERE k.comparison_id = c.id)
+FROM {table} AS c
+  LEFT JOIN v_run_moment AS o ON o.moment = (SELECT max(q.moment) FROM {runs} AS k
+    JOIN v_run_moment AS q ON q.run = k.run WHERE k.{key}{window})
+  LEFT JOIN run_drape AS d ON d.run = o.run AND d.measured_sha256 = c.{measured}
   LEFT JOIN run AS r ON r.number = d.run
-  LEFT JOIN (SELECT rig_name, recording_name, max(number) AS run FROM run
-    GROUP BY rig_name, recording_name) AS n
-    ON n.rig_name IS r.rig_name AND n.recording_name IS r.recording_name)sql";
+  LEFT JOIN v_pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
+  LEFT JOIN v_run_last AS n ON n.run = d.run)sql";
 
 constexpr const char* kViews[] = {
     R"sql(CREATE INDEX run_match_by_drape ON run_match (run_sha256, measured_sha256,
   rests_on, repeats, p))sql",
     R"sql(CREATE INDEX run_drape_by_pictures ON run_drape (pictures_sha256, run))sql",
+    R"sql(CREATE INDEX run_drape_by_measured ON run_drape (measured_sha256, run))sql",
+    // Runs follow each other by their dates, wherever they were stored; within one second in the
+    // order in which this store got them.
+    R"sql(CREATE VIEW v_run_moment AS
+SELECT r.number AS run, r.date AS date,
+  r.date || printf(' %012d %d', l.sequence, r.number) AS moment
+FROM run AS r LEFT JOIN ledger AS l ON l.kind = 'run' AND l.key = r.sha256
+UNION ALL SELECT r.number, a.date, a.date || printf(' %012d %d', l.sequence, r.number)
+FROM run_repetition AS a JOIN run AS r ON r.sha256 = a.run_sha256
+  LEFT JOIN ledger AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
+    R"sql(CREATE VIEW v_pictures_last AS
+SELECT d.pictures_sha256 AS pictures_sha256, o.run AS run, max(o.moment) AS moment
+FROM run_drape AS d JOIN v_run_moment AS o ON o.run = d.run
+WHERE d.pictures_sha256 IS NOT NULL GROUP BY d.pictures_sha256)sql",
+    R"sql(CREATE VIEW v_run_last AS
+SELECT x.run AS run, x.last_run AS last_run, max(x.moment) AS moment FROM (
+  SELECT d.run AS run, p.run AS last_run, p.moment AS moment FROM run_drape AS d
+    JOIN v_pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
+  UNION ALL SELECT r.number, y.run, y.moment FROM run AS r JOIN (
+    SELECT q.recording_sha256 AS recording_sha256, o.run AS run, max(o.moment) AS moment
+    FROM run AS q JOIN v_run_moment AS o ON o.run = q.number
+    WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
+    ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql",
     R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
     R"sql(CREATE VIEW v_outdated AS
 SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
@@ -171,13 +199,22 @@ std::vector<std::string> run_table_statements() {
 
 std::vector<std::string> run_view_statements() {
   std::vector<std::string> statements = {std::begin(kViews), std::end(kViews)};
-  statements.push_back(std::string("CREATE VIEW v_state AS\n") + kState +
-                       "\nWHERE d.run IS NOT NULL");
+  statements.push_back("CREATE VIEW v_state AS\n" + state_query() + "\nWHERE d.run IS NOT NULL");
   return statements;
 }
 
-const char* state_query() {
-  return kState;
+std::string state_query(const std::string& window) {
+  return fmt::format(fmt::runtime(kState), fmt::arg("subject", "c.id AS comparison_id"),
+                     fmt::arg("table", "comparison"), fmt::arg("runs", "run_comparison"),
+                     fmt::arg("key", "comparison_id = c.id"), fmt::arg("window", window),
+                     fmt::arg("measured", "measured_sha256"));
+}
+
+std::string sheet_state_query() {
+  return fmt::format(fmt::runtime(kState), fmt::arg("subject", "c.sha256 AS sheet_sha256"),
+                     fmt::arg("table", "sheet"), fmt::arg("runs", "run_drape"),
+                     fmt::arg("key", "measured_sha256 = c.sha256"), fmt::arg("window", ""),
+                     fmt::arg("measured", "sha256"));
 }
 
 }  // namespace drape::compare

@@ -268,6 +268,7 @@ constexpr const char* kAppendOnly[] = {"metric",
                                        "acceptance_figure",
                                        "run",
                                        "run_drape",
+                                       "run_repetition",
                                        "run_comparison",
                                        "run_value",
                                        "run_match",
@@ -367,13 +368,14 @@ std::vector<std::string> surrounding_statements() {
   for (int experiment = 0; experiment < 6; ++experiment) {
     const char scene = static_cast<char>('A' + experiment);
     statements.push_back(fmt::format(
-        "CREATE VIEW v_table{} AS SELECT grid_size, segments, mean_dist_mm, marks, measured "
-        "FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL AND id NOT IN (SELECT "
-        "comparison_id FROM v_outdated)",
+        "CREATE VIEW v_table{} AS SELECT grid_size, segments, mean_dist_mm, marks, measured, "
+        "measurement FROM v_real_vs_virtual WHERE scene = '{}' AND branch IS NULL AND "
+        "coalesce(state, 'current') = 'current'",
         2 * experiment + 1, scene));
     statements.push_back(
-        fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured "
-                    "FROM v_virtual_vs_virtual WHERE scene = '{}'",
+        fmt::format("CREATE VIEW v_table{} AS SELECT pair, mean_dist_mm, points, measured, "
+                    "measurement FROM v_virtual_vs_virtual WHERE scene = '{}' AND "
+                    "coalesce(state, 'current') = 'current'",
                     2 * experiment + 2, scene));
   }
   for (const char* table : kAppendOnly) {

@@ -20,7 +20,11 @@ namespace drape::compare {
 
 /// The query of the view v_state: of each comparison its last run, and whether that is the last
 /// word on these photographs; one row for a comparison without a run as well. SQLite does not make
-/// it whole where it is joined with few comparisons, as it would the view in a LEFT JOIN.
-[[nodiscard]] const char* state_query();
+/// it whole where it is joined with few comparisons, as it would the view in a LEFT JOIN. `window`
+/// takes the last of some runs only, e.g. " AND q.run = 5" or " AND q.date >= ?".
+[[nodiscard]] std::string state_query(const std::string& window = {});
+
+/// The same of each measured sheet, for what hangs on it without marks.
+[[nodiscard]] std::string sheet_state_query();
 
 }  // namespace drape::compare

@@ -291,6 +291,16 @@ std::string scene_of(const DrapeFiles& drape) {
   return own ? own->scene : std::string();
 }
 
+/// A drape has one verdict in a run, so a copied folder is not another drape.
+void require_new(const SheetFile& sheet, const Session& session) {
+  for (const DrapeFiles& drape : session.drapes) {
+    if (drape.input.measured.sha256 != sheet.sha256) continue;
+    throw bad_input(
+        "this measured sheet is the same as that of " + drape.input.measured.file.string(),
+        {.file = sheet.file.string()}, "give the sheet once, or move the copied folder away");
+  }
+}
+
 void add_repeat(const fs::path& file, Session& session) {
   SheetFile sheet = read_sheet_file(file, session);
   if (!sheet.repeat)
@@ -351,6 +361,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
     }
     SheetFile sheet = read_sheet_file(file, session);
     if (sheet.sheet.is_measured()) {
+      require_new(sheet, session);
       session.drapes.push_back(read_measured(std::move(sheet), session));
     } else if (session.drapes.empty()) {
       add_virtual_only(read_simulated(std::move(sheet), session), session);

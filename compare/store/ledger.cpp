@@ -98,6 +98,7 @@ const std::vector<LedgerKind>& ledger_kinds() {
         "BY comparison_id",
         "SELECT * FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?1) ORDER BY "
         "owner, key"}},
+      {"run_repetition", "sha256", {"SELECT * FROM run_repetition WHERE sha256 = ?1"}},
       {"run_match",
        "sha256",
        {"SELECT * FROM run_match WHERE sha256 = ?1",

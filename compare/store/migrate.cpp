@@ -71,8 +71,8 @@ void from_1(SQLite::Database& database) {
 }
 
 /// Version 2 lacked surface_comparison, version 3 the tables of branches, version 5 those of
-/// acceptance and of what a match rests on, version 6 refinement; every table they had is as it
-/// was.
+/// acceptance and of what a match rests on, version 6 refinement, version 7 run_repetition; every
+/// table they had is as it was.
 void add_absent_tables(SQLite::Database& database) {
   for (const std::string& statement : table_statements()) {
     const std::size_t begin = std::string_view("CREATE TABLE ").size();

@@ -90,6 +90,9 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
 }
 
 void compare_session(const Session& session, const Options& options, Outcome& outcome) {
+  if (!outcome.store.empty() && std::filesystem::weakly_canonical(outcome.store) ==
+                                    std::filesystem::weakly_canonical(outcome.report))
+    throw usage_error("the report would replace the results store", "give another --report");
   for (const auto& [file, sha256] : session.read) {
     std::error_code absent;
     if (std::filesystem::equivalent(file, outcome.report, absent))
@@ -121,23 +124,26 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
 
 ImportCounts import_session(const std::filesystem::path& file, const Session& session,
                             Outcome& outcome, const RunLabel& label) {
+  const std::string date = date_of_run();
   Store results(file);
-  if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
   ImportCounts sum;
   const auto count = [&](const ImportCounts& counts) {
     sum.added += counts.added;
     sum.present += counts.present;
   };
-  for (std::size_t i = 0; i < outcome.reports.size(); ++i)
-    count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
-  for (const VirtualGroup& group : outcome.groups) count(results.add(group));
   outcome.label = label.label;
   outcome.operator_name = label.operator_name;
-  if (!outcome.reports.empty()) {
-    const StoredRun run = add_run(results, session, outcome, label);
+  // Comparisons without their run would have no verdict.
+  results.write([&](Writer&) {
+    if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
+    for (std::size_t i = 0; i < outcome.reports.size(); ++i)
+      count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
+    for (const VirtualGroup& group : outcome.groups) count(results.add(group));
+    if (outcome.reports.empty()) return;
+    const StoredRun run = add_run(results, session, outcome, label, date);
     outcome.run = run.number;
     outcome.date = run.date;
-  }
+  });
   results.close();
   return sum;
 }

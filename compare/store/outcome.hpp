@@ -44,7 +44,8 @@ struct Outcome {
 /// Compares every drape and every group of the session.
 void compare_session(const Session& session, const Options& options, Outcome& outcome);
 
-/// Adds the calibration, every comparison and the run of the session to the store at `file`.
+/// Adds the calibration, every comparison and the run of the session to the store at `file`, in one
+/// transaction.
 [[nodiscard]] ImportCounts import_session(const std::filesystem::path& file, const Session& session,
                                           Outcome& outcome, const RunLabel& label = {});
 

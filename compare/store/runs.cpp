@@ -4,7 +4,10 @@
 #include <fmt/chrono.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 #include <set>
 #include <tuple>
@@ -12,6 +15,7 @@
 #include "compare/store/writer.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/program/run_record.hpp"
@@ -23,10 +27,18 @@ namespace {
 namespace fs = std::filesystem;
 using units::mm;
 
-std::string date_of_now() {
-  std::time_t time = std::time(nullptr);
-  if (const char* fixed = std::getenv("SOURCE_DATE_EPOCH")) time = std::strtoll(fixed, nullptr, 10);
-  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(time));
+/// The run is the last word on its photographs again, after another that was stored since.
+void repeat_run(Writer& writer, const StoredRun& run, const std::string& content,
+                const std::string& date) {
+  const auto last = writer.number("SELECT last_run FROM v_run_last WHERE run = ?", run.number);
+  if (!last || *last == run.number) return;
+  const auto before = writer.number(
+      "SELECT count(*) FROM run_repetition WHERE run_sha256 = (SELECT sha256 FROM run WHERE number "
+      "= ?)",
+      run.number);
+  const std::string key = repetition_key(content, date, *before);
+  writer.insert("run_repetition", key, content, date);
+  writer.enter("run_repetition", key);
 }
 
 /// The values of a TOML file; `stand_ins` marks the keys that its list of stand-ins speaks of.
@@ -142,6 +154,24 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
 
 }  // namespace
 
+std::string repetition_key(const std::string& run_sha256, const std::string& date, int before) {
+  return sha256_of(std::string_view(
+      fmt::format("drapebench/run-repetition/1\n{}\n{}\n{}\n", run_sha256, date, before)));
+}
+
+std::string date_of_run() {
+  constexpr std::int64_t kEndOf9999 = 253402300799;  // dates are compared as texts of one length
+  std::int64_t time = std::time(nullptr);
+  if (const char* fixed = std::getenv("SOURCE_DATE_EPOCH")) {
+    const char* end = fixed + std::strlen(fixed);
+    const auto [last, error] = std::from_chars(fixed, end, time);
+    if (error != std::errc() || last != end || time < 0 || time > kEndOf9999)
+      throw usage_error(fmt::format("SOURCE_DATE_EPOCH is `{}` in the environment", fixed),
+                        "give seconds since 1970 up to the year 9999, or unset it");
+  }
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time)));
+}
+
 std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) {
   std::vector<RunValue> values;
   std::set<fs::path> fabrics;
@@ -175,16 +205,17 @@ std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) 
 }
 
 StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
-                  const RunLabel& label) {
+                  const RunLabel& label, const std::string& date) {
   const std::vector<RunValue> values = values_of(session, outcome);
   const std::string content = content_of(session, outcome, label, values);
   StoredRun run;
   store.write([&](Writer& writer) {
     if (const auto known = writer.id_of("run", "number", content)) {
       run = {*known, writer.text_of("run", "date", content)};
+      repeat_run(writer, run, content, date);
       return;
     }
-    run.date = date_of_now();
+    run.date = date;
     const std::optional<std::string> absent;
     std::optional<std::string> rig, recording, recording_name;
     for (const DrapeFiles& drape : session.drapes) {

@@ -23,13 +23,21 @@ struct RunValue {
 [[nodiscard]] std::vector<RunValue> values_of(const Session& session, const Outcome& outcome);
 
 /// Adds the run as one row with its drapes, comparisons and values, in one transaction: it is there
-/// or not. A run with the same content (all but the date) is the same run and adds nothing. The
-/// date is the one clock time of the store: now, or SOURCE_DATE_EPOCH where the environment has it.
+/// or not. A run with the same content (all but the date) is the same run; it adds nothing but the
+/// date at which it is the last word on its photographs again, where another run was since.
 struct StoredRun {
   int number = 0;
   std::string date;
 };
 StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
-                  const RunLabel& label);
+                  const RunLabel& label, const std::string& date);
+
+/// Key of the row that says when a run was stored again, after `before` others.
+[[nodiscard]] std::string repetition_key(const std::string& run_sha256, const std::string& date,
+                                         int before);
+
+/// The one clock time of the store: now, or SOURCE_DATE_EPOCH where the environment has it. Throws
+/// Error(usage) where that is no such time.
+[[nodiscard]] std::string date_of_run();
 
 }  // namespace drape::compare

@@ -6,7 +6,10 @@
 #include <gmock/gmock.h>
 #include <stdlib.h>
 
+#include "compare/history/explain.hpp"
+#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
+#include "compare/report/history.hpp"
 #include "compare/schema/schema.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
@@ -44,19 +47,31 @@ class Runs : public testing::Test {
     frame.set = std::get<MeasuredSource>(drape.input.measured.sheet.source).set;
     frame.camera = "cam0";
     frame.image_sha256 = "a photograph";
+    drape.recording = RecordingId{sha256_of("recording.json"), "2026-02-28", "recording"};
     drape.detections = Detections{};
     drape.detections->frames.push_back(frame);
     return session;
   }
 
   /// Stores what lies in the folder as one run at a moment (s since 1970).
-  int run(const char* moment, const RunLabel& label = {}) {
+  int run(const char* moment, const RunLabel& label = {}, fs::path file = {},
+          const Options& options = {}) {
     ::setenv("SOURCE_DATE_EPOCH", moment, 1);
+    if (file.empty()) file = store();
     const Session session = this->session();
     Outcome outcome;
-    compare_session(session, {}, outcome);
-    static_cast<void>(import_session(store(), session, outcome, label));
+    compare_session(session, options, outcome);
+    static_cast<void>(import_session(file, session, outcome, label));
     return outcome.run;
+  }
+
+  /// State and grid of each comparison, whatever its number.
+  static std::vector<std::vector<std::string>> states(const fs::path& file) {
+    return StoreReader(file)
+        .query(
+            "SELECT c.grid_size, c.segments, s.state, s.date FROM v_comparison AS c JOIN v_state "
+            "AS s ON s.comparison_id = c.id ORDER BY 1, 2, 3, 4")
+        .rows;
   }
 
   [[nodiscard]] std::string one(const std::string& sql) const {
@@ -96,6 +111,46 @@ TEST_F(Runs, DatesFilterRunsAndComparisons) {
   EXPECT_EQ(list_runs(reader, {.until = "2026-03-01"}).rows.size(), 1U);
   EXPECT_EQ(list_results(reader, {.since = "2026-06-01"}).rows.size(), 0U);
   EXPECT_GT(list_results(reader, {.since = "2026-05-01"}).rows.size(), 0U);
+  for (const char* until : {"2026", "2026-05", "2026-05-01"}) {
+    EXPECT_EQ(list_results(reader, {.until = until}).rows.size(), 4U) << until;
+    EXPECT_EQ(list_runs(reader, {.until = until}).rows.size(), 2U) << until;
+  }
+  // In a run of March and again in one of May: up to April it is March's.
+  EXPECT_EQ(list_results(reader, {.until = "2026-04"}).rows.size(), 0U);
+  const Table march = list_results(reader, {.until = "2026-04", .outdated = true});
+  ASSERT_EQ(march.rows.size(), 4U);
+  EXPECT_EQ(march.rows[0][2], "2026-03-01");
+  EXPECT_EQ(march.rows[0][4], "superseded");
+  for (const char* date : {"2026-02-29", "2026-02-30", "2026-04-31"}) {
+    EXPECT_THROW((void)list_results(reader, {.since = date}), Error) << date;
+    EXPECT_THROW((void)list_runs(reader, {.until = date}), Error) << date;
+  }
+}
+
+TEST_F(Runs, ATimeThatIsNoneIsRefusedBeforeAnythingIsStored) {
+  for (const char* moment : {"", "today", "-1", "12h", "99999999999999999"}) {
+    EXPECT_THROW(run(moment), Error) << moment;
+    EXPECT_FALSE(fs::exists(store())) << moment;
+  }
+  EXPECT_EQ(run("0"), 1);
+}
+
+TEST_F(Runs, AComparisonIsNeverStoredWithoutItsRun) {
+  Session session = this->session();
+  session.drapes.push_back(session.drapes[0]);  // one drape twice cannot be a run
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  EXPECT_THROW((void)import_session(store(), session, outcome, {}), Error);
+  EXPECT_EQ(one("SELECT count(*) FROM comparison"), "0");
+  const fs::path copy = folder_.path() / "A.bak";
+  fs::copy(sheets_[0].parent_path(), copy, fs::copy_options::recursive);
+  try {
+    (void)read_session(sheets_in({folder_.path()}), {});
+    FAIL() << "a copied folder is another drape";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+    EXPECT_THAT(error.what(), HasSubstr("A.bak"));
+  }
 }
 
 TEST_F(Runs, ADifferenceNamesTheValueThatWasChanged) {
@@ -125,27 +180,114 @@ TEST_F(Runs, WhatALaterRunOfTheSamePhotographsReplacedIsLeftOut) {
   EXPECT_EQ(one("SELECT state FROM v_outdated"), "superseded");
 }
 
+TEST_F(Runs, TheLatestDateIsTheLastWordInWhateverOrderRunsWereStored) {
+  const fs::path march = folder_.path() / "march.sqlite", may = folder_.path() / "may.sqlite";
+  run(kMarch, {}, march);
+  const fs::path last = sheets_.back();
+  sheets_.pop_back();
+  run(kMay, {}, may);
+  run(kMay);
+  sheets_.push_back(last);
+  EXPECT_EQ(run(kMarch), 2) << "a run of March, stored after that of May";
+  const auto expected = states(store());
+  ASSERT_EQ(expected.size(), 4U);
+  EXPECT_EQ(expected[0],
+            (std::vector<std::string>{"11x11", "1", "current", "2026-05-01T00:00:00Z"}));
+  EXPECT_EQ(expected[3],
+            (std::vector<std::string>{"21x21", "5", "superseded", "2026-03-01T00:00:00Z"}));
+  const fs::path both = folder_.path() / "both.sqlite", copy = folder_.path() / "copy.sqlite";
+  (void)merge_stores(both, {march, may});
+  fs::copy_file(may, copy);
+  (void)merge_stores(copy, {march});
+  (void)merge_stores(march, {may});
+  for (const fs::path& merged : {both, copy, march}) EXPECT_EQ(states(merged), expected) << merged;
+}
+
+TEST_F(Runs, AnEarlierStateThatIsStoredAgainIsTheLastWordAgain) {
+  EXPECT_EQ(run(kMarch), 1);
+  const fs::path last = sheets_.back();
+  sheets_.pop_back();
+  EXPECT_EQ(run(kMay), 2);
+  EXPECT_EQ(list_results(StoreReader(store()), {}).rows.size(), 3U);
+  sheets_.push_back(last);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(run(kMay), 1) << "the same content";
+    const Table list = list_results(StoreReader(store()), {});
+    ASSERT_EQ(list.rows.size(), 4U);
+    EXPECT_EQ(list.rows[0][1], "1");
+    EXPECT_EQ(list.rows[0][2], "2026-05-01");
+    EXPECT_EQ(one("SELECT count(*) FROM run_repetition"), "1") << "again adds nothing";
+  }
+  sheets_.pop_back();
+  EXPECT_EQ(run(kMay), 2) << "and back within one second";
+  EXPECT_EQ(list_results(StoreReader(store()), {}).rows.size(), 3U);
+  EXPECT_EQ(list_results(StoreReader(store()), {.since = "2026-05", .outdated = true}).rows.size(),
+            4U);
+  EXPECT_THAT(check_ledger(StoreReader(store())).findings, testing::IsEmpty());
+  const fs::path merged = folder_.path() / "merged.sqlite";
+  (void)merge_stores(merged, {store()});
+  EXPECT_EQ(states(merged), states(store()));
+}
+
+TEST_F(Runs, EachRunKeepsItsOwnVerdict) {
+  Options strict;
+  strict.max_sigma_ratio = 1e-9;
+  run(kMarch, {"strict", ""}, {}, strict);
+  EXPECT_FALSE(history_page(StoreReader(store()), {}).go);
+  run(kMay, {"lax", ""});
+  const StoreReader reader(store());
+  EXPECT_TRUE(history_page(reader, {}).go);
+  const Table first = list_results(reader, {.run = 1}), second = list_results(reader, {.run = 2});
+  ASSERT_EQ(first.rows.size(), 4U);
+  EXPECT_EQ(first.rows[0][3], "NO-GO");
+  EXPECT_EQ(first.rows[0][4], "superseded");
+  EXPECT_THAT(first.rows[0].back(), HasSubstr("uncertainty of a mark"));
+  EXPECT_EQ(second.rows[0][3], "GO");
+  const auto tables = paper_tables(reader, {.run = 1});
+  EXPECT_THAT(tables.at(0).title, HasSubstr("run 1 of 2026-03-01: measurement NO-GO"));
+  EXPECT_EQ(tables.at(1).rows.size(), 4U);
+  EXPECT_THROW((void)paper_tables(reader, {.run = 99}), Error);
+  EXPECT_THROW((void)list_results(reader, {.run = 99}), Error);
+}
+
+TEST_F(Runs, PairsOfSheetsThatWereReplacedAreLeftOutOfTheTables) {
+  run(kMarch);
+  ASSERT_EQ(paper_tables(StoreReader(store()), {}).at(1).rows.size(), 4U);
+  sheets_.pop_back();
+  run(kMay);
+  const StoreReader reader(store());
+  EXPECT_EQ(paper_tables(reader, {}).at(1).rows.size(), 2U);
+  EXPECT_EQ(paper_tables(reader, {.outdated = true}).at(1).rows.size(), 4U);
+  EXPECT_EQ(paper_tables(reader, {.run = 1}).at(1).rows.size(), 4U);
+  EXPECT_EQ(one("SELECT count(*) FROM v_table2"), "2");
+  EXPECT_EQ(one("SELECT count(*) FROM v_virtual_vs_virtual WHERE state = 'superseded'"), "2");
+}
+
 TEST_F(Runs, WhatALaterRunCallsOtherwiseOrLacksIsLeftOutAndNamed) {
   run(kMarch);
   {
     SQLite::Database database(store().string(), SQLite::OPEN_READWRITE);
-    const auto later = [&](int number, const char* scene, const char* pictures) {
+    const auto later = [&](int number, const char* scene, const char* pictures,
+                           const char* recording = "recording_sha256") {
       database.exec(fmt::format(
-          "INSERT INTO run SELECT {0}, substr('{0}' || sha256, 1, 64), date, label, operator, "
-          "program_version, rig_name, recording_sha256, recording_name, calibration_sha256, "
+          "INSERT INTO run SELECT {0}, substr('{0}' || sha256, 1, 64), '2026-04-0{0}', label, "
+          "operator, program_version, rig_name, {1}, recording_name, calibration_sha256, "
           "calibration_name, measurement, cause FROM run WHERE number = 1",
-          number));
+          number, recording));
       database.exec(fmt::format(
           "INSERT INTO run_drape SELECT {}, measured_sha256, '{}', set_name, {}, measurement, "
           "cause, match, match_reason, headline_sha256, expanded_uncertainty_mm, budget_complete "
           "FROM run_drape WHERE run = 1",
           number, scene, pictures));
     };
-    later(2, "other", "'0'");
+    later(2, "other", "'0'", "'another'");
+    EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "current")
+        << "other photographs in a folder of the same name";
+    later(3, "other", "'0'");
     EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "removed");
-    later(3, "A2", "pictures_sha256");
+    later(4, "A2", "pictures_sha256");
     EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "renamed");
-    later(4, "A", "pictures_sha256");
+    later(5, "A", "pictures_sha256");
   }
   EXPECT_EQ(one("SELECT DISTINCT state FROM v_state"), "superseded");
   const StoreReader reader(store());
@@ -181,6 +323,16 @@ TEST_F(Runs, AMeasurementThatIsNoGoIsNoGoInEveryList) {
   const StoreReader reader(store());
   EXPECT_EQ(one("SELECT DISTINCT measurement FROM v_state"), "NO-GO");
   EXPECT_EQ(one("SELECT match FROM run_drape"), "undecided");
+  for (const char* view : {"v_real_vs_virtual", "v_virtual_vs_virtual", "v_table1", "v_table2"})
+    EXPECT_EQ(one(std::string("SELECT DISTINCT measurement FROM ") + view), "NO-GO") << view;
+  const std::string key = list_results(reader, {}).rows.at(0).at(0);
+  using Row = std::vector<std::string>;
+  EXPECT_THAT(show_result(reader, key).provenance.rows,
+              testing::Contains(Row{"measurement", "NO-GO"}));
+  const HistoryPage page = history_page(reader, {});
+  EXPECT_FALSE(page.go);
+  EXPECT_THAT(page.html, HasSubstr("<strong>NO-GO</strong>"));
+  EXPECT_THAT(page.html, HasSubstr("pitch_mm"));
   EXPECT_THAT(paper_tables(reader, {}).at(0).title, HasSubstr("pitch_mm"));
   EXPECT_THAT(one("SELECT cause FROM run"), HasSubstr("pitch_mm"));
 }

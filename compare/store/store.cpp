@@ -79,6 +79,7 @@ bool is_busy(const SQLite::Exception& exception) {
 struct Store::Connection {
   fs::path file;
   SQLite::Database database;
+  Writer* writer = nullptr;  ///< of the transaction that is open
 
   explicit Connection(const fs::path& path)
       : file(prepare_folder(replaceable(path))),
@@ -193,8 +194,15 @@ ImportCounts Store::add(const std::vector<Simulation>& simulations) {
 }
 
 void Store::write(const std::function<void(Writer&)>& rows) {
+  if (connection_->writer != nullptr) return rows(*connection_->writer);
+  struct Closed {
+    Writer*& open;
+    ~Closed() { open = nullptr; }
+  };
   try {
     Writer writer(connection_->database);
+    const Closed closed{connection_->writer};
+    connection_->writer = &writer;
     rows(writer);
     writer.commit();
   } catch (const SQLite::Exception& exception) {

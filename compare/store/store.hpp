@@ -18,7 +18,7 @@ class Database;
 
 namespace drape::compare {
 
-inline constexpr int kStoreVersion = 7;            ///< PRAGMA user_version
+inline constexpr int kStoreVersion = 8;            ///< PRAGMA user_version
 inline constexpr int kApplicationId = 0x44726170;  ///< "Drap", so that `file` can tell
 inline constexpr int kMetricsVersion = 2;          ///< raised when a metric's definition changes
 
@@ -34,6 +34,10 @@ struct RecordingId {
   std::optional<std::string> recorded_on;  ///< ISO date
   std::string name = {};                   ///< folder
 };
+
+/// The file that a link leads to, itself where it is none: log, lock, seal and copies stand beside
+/// that, whatever it is called by.
+[[nodiscard]] std::filesystem::path real_store(std::filesystem::path store);
 
 /// Keeps the store and its seal together: an import holds it alone from its first commit until the
 /// seal is written, verify holds it with others. Waits for the other programs; the system frees it
@@ -53,8 +57,8 @@ class StoreLock {
 
 /// results.sqlite, opened for writing. Rows are keyed by content hashes and carry no clock time, so
 /// importing the same comparison again adds nothing and two undisturbed histories are the same
-/// bytes. Each drape is one durable transaction (WAL, synchronous FULL): killing the program at any
-/// moment loses no drape that was acknowledged and leaves none in half. Rows are only ever added;
+/// bytes. Each call is one durable transaction (WAL, synchronous FULL): killing the program at any
+/// moment loses nothing that was acknowledged and leaves nothing in half. Rows are only ever added;
 /// the table `ledger` chains their hashes. A store of an older version is brought to this one.
 class Store {
  public:
@@ -74,7 +78,7 @@ class Store {
   ImportCounts add(const VirtualGroup& group);
   /// Simulations that are compared with nothing, all in one transaction; counts sheets.
   ImportCounts add(const std::vector<Simulation>& simulations);
-  /// Rows of one transaction; see writer.hpp.
+  /// Rows of one transaction; see writer.hpp. What is added meanwhile belongs to it.
   void write(const std::function<void(class Writer&)>& rows);
   /// Moves everything from the write-ahead log into the one file.
   void close();

@@ -37,9 +37,18 @@ bool lock_before(int fd, int operation, LockClock::time_point last) {
 
 }  // namespace
 
+fs::path real_store(fs::path store) {
+  constexpr int kMostLinks = 40;  // as the system follows
+  std::error_code error;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(store, error); ++i)
+    store = (store.parent_path() / fs::read_symlink(store, error)).lexically_normal();
+  return store;
+}
+
 /// All pass a gate before the lock; who wants it alone keeps the gate until it has it, so
 /// that those who come later, one after the other, cannot keep it away for ever.
-StoreLock::StoreLock(const fs::path& store, Kind kind) {
+StoreLock::StoreLock(const fs::path& named, Kind kind) {
+  const fs::path store = real_store(named);
   const fs::path folder = store.has_parent_path() ? store.parent_path() : fs::path(".");
   std::error_code refused;
   if (kind == Kind::alone) fs::create_directories(folder, refused);

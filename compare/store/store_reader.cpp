@@ -163,9 +163,9 @@ struct StoreReader::Connection {
   /// Opened for writing so that a write-ahead log left by a killed program can be replayed, and
   /// then closed to every change. One thread at a time uses a connection: it needs no mutex.
   explicit Connection(const fs::path& path)
-      : file(path),
-        copy(path),
-        database(copy.of(path), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
+      : file(real_store(path)),
+        copy(file),
+        database(copy.of(file), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
     // Keys are hashes, so a question about many rows comes back to the same pages in any order.
     database.exec("PRAGMA query_only = ON");

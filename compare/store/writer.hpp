@@ -70,6 +70,13 @@ class Writer {
     query.bind(1, sha256);
     return query.executeStep() ? query.getColumn(0).getString() : std::string();
   }
+  /// The one number that a query with one number in it gives.
+  [[nodiscard]] std::optional<int> number(const char* sql, int parameter) {
+    SQLite::Statement query(database_, sql);
+    query.bind(1, parameter);
+    if (!query.executeStep() || query.isColumnNull(0)) return std::nullopt;
+    return query.getColumn(0).getInt();
+  }
   [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
   void commit() {
     statements_.clear();

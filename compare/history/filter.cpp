@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/history/filter.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <regex>
+
+#include "compare/schema/schema.hpp"
+#include "core/error.hpp"
+
+namespace drape::compare {
+namespace {
+
+std::string grid_text(const std::string& grid) {
+  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
+}
+
+/// "2026", "2026-03" or "2026-03-01": the beginning of a date as the store writes it.
+bool is_date(const std::string& text) {
+  static const std::regex form("([0-9]{4})(-([0-9]{2})(-([0-9]{2}))?)?");
+  std::smatch part;
+  if (!std::regex_match(text, part, form)) return false;
+  const auto number = [&](std::size_t i) {
+    return part[i].matched ? static_cast<unsigned>(std::stoi(part[i])) : 1U;
+  };
+  return std::chrono::year_month_day(std::chrono::year(static_cast<int>(number(1))),
+                                     std::chrono::month(number(3)), std::chrono::day(number(5)))
+      .ok();
+}
+
+void check_date(const char* option, const std::string& date) {
+  if (date.empty() || is_date(date)) return;
+  throw usage_error(fmt::format("{} {} is not an ISO date", option, date),
+                    "give year-month-day, e.g. 2026-03-01");
+}
+
+/// Throws where `value` is none of the answers of `query`.
+void check_known(const StoreReader& store, const std::string& option, const std::string& value,
+                 const char* query) {
+  if (value.empty()) return;
+  std::string names;
+  for (const auto& row : store.query(query).rows) {
+    if (row[0] == value) return;
+    if (!row[0].empty()) names += (names.empty() ? "" : ", ") + row[0];
+  }
+  throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
+                    "there is: " + (names.empty() ? "none" : names));
+}
+
+constexpr const char* kScenes =
+    "SELECT scene FROM simulation UNION SELECT scene FROM run_drape UNION SELECT scene FROM "
+    "surface_comparison ORDER BY 1";
+constexpr const char* kFabrics =
+    "SELECT coalesce(f.name, s.fabric_stated) FROM simulation AS s LEFT JOIN fabric AS f ON "
+    "f.sha256 = s.fabric_sha256 UNION SELECT fabric_stated FROM surface_comparison ORDER BY 1";
+constexpr const char* kSimulators =
+    "SELECT simulator FROM simulation UNION SELECT simulator FROM surface_comparison ORDER BY 1";
+
+/// With a parameter for each of since and until; either may be the beginning of a date.
+std::string between_dates(const std::string& column, const ResultFilter& filter,
+                          std::vector<std::string>& parameters) {
+  std::string condition;
+  if (!filter.since.empty()) {
+    condition += fmt::format(" AND {} >= ?", column);
+    parameters.push_back(filter.since);
+  }
+  if (!filter.until.empty()) {
+    // A day, month or year is the beginning of its moments: up to the end of the last one.
+    condition += fmt::format(" AND substr({}, 1, {}) <= ?", column, filter.until.size());
+    parameters.push_back(filter.until);
+  }
+  return condition;
+}
+
+/// A condition on v_run_moment AS q.
+std::string window_of(const ResultFilter& filter, std::vector<std::string>& parameters) {
+  std::string window = between_dates("q.date", filter, parameters);
+  if (filter.run) window += fmt::format(" AND q.run = {}", *filter.run);
+  return window;
+}
+
+}  // namespace
+
+void Selection::add(const std::string& column, const std::string& value) {
+  if (value.empty()) return;
+  where += fmt::format(" AND {} = ?", column);
+  parameters.push_back(value);
+}
+
+std::string runs_of(const ResultFilter& filter, std::vector<std::string>& parameters) {
+  return "SELECT q.run FROM v_run_moment AS q WHERE 1" + window_of(filter, parameters);
+}
+
+void check_filter(const StoreReader& store, const ResultFilter& filter) {
+  check_date("--since", filter.since);
+  check_date("--until", filter.until);
+  check_known(store, "scene", filter.scene, kScenes);
+  check_known(store, "fabric", filter.fabric, kFabrics);
+  check_known(store, "grid", grid_text(filter.grid),
+              "SELECT DISTINCT grid_rows || 'x' || grid_cols FROM simulation ORDER BY grid_rows");
+  check_known(store, "segments", filter.segments ? std::to_string(*filter.segments) : "",
+              "SELECT DISTINCT segments FROM simulation ORDER BY 1");
+  check_known(store, "rig", filter.rig, "SELECT name FROM rig ORDER BY 1");
+  check_known(store, "model", filter.model, "SELECT DISTINCT model FROM simulation ORDER BY 1");
+  check_known(store, "simulator", filter.simulator, kSimulators);
+  if (filter.run) require_run(store, *filter.run);
+  if (filter.calibration.empty()) return;
+  const Table known = store.query(
+      "SELECT sha256, '' FROM calibration UNION SELECT calibration_sha256, calibration_name FROM "
+      "run WHERE calibration_sha256 IS NOT NULL ORDER BY 1");
+  std::string names;
+  for (const auto& row : known.rows) {
+    if (row[0].starts_with(filter.calibration) ||
+        row[1].find(filter.calibration) != std::string::npos)
+      return;
+    names += (names.empty() ? "" : "; ") + row[0].substr(0, 12) +
+             (row[1].empty() ? "" : " (" + row[1] + ")");
+  }
+  throw usage_error(fmt::format("nothing in the store has calibration `{}`", filter.calibration),
+                    "there is: " + (names.empty() ? "none" : names));
+}
+
+void check_specimen(const StoreReader& store, const std::string& specimen) {
+  check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen,
+              "SELECT scene FROM v_comparison UNION SELECT scene || '/' || fabric FROM "
+              "v_comparison ORDER BY 1");
+}
+
+Selection selection_of(const StoreReader& store, const ResultFilter& filter) {
+  check_filter(store, filter);
+  Selection selection;
+  std::vector<std::string>& parameters = selection.parameters;
+  const std::string window = window_of(filter, parameters);
+  selection.from = fmt::format("v_comparison AS v JOIN ({}) AS s ON s.comparison_id = v.id",
+                               state_query(window));
+  selection.add("scene", filter.scene);
+  selection.add("fabric", filter.fabric);
+  selection.add("grid_size", grid_text(filter.grid));
+  if (filter.segments) selection.add("CAST(segments AS TEXT)", std::to_string(*filter.segments));
+  selection.add("rig", filter.rig);
+  selection.add("model", filter.model);
+  selection.add("simulator", filter.simulator);
+  if (!window.empty()) {
+    selection.where += " AND v.id IN (SELECT comparison_id FROM run_comparison WHERE run IN (";
+    selection.where += runs_of(filter, parameters) + ")";
+    if (!filter.run) {
+      selection.where +=
+          " UNION ALL SELECT c.id FROM comparison AS c JOIN sheet AS m ON m.sha256 "
+          "= c.measured_sha256 JOIN recording AS r ON r.sha256 = "
+          "m.recording_sha256 WHERE NOT EXISTS (SELECT 1 FROM run_comparison WHERE "
+          "comparison_id = c.id)" +
+          between_dates("r.recorded_on", filter, parameters);
+    }
+    selection.where += ")";
+  }
+  if (!filter.calibration.empty()) {
+    // The second part says nothing new, but these few are found first.
+    selection.where +=
+        " AND (substr(v.calibration_sha256, 1, length(?)) = ? OR instr(s.calibration, "
+        "?) > 0) AND v.id IN (SELECT id FROM comparison WHERE measured_sha256 IN (SELECT sha256 "
+        "FROM sheet WHERE substr(calibration_sha256, 1, length(?)) = ?) UNION SELECT "
+        "comparison_id FROM run_comparison WHERE run IN (SELECT number FROM run WHERE "
+        "instr(calibration_name, ?) > 0))";
+    parameters.insert(parameters.end(), 6, filter.calibration);
+  }
+  if (!filter.outdated && !filter.run)
+    selection.where += " AND coalesce(s.state, 'current') = 'current'";
+  return selection;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "compare/history/results.hpp"
+
+namespace drape::compare {
+
+/// What a filter selects, as parts of one query: v_comparison AS v, each row with the last of its
+/// runs that the filter admits AS s (the columns of schema.hpp's state_query).
+struct Selection {
+  std::string from;
+  std::string where = " WHERE 1";
+  std::vector<std::string> parameters;  ///< of both, in their order
+
+  void add(const std::string& column, const std::string& value);
+};
+
+/// Throws Error(usage) for a date that does not exist, and for a value that no row of the store
+/// has, naming those that it has.
+[[nodiscard]] Selection selection_of(const StoreReader& store, const ResultFilter& filter);
+
+/// The same check alone.
+void check_filter(const StoreReader& store, const ResultFilter& filter);
+
+/// "SCENE" or "SCENE/FABRIC" of a trend; empty: all.
+void check_specimen(const StoreReader& store, const std::string& specimen);
+
+/// The query of the runs that were stored, or stored again, on the dates of the filter, or of its
+/// one run; with its parameters, which are appended.
+[[nodiscard]] std::string runs_of(const ResultFilter& filter, std::vector<std::string>& parameters);
+
+}  // namespace drape::compare
