@@ -14,6 +14,7 @@
 #include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/history/signature.hpp"
+#include "compare/programs/results_output.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
@@ -27,41 +28,6 @@ namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Tables as text, CSV or JSON, on standard output or into a file.
-void write(const ResultsArguments& arguments, const CommonOptions& common,
-           const std::vector<const Table*>& tables) {
-  const bool csv = arguments.csv || arguments.format == "csv";
-  const bool json = common.json || arguments.format == "json";
-  std::string text;
-  Json list = Json::array();
-  for (const Table* table : tables) {
-    if (csv && !text.empty()) text += '\n';
-    if (!json) text += csv ? csv_of(*table) : text_of(*table) + '\n';
-    if (json) list.push_back({{"title", table->title}, {"rows", json_of(*table)}});
-  }
-  if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
-  if (!arguments.file.empty()) return write_durable(arguments.file, text);
-  print_text(json || csv ? text : printable(std::move(text)));
-  const bool empty = std::all_of(tables.begin(), tables.end(),
-                                 [](const Table* table) { return table->rows.empty(); });
-  if (empty && !json && !csv && !common.quiet)
-    fmt::print(stderr,
-               "nothing in {} matches; `drape results runs` and `list --all` show what is there\n",
-               arguments.store);
-}
-
-void write_list(const ResultsArguments& arguments, const CommonOptions& common,
-                const std::vector<Table>& tables) {
-  std::vector<const Table*> list;
-  list.reserve(tables.size());
-  for (const Table& table : tables) list.push_back(&table);
-  write(arguments, common, list);
-}
-
-void write(const ResultsArguments& arguments, const CommonOptions& common, const Table& table) {
-  write(arguments, common, std::vector<const Table*>{&table});
-}
 
 /// What a run can be asked for as well as a comparison.
 void add_run_filters(Command* command, ResultFilter& filter) {
@@ -356,17 +322,6 @@ void add_judging(Command& app, ResultsArguments& arguments) {
       "merge", "adds what other stores hold, each verified by its ledger; again adds nothing");
   merge->add_option("STORE", arguments.sheets, "the other stores")->required();
   import->add_option("--calibration", arguments.calibration, "calibration.json of the sheets");
-}
-
-/// What is asked of a store is never written over it, its seal or its copies.
-void require_apart_from_store(const fs::path& out, const fs::path& store) {
-  const fs::path to = fs::weakly_canonical(out), kept = fs::weakly_canonical(real_store(store));
-  bool of_store = to.string().starts_with(kept.string() + ".files/");
-  for (const char* end : {"", "-wal", "-shm", ".seal.json", ".seal.sig", ".files"})
-    of_store = of_store || to == kept.string() + end;
-  if (of_store)
-    throw usage_error(fmt::format("--out {} would replace a part of the store", out.string()),
-                      "name another file");
 }
 
 }  // namespace

@@ -139,9 +139,10 @@ constexpr const char* kViews[] = {
     // order in which this store got them.
     R"sql(CREATE VIEW v_run_moment AS
 SELECT r.number AS run, r.date AS date,
-  r.date || printf(' %012d %d', l.sequence, r.number) AS moment
+  r.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number AS moment
 FROM run AS r LEFT JOIN ledger AS l ON l.kind = 'run' AND l.key = r.sha256
-UNION ALL SELECT r.number, a.date, a.date || printf(' %012d %d', l.sequence, r.number)
+UNION ALL SELECT r.number, a.date,
+  a.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number
 FROM run_repetition AS a JOIN run AS r ON r.sha256 = a.run_sha256
   LEFT JOIN ledger AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
     R"sql(CREATE VIEW v_pictures_last AS
