@@ -48,11 +48,10 @@ Ending export_to(const Arguments& given, RunRecord& record) {
   return ending;
 }
 
-Ending import_from(const Arguments& given, RunRecord& record) {
+Ending import_from(const Arguments& given) {
   const Calibration calibration =
       import_calibration(given.inputs, exchange_format(given.from), given.rig);
   write_calibration(given.out, calibration);
-  record.output(given.out);
   Ending ending;
   ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
   ending.warnings = calibration.warnings;
@@ -82,12 +81,12 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     if (given.to.empty() == given.from.empty())
       throw usage_error("neither --to nor --from is given", "give one of them");
-    RunRecord record(
-        "drape-calib-convert", arguments_of(argc, argv),
-        given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json");
-    for (const fs::path& input : given.inputs) record.input(input);
+    StepFiles files{{}, given.inputs};
+    if (given.to.empty()) files.outputs.push_back(given.out);
+    RunRecord record("drape-calib-convert", arguments_of(argc, argv),
+                     given.to.empty() ? run_record_path(given.out) : given.out / "convert.run.json",
+                     files);
     record.option("max_refit_px", fmt::format("{}", given.options.max_refit_px));
-    return finish(given.to.empty() ? import_from(given, record) : export_to(given, record), common,
-                  record);
+    return finish(given.to.empty() ? import_from(given) : export_to(given, record), common, record);
   });
 }

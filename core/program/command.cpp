@@ -5,7 +5,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <system_error>
+#include <utility>
 
+#include "core/error.hpp"
 #include "core/program/similar.hpp"
 
 namespace drape {
@@ -31,6 +34,29 @@ void suggest(const CLI::App& app) {
     const std::string name = word.substr(0, word.find('='));
     const std::string best = most_similar(name, known);
     if (!best.empty()) std::fprintf(stderr, "did you mean `%s`?\n", best.c_str());
+  }
+}
+
+using GivenWords = std::vector<std::pair<const CLI::Option*, std::string>>;
+
+/// What was given, of the program and of its command.
+void add_given(const CLI::App& app, GivenWords& given) {
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& word : option->results()) given.emplace_back(option, word);
+  for (const CLI::App* command : app.get_subcommands()) add_given(*command, given);
+}
+
+/// A file that the program reads is never the one that it writes.
+void refuse_overwriting(const CLI::App& app) {
+  GivenWords given;
+  add_given(app, given);
+  for (const auto& [out, file] : given) {
+    std::error_code absent;
+    if (!out->check_lname("out") || !std::filesystem::is_regular_file(file, absent)) continue;
+    for (const auto& [other, word] : given)
+      if (other != out && std::filesystem::equivalent(file, word, absent))
+        throw usage_error("--out " + file + " would be written over " + word + ", which is read",
+                          "give another file with --out");
   }
 }
 
@@ -198,6 +224,7 @@ Command* Command::subcommand(const std::string& name) const {
 int Command::parse(int argc, char** argv) {
   try {
     parser_->app->parse(argc, argv);
+    refuse_overwriting(*parser_->app);
     return -1;
   } catch (const CLI::ParseError& error) {
     if (parser_->app->exit(error) == 0) return 0;

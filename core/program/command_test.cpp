@@ -5,7 +5,10 @@
 
 #include <cstdio>
 
+#include "core/error.hpp"
+#include "core/files/files.hpp"
 #include "core/program/shell_word.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape {
 namespace {
@@ -55,6 +58,26 @@ TEST(ShellWord, GoesThroughAShellWhole) {
     EXPECT_EQ(pclose(shell), 0) << command;
     EXPECT_EQ(output, word) << command;
   }
+}
+
+TEST(Command, NeverWritesOverAFileThatItReads) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "a.json", other = folder.path() / "b.json";
+  write_durable(file, "{}");
+  const auto call = [](std::string input, std::string out) {
+    Command app("A program.", "program");
+    std::vector<std::filesystem::path> inputs;
+    std::filesystem::path output;
+    app.add_option("INPUT", inputs, "files to read");
+    app.add_option("--out,-o", output, "file to write");
+    std::string program = "program", option = "--out";
+    char* words[] = {program.data(), input.data(), option.data(), out.data()};
+    return app.parse(4, words);
+  };
+  EXPECT_EQ(call(file, other), -1);
+  EXPECT_THROW(static_cast<void>(call(file, file)), Error);
+  EXPECT_THROW(static_cast<void>(call(file, folder.path() / "." / "a.json")), Error);
+  EXPECT_EQ(call(other, other), -1) << "there is nothing to lose";
 }
 
 }  // namespace

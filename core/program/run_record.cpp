@@ -82,6 +82,27 @@ RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs
   begin();
 }
 
+RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file,
+                     const StepFiles& files)
+    : program_(std::move(program)),
+      arguments_(std::move(arguments)),
+      file_(std::move(file)),
+      started_(std::chrono::system_clock::now()),
+      outputs_(files.outputs) {
+  for (const fs::path& input : files.inputs) refuse_output(input);
+  begin();
+  for (const fs::path& input : files.inputs) this->input(input);
+}
+
+void RunRecord::refuse_output(const fs::path& input) const {
+  for (const fs::path& output : outputs_) {
+    if (fs::weakly_canonical(output) != fs::weakly_canonical(input)) continue;
+    throw usage_error(
+        fmt::format("{} would be written over {}, which is read", output.string(), input.string()),
+        "give another file with --out");
+  }
+}
+
 void RunRecord::begin() {
   if (file_.empty()) return;
   lock_ =
@@ -92,10 +113,12 @@ void RunRecord::begin() {
 }
 
 void RunRecord::input(const fs::path& file) {
+  refuse_output(file);
   inputs_.emplace_back(file, sha256_of_file(file));
 }
 
 void RunRecord::input(const fs::path& file, std::string sha256) {
+  refuse_output(file);
   inputs_.emplace_back(file, std::move(sha256));
 }
 

@@ -13,6 +13,11 @@
 
 namespace drape {
 
+/// Files that a step names before it starts.
+struct StepFiles {
+  std::vector<std::filesystem::path> outputs, inputs;
+};
+
 /// Provenance of one program run (run.json): program, version, arguments, inputs and outputs with
 /// SHA-256, times, exit code, hash of the ending. The only file with clock times in it.
 ///
@@ -26,8 +31,12 @@ class RunRecord {
   /// another program writes the same output.
   RunRecord(std::string program, std::vector<std::string> arguments,
             std::filesystem::path file = {});
+  /// Throws Error(usage), before anything is touched, where an output is one of the inputs.
+  RunRecord(std::string program, std::vector<std::string> arguments, std::filesystem::path file,
+            const StepFiles& files);
 
-  /// Hashed now, so before it is read: a file changed in between then counts as changed.
+  /// Hashed now, so before it is read: a file changed in between then counts as changed. Throws
+  /// Error(usage) where it is one of the outputs named so far.
   void input(const std::filesystem::path& file);
   void input(const std::filesystem::path& file, std::string sha256);  ///< hash already known
   void output(const std::filesystem::path& file);
@@ -43,6 +52,7 @@ class RunRecord {
 
  private:
   void begin();
+  void refuse_output(const std::filesystem::path& input) const;
 
   std::string program_;
   std::vector<std::string> arguments_;

@@ -76,6 +76,27 @@ TEST_F(RunRecords, GoFirstAndComeBackLast) {
   EXPECT_THROW(RunRecord("drape-thing", arguments_, run_record_path(out_)), Error);
 }
 
+TEST_F(RunRecords, RefuseAnOutputThatIsAnInputAndTouchNothing) {
+  const std::string record = read_text(run_record_path(out_));
+  const auto refused = [&](const StepFiles& files) {
+    try {
+      const RunRecord begun("drape-other", {}, run_record_path(out_), files);
+    } catch (const Error& error) {
+      return error.kind() == ErrorKind::usage;
+    }
+    return false;
+  };
+  fs::create_symlink(out_, folder_.path() / "link.json");
+  EXPECT_TRUE(refused({{out_}, {in_, out_}}));
+  EXPECT_TRUE(refused({{out_}, {folder_.path() / "." / "out.json"}}));
+  EXPECT_TRUE(refused({{out_}, {folder_.path() / "link.json"}}));
+  EXPECT_EQ(read_text(run_record_path(out_)), record);
+  EXPECT_TRUE(fs::exists(ending_path(run_record_path(out_))));
+  EXPECT_FALSE(refused({{out_}, {in_}}));
+  RunRecord begun("drape-other", {}, run_record_path(out_), {{out_}, {in_}});
+  EXPECT_THROW(begun.input(out_), Error);
+}
+
 TEST_F(RunRecords, SeeAChangedEnding) {
   EXPECT_EQ(read_text(ending_path(run_record_path(out_))), "GO: done\n");
   write_durable(ending_path(run_record_path(out_)), "NO-GO: done\n");
