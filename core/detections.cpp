@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/files/lattice_size.hpp"
@@ -151,11 +153,27 @@ FrameDetections read_frame_detections(const JsonNode& node, const MarkLattice& l
 
 }  // namespace
 
+std::optional<std::string> Detections::reason_against(const std::vector<std::string>& sets) const {
+  for (const std::string& set : sets) {
+    if (const auto found = no_go.find(set); found != no_go.end())
+      return fmt::format("the detection of set {} is NO-GO: {}", set, found->second);
+  }
+  return std::nullopt;
+}
+
 Detections read_detections(const std::filesystem::path& file) {
   const JsonNode root = JsonNode::open(file, "detections", kDetectionsVersion);
   Detections detections{root.text("rig"), read_lattice(root.at("lattice")), {}};
+  std::set<std::string> sets;
   for (const JsonNode& node : root.items("frames")) {
     detections.frames.push_back(read_frame_detections(node, detections.lattice));
+    sets.insert(detections.frames.back().set);
+  }
+  if (!root.has("no_go")) return detections;
+  for (const JsonNode& node : root.items("no_go")) {
+    const std::string set = node.name("set");
+    if (!sets.contains(set)) node.reject("set", fmt::format("no frame is of the set `{}`", set));
+    detections.no_go.emplace(set, node.text("reason"));
   }
   return detections;
 }
@@ -167,6 +185,8 @@ void write_detections(const std::filesystem::path& file, const Detections& detec
   json["lattice"] = json_of(detections.lattice);
   json["frames"] = Json::array();
   for (const FrameDetections& frame : detections.frames) json["frames"].push_back(json_of(frame));
+  for (const auto& [set, reason] : detections.no_go)
+    json["no_go"].push_back({{"set", set}, {"reason", reason}});
   write_json(file, json);
 }
 

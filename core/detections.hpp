@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +75,12 @@ struct Detections {
   std::string rig;
   MarkLattice lattice;
   std::vector<FrameDetections> frames;
+  /// By set: why nothing that is measured with it can be trusted. Sets not named are GO.
+  std::map<std::string, std::string> no_go = {};
+
+  /// A sentence on the first of these sets that is NO-GO, if one is.
+  [[nodiscard]] std::optional<std::string> reason_against(
+      const std::vector<std::string>& sets) const;
 };
 
 [[nodiscard]] Detections read_detections(const std::filesystem::path& file);

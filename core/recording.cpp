@@ -71,7 +71,8 @@ Recording read_recording(const std::filesystem::path& folder) {
                               {},
                               set.optional_text("details_sha256"),
                               set.optional_number("motion_px"),
-                              set.optional_number("camera_shift_px")});
+                              set.optional_number("camera_shift_px"),
+                              set.optional_text("no_go")});
     for (const JsonNode& frame : set.items("frames")) {
       recording.sets.back().frames.push_back(read_recorded_frame(frame));
     }
@@ -99,6 +100,7 @@ void write_recording(const Recording& recording) {
     if (set.details_sha256) item["details_sha256"] = *set.details_sha256;
     if (set.motion_px) item["motion_px"] = *set.motion_px;
     if (set.camera_shift_px) item["camera_shift_px"] = *set.camera_shift_px;
+    if (set.no_go) item["no_go"] = *set.no_go;
     json["sets"].push_back(std::move(item));
   }
   write_json(recording.folder / "recording.json", json);

@@ -25,6 +25,7 @@ struct FrameSet {
   std::optional<std::string> details_sha256 = {};  ///< of <set>/capture.json
   std::optional<double> motion_px = {};            ///< largest motion between frames of the burst
   std::optional<double> camera_shift_px = {};      ///< of a background against the reference set
+  std::optional<std::string> no_go = {};           ///< why the set is no measurement, if it is none
 };
 
 /// A recording: <set>/<camera>.png and recording.json, which is written last.

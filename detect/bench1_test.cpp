@@ -227,6 +227,59 @@ TEST(Detect, AnEmptyBenchHasNoMarksAndSaysSo) {
   EXPECT_THAT(result.report.warnings.front(), HasSubstr("no tag of the print was recognised"));
 }
 
+/// One picture of a set is that of the empty bench.
+Recording with_empty_picture(const std::string& set_name) {
+  Recording source = recording();
+  const RecordedFrame empty = source.set("empty").frames[1];
+  for (FrameSet& set : source.sets)
+    if (set.name == set_name) set.frames[1] = empty;
+  return source;
+}
+
+DetectResult detected(const Recording& source, Surface surface, std::vector<std::string> sets) {
+  DetectOptions options;
+  options.surface = surface;
+  options.sets = std::move(sets);
+  options.previews = false;
+  return detect::detect(source, rig(), options);
+}
+
+TEST(Detect, ANoGoStandsInTheFileWithItsSet) {
+  Detections of_empty =
+      detected(with_empty_picture("drape_C"), Surface::cloth, {"drape_A", "drape_C"}).detections;
+  const TemporaryFolder folder;
+  write_detections(folder.path() / "d.json", of_empty);
+  of_empty = read_detections(folder.path() / "d.json");
+  EXPECT_EQ(of_empty.reason_against({"drape_A"}), std::nullopt);
+  EXPECT_THAT(of_empty.reason_against({"drape_A", "drape_C"}).value_or(""),
+              HasSubstr("set drape_C is NO-GO: no mark in the picture of cam1"));
+  of_empty.no_go = {{"drape_E", "no such set"}};
+  write_detections(folder.path() / "d.json", of_empty);
+  EXPECT_THROW(static_cast<void>(read_detections(folder.path() / "d.json")), Error);
+}
+
+TEST(Detect, ACameraMayNotSeeAFreePoseButMustSeeAStage) {
+  const DetectResult pose =
+      detected(with_empty_picture("pose_00"), Surface::target, {"stage_z000", "pose_00"});
+  EXPECT_TRUE(pose.report.good());
+  EXPECT_TRUE(pose.detections.no_go.empty());
+  EXPECT_THAT(pose.report.warnings, testing::Contains(HasSubstr("set pose_00, camera cam1")));
+  const DetectResult stage =
+      detected(with_empty_picture("stage_z000"), Surface::target, {"stage_z000", "pose_00"});
+  EXPECT_FALSE(stage.report.good());
+  EXPECT_TRUE(stage.detections.no_go.contains("stage_z000"));
+}
+
+TEST(Detect, WhatCaptureRefusedStaysRefused) {
+  Recording source = recording();
+  for (FrameSet& set : source.sets)
+    if (set.name == "drape_A") set.no_go = "the cloth moved by 3.1 px";
+  const DetectResult result = detected(source, Surface::cloth, {"drape_A"});
+  EXPECT_FALSE(result.report.good());
+  EXPECT_GT(result.report.marks, 0);
+  EXPECT_THAT(result.detections.no_go.at("drape_A"), HasSubstr("the cloth moved by 3.1 px"));
+}
+
 TEST(Detect, TheWrongPrintLabelsNothing) {
   // Target views searched for the cloth's print: its tags are not there.
   const DetectResult result = run(Surface::cloth, {"stage_z000"});

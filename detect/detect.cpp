@@ -65,6 +65,10 @@ struct Job {
   const RigCamera* camera = nullptr;
 };
 
+bool is_free_pose(const Rig& rig, const std::string& set) {
+  return std::find(rig.free_poses.begin(), rig.free_poses.end(), set) != rig.free_poses.end();
+}
+
 /// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error,
 /// but a free pose of the target may lack a camera's image: calib lists it.
 std::vector<Job> plan(const Recording& recording, const Rig& rig,
@@ -78,8 +82,7 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
           std::find_if(set.frames.begin(), set.frames.end(),
                        [&](const RecordedFrame& f) { return f.camera == camera.name; });
       if (frame == set.frames.end()) {
-        if (std::find(rig.free_poses.begin(), rig.free_poses.end(), name) != rig.free_poses.end())
-          continue;
+        if (is_free_pose(rig, name)) continue;
         throw bad_input("the recording has no image of this camera",
                         {.file = recording.folder.string(), .camera = camera.name, .set = name},
                         "add the image and import the recording again, or take the camera out of "
@@ -177,9 +180,37 @@ void add_to_report(const FrameDetections& frame, bool has_tags, DetectReport& re
   for (const Rejection& rejection : frame.rejections) {
     ++report.rejections_by_reason[rejection.reason.substr(0, rejection.reason.find(':'))];
   }
-  if (frame.detections.empty()) report.frames_without_marks.push_back(name);
   if (has_tags && frame.tags.empty())
     report.warnings.push_back(name + ": no tag of the print was recognised");
+}
+
+/// A picture without a mark is NO-GO, but of a free pose of the target, which not every camera must
+/// see: it is one view less, unless no picture of all shows a mark.
+void judge_empty_frames(const Rig& rig, Surface surface, DetectResult& result) {
+  for (const FrameDetections& frame : result.detections.frames) {
+    if (!frame.detections.empty()) continue;
+    const bool may_lack = surface == Surface::target && is_free_pose(rig, frame.set);
+    const std::string name = fmt::format("set {}, camera {}", frame.set, frame.camera);
+    if (may_lack && result.report.marks > 0) {
+      result.report.warnings.push_back(name + ": no mark in this picture, one view less");
+      continue;
+    }
+    result.report.frames_without_marks.push_back(name);
+    result.detections.no_go.emplace(frame.set,
+                                    fmt::format("no mark in the picture of {}", frame.camera));
+  }
+}
+
+/// Sets that capture stored and called no measurement.
+void take_over_refusals(const Recording& recording, const std::vector<std::string>& sets,
+                        DetectResult& result) {
+  for (const std::string& name : sets) {
+    const FrameSet& set = recording.set(name);
+    if (!set.no_go) continue;
+    const std::string why = "its recording is NO-GO: " + *set.no_go;
+    result.detections.no_go.emplace(name, why);
+    if (result.report.refused.empty()) result.report.refused = fmt::format("set {}: {}", name, why);
+  }
 }
 
 /// Labels that tags gave which the print has elsewhere are no labels.
@@ -196,21 +227,28 @@ std::string twin_of(const Surroundings& surface) {
   return surface.plane.tags.empty() && !surface.plane.classes ? "dot grid" : "";
 }
 
-/// What the first picture tells whose dots have no labels, but for a few that chance gave.
-std::string other_print(const Recording& recording, const std::vector<Job>& jobs,
-                        const Surroundings& surface, const DetectOptions& options,
-                        const std::vector<FrameDetections>& frames) {
-  if (surface.board) return {};
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!frames[i].detections.empty() && frames[i].detections.size() >= frames[i].islands.size())
-      continue;
-    const std::string why =
-        why_no_mark(image_of(recording, jobs[i]), surface.plane, limits_of(options),
-                    !frames[i].detections.empty(), surface.file.string());
-    return why.empty() ? why
-                       : fmt::format("set {}, camera {}: {}", frames[i].set, frames[i].camera, why);
+void blame_print(const FrameDetections& frame, const std::string& why, DetectResult& result) {
+  if (why.empty()) return;
+  result.detections.no_go.emplace(frame.set, fmt::format("camera {}: {}", frame.camera, why));
+  if (result.report.other_print.empty())
+    result.report.other_print = fmt::format("set {}, camera {}: {}", frame.set, frame.camera, why);
+}
+
+/// What the first picture tells whose dots have no labels, but for a few that chance gave; it
+/// speaks for all such pictures.
+void look_for_other_print(const Recording& recording, const std::vector<Job>& jobs,
+                          const Surroundings& surface, const DetectOptions& options,
+                          DetectResult& result) {
+  if (surface.board || !result.report.other_print.empty()) return;
+  std::optional<std::string> why;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const FrameDetections& frame = result.detections.frames[i];
+    if (!frame.detections.empty() && frame.detections.size() >= frame.islands.size()) continue;
+    if (!why)
+      why = why_no_mark(image_of(recording, jobs[i]), surface.plane, limits_of(options),
+                        !frame.detections.empty(), surface.file.string());
+    blame_print(frame, *why, result);
   }
-  return {};
 }
 
 }  // namespace
@@ -266,9 +304,7 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   for (Output& output : outputs) {
     const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string());
     if (!why.empty()) withdraw_labels(output.frame);
-    if (!why.empty() && result.report.other_print.empty())
-      result.report.other_print =
-          fmt::format("set {}, camera {}: {}", output.frame.set, output.frame.camera, why);
+    blame_print(output.frame, why, result);
     qualities.push_back(output.quality);
     add_to_report(output.frame, !surface.plane.tags.empty(), result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
@@ -276,9 +312,11 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
     result.detections.frames.push_back(std::move(output.frame));
   }
   result.report.poor_views = poor_views(result.detections.frames, qualities);
-  if (result.report.other_print.empty())
-    result.report.other_print =
-        other_print(recording, jobs, surface, options, result.detections.frames);
+  if (std::string dark = unused_levels(result.detections.frames, qualities); !dark.empty())
+    result.report.poor_views.push_back(std::move(dark));
+  look_for_other_print(recording, jobs, surface, options, result);
+  judge_empty_frames(rig, options.surface, result);
+  take_over_refusals(recording, options.sets, result);
   if (const std::string twin = twin_of(surface); !twin.empty()) {
     result.report.warnings.push_back(
         fmt::format("the {} looks the same upside down: its columns were taken to run to the right "

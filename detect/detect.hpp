@@ -48,10 +48,17 @@ struct DetectReport {
   int islands = 0;                                  ///< measured, in pieces without a label
   std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
-  std::vector<std::string> frames_without_marks;    ///< "set drape_A, camera cam1"
+  /// Of pictures that must show marks: "set drape_A, camera cam1". A camera may not see a free
+  /// pose.
+  std::vector<std::string> frames_without_marks;
+  std::string refused;                  ///< why a set of the recording is no measurement
   std::string other_print;              ///< why the pictures show another print, if they do
   std::vector<std::string> poor_views;  ///< dim or blurred, and what that costs
   std::vector<std::string> warnings;
+
+  [[nodiscard]] bool good() const {
+    return frames_without_marks.empty() && refused.empty() && other_print.empty();
+  }
 };
 
 struct DetectResult {

@@ -19,6 +19,7 @@ namespace {
 constexpr int kStride = 3;           ///< lines that are looked at; a picture has a thousand
 constexpr double kPart = 0.5;        ///< of marks, of light, of sharpness, of what others have
 constexpr std::size_t kFewTags = 3;  ///< tags that chance does not decode
+constexpr double kLeastLight = 16;   ///< of 255: 4 of the bits are not used
 constexpr double kSaturated = 0.02;  ///< more than highlights: the cloth itself, or a part of it
 
 double quantile_of(const std::vector<float>& values, double part) {
@@ -77,6 +78,7 @@ PictureQuality quality_of(const GreyImage& image) {
     quality.light = quantile_of(levels, 0.99);
     steepest = 0.5 * quantile_of(doubled_slopes, 0.999);
   } else {
+    quality.deep = true;
     std::vector<float> levels, slopes;
     for (int y = 0; y < image.height_px; y += kStride) {
       for (int x = 1; x + 1 < image.width_px; ++x) {
@@ -128,6 +130,24 @@ std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
                     frames[i].set, frames[i].camera, why, here, most));
   }
   return lines;
+}
+
+std::string unused_levels(const std::vector<FrameDetections>& frames,
+                          const std::vector<PictureQuality>& qualities) {
+  std::size_t first = frames.size(), count = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (qualities[i].light >= kLeastLight) continue;
+    first = std::min(first, i);
+    ++count;
+  }
+  if (count == 0) return {};
+  return fmt::format(
+      "set {}, camera {}{}: hardly a pixel is above 1/16 of the largest grey level; {}",
+      frames[first].set, frames[first].camera,
+      count > 1 ? fmt::format(" and {} more pictures", count - 1) : "",
+      qualities[first].deep ? "are these 12 bits in the low bits of 16? Multiply them by 16, or "
+                              "change light or exposure"
+                            : "change light or exposure");
 }
 
 std::string why_no_mark(const GreyImage& image, const PrintPlane& plane, const FrameLimits& limits,

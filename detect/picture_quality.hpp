@@ -13,6 +13,7 @@ namespace drape::detect {
 struct PictureQuality {
   double dark = 0, light = 0;  ///< grey levels that 1 % of the pixels lie below, and above
   double edge_px = 0;          ///< Gaussian width of its sharpest edges
+  bool deep = false;           ///< more than 8 bits a pixel
 };
 [[nodiscard]] PictureQuality quality_of(const GreyImage& image);
 
@@ -21,6 +22,11 @@ struct PictureQuality {
 /// One sentence each. `qualities` are those of `frames`.
 [[nodiscard]] std::vector<std::string> poor_views(const std::vector<FrameDetections>& frames,
                                                   const std::vector<PictureQuality>& qualities);
+
+/// Pictures that use less than a sixteenth of the grey levels, as 12 bits in the low bits of 16 do:
+/// the first and how many. Empty when there is none.
+[[nodiscard]] std::string unused_levels(const std::vector<FrameDetections>& frames,
+                                        const std::vector<PictureQuality>& qualities);
 
 /// Why a picture has dots without labels, where it tells: tags of another family, other ids, a
 /// mirrored picture; where none `has_labels`, dots of another size too. `file` is the print's or

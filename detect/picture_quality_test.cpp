@@ -18,6 +18,7 @@ namespace {
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using units::mm;
 
 constexpr int kMarks = 6;
@@ -82,6 +83,25 @@ TEST(PictureQuality, ADimViewIsNamedWithTheMarksItCosts) {
   ASSERT_EQ(said.size(), 1U);
   EXPECT_THAT(said[0], AllOf(HasSubstr("set drape_C: camera cam2 is dim: its grey levels are"),
                              HasSubstr("the best view of the set 36")));
+}
+
+TEST(PictureQuality, PicturesThatAllLeaveTheirLevelsUnusedAreNamed) {
+  const GreyImage good = picture_of({});
+  GreyImage low = good;
+  for (std::uint8_t& byte : low.bytes) {
+    low.levels.push_back(static_cast<float>(byte) / 16);
+    byte = static_cast<std::uint8_t>(byte / 16);
+  }
+  FrameDetections frame;
+  frame.set = "drape_C";
+  frame.camera = "cam0";
+  const PictureQuality dark = quality_of(low);
+  EXPECT_THAT(unused_levels({frame, frame}, {dark, dark}),
+              AllOf(HasSubstr("set drape_C, camera cam0 and 1 more"), HasSubstr("by 16")));
+  low.levels.clear();
+  EXPECT_THAT(unused_levels({frame}, {quality_of(low)}),
+              AllOf(HasSubstr("camera cam0: hardly"), Not(HasSubstr("by 16"))));
+  EXPECT_EQ(unused_levels({frame}, {quality_of(good)}), "");
 }
 
 TEST(PictureQuality, ABlurredViewIsNamedWithTheMarksItCosts) {

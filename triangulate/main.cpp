@@ -64,21 +64,19 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     options.check();
     options.threads = thread_count(common);
-    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out));
-    record.input(detections_file);
-    record.input(calibration_file);
-    if (!scene_file.empty()) {
-      options.scene = read_scene(scene_file);
-      record.input(scene_file);
-    }
+    StepFiles files{
+        {fs::path(out).replace_extension(".ply"), fs::path(out).replace_extension(".json")},
+        {detections_file, calibration_file}};
+    if (!scene_file.empty()) files.inputs.push_back(scene_file);
+    files.inputs.insert(files.inputs.end(), object_files.begin(), object_files.end());
+    RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out), files);
+    if (!scene_file.empty()) options.scene = read_scene(scene_file);
     if (repeat.name.empty() ? !repeat.face.empty() : scene_file.empty())
       throw usage_error("a repeat is named without its drape", "give --repeat, --scene and --face");
     if (!repeat.name.empty()) require_plain_name(repeat.name, {.field = "--repeat"});
-    for (const fs::path& file : object_files) {
-      record.input(file);
+    for (const fs::path& file : object_files)
       for (const std::string& text : JsonNode::open(file, "object", 1).texts("contradictions"))
         options.contradictions.push_back(text);
-    }
     TriangulateResult result = drape::triangulate::triangulate(
         read_detections(detections_file), read_calibration(calibration_file), set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);
@@ -86,8 +84,6 @@ int main(int argc, char** argv) {
     source.calibration_sha256 = sha256_of_file(calibration_file);
     write_sheet(out, result.sheet);
     if (!repeat.name.empty()) note_repeat(out, {options.scene->name, repeat.name, repeat.face});
-    record.output(fs::path(out).replace_extension(".ply"));
-    record.output(fs::path(out).replace_extension(".json"));
     note_options(record, options, set);
     return finish(ending_of(result, options, out), common, record);
   });

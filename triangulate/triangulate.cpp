@@ -133,13 +133,16 @@ Misses misses_of(const std::vector<MarkViews>& marks, const std::vector<Placed>&
 }
 
 /// Why the sheet is no measurement, the first cause first.
-std::vector<std::string> reasons_against(const Calibration& calibration, const Sheet& sheet,
-                                         const TriangulateOptions& options,
+std::vector<std::string> reasons_against(const Calibration& calibration,
+                                         const std::optional<std::string>& against_detection,
+                                         const Sheet& sheet, const TriangulateOptions& options,
                                          const std::vector<std::string>& contradictions,
                                          const std::vector<std::string>& costs) {
   std::vector<std::string> reasons;
   if (calibration.no_go) reasons.push_back("the calibration is NO-GO: " + *calibration.no_go);
-  reasons.insert(reasons.end(), contradictions.begin(), contradictions.end());
+  if (against_detection) reasons.push_back(*against_detection);
+  for (const std::string& text : contradictions)
+    if (std::find(reasons.begin(), reasons.end(), text) == reasons.end()) reasons.push_back(text);
   const int measured = static_cast<int>(sheet.marks.size());
   if (measured < options.min_marks)
     reasons.push_back(fmt::format("{} marks measured, at least {} are needed{}", measured,
@@ -256,7 +259,8 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   const std::vector<std::string> of_marks = contradictions_of(
       detections, calibration, set, options, misses_of(marks, placed), all, result.sheet);
   contradictions.insert(contradictions.end(), of_marks.begin(), of_marks.end());
-  report.no_go = reasons_against(calibration, result.sheet, options, contradictions, costs);
+  report.no_go = reasons_against(calibration, detections.reason_against({set}), result.sheet,
+                                 options, contradictions, costs);
   note_moved_camera(report);
   if (report.no_go.empty()) report.unseen = unseen_errors_of(detections, options, result.sheet);
   if (!report.no_go.empty()) result.sheet.no_go = report.no_go.front();

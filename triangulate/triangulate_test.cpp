@@ -281,6 +281,16 @@ TEST(Triangulate, SaysOnceThatTheCalibrationHasWarnings) {
   EXPECT_THAT(result.report.warnings, testing::Not(testing::Contains(HasSubstr("second"))));
 }
 
+TEST(Triangulate, WhatRestsOnADetectionThatIsNoGoIsNoGo) {
+  Detections detections = true_detections("A", Seen::centre, 0.02);
+  detections.no_go = {{"drape_A", "no mark in the picture of cam1"}, {"drape_C", "other"}};
+  const TriangulateResult result = triangulate(detections, true_calibration(), "drape_A", {});
+  EXPECT_EQ(result.sheet.no_go,
+            "the detection of set drape_A is NO-GO: no mark in the picture of cam1");
+  detections.no_go.erase("drape_A");
+  EXPECT_EQ(triangulate(detections, true_calibration(), "drape_A", {}).sheet.no_go, std::nullopt);
+}
+
 TEST(Triangulate, TwoViewsThatMissEachOtherAreAGap) {
   Detections detections = true_detections("C", Seen::centre, 0.02);
   detections.frames.pop_back();

@@ -18,12 +18,21 @@ using namespace drape::calib;
 
 namespace {
 
+/// NO-GO for a cause that comes before the program's own.
+void refuse(Ending& ending, const std::string& cause) {
+  if (!ending.go) ending.warnings.push_back("NO-GO also because " + ending.verdict);
+  ending.go = false;
+  ending.verdict = cause;
+  ending.next_command.clear();
+}
+
 /// The calibration and how the program ends, by either method.
 std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig& rig,
                                          const std::string& method, const JointOptions& options,
                                          const fs::path& out) {
   const Target target = read_target(rig.target_file);
-  const auto judged = [](Calibration calibration, const Ending& ending) {
+  const auto judged = [&](Calibration calibration, Ending ending) {
+    if (const auto against = detections.reason_against(calibration.sets)) refuse(ending, *against);
     if (!ending.go) calibration.no_go = ending.verdict;
     return std::pair{std::move(calibration), ending};
   };
@@ -65,19 +74,17 @@ int main(int argc, char** argv) {
     options.lens = lens_named(lens);
     if (!lens_from.empty()) options.known_lenses = read_calibration(lens_from);
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(out));
+    StepFiles files{{out}, {rig_file, detections_file}};
+    for (const fs::path& file : {lens_from, compare})
+      if (!file.empty()) files.inputs.push_back(file);
+    RunRecord record("drape-calib", arguments_of(argc, argv), run_record_path(out), files);
     const Rig rig = read_rig(rig_file);
-    record.input(rig.file);
     record.input(rig.target_file);
-    record.input(detections_file);
-    if (!lens_from.empty()) record.input(lens_from);
-    if (!compare.empty()) record.input(compare);
     auto [calibration, ending] =
         calibrate(read_detections(detections_file), rig, method, options, out);
     if (!compare.empty())
       add_drift(ending, read_calibration(compare), calibration, rig, read_target(rig.target_file));
     write_calibration(out, calibration);
-    record.output(out);
     note_options(record, options.common, method);
     record.option("lens", lens);
     note_joint_options(record, options);

@@ -41,6 +41,7 @@ Json json_of(const FrameSet& set) {
   if (set.details_sha256) json["details_sha256"] = *set.details_sha256;
   if (set.motion_px) json["motion_px"] = *set.motion_px;
   if (set.camera_shift_px) json["camera_shift_px"] = *set.camera_shift_px;
+  if (set.no_go) json["no_go"] = *set.no_go;
   return json;
 }
 
@@ -74,6 +75,7 @@ FrameSet set_of(const Json& json, const fs::path& journal) {
     if (json.contains("motion_px")) set.motion_px = json["motion_px"].get<double>();
     if (json.contains("camera_shift_px"))
       set.camera_shift_px = json["camera_shift_px"].get<double>();
+    if (json.contains("no_go")) set.no_go = json["no_go"].get<std::string>();
     return set;
   } catch (const Json::exception&) {  // named below
   }

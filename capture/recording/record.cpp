@@ -71,6 +71,12 @@ std::string final_name(const std::string& name) {
   return name.ends_with(".new") ? name.substr(0, name.size() - 4) : name;
 }
 
+/// Why what is stored of a burst is no measurement.
+std::optional<std::string> reason_against(const StillReport& still) {
+  const auto moved = still.cloth_fault();
+  return moved ? std::optional(moved->what) : std::nullopt;
+}
+
 std::string_view view(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -151,6 +157,7 @@ void Recorder::store(const std::string& name, const LiveSet& set,
   FrameSet stored{name, {}};
   stored.motion_px = still_.report().motion_px;
   stored.camera_shift_px = still_.report().background_shift_px;
+  stored.no_go = reason_against(still_.report());
   stored.frames.resize(set.frames.size());
   // All at once: the disk is waited for once, and not by one file after the other.
   parallel_for(set.frames.size() + 1, static_cast<int>(set.frames.size()) + 1, [&](std::size_t c) {
@@ -204,6 +211,7 @@ RecordResult Recorder::finish() {
       continue;
     set.motion_px = still.motion_px;
     set.camera_shift_px = still.background_shift_px;
+    set.no_go = reason_against(still);
   }
   result_.still = still;
   return std::move(result_);

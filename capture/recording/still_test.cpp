@@ -153,6 +153,17 @@ TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
   }
 }
 
+TEST_F(Still, ABurstOfAMovingClothIsStoredAsNoGo) {
+  add_set(0, 0);
+  add_set(1.5, 0.1);
+  cameras_.reference.reset();
+  static_cast<void>(record_live(live_, cameras_, options_));
+  const Recording recording = read_recording(options_.folder);
+  ASSERT_EQ(recording.sets.size(), 2U);
+  for (const FrameSet& set : recording.sets)
+    EXPECT_THAT(set.no_go.value_or(""), HasSubstr("the cloth moved by 1.")) << set.name;
+}
+
 TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
   add_set(1.5, 0);
   const RecordResult stored = record_live(live_, cameras_, options_);

@@ -6,9 +6,10 @@
 
 namespace drape::detect {
 
-Ending ending_of(const DetectReport& report, Surface surface, const std::string& out) {
+Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
+                 const std::string& out) {
   Ending ending;
-  ending.go = report.frames_without_marks.empty() && report.other_print.empty();
+  ending.go = report.good();
   ending.verdict = fmt::format("{} marks measured in {} frames", report.marks, report.frames);
   if (!report.frames_without_marks.empty())
     ending.verdict = fmt::format("no mark in {} of {} frames, the first is {}",
@@ -30,10 +31,16 @@ Ending ending_of(const DetectReport& report, Surface surface, const std::string&
   }
   ending.warnings = report.poor_views;
   ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
+  if (!report.refused.empty()) ending.verdict = report.refused;
   if (!report.other_print.empty()) ending.verdict = report.other_print;
   if (!ending.go && !report.poor_views.empty()) ending.verdict += "; " + report.poor_views.front();
   if (!ending.go) {
     ending.next_command = "look at the frames: run the same command with --overlay DIR";
+  } else if (is_plate) {
+    ending.next_command = fmt::format(
+        "drape object {} --calibration calibration.json --set NAME --scene SCENE.toml --out "
+        "object.json",
+        out);
   } else if (surface == Surface::target) {
     ending.next_command = fmt::format(
         "drape calib {} --rig RIG --method joint --out calibration.json", shell_word(out));

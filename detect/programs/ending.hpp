@@ -8,7 +8,8 @@
 
 namespace drape::detect {
 
-/// The last lines of drape-detect: NO-GO when a frame shows no mark at all.
-[[nodiscard]] Ending ending_of(const DetectReport& report, Surface surface, const std::string& out);
+/// The last lines of drape-detect; `is_plate`: of the target that an object carries, not the rig's.
+[[nodiscard]] Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
+                               const std::string& out);
 
 }  // namespace drape::detect

@@ -59,13 +59,12 @@ int main(int argc, char** argv) {
   app.add_option("--overlay", overlay_folder, "folder for PNGs with the marks drawn in");
   return run_program(app, argc, argv, common, [&] {
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
-    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out));
+    RunRecord record("drape-detect", arguments_of(argc, argv), run_record_path(out),
+                     {{out}, {rig_file, recording_folder / "recording.json"}});
     Rig rig = read_rig(rig_file);
     if (!target_file.empty()) rig.target_file = target_file;
     const Recording recording = read_recording(recording_folder);
-    record.input(rig.file);
     record.input(options.surface == Surface::target ? rig.target_file : rig.print_file);
-    record.input(recording.folder / "recording.json");
     if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
     options.threads = thread_count(common);
     options.overlays = !overlay_folder.empty();
@@ -77,10 +76,10 @@ int main(int argc, char** argv) {
     write_pictures(result.previews, folder, record);
     write_pictures(result.overlays, overlay_folder, record);
     write_detections(out, result.detections);
-    record.output(out);
     note_frames(result, recording, record);
     record.option("surface", options.surface == Surface::target ? "target" : "cloth");
     record.option("sets", fmt::format("{}", fmt::join(options.sets, ",")));
-    return finish(ending_of(result.report, options.surface, out.string()), common, record);
+    return finish(ending_of(result.report, options.surface, !target_file.empty(), out.string()),
+                  common, record);
   });
 }

@@ -194,6 +194,28 @@ std::vector<Mistake> other_mistakes() {
        }),
        1,
        {"drape_C", "exchanged", "cam0 shows what cam1 saw"}},
+      {"one_picture_without_the_cloth",
+       "C",
+       pictures([](Json& recording) {
+         copy_picture(frame_of(recording, "empty", 1), frame_of(recording, "drape_C", 1));
+       }),
+       1,
+       {"detection of set drape_C is NO-GO", "no mark in the picture of cam1"}},
+      {"one_stage_without_the_target",
+       "C",
+       pictures([](Json& recording) {
+         copy_picture(frame_of(recording, "empty", 1), frame_of(recording, "stage_z090", 1));
+       }),
+       1,
+       {"detection of set stage_z090 is NO-GO", "no mark in the picture of cam1"}},
+      {"a_set_that_capture_refused",
+       "C",
+       pictures([](Json& recording) {
+         for (Json& set : recording["sets"])
+           if (set["name"] == "drape_C") set["no_go"] = "the cloth moved by 3.10 px";
+       }),
+       3,
+       {"drape_C", "the cloth moved by 3.10 px", "record the set again"}},
       {"one_picture_of_another_drape",
        "C",
        pictures([](Json& recording) {

@@ -11,7 +11,7 @@
 namespace drape::triangulate {
 
 Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-             const std::string& name) {
+             const std::vector<std::string>& against) {
   Json json;
   json["schema"] = "drapebench/object/1";
   json["values"] = Json::array();
@@ -22,7 +22,7 @@ Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
                               {"stated", value.stated},
                               {"stated_standard_uncertainty", value.stated_uncertainty},
                               {"contradicts", value.contradicts()}});
-  json["contradictions"] = contradictions_of(values, name);
+  json["contradictions"] = against;
   json["dots"] = plate.dots;
   json["rms_px"] = plate.rms_px;
   json["chi2_per_dof"] = plate.chi2_per_dof;
@@ -40,7 +40,7 @@ std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& value
 }
 
 Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-                 const std::string& name) {
+                 const std::string& name, const std::vector<std::string>& against) {
   Ending ending;
   ending.verdict = name + ": its stated place is the one measured";
   for (const ObjectValue& value : values)
@@ -48,7 +48,7 @@ Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
         value.key,
         fmt::format("{:.3f} +- {:.3f}, stated {:g} +- {:.3g} (one standard uncertainty)",
                     value.measured, value.uncertainty, value.stated, value.stated_uncertainty));
-  for (const std::string& text : contradictions_of(values, name)) {
+  for (const std::string& text : against) {
     if (ending.go)
       ending.verdict = text;
     else

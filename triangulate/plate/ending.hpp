@@ -11,16 +11,16 @@
 
 namespace drape::triangulate {
 
-/// object.json; `name` is the object's in sentences.
+/// object.json; `against`: why the measured place is none, or the scene's is another.
 [[nodiscard]] Json json_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-                           const std::string& name);
+                           const std::vector<std::string>& against);
 
-/// One sentence for each value that the scene states otherwise.
+/// One sentence for each value that the scene states otherwise; `name` is the object's.
 [[nodiscard]] std::vector<std::string> contradictions_of(const std::vector<ObjectValue>& values,
                                                          const std::string& name);
 
-/// NO-GO where the scene states another place than the plate shows; `name` is the object's.
+/// NO-GO where something speaks against it; `name` is the object's.
 [[nodiscard]] Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
-                               const std::string& name);
+                               const std::string& name, const std::vector<std::string>& against);
 
 }  // namespace drape::triangulate

@@ -51,31 +51,33 @@ int main(int argc, char** argv) {
                  "scene.toml to write: the scene with the object where the plate shows it");
   app.add_option("--out", given.out, "object.json to write")->required();
   return run_program(app, argc, argv, common, [&] {
-    RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out));
-    record.input(given.detections);
-    record.input(given.calibration);
-    record.input(given.scene);
+    given.lies.check();
+    StepFiles files{{given.out}, {given.detections, given.calibration, given.scene}};
+    if (!given.scene_out.empty()) files.outputs.push_back(given.scene_out);
+    RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out), files);
     const Scene scene = read_scene(given.scene);
     const auto index = static_cast<std::size_t>(given.object) - 1;
     if (given.object < 1 || index >= scene.obstacles.size())
       throw usage_error(fmt::format("the scene has {} objects", scene.obstacles.size()),
                         "give --object from 1 on");
-    const PlatePose plate =
-        plate_pose(read_detections(given.detections), read_calibration(given.calibration),
-                   given.set, given.floor_px);
+    const Detections detections = read_detections(given.detections);
+    const Calibration calibration = read_calibration(given.calibration);
+    const PlatePose plate = plate_pose(detections, calibration, given.set, given.floor_px);
     const auto values =
         object_values(plate, given.lies, scene.obstacles[index], scene.uncertainty_of(index));
     const std::string name = fmt::format("{}, object {}", given.scene.string(), given.object);
-    write_json(given.out, json_of(values, plate, name));
-    record.output(given.out);
+    std::vector<std::string> against;
+    if (calibration.no_go) against.push_back("the calibration is NO-GO: " + *calibration.no_go);
+    if (const auto reason = detections.reason_against({given.set})) against.push_back(*reason);
+    for (const std::string& text : contradictions_of(values, name)) against.push_back(text);
+    write_json(given.out, json_of(values, plate, against));
     if (!given.scene_out.empty()) {
       write_durable(given.scene_out, measured_scene(given.scene, index + 1, values,
                                                     fs::absolute(given.scene_out).parent_path()));
       // What was written by lines is read again: a scene of another layout ends here.
       static_cast<void>(read_scene(given.scene_out));
-      record.output(given.scene_out);
     }
     record.option("set", given.set);
-    return finish(ending_of(values, plate, name), common, record);
+    return finish(ending_of(values, plate, name, against), common, record);
   });
 }

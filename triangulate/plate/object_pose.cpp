@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -46,11 +47,29 @@ std::vector<ObjectValue> place_values(const PointOnPlate& foot, const Vector3d& 
   return values;
 }
 
+/// Twice its uncertainty is less than half of the object, or the plate contradicts nothing.
+void check_placing(const PlateOnObject& lies, double width_m) {
+  if (lies.placing_mm * mm < 0.25 * width_m) return;
+  throw bad_input(fmt::format("a plate laid on within {:g} mm says nothing of an object {:g} mm "
+                              "wide",
+                              lies.placing_mm, width_m / mm),
+                  {.field = "--placing-mm"}, "give one standard deviation in mm");
+}
+
 double yaw_of(const Eigen::Matrix3d& turn) {
   return std::atan2(turn(1, 0), turn(0, 0));
 }
 
 }  // namespace
+
+void PlateOnObject::check() const {
+  for (const auto& [option, value, least] :
+       {std::tuple{"--placing-mm", placing_mm, 1e-3},
+        std::tuple{"--thickness-mm", thickness_mm, 0.0}, std::tuple{"--hole-mm", hole_mm, 0.0}})
+    if (!(std::isfinite(value) && value >= least))
+      throw usage_error(fmt::format("{} is {}", option, value),
+                        fmt::format("give {:g} mm or more", least));
+}
 
 bool ObjectValue::contradicts() const {
   return std::abs(measured - stated) > kPoseSigmas * std::hypot(uncertainty, stated_uncertainty);
@@ -60,6 +79,7 @@ std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObje
                                        const Obstacle& object, const ObjectUncertainty& stated) {
   const double place_mm = stated.place_m() / mm;
   if (const auto* ball = std::get_if<Sphere>(&object)) {
+    check_placing(lies, 2 * ball->radius_m);
     const double hole_m = 0.5 * lies.hole_mm * mm;
     if (!(hole_m > 0 && hole_m < ball->radius_m))
       throw bad_input(fmt::format("a sphere of {:g} mm does not rest in a hole of {:g} mm",
@@ -75,6 +95,7 @@ std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObje
   if (box == nullptr)
     throw bad_input("a plate gives the place of a box or a sphere only", {},
                     "measure other objects by hand");
+  check_placing(lies, box->size_m.head<2>().minCoeff());
   const double height_m = box->size_m.z();
   const PointOnPlate foot = point_at(plate, Vector3d(0, 0, -lies.thickness_mm * mm - height_m));
   const Vector3d down(0, 0, 0.5 * height_m);

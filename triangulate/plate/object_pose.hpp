@@ -14,6 +14,9 @@ struct PlateOnObject {
   double thickness_mm = 0.1;  ///< of a box's sheet; its printed face lies so far above the top
   double hole_mm = 0;       ///< hole in the middle of a sphere's stand, whose upper edge carries it
   double placing_mm = 0.2;  ///< standard uncertainty of laying it on, along x and y, and of height
+
+  /// Throws Error(usage) naming an option that makes no sense.
+  void check() const;
 };
 
 /// One value of an object as measured and as the scene states it.
@@ -30,7 +33,8 @@ struct ObjectValue {
 
 /// Place and turn of a box (the plate lies on its top, edge on edge) or a sphere (it rests in the
 /// plate's hole). Size and, for the yaw, which of a box's alike sides is which, are the scene's.
-/// Throws Error(bad_input) for another kind of object, or a hole wider than the sphere.
+/// Throws Error(bad_input) for another kind of object, a hole wider than the sphere, or a plate
+/// that is laid on less certainly than a quarter of the object's width, so that it shows no place.
 [[nodiscard]] std::vector<ObjectValue> object_values(const PlatePose& plate,
                                                      const PlateOnObject& lies,
                                                      const Obstacle& object,

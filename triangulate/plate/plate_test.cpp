@@ -2,6 +2,8 @@
 // A scene with its object where a plate of tags shows it.
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -81,6 +83,25 @@ TEST(MeasuredScene, HoldsThePlaceThatThePlateShowsAndAllElseAsItWas) {
   EXPECT_NEAR(after.uncertainty_of(1).size_m(), 0.1 * mm, 1e-12);
   EXPECT_EQ(after.pins.size(), 1U);
   EXPECT_THAT(read_text(measured_file), Not(HasSubstr("tags_")));
+}
+
+TEST(PlateOnObject, IsLaidOnAsWellAsItsObjectIsWide) {
+  PlatePose plate;
+  plate.dots = 48;
+  const Obstacle box = Box{{Eigen::Matrix3d::Identity(), {0, 0, 0.05}}, {0.128, 0.12, 0.1}, 0};
+  PlateOnObject lies;
+  lies.placing_mm = 29;
+  EXPECT_NO_THROW(static_cast<void>(object_values(plate, lies, box, {})));
+  lies.placing_mm = 200;
+  EXPECT_NO_THROW(lies.check());
+  EXPECT_THROW(static_cast<void>(object_values(plate, lies, box, {})), Error);
+  for (const double placing_mm : {-1.0, 0.0, std::nan(""), HUGE_VAL}) {
+    lies.placing_mm = placing_mm;
+    EXPECT_THROW(lies.check(), Error) << placing_mm;
+  }
+  lies = {};
+  lies.thickness_mm = -0.1;
+  EXPECT_THROW(lies.check(), Error);
 }
 
 TEST(MeasuredScene, OfAnotherLayoutIsRefused) {
