@@ -282,6 +282,22 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
+/// What `drape check` asks of a bench: places in space, and the world's own height.
+void check_plan(const NewRigOptions& options) {
+  const bool automatic = options.cameras == std::vector<std::string>{"auto"};
+  if (!automatic && options.cameras.size() < 2)
+    throw usage_error(fmt::format("--cameras names {} camera", options.cameras.size()),
+                      "a point in space needs two views: name two or more");
+  const std::set<double> heights(options.stage_z_mm.begin(), options.stage_z_mm.end());
+  if (heights.size() != options.stage_z_mm.size())
+    throw usage_error("--stages-mm names a height twice", "give each height once");
+  if (!heights.contains(0.0))
+    throw usage_error("--stages-mm holds no 0", "the stage at 0 defines the world");
+  if (options.free_poses == 0 && heights.size() < 2)
+    throw usage_error("there is one stage and no free pose",
+                      "give two heights or more with --stages-mm, or free poses");
+}
+
 std::string rig_text(const NewRigOptions& options, const std::string& name,
                      const std::vector<NewDrape>& drapes, const std::vector<FoundCamera>& found) {
   std::smatch size;
@@ -361,6 +377,7 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   const std::string name = folder.filename().string();
   check_name(name, "rig");
   const std::vector<NewDrape> drapes = drapes_of(options);
+  check_plan(options);
   std::vector<FoundCamera> found;
   if (options.cameras == std::vector<std::string>{"auto"} && !fs::exists(folder))
     found = found_cameras();

@@ -10,6 +10,7 @@
 #include "core/rig.hpp"
 #include "core/scene.hpp"
 #include "core/units.hpp"
+#include "front/check/check.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape {
@@ -17,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 using units::mm;
 
 NewRigOptions three_drapes(const fs::path& folder) {
@@ -94,6 +96,17 @@ TEST(NewRig, WhatNobodyMeasuredIsNamedByTheFirstReader) {
               HasSubstr("table_z_mm"));
 }
 
+TEST(NewRig, TheCheckNamesWhatIsMissingAndInventsNoMore) {
+  const test::TemporaryFolder place;
+  ASSERT_EQ(make(three_drapes(place.path() / "my-rig")), 0);
+  const BenchCheck check = check_bench(place.path() / "my-rig", {});
+  EXPECT_GT(check.problems.size(), 5U);
+  for (const Error& problem : check.problems) {
+    EXPECT_THAT(problem.what(), Not(HasSubstr("nan")));
+    EXPECT_THAT(problem.what(), Not(HasSubstr("would be printed over")));
+  }
+}
+
 TEST(NewRig, AFolderThatExistsIsNotTouched) {
   const test::TemporaryFolder place;
   write_durable(place.path() / "old" / "rig.toml", "mine\n");
@@ -118,6 +131,15 @@ TEST(NewRig, WhatCannotBeUnderstoodIsAUsageErrorAndWritesNothing) {
               o.cameras = {"a/b", "c"};
             },
             "a/b"},
+           {[](auto& o) { o.cameras = {"a"}; }, "two or more"},
+           {[](auto& o) {
+              o.stage_z_mm = {0, 0, 30};
+            },
+            "a height twice"},
+           {[](auto& o) {
+              o.stage_z_mm = {30, 60};
+            },
+            "holds no 0"},
            {[](auto& o) { o.size_px = "1600"; }, "1600"}}) {
     NewRigOptions options = three_drapes(folder);
     spoil(options);

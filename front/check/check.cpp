@@ -40,6 +40,8 @@ constexpr double kLeastPixel_um = 0.5, kMostPixel_um = 48;
 void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
   for (std::size_t i = 0; i < rig.cameras.size(); ++i) {
     const RigCamera& camera = rig.cameras[i];
+    if (!std::isfinite(camera.pixel_pitch_x_m + camera.pixel_pitch_y_m))
+      continue;  // named where it was read
     const auto [least, most] = std::minmax(camera.pixel_pitch_x_m, camera.pixel_pitch_y_m);
     if (least >= kLeastPixel_um * units::um && most <= kMostPixel_um * units::um) continue;
     add(check, rig.file, "camera.pixel_pitch_um",
@@ -135,12 +137,27 @@ void check_print_size(const Print& print, BenchCheck& check) {
   }
 }
 
+/// A drape's folder stands beside the files that `drape run` writes under names of its own.
+void check_folder_name(const Scene& scene, BenchCheck& check) {
+  static const std::set<std::string> kOwn = {"rig", "results", "report", "calibration",
+                                             "target-detections"};
+  const std::size_t dot = scene.name.find('.');
+  const bool taken = kOwn.contains(scene.name.substr(0, dot)) &&
+                     (dot != std::string::npos || scene.name == "report");
+  if (taken)
+    add(check, scene.file, "name",
+        fmt::format("`{}` is a name of a run's own files, beside which the drape's folder stands",
+                    scene.name),
+        "give the drape another name");
+}
+
 void check_scenes_together(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
   std::map<std::string, const Scene*> names, sets;
   for (const Scene& scene : scenes) {
     if (!names.emplace(scene.name, &scene).second)
       add(check, scene.file, "name", fmt::format("two scenes are called `{}`", scene.name),
           "give each scene its own name");
+    check_folder_name(scene, check);
     if (scene.set.empty()) {
       if (rig.file.empty()) continue;
       add(check, scene.file, "set", "the scene names no frame set",

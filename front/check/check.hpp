@@ -47,6 +47,10 @@ void add(BenchCheck& check, const std::filesystem::path& file, const std::string
 /// `print` may lack.
 void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCheck& check);
 
+/// What an uncertainty wider than the object's own half says: nobody knows where it is, and no
+/// guard can contradict it. The same of how its plate of tags lies on it.
+void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check);
+
 /// A clamp holds a line of the cloth along warp or weft, about as long as in space.
 void check_clamps(const Scene& scene, const Print* print, BenchCheck& check);
 

@@ -16,8 +16,10 @@ namespace fs = std::filesystem;
 using Eigen::Vector2d;
 using units::mm;
 
-/// Room between a dot and the black square of a tag; below zero one covers the other.
+/// Room between a dot and the black square of a tag; below zero one covers the other, and NaN where
+/// a value of the file is missing.
 double room_m(const Vector2d& dot, double radius_m, const PrintedTag& tag, double edge_m) {
+  if (!std::isfinite((dot - tag.centre_m).sum() + edge_m)) return std::nan("");
   const Vector2d beyond =
       ((dot - tag.centre_m).cwiseAbs() - Vector2d::Constant(0.5 * edge_m)).cwiseMax(0.0);
   return beyond.norm() - radius_m;
@@ -31,7 +33,8 @@ void check_tag_places(const fs::path& file, const std::vector<PrintedTag>& tags,
   for (std::size_t k = 0; k < tags.size(); ++k) {
     for (int row = 0; row < rows; ++row) {
       for (int col = 0; col < cols; ++col) {
-        if (room_m(at({row, col}), 0.5 * diameter_m, tags[k], edge_m) >= 0) continue;
+        const double room = room_m(at({row, col}), 0.5 * diameter_m, tags[k], edge_m);
+        if (!(room < 0)) continue;
         add(check, file, key,
             fmt::format("tag {}, {:g} mm wide, would be printed over dot ({}, {})", tags[k].id,
                         edge_m / mm, row, col),

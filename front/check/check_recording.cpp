@@ -148,6 +148,10 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
           place_of(need.file, need.field), fmt::format("{} has {}", list, fmt::join(names, ", "))));
       continue;
     }
+    if (set->no_go)
+      check.problems.push_back(bad_input(fmt::format("the set is NO-GO: {}", *set->no_go),
+                                         {.file = list, .set = need.set},
+                                         "record the set again, and name the new one"));
     for (const RigCamera& camera : rig.cameras) {
       const auto frame =
           std::find_if(set->frames.begin(), set->frames.end(),

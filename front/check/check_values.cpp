@@ -133,24 +133,6 @@ void judge_tensile(const TomlTable& tensile, BenchCheck& check) {
   }
 }
 
-/// What an uncertainty wider than the object's own half says: nobody knows where it is, and no
-/// guard can contradict it.
-void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check) {
-  double size_m = 0;
-  if (const auto* ball = std::get_if<Sphere>(&scene.obstacles[index])) size_m = 2 * ball->radius_m;
-  if (const auto* box = std::get_if<Box>(&scene.obstacles[index]))
-    size_m = box->size_m.head<2>().minCoeff();
-  const ObjectUncertainty stated = scene.uncertainty_of(index);
-  for (const auto& [key, u_m] : {std::pair{"place_uncertainty_mm", stated.place_m()},
-                                 std::pair{"size_uncertainty_mm", stated.size_m()}}) {
-    if (!(size_m > 0 && 2 * u_m >= 0.5 * size_m)) continue;
-    add(check, scene.file, std::string("object.") + key,
-        fmt::format("{} = {:g}: twice that is half of object {}, {:g} mm wide", key, u_m / mm,
-                    index + 1, size_m / mm),
-        "give one standard deviation in mm, e.g. half of the rule's smallest division");
-  }
-}
-
 /// A drape that nothing holds, an object that stands there twice, a start from above the room.
 void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
   if (!scene.set.empty() && scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty())
