@@ -9,6 +9,7 @@
 #include "calib/acceptance/changes.hpp"
 #include "calib/acceptance/exchanged.hpp"
 #include "calib/acceptance/figures.hpp"
+#include "calib/acceptance/pictures.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"
@@ -53,6 +54,15 @@ MatrixXd without_print_scale(MatrixXd covariance, const Calibration& calibration
   return covariance - scale * scale * growth * growth.transpose();
 }
 
+/// The NO-GO that this test would rest on.
+std::optional<std::string> reason_against(const AcceptanceInput& input,
+                                          const Calibration& calibration) {
+  if (calibration.no_go) return "the calibration is NO-GO: " + *calibration.no_go;
+  if (auto reason = input.target.reason_against(sets_of(input.target))) return reason;
+  return input.sphere ? input.sphere->marks.reason_against(sets_of(input.sphere->marks))
+                      : std::nullopt;
+}
+
 void check_positive(const char* option, double value) {
   if (!(value > 0))
     throw usage_error(fmt::format("{} is {}", option, value), "give a number above zero");
@@ -93,6 +103,10 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   check_lattice(input.target, rig, target);
   for (const FrameDetections& frame : input.target.frames)
     for (const Detection& d : frame.detections) check_detection(d, frame);
+  if (input.calibrated)
+    refuse_pictures_of(*input.calibrated, input.target);
+  else
+    refuse_pictures_twice(input.target);
   const Plate plate(target, options.bow_mm);
   std::vector<Position> positions = positions_of(input.target, calibration, plate);
   Acceptance acceptance;
@@ -133,6 +147,11 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
     acceptance.figures.push_back(std::move(figure));
   }
   if (acceptance.cause.empty() && !permitted) acceptance.cause = changes.cause;
+  if (const auto against = reason_against(input, calibration)) acceptance.cause = *against;
+  if (!input.calibrated)
+    acceptance.warnings.emplace_back(
+        "calibration.json has no record beside it that names its detections: whether a set here "
+        "calibrated is not known");
   return acceptance;
 }
 

@@ -46,6 +46,7 @@ struct AcceptanceInput {
   Detections target;
   std::vector<std::string> repeats;  ///< sets of the target at rest
   std::optional<SphereInput> sphere;
+  std::optional<Detections> calibrated = {};  ///< what the calibration rests on, where known
 };
 
 /// One acceptance figure. Conformity is proven when value and U together stay within the limit
@@ -81,8 +82,8 @@ struct Acceptance {
 /// Measures a plate with the calibrated cameras, on sets that its calibration did not use: lengths
 /// and flatness at each position, the heights of the z stage, a ball, the scatter of `repeats`; and
 /// what would explain all sets together: the plate grown or bowed since, a camera moved, exchanged
-/// or mirrored. Throws Error(bad_input) when the detections are not of this target or no set is
-/// seen by two cameras.
+/// or mirrored. What rests on a NO-GO is NO-GO. Throws Error(bad_input) when the detections are not
+/// of this target, no set is seen by two cameras, or a picture is there twice or calibrated.
 [[nodiscard]] Acceptance accept(const AcceptanceInput& input, const Calibration& calibration,
                                 const Rig& rig, const Target& target,
                                 const AcceptanceOptions& options);

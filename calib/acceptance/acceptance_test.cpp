@@ -226,6 +226,44 @@ TEST(Acceptance, ANoisierCameraIsNoGo) {
   }
 }
 
+TEST(Acceptance, OnePictureIsNeitherTwoSetsNorATestOfWhatItCalibrated) {
+  const Instrument made = instrument(9);
+  const AcceptanceInput input = recorded(made, no_fault);
+  const auto refusal = [&](const AcceptanceInput& given) -> std::string {
+    try {
+      static_cast<void>(accepted(made, given));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal(input), "");
+  AcceptanceInput twice = input;
+  const FrameDetections copied =
+      *std::find_if(input.target.frames.begin(), input.target.frames.end(),
+                    [](const FrameDetections& frame) { return frame.set == "rest_0"; });
+  for (FrameDetections& frame : twice.target.frames)
+    if (frame.set == "rest_1" && frame.camera == copied.camera)
+      frame.detections = copied.detections;
+  EXPECT_THAT(refusal(twice), HasSubstr("also the one of set rest_0"));
+  AcceptanceInput own = input;
+  own.calibrated = input.target;
+  for (FrameDetections& frame : own.calibrated->frames) frame.set = "pose_of_old";
+  EXPECT_THAT(refusal(own), HasSubstr("also the one of set pose_of_old"));
+  own.calibrated = recorded(instrument(10), no_fault).target;
+  EXPECT_EQ(refusal(own), "");
+}
+
+TEST(Acceptance, WhatRestsOnANoGoIsNoGo) {
+  Instrument made = instrument(9);
+  AcceptanceInput input = recorded(made, no_fault);
+  input.target.no_go = {{"rest_1", "no mark in the picture of cam1"}};
+  EXPECT_THAT(accepted(made, input).cause, HasSubstr("detection of set rest_1 is NO-GO"));
+  input.target.no_go.clear();
+  made.calibration.no_go = "stage z030";
+  EXPECT_THAT(accepted(made, input).cause, HasSubstr("the calibration is NO-GO: stage z030"));
+}
+
 TEST(Acceptance, AnotherPlateBringsItsOwnScale) {
   const Instrument made = instrument(10);
   const AcceptanceInput input = recorded(made, [](JointModel& model) {

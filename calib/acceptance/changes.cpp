@@ -259,7 +259,7 @@ AcceptanceFigure bow_figure(const Found& found, double false_no_go) {
   figure.smallest = smallest_named(found.information, lambda);
   figure.smallest_unit = "mm at the edge";
   figure.where =
-      fmt::format("{:+.3f} mm along x, {:+.3f} mm along y", found.estimate[0], found.estimate[1]);
+      fmt::format("{:+.4f} mm along x, {:+.4f} mm along y", found.estimate[0], found.estimate[1]);
   figure.cause = fmt::format(
       "the plate is bowed: its edges stand {} above its middle, beside the stated bow; mount it on "
       "a flat plate, or state the bow that `drape calib` found and its standard deviation with "

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "calib/acceptance/ending.hpp"
+#include "calib/acceptance/pictures.hpp"
 #include "calib/acceptance/program_options.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -34,14 +35,16 @@ int main(int argc, char** argv) {
     fs::path rig_file = arguments.rig;
     if (fs::is_directory(rig_file)) rig_file /= "rig.toml";
     const AcceptanceDates dates = dates_of(arguments.date, arguments.valid_days);
-    RunRecord record("drape-accept", arguments_of(argc, argv), run_record_path(arguments.out));
+    const fs::path page = fs::path(arguments.out).replace_extension(".html");
+    StepFiles files{{arguments.out, page}, {rig_file, arguments.detections, arguments.calibration}};
+    if (arguments.sphere) files.inputs.push_back(*arguments.sphere);
+    RunRecord record("drape-accept", arguments_of(argc, argv), run_record_path(arguments.out),
+                     files);
     const Rig rig = read_rig(rig_file);
     const fs::path target_file = arguments.target.value_or(rig.target_file);
-    std::vector<fs::path> inputs = {rig.file, target_file, arguments.detections,
-                                    arguments.calibration};
-    if (arguments.sphere) inputs.push_back(*arguments.sphere);
-    for (const fs::path& input : inputs) record.input(input);
+    record.input(target_file);
     AcceptanceInput input{read_detections(arguments.detections), arguments.repeats, {}};
+    input.calibrated = detections_behind(arguments.calibration);
     if (arguments.sphere)
       input.sphere = SphereInput{read_detections(*arguments.sphere), arguments.sphere_diameter_mm,
                                  arguments.sphere_uncertainty_mm};
@@ -53,11 +56,8 @@ int main(int argc, char** argv) {
     Acceptance acceptance = accept(input, read_calibration(arguments.calibration), rig,
                                    read_target(target_file), options);
     acceptance.calibration_sha256 = sha256_of_file(arguments.calibration);
-    const fs::path page = fs::path(arguments.out).replace_extension(".html");
     write_json(arguments.out, json_of(acceptance, dates));
     write_durable(page, protocol_page(acceptance, dates));
-    record.output(arguments.out);
-    record.output(page);
     return finish(ending_of(acceptance, page), common, record);
   });
 }
