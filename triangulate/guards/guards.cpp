@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/guards.hpp"
 
+#include <utility>
+
 #include "triangulate/guards/detection_limit.hpp"
 
 namespace drape::triangulate {
@@ -8,6 +10,18 @@ namespace {
 
 SeenCloth seen_cloth(const Sheet& sheet, double strain) {
   return {sheet, spans_of(sheet, strain)};
+}
+
+double strain_of(const MarkLattice& lattice, const TriangulateOptions& options) {
+  constexpr double kStrain = 0.01;  // without a fabric: ten times what hanging woven cloth shows
+  return options.scene ? most_strain_of(*options.scene, lattice.patch_m) : kStrain;
+}
+
+/// A calibration that is wrong by so much everywhere is at most a scale over half the patch.
+double scale_sd_of(const Sheet& sheet, const MarkLattice& lattice) {
+  const double calibration_m =
+      sheet.error_budget ? sheet.error_budget->calibration_m.value_or(0) : 0;
+  return calibration_m / (0.5 * lattice.patch_m.minCoeff());
 }
 
 }  // namespace
@@ -25,13 +39,8 @@ std::vector<std::string> contradictions_of(const Detections& detections,
   const auto add = [&](const std::vector<std::string>& more) {
     found.insert(found.end(), more.begin(), more.end());
   };
-  // A calibration that is wrong by so much everywhere is at most a scale over half the patch.
-  const double calibration_m =
-      sheet.error_budget ? sheet.error_budget->calibration_m.value_or(0) : 0;
-  constexpr double kStrain = 0.01;  // without a fabric: ten times what hanging woven cloth shows
-  const double strain = options.scene ? most_strain_of(*options.scene, lattice.patch_m) : kStrain;
-  add(contradictions_of_pitch(placed, lattice.pitch_m, strain,
-                              calibration_m / (0.5 * lattice.patch_m.minCoeff()),
+  const double strain = strain_of(lattice, options);
+  add(contradictions_of_pitch(placed, lattice.pitch_m, strain, scale_sd_of(sheet, lattice),
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
   // Lengths of cloth say nothing of objects while they contradict the print themselves.
@@ -42,9 +51,14 @@ std::vector<std::string> contradictions_of(const Detections& detections,
 
 std::vector<std::string> unseen_errors_of(const Detections& detections,
                                           const TriangulateOptions& options, const Sheet& sheet) {
-  if (!options.scene || options.scene->obstacles.empty()) return {};
-  const double strain = most_strain_of(*options.scene, detections.lattice.patch_m);
-  return detection_limits(seen_cloth(sheet, strain), *options.scene);
+  const MarkLattice& lattice = detections.lattice;
+  const double strain = strain_of(lattice, options);
+  std::vector<std::string> unseen = {
+      scale_text(unseen_scale(sheet.marks, lattice.pitch_m, strain, scale_sd_of(sheet, lattice)))};
+  if (!options.scene) return unseen;
+  for (std::string& text : detection_limits(seen_cloth(sheet, strain), *options.scene))
+    unseen.push_back(std::move(text));
+  return unseen;
 }
 
 }  // namespace drape::triangulate

@@ -19,13 +19,23 @@
 namespace drape::triangulate {
 
 /// Why the print's pitch cannot be right: the length along the cloth between neighbouring marks,
-/// from chords and the angle between them, must be the pitch but for `most_strain` (of woven cloth
+/// from chords and the turns at both ends, must be the pitch but for `most_strain` (of woven cloth
 /// under its own weight) and four standard uncertainties. Warp and weft are judged each by itself.
 /// `scale_sd` is the relative standard uncertainty that all marks have in common.
 [[nodiscard]] std::vector<std::string> contradictions_of_pitch(const std::vector<SheetMark>& marks,
                                                                double pitch_m, double most_strain,
                                                                double scale_sd,
                                                                const std::string& print_file);
+
+/// Relative errors of scale, common to all lengths of this sheet, with which the print still
+/// agrees: zero is among them where contradictions_of_pitch() finds nothing. Nothing where too few
+/// marks lie in a line on cloth that is smooth enough.
+struct UnseenScale {
+  std::optional<double> least, most;
+};
+[[nodiscard]] UnseenScale unseen_scale(const std::vector<SheetMark>& marks, double pitch_m,
+                                       double most_strain, double scale_sd);
+[[nodiscard]] std::string scale_text(const UnseenScale& unseen);
 
 /// Largest strain along warp or weft of the scene's fabric when the whole patch hangs from one
 /// edge, by the first points of its tensile curves. Curves that the fabric file calls stand-ins may
@@ -66,7 +76,8 @@ struct Misses {
     const TriangulateOptions& options, const Misses& misses, const std::vector<SheetMark>& placed,
     const Sheet& sheet);
 
-/// Which errors of the scene's objects this sheet would not contradict (detection_limits()).
+/// Which errors of scale (unseen_scale()) and of the scene's objects (detection_limits()) this
+/// sheet would not contradict.
 [[nodiscard]] std::vector<std::string> unseen_errors_of(const Detections& detections,
                                                         const TriangulateOptions& options,
                                                         const Sheet& sheet);

@@ -69,6 +69,63 @@ TEST(Guards, APitchThatIsHalfAPerCentOffIsNamedWithTheRightOne) {
   }
 }
 
+/// 11 x 11 marks `factor` times the pitch apart along cloth that lies in sine folds across a
+/// direction of the print.
+Sheet folded_sheet(double slope_deg, double wavelength_mm, double direction_deg, double phase,
+                   double factor) {
+  Sheet sheet = bent_sheet(1, 1);
+  const double per_m = 2 * std::numbers::pi / (wavelength_mm * mm);
+  const double slope = std::tan(slope_deg * units::deg);
+  const auto speed = [&](double x) { return std::hypot(1, slope * std::cos(per_m * x + phase)); };
+  const auto x_at = [&](double arc_m) {  // inverts the arc length by Simpson's rule and Newton
+    double x = arc_m;
+    for (int k = 0; k < 6; ++k) {
+      constexpr int kParts = 60;
+      double sum = speed(0) + speed(x);
+      for (int i = 1; i < kParts; ++i) sum += (i % 2 == 1 ? 4 : 2) * speed(x * i / kParts);
+      x -= (x * sum / (3 * kParts) - arc_m) / speed(x);
+    }
+    return x;
+  };
+  const double turn = direction_deg * units::deg;
+  const Eigen::Vector2d along(std::cos(turn), std::sin(turn)), across(-along.y(), along.x());
+  for (SheetMark& mark : sheet.marks) {
+    const Eigen::Vector2d flat =
+        factor * kPitch_m * Eigen::Vector2d(mark.mark.col - 5, 5 - mark.mark.row);
+    const double x = x_at(along.dot(flat));
+    mark.point_in_world.head<2>() = x * along + across.dot(flat) * across;
+    mark.point_in_world.z() = slope / per_m * std::sin(per_m * x + phase);
+    mark.covariance_m2 = std::pow(kSigma_m / 4, 2) * Eigen::Matrix3d::Identity();
+  }
+  return sheet;
+}
+
+TEST(Guards, FoldedClothOfTheRightPitchGivesNoAlarm) {
+  for (const double slope_deg : {10, 20, 30, 45, 55})
+    for (const double wavelength_mm : {60, 80, 100, 140, 200})
+      for (const double direction_deg : {0, 20, 45})
+        for (const double phase : {0.0, 1.0})
+          EXPECT_THAT(pitch_of(folded_sheet(slope_deg, wavelength_mm, direction_deg, phase, 1)),
+                      IsEmpty())
+              << slope_deg << " degrees, " << wavelength_mm << " mm towards " << direction_deg;
+}
+
+TEST(Guards, TheStatedErrorsOfScaleHoldTheTrueOneAndZeroOnlyWhereNothingIsNamed) {
+  for (const double wavelength_mm : {100, 200}) {
+    for (const double error : {-3e-3, -2e-3, -5e-4, 0.0, 5e-4, 2e-3, 3e-3}) {
+      const Sheet sheet = folded_sheet(30, wavelength_mm, 20, 0, 1 + error);
+      const UnseenScale unseen = unseen_scale(sheet.marks, kPitch_m, 1e-3, 1e-4);
+      ASSERT_TRUE(unseen.least && unseen.most);
+      EXPECT_LE(*unseen.least, error);
+      EXPECT_GE(*unseen.most, error);
+      EXPECT_LT(*unseen.most - *unseen.least, 3e-3);
+      EXPECT_EQ(pitch_of(sheet).empty(), *unseen.least <= 0 && *unseen.most >= 0) << error;
+      EXPECT_TRUE(std::abs(error) < 2e-3 || !pitch_of(sheet).empty()) << error;
+    }
+  }
+  EXPECT_THAT(scale_text({-1e-3, std::nullopt}), HasSubstr("wrong by -0.10 % to any amount"));
+}
+
 /// The cloth lies on a box of 100 mm whose top is at z = 0.
 Scene box_scene(const Vector3d& shift_m) {
   Scene scene;

@@ -3,8 +3,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <optional>
 
 #include "core/files/csv.hpp"
 #include "core/files/toml_file.hpp"
@@ -18,49 +21,124 @@ using units::mm;
 
 constexpr double kSigmas = 4;
 constexpr std::size_t kLeastPlaces = 8;  ///< places along one direction; fewer say nothing
-/// Three marks that turn by more are left out: the next term of the arc, angle^4 / 1920, stays
-/// below 1e-5.
+/// Neighbours where the cloth turns by more are left out: the next term of the arc, angle^4 / 1920,
+/// stays below 1e-5.
 constexpr double kMostTurn_rad = 0.35;
 constexpr double kStandInFactor = 10;
 constexpr double kGravity_m_per_s2 = 9.80665;
 
-/// Arc over pitch of three marks in a line, and its standard deviation from their covariances.
+/// Two neighbours with one more mark on each side: the chord over the pitch, and what the turns of
+/// the polygon at its ends say of the cloth between.
 struct Place {
-  double ratio = 0, sd = 0;
+  double chord = 0, sd = 0;
+  double mean_turn2 = 0, turn_change2 = 0;  ///< squares of the turns' mean and difference, rad^2
+  double most_turn_rad = 0;
+
+  /// Arc over chord less one: half the variance of the tangent's angle between the neighbours,
+  /// whose curvature runs linearly from end to end.
+  [[nodiscard]] double bend() const { return mean_turn2 / 24 + turn_change2 / 1440; }
 };
 
-std::optional<Place> place_of(const SheetMark& a, const SheetMark& b, const SheetMark& c,
-                              double pitch_m) {
-  const Eigen::Vector3d first = b.point_in_world - a.point_in_world;
-  const Eigen::Vector3d second = c.point_in_world - b.point_in_world;
-  const double lengths = first.norm() + second.norm();
-  const double turn = std::atan2(first.cross(second).norm(), first.dot(second));
-  if (turn > kMostTurn_rad) return std::nullopt;
-  const Eigen::Vector3d along = (c.point_in_world - a.point_in_world).normalized();
-  const Eigen::Matrix3d covariance = a.covariance_m2.value_or(Eigen::Matrix3d::Zero()) +
-                                     c.covariance_m2.value_or(Eigen::Matrix3d::Zero());
-  return Place{lengths / (2 * pitch_m) * (1 + turn * turn / 24),
-               std::sqrt(along.dot(covariance * along)) / (2 * pitch_m)};
+using Four = std::array<const SheetMark*, 4>;
+
+Eigen::Vector3d turn_between(const Eigen::Vector3d& first, const Eigen::Vector3d& second) {
+  const Eigen::Vector3d axis = first.cross(second);
+  return axis.normalized() * std::atan2(axis.norm(), first.dot(second));
 }
 
-double quantile(const std::vector<Place>& sorted, double part) {
-  return sorted[static_cast<std::size_t>(part * static_cast<double>(sorted.size() - 1))].ratio;
+Place place_of(const Four& marks, double pitch_m) {
+  const auto chord = [&](std::size_t i) {
+    return Eigen::Vector3d(marks.at(i + 1)->point_in_world - marks.at(i)->point_in_world);
+  };
+  const Eigen::Vector3d before = turn_between(chord(0), chord(1)),
+                        after = turn_between(chord(1), chord(2));
+  const Eigen::Vector3d along = chord(1).normalized();
+  const Eigen::Matrix3d covariance = marks[1]->covariance_m2.value_or(Eigen::Matrix3d::Zero()) +
+                                     marks[2]->covariance_m2.value_or(Eigen::Matrix3d::Zero());
+  return {chord(1).norm() / pitch_m, std::sqrt(along.dot(covariance * along)) / pitch_m,
+          (0.5 * (before + after)).squaredNorm(), (after - before).squaredNorm(),
+          std::max(before.norm(), after.norm())};
 }
 
 std::vector<Place> places_along(const std::map<MarkId, const SheetMark*>& all, MarkId step,
                                 double pitch_m) {
   std::vector<Place> places;
   for (const auto& [id, mark] : all) {
-    const auto before = all.find({id.row - step.row, id.col - step.col});
-    const auto after = all.find({id.row + step.row, id.col + step.col});
-    if (before == all.end() || after == all.end()) continue;
-    if (const auto place = place_of(*before->second, *mark, *after->second, pitch_m))
-      places.push_back(*place);
+    Four four{};
+    bool whole = true;
+    for (int k = 0; k < 4; ++k) {
+      const auto at = all.find({id.row + k * step.row, id.col + k * step.col});
+      whole = whole && at != all.end();
+      if (whole) four.at(static_cast<std::size_t>(k)) = at->second;
+    }
+    if (whole) places.push_back(place_of(four, pitch_m));
   }
-  std::sort(places.begin(), places.end(),
-            [](const Place& a, const Place& b) { return a.ratio < b.ratio; });
   return places;
 }
+
+/// By how much bend() may be too small: its factor on the crest of a wave as short as the turns
+/// show. A wave of phase x per pitch changes its turns by 2 tan(x/2) of their mean (RMS).
+double hidden_factor(const std::vector<Place>& places) {
+  double mean2 = 0, change2 = 0;
+  for (const Place& place : places) {
+    mean2 += place.mean_turn2;
+    change2 += place.turn_change2;
+  }
+  const double x = std::max(1e-3, 2 * std::atan2(std::sqrt(change2), 2 * std::sqrt(mean2)));
+  const double seen = std::sin(x / 2) / (x / 2) * std::sin(x);
+  return 12 * (0.5 - std::sin(x) / (2 * x)) / (seen * seen);
+}
+
+double quantile(std::vector<double> values, double part) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(part * static_cast<double>(values.size() - 1))];
+}
+
+/// A length of cloth over the pitch, and its standard uncertainty.
+struct Length {
+  double ratio = 0, sd = 0;
+  std::size_t places = 0;
+};
+
+/// Of a median; neighbouring places have a mark in common, whose error lengthens one and shortens
+/// the other.
+double median_sd(const std::vector<Place>& places, double scale_sd) {
+  double variance = 0;
+  for (const Place& place : places) variance += place.sd * place.sd;
+  return std::hypot(std::sqrt(std::numbers::pi / 2 * variance) / static_cast<double>(places.size()),
+                    scale_sd);
+}
+
+std::optional<Length> length_of(const std::vector<Place>& places, double factor, double part,
+                                double scale_sd) {
+  if (places.size() < kLeastPlaces) return std::nullopt;
+  std::vector<double> ratios;
+  for (const Place& place : places) ratios.push_back(place.chord * (1 + factor * place.bend()));
+  return Length{quantile(ratios, part), median_sd(places, scale_sd), places.size()};
+}
+
+/// Cloth cannot be longer than its print, so half of it speaks; shorter it can look where it is
+/// crumpled, so the tautest tenth speaks, of places whose hidden bend is not above their noise.
+struct Lengths {
+  std::optional<Length> middle, tautest;
+};
+
+Lengths lengths_along(const std::vector<SheetMark>& marks, MarkId step, double pitch_m,
+                      double scale_sd) {
+  std::map<MarkId, const SheetMark*> all;
+  for (const SheetMark& mark : marks) all[mark.mark] = &mark;
+  std::vector<Place> places = places_along(all, step, pitch_m);
+  const double factor = hidden_factor(places);
+  std::erase_if(places, [](const Place& place) { return place.most_turn_rad > kMostTurn_rad; });
+  Lengths lengths;
+  lengths.middle = length_of(places, 1, 0.5, scale_sd);
+  std::erase_if(places, [&](const Place& place) { return (factor - 1) * place.bend() > place.sd; });
+  lengths.tautest = length_of(places, factor, 0.9, scale_sd);
+  return lengths;
+}
+
+constexpr std::array<std::pair<const char*, MarkId>, 2> kDirections = {
+    {{"warp", {1, 0}}, {"weft", {0, 1}}}};
 
 /// First slope of a tensile curve (N/m); the abscissa is in percent, the load in gf/cm.
 double first_slope(const std::filesystem::path& file) {
@@ -79,34 +157,49 @@ double first_slope(const std::filesystem::path& file) {
 std::vector<std::string> contradictions_of_pitch(const std::vector<SheetMark>& marks,
                                                  double pitch_m, double most_strain,
                                                  double scale_sd, const std::string& print_file) {
-  std::map<MarkId, const SheetMark*> all;
-  for (const SheetMark& mark : marks) all[mark.mark] = &mark;
   std::vector<std::string> found;
-  for (const auto& [name, step] :
-       {std::pair{"warp", MarkId{1, 0}}, std::pair{"weft", MarkId{0, 1}}}) {
-    const std::vector<Place> places = places_along(all, step, pitch_m);
-    if (places.size() < kLeastPlaces) continue;
-    double variance = 0;
-    for (const Place& place : places) variance += place.sd * place.sd;
-    const auto n = static_cast<double>(places.size());
-    // Neighbouring places have marks in common, so that a third of them are independent.
-    const double sd = std::hypot(std::sqrt(std::numbers::pi / 2 * 3 * variance / n / n), scale_sd);
-    const double middle = quantile(places, 0.5), tautest = quantile(places, 0.9);
-    // Cloth cannot be longer than its print; shorter it can look where it is crumpled, not where it
-    // is taut.
-    const bool longer = middle > 1 + most_strain + kSigmas * sd;
-    const bool shorter = tautest < 1 - kSigmas * sd;
+  for (const auto& [name, step] : kDirections) {
+    const auto [middle, tautest] = lengths_along(marks, step, pitch_m, scale_sd);
+    const bool longer = middle && middle->ratio > 1 + most_strain + kSigmas * middle->sd;
+    const bool shorter = tautest && tautest->ratio < 1 - kSigmas * tautest->sd;
     if (!longer && !shorter) continue;
-    const double factor = longer ? middle : tautest;
+    const Length& length = longer ? *middle : *tautest;
     found.push_back(fmt::format(
         "{}: pitch_mm = {:g} is not what the marks show: along the {} neighbours lie {:.4f} +- "
         "{:.4f} of it apart ({} places, bends allowed for), and woven cloth under its own weight "
         "stretches by {:.2g} % at most; the marks speak for {:.2f} mm (or the calibration "
-        "target's pitch_mm is wrong by as much)",
-        print_file, pitch_m / mm, name, factor, sd, places.size(), 100 * most_strain,
-        factor * pitch_m / mm));
+        "target's pitch_mm is wrong by as much, or a lens was focused again after the calibration)",
+        print_file, pitch_m / mm, name, length.ratio, length.sd, length.places, 100 * most_strain,
+        length.ratio * pitch_m / mm));
   }
   return found;
+}
+
+UnseenScale unseen_scale(const std::vector<SheetMark>& marks, double pitch_m, double most_strain,
+                         double scale_sd) {
+  UnseenScale unseen;
+  for (const auto& [name, step] : kDirections) {
+    const auto [middle, tautest] = lengths_along(marks, step, pitch_m, scale_sd);
+    if (middle) {
+      const double least = (middle->ratio - kSigmas * middle->sd) / (1 + most_strain) - 1;
+      unseen.least = std::max(least, unseen.least.value_or(least));
+    }
+    if (tautest) {
+      const double most = tautest->ratio + kSigmas * tautest->sd - 1;
+      unseen.most = std::min(most, unseen.most.value_or(most));
+    }
+  }
+  return unseen;
+}
+
+std::string scale_text(const UnseenScale& unseen) {
+  const auto text = [](const std::optional<double>& limit) {
+    return limit ? fmt::format("{:+.2f} %", 100 * *limit) : std::string("any amount");
+  };
+  return fmt::format(
+      "scale: all lengths may be wrong by {} to {} (the target's pitch_mm, a lens focused again "
+      "after the calibration); the stated uncertainty does not hold such a mistake",
+      text(unseen.least), text(unseen.most));
 }
 
 double most_strain_of(const Scene& scene, const Eigen::Vector2d& patch_m) {
