@@ -4,59 +4,78 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
+#include <optional>
 
 namespace drape::triangulate {
 namespace {
 
-using units::deg;
 using units::mm;
 
 constexpr double kResolution = 0.5;  ///< mm or degrees of a limit: an operator's reading
 
-/// A direction in which an operator may be wrong.
-struct Direction {
+/// An error that an operator may make: the object as it would be stated.
+struct Mistake {
   const char* text;
-  int parameter;  ///< of Change
-  double sign;
+  std::function<Obstacle(double)> stated;
 };
 
-/// The smallest error along a direction from which on the guard names the object; nothing where it
-/// names none up to `most`.
-std::optional<double> limit_along(const SeenCloth& seen, const Obstacle& object,
-                                  const ObjectUncertainty& stated, const Direction& direction,
-                                  double most) {
-  const auto is_named = [&](double error) {
-    Change change = Change::Zero();
-    change[direction.parameter] = direction.sign * error;
-    return is_contradicted(seen, changed(object, change), stated);
-  };
-  if (!is_named(most)) return std::nullopt;
-  double below = 0, named = most;
-  while (named - below > kResolution) {
-    const double middle = 0.5 * (below + named);
-    (is_named(middle) ? named : below) = middle;
+/// Of one object of a scene.
+struct Guard {
+  const SeenCloth& seen;
+  const Scene& scene;
+  std::size_t object;
+
+  [[nodiscard]] bool names(const Obstacle& stated) const {
+    if (is_contradicted(seen, stated, scene.uncertainty_of(object))) return true;
+    Scene other = scene;
+    other.obstacles[object] = stated;
+    return untouched(seen.sheet, other).has_value();
   }
-  return named;
+
+  /// The smallest error from which on the guard names the object; nothing where it names none up to
+  /// `most`.
+  [[nodiscard]] std::optional<double> limit(const Mistake& mistake, double most) const {
+    if (!names(mistake.stated(most))) return std::nullopt;
+    double below = 0, named = most;
+    while (named - below > kResolution) {
+      const double middle = 0.5 * (below + named);
+      (names(mistake.stated(middle)) ? named : below) = middle;
+    }
+    return named;
+  }
+
+  [[nodiscard]] std::string text(const std::vector<Mistake>& mistakes, double most,
+                                 const char* what, const char* unit) const {
+    double worst = 0;
+    const char* where = mistakes.front().text;
+    for (const Mistake& mistake : mistakes) {
+      const auto found = limit(mistake, most);
+      if (!found)
+        return fmt::format("no {} {} up to {:.0f} {} would be seen", what, mistake.text, most,
+                           unit);
+      if (*found <= worst) continue;
+      worst = *found;
+      where = mistake.text;
+    }
+    return fmt::format("an {} below {:.1f} {} ({}) would not be seen", what, worst, unit, where);
+  }
+};
+
+Mistake along(const Obstacle& object, const char* text, int parameter, double sign) {
+  return {text, [=](double error) {
+            Change change = Change::Zero();
+            change[parameter] = sign * error;
+            return changed(object, change);
+          }};
 }
 
-std::string limit_text(const SeenCloth& seen, const Obstacle& object,
-                       const ObjectUncertainty& stated, const std::vector<Direction>& directions,
-                       double most, const char* what, const char* unit) {
-  double worst = 0;
-  const char* where = directions.front().text;
-  for (const Direction& direction : directions) {
-    // Up to the worst so far it is enough to know that the error is named.
-    const auto limit = limit_along(seen, object, stated, direction, most);
-    if (!limit)
-      return fmt::format("no {} towards {} up to {:.0f} {} would be seen", what, direction.text,
-                         most, unit);
-    if (*limit <= worst) continue;
-    worst = *limit;
-    where = direction.text;
-  }
-  return fmt::format("an {} below {:.1f} {} (towards {}) would not be seen", what, worst, unit,
-                     where);
+Mistake wider(const Box& box, const char* text, int axis) {
+  return {text, [=](double error_mm) {
+            Box other = box;
+            other.size_m[axis] += error_mm * mm;
+            return Obstacle(other);
+          }};
 }
 
 }  // namespace
@@ -70,16 +89,27 @@ std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& sc
     if (box == nullptr && ball == nullptr) continue;
     const double half_mm =
         (box != nullptr ? 0.5 * box->size_m.head<2>().minCoeff() : ball->radius_m) / mm;
-    const auto text_of = [&](const std::vector<Direction>& directions, double most,
-                             const char* what, const char* unit) {
-      return limit_text(seen, object, scene.uncertainty_of(i), directions, most, what, unit);
+    const Guard guard{seen, scene, i};
+    const auto one = [&](const char* text, int parameter, double sign) {
+      return along(object, text, parameter, sign);
     };
     std::string text = fmt::format("object {}: ", i + 1) +
-                       text_of({{"+x", 0, 1}, {"-x", 0, -1}, {"+y", 1, 1}, {"-y", 1, -1}}, half_mm,
-                               "error of its place", "mm");
+                       guard.text({one("towards +x", 0, 1), one("towards -x", 0, -1),
+                                   one("towards +y", 1, 1), one("towards -y", 1, -1)},
+                                  half_mm, "error of its place", "mm") +
+                       "; " +
+                       guard.text({one("too high", 2, 1), one("too low", 2, -1)}, half_mm,
+                                  "error of its top's height", "mm");
+    if (ball != nullptr)
+      text += "; " + guard.text({one("too large", 4, 1), one("too small", 4, -1)}, half_mm,
+                                "error of its diameter", "mm");
     if (box != nullptr)
       text += "; " +
-              text_of({{"+yaw", 3, 1}, {"-yaw", 3, -1}}, 45, "error of its turn", "degrees") +
+              guard.text({one("towards +yaw", 3, 1), one("towards -yaw", 3, -1)}, 45,
+                         "error of its turn", "degrees") +
+              "; " +
+              guard.text({wider(*box, "too large along x", 0), wider(*box, "too large along y", 1)},
+                         half_mm, "error of its width", "mm") +
               "; a width stated too small would not be seen, for cloth need not touch the sides";
     texts.push_back(text + "; a plate of tags measures it (drape object)");
   }

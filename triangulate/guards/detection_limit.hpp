@@ -9,10 +9,10 @@
 
 namespace drape::triangulate {
 
-/// For each box and sphere: how far it may be wrong beside its place, or turned, before the marks
-/// of this drape contradict it (contradictions_of_objects()), in the direction that is seen worst.
-/// The object is moved away from where it is stated until it is named: to half of its width, 45
-/// degrees.
+/// For each box and sphere: how far it may be wrong beside its place, in the height of its top, in
+/// its diameter or width, or turned, before the marks of this drape contradict it
+/// (contradictions_of_objects()), in the direction that is seen worst. The object is changed from
+/// how it is stated until it is named: by half of its width, 45 degrees.
 [[nodiscard]] std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& scene);
 
 }  // namespace drape::triangulate

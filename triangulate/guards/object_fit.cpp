@@ -123,8 +123,16 @@ Against against(const SeenCloth& seen, const Obstacle& object) {
 }
 
 double chi2_limit(const Obstacle& object) {
-  constexpr std::array<double, 6> kChi2{0, 6.635, 9.210, 11.345, 13.277, 15.086};
+  constexpr std::array<double, 6> kChi2{0, 7.879, 10.597, 12.838, 14.860, 16.750};
   return kChi2.at(free_of(object).size());
+}
+
+double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated) {
+  constexpr double kUpperHalfPerCent = 2.5758;
+  // Of a cylinder no height is changed, and a plane and a mesh have none.
+  if (!std::holds_alternative<Box>(object) && !std::holds_alternative<Sphere>(object))
+    return std::numeric_limits<double>::infinity();
+  return kUpperHalfPerCent * std::hypot(stated.place_m(), stated.size_m());
 }
 
 bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
@@ -132,8 +140,10 @@ bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
   const double limit = chi2_limit(object);
   if (against(seen, object).chi2 < limit) return false;
   const Change sd = uncertainty_of(object, stated);
+  const double most_mm = most_lowered_m(object, stated) / mm;
   double lowest = std::numeric_limits<double>::infinity();
   const auto value = [&](const Change& change) {
+    if (change[2] + change[4] < -most_mm) return std::numeric_limits<double>::infinity();
     const double moved = change.cwiseQuotient(sd).squaredNorm();
     if (moved >= lowest) return moved;
     const double found = moved + against(seen, changed(object, change)).chi2;
@@ -142,6 +152,23 @@ bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
   };
   static_cast<void>(least(value, free_of(object), limit));
   return lowest >= limit;
+}
+
+std::optional<Untouched> untouched(const Sheet& sheet, const Scene& scene) {
+  if (scene.obstacles.empty() || !scene.pins.empty() || !scene.clamps.empty() ||
+      sheet.marks.empty())
+    return std::nullopt;
+  Untouched found;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const ObjectUncertainty stated = scene.uncertainty_of(i);
+    const double stated_m = std::hypot(stated.place_m(), stated.size_m());
+    for (const SheetMark& mark : sheet.marks) {
+      const double gap_m = distance_to(scene.obstacles[i], mark.point_in_world).value_or(0);
+      if (gap_m >= found.nearest_m) continue;
+      found = {i, gap_m, kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark))};
+    }
+  }
+  return found.nearest_m > found.allowed_m ? std::optional(found) : std::nullopt;
 }
 
 }  // namespace drape::triangulate

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/scene.hpp"
@@ -17,6 +18,10 @@ namespace drape::triangulate {
 using Change = Eigen::Matrix<double, 5, 1>;
 
 [[nodiscard]] Obstacle changed(const Obstacle& object, const Change& change);
+
+/// Cloth rests on an object within its own thickness; woven cloth is thinner than this (KES-FB-3
+/// at 0.5 gf/cm2, 0.3 to 0.6 mm in the four fabrics of Codim-IPC).
+constexpr double kThickest_m = 1 * units::mm;
 
 /// Marks lie outside an object within this many of their standard deviations.
 constexpr double kObjectSigmas = 3;
@@ -45,12 +50,24 @@ struct Against {
 
 /// Whether no object within the stated uncertainties would do: the least chi square of any object
 /// near the stated one, what it takes to move there and what still speaks against it, is above
-/// `limit`. Where the stated uncertainties are right it is not above that of the true object, whose
-/// first part has as many degrees of freedom as there are values.
+/// chi2_limit(), or its top would have to be lowered by more than most_lowered_m(). Where the
+/// stated uncertainties are right the first is not above that of the true object, whose first part
+/// has as many degrees of freedom as there are values; each is passed by it at most once in 200.
 [[nodiscard]] bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
                                    const ObjectUncertainty& stated);
 
-/// Upper one per cent of chi square with as many degrees of freedom as the object has values.
+/// Upper half per cent of chi square with as many degrees of freedom as the object has values.
 [[nodiscard]] double chi2_limit(const Obstacle& object);
+
+/// Upper half per cent of how much too high the top is stated: place and size in one direction.
+[[nodiscard]] double most_lowered_m(const Obstacle& object, const ObjectUncertainty& stated);
+
+/// The nearest mark to any object, when it lies farther above than cloth that rests on it can.
+struct Untouched {
+  std::size_t object = 0;
+  double nearest_m = 1;
+  double allowed_m = 0;  ///< thickest cloth and three standard deviations of place, size and mark
+};
+[[nodiscard]] std::optional<Untouched> untouched(const Sheet& sheet, const Scene& scene);
 
 }  // namespace drape::triangulate

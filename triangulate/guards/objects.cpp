@@ -18,10 +18,6 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-/// Cloth rests on an object within its own thickness; woven cloth is thinner than this (KES-FB-3
-/// at 0.5 gf/cm2, 0.3 to 0.6 mm in the four fabrics of Codim-IPC).
-constexpr double kThickest_m = 1 * mm;
-
 /// Wider by this part on each side, a box or cylinder is held by the cloth on all sides alike,
 /// which places it in the middle of what the cloth leaves open.
 constexpr double kWider = 0.03;
@@ -171,33 +167,23 @@ std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const 
   const std::string file = scene.file.string();
   const Sheet& sheet = seen.sheet;
   const std::vector<ClothSpan>& spans = seen.spans;
-  double nearest_m = 1, allowed_m = 0;
-  std::size_t nearest = 0;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const Obstacle& object = scene.obstacles[i];
     const ObjectUncertainty stated = scene.uncertainty_of(i);
-    const double stated_m = std::hypot(stated.place_m(), stated.size_m());
-    for (const SheetMark& mark : sheet.marks) {
-      const double gap = distance_to(object, mark.point_in_world).value_or(0);
-      if (gap >= nearest_m) continue;
-      nearest_m = gap;
-      nearest = i;
-      allowed_m = kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark));
-    }
     if (!is_contradicted(seen, object, stated)) continue;
     found.push_back(fmt::format(
         "{}, object {}: {}; no object within its uncertainties (place {:.2f} mm, size {:.2f} mm, "
-        "chi square below {:.1f}) would do; {}",
+        "chi square below {:.1f}, its top lower by at most {:.2f} mm) would do; {}",
         file, i + 1, text_of(against(seen, object)), stated.place_m() / mm, stated.size_m() / mm,
-        chi2_limit(object), suggestion(sheet, spans, object, scene)));
+        chi2_limit(object), most_lowered_m(object, stated) / mm,
+        suggestion(sheet, spans, object, scene)));
   }
-  if (!scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty() &&
-      !sheet.marks.empty() && nearest_m > allowed_m) {
+  if (const auto above = untouched(sheet, scene)) {
     found.push_back(fmt::format(
         "{}, object {}: no mark touches it, the nearest lies {:.2f} mm above, and cloth that "
         "rests on it at most {:.2f} mm; {}",
-        file, nearest + 1, nearest_m / mm, allowed_m / mm,
-        suggestion(sheet, spans, scene.obstacles[nearest], scene)));
+        file, above->object + 1, above->nearest_m / mm, above->allowed_m / mm,
+        suggestion(sheet, spans, scene.obstacles[above->object], scene)));
   }
   const double table_sd_m = scene.table_uncertainty_m();
   const SheetMark* lowest = nullptr;
