@@ -9,6 +9,7 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/objects/scene_files.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -39,6 +40,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   const CertificateClaim claim = read_claim(folder);
   CertifyReport report = certify(sheet, scene, fabric, read_print(scene.print_file), claim);
   check_same_files(report, sheet, scene, fabric);
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "certificate.json"})
     record.input(folder / name);
   if (claim.memory) record.input(folder / "memory.csv");

@@ -3,6 +3,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
+#include "simulate/objects/scene_files.hpp"
 #include "simulate/piece/outline.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "simulate/simulate.hpp"
@@ -30,9 +31,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   const Print print = read_print(scene.print_file);
   const Fabric fabric = read_fabric(arguments.fabric.value_or(scene.fabric_file));
   std::optional<Sheet> measured;
-  record.input(arguments.scene);
-  record.input(scene.print_file);
-  for (const fs::path& file : fabric.files()) record.input(file);
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   if (arguments.start) {
     measured = read_sheet(*arguments.start);
     record.input(fs::path(*arguments.start).replace_extension(".json"));

@@ -10,6 +10,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/objects/scene_files.hpp"
 #include "simulate/refine/refine.hpp"
 #include "simulate/refine/refine_json.hpp"
 #include "simulate/start/start_file.hpp"
@@ -81,9 +82,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   record.input(rest_file);
   record.input(args.folder / "certificate.json");
   if (!claim.contact_forces.empty()) record.input(args.folder / "contact_forces.csv");
-  record.input(args.scene);
-  for (const fs::path& file : fabric.files()) record.input(file);
-  record.input(scene.print_file);
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   if (args.start)
     for (const fs::path& file : start_files(*args.start)) record.input(file);
   SimulateOptions options = options_of(claim, *source);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/programs/run_inputs.hpp"
 #include "core/program/command.hpp"
+#include "simulate/objects/scene_files.hpp"
 #include "simulate/start/start_file.hpp"
 
 namespace drape::simulate {
@@ -32,9 +33,7 @@ RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
   if (args.start) inputs.measured = read_start(*args.start, inputs.print);
-  record.input(args.scene);
-  for (const fs::path& file : inputs.fabric.files()) record.input(file);
-  record.input(scene.print_file);
+  for (const fs::path& file : files_of(scene, inputs.fabric)) record.input(file);
   if (args.start)
     for (const fs::path& file : start_files(*args.start)) record.input(file);
   args.options.rows = args.options.cols = args.grid;

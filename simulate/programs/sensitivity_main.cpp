@@ -9,6 +9,7 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/objects/scene_files.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/split.hpp"
 
@@ -59,9 +60,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   const Print print = read_print(scene.print_file);
   const Sheet reference = read_sheet(args.reference);
   const std::optional<Sheet> start = read_sheet(args.start.value_or(args.reference));
-  for (const fs::path& file : fabric.files()) record.input(file);
-  for (const fs::path& file : {args.scene, scene.print_file, args.reference})
-    record.input(file.extension() == ".ply" ? fs::path(file).replace_extension(".json") : file);
+  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
+  record.input(fs::path(args.reference).replace_extension(".json"));
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
   args.options.solver = "static";

@@ -15,6 +15,7 @@
 #include "core/files/toml_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
+#include "simulate/objects/scene_files.hpp"
 
 namespace drape::simulate {
 namespace {

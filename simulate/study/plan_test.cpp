@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "simulate/ensemble/checked.hpp"
+#include "simulate/objects/scene_files.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {

@@ -15,6 +15,7 @@
 #include "core/units.hpp"
 #include "simulate/ensemble/branches.hpp"
 #include "simulate/ensemble/checked.hpp"
+#include "simulate/objects/scene_files.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -131,16 +132,6 @@ Scene seeded(Scene scene, int seed, double& imperfection_m) {
       Eigen::Vector3d(variation.place_m.x(), variation.place_m.y(), variation.lift_m);
   imperfection_m = variation.noise_m;
   return scene;
-}
-
-std::vector<fs::path> files_of(const Scene& scene, const Fabric& fabric) {
-  std::vector<fs::path> files = {scene.file};
-  for (const fs::path& file : fabric.files()) files.push_back(file);
-  files.push_back(scene.print_file);
-  for (const Obstacle& obstacle : scene.obstacles) {
-    if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) files.push_back(mesh->file);
-  }
-  return files;
 }
 
 StudyOutcome run_case(const StudyCase& the_case, const StudyOptions& options,

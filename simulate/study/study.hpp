@@ -69,9 +69,6 @@ struct StudyOutcome {
 /// Error(bad_input) for a scene that does not start flat at a given centre.
 [[nodiscard]] Scene seeded(Scene scene, int seed, double& imperfection_m);
 
-/// Every file that a run reads: scene, print, fabric with its curves, meshes of the objects.
-[[nodiscard]] std::vector<std::filesystem::path> files_of(const Scene& scene, const Fabric& fabric);
-
 /// Simulates what is not up to date. `done` is called after each run, one call at a time.
 /// `program` is the file that runs, for the records.
 [[nodiscard]] std::vector<StudyOutcome> run_study(

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the run records of the programs name: a changed file makes the next run a new one. The mesh
+// stands beside the cloth, so that the drapes take no time.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
+#include "simulate/objects/scene_files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::simulate {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Records : public testing::Test {
+ protected:
+  Records() {
+    const fs::path rig = test::source_root() / "rigs/paper";
+    fs::copy(rig / "fabrics", folder_.path() / "fabrics", fs::copy_options::recursive);
+    fs::copy(rig / "print.toml", folder_.path() / "print.toml");
+    write_durable(folder_.path() / "tent.obj",
+                  "v -60 -60 0\nv 60 -60 0\nv 0 80 0\nv 0 0 90\n"
+                  "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    write_durable(scene(), R"(schema = "drapebench/scene/1"
+name = "tent"
+fabric = "fabrics/A.toml"
+print = "print.toml"
+table_z_mm = 0.0
+friction = 0.4
+[start]
+mode = "flat"
+centre_mm = [0.0, 0.0, 2.0]
+[[object]]
+kind = "mesh"
+file = "tent.obj"
+origin_mm = [900.0, 0.0, 0.0]
+)");
+  }
+
+  [[nodiscard]] fs::path scene() const { return folder_.path() / "tent.toml"; }
+  [[nodiscard]] fs::path out(const std::string& name) const { return folder_.path() / name; }
+
+  /// Runs a program; its record must become old with every file of the scene.
+  void expect_all_named(const std::string& name, const std::vector<std::string>& arguments,
+                        const fs::path& record) {
+    const fs::path program = test::program(name);
+    std::string line = program.string();
+    for (const std::string& word : arguments) line += " " + word;
+    const int ended = std::system((line + " > /dev/null 2>&1").c_str());
+    ASSERT_TRUE(WIFEXITED(ended) && WEXITSTATUS(ended) <= 1) << line;
+    ASSERT_TRUE(is_up_to_date(record, program, arguments)) << line;
+    const Scene read = read_scene(scene());
+    for (const fs::path& file : files_of(read, read_fabric(read.fabric_file))) {
+      const std::string text = read_text(file);
+      write_durable(file, text + "\n");
+      EXPECT_FALSE(is_up_to_date(record, program, arguments)) << name << " misses " << file;
+      write_durable(file, text);
+    }
+  }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
+  const std::string scene_file = scene().string();
+  const std::string drape = out("drape").string(), fine = out("fine").string(),
+                    starts = out("starts").string(), piece = out("piece").string(),
+                    split = out("split").string();
+  expect_all_named("drape-simulate",
+                   {scene_file, "--grid", "6", "--solver", "static", "--out", drape},
+                   out("drape/sheet.run.json"));
+  expect_all_named("drape-certify", {drape, "--scene", scene_file}, out("drape/certify.run.json"));
+  expect_all_named("drape-refine", {drape, "--scene", scene_file, "--finest", "11", "--out", fine},
+                   out("fine/refinement.run.json"));
+  expect_all_named("drape-branches",
+                   {scene_file, "--grid", "6", "--starts", "1", "--kicks", "0", "--fit", "whole",
+                    "--out", starts},
+                   out("starts/branches.run.json"));
+  expect_all_named("drape-piece", {scene_file, "--spacing-mm", "50", "--out", piece},
+                   out("piece/piece.run.json"));
+  expect_all_named("drape-sensitivity",
+                   {scene_file, "--grid", "6", "--reference", drape + "/sheet.ply",
+                    "--only-first-order", "--out", split},
+                   out("split/sensitivity.run.json"));
+}
+
+}  // namespace
+}  // namespace drape::simulate
