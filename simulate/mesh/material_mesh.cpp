@@ -18,9 +18,10 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kNear = 0.6;   // of the spacing: inner points keep so far from lines
-constexpr double kSame = 1e-6;  // of the spacing: two points that are one
-constexpr double kThin = 1e-9;  // of the squared longest side: a triangle without area
+constexpr double kNear = 0.6;    // of the spacing: inner points keep so far from lines
+constexpr double kSame = 1e-6;   // of the spacing: two points that are one
+constexpr double kExact = 1e-6;  // of area and border: a mesh that is its outline's
+constexpr double kThin = 1e-9;   // of the squared longest side: a triangle without area
 
 double cross(const Vector2d& a, const Vector2d& b) {
   return a.x() * b.y() - a.y() * b.x();
@@ -30,6 +31,13 @@ double signed_area(const Polygon& polygon) {
   double sum = 0;
   for (std::size_t i = 0; i < polygon.size(); ++i)
     sum += cross(polygon[i], polygon[(i + 1) % polygon.size()]) / 2;
+  return sum;
+}
+
+double length_of(const Polygon& polygon) {
+  double sum = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i)
+    sum += (polygon[(i + 1) % polygon.size()] - polygon[i]).norm();
   return sum;
 }
 
@@ -127,6 +135,13 @@ double MaterialMesh::area_m2() const {
   return sum;
 }
 
+double MaterialMesh::border_m() const {
+  double sum = 0;
+  for (const Edge& edge : edges)
+    if (edge.left < 0 || edge.right < 0) sum += (points_m[edge.to] - points_m[edge.from]).norm();
+  return sum;
+}
+
 MaterialMesh mesh_of(std::vector<Vector2d> points_m, std::vector<std::array<int, 3>> triangles) {
   MaterialMesh mesh;
   mesh.points_m = std::move(points_m);
@@ -185,14 +200,19 @@ std::vector<int> border_of(const MaterialMesh& mesh) {
 
 MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options) {
   const double h = options.spacing_m;
+  const Where where{.file = outline.file.string()};
   std::vector<const Polygon*> lines = {&outline.outer};
   for (const auto* more : {&outline.holes, &outline.creases})
     for (const Polygon& polygon : *more) lines.push_back(&polygon);
   double area = std::abs(signed_area(outline.outer));
-  for (const Polygon& hole : outline.holes) area -= std::abs(signed_area(hole));
+  double border = length_of(outline.outer);
+  for (const Polygon& hole : outline.holes) {
+    area -= std::abs(signed_area(hole));
+    border += length_of(hole);
+  }
   for (const Polygon* line : lines)
     if (line->size() < 3 || !(h > 0) || std::abs(signed_area(*line)) < h * h)
-      throw bad_input("an outline of the cloth has fewer than three corners or no area", {},
+      throw bad_input("an outline of the cloth has fewer than three corners or no area", where,
                       "give larger outlines or a finer mesh");
   std::vector<Vector2d> points;
   for (const Polygon* line : lines) add_line(*line, h, points);
@@ -238,10 +258,24 @@ MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& option
     triangles = cloth_triangles(outline, points);
   }
   MaterialMesh mesh = mesh_of(std::move(points), std::move(triangles));
-  if (std::abs(mesh.area_m2() - area) > 1e-6 * area)
+  std::vector<bool> used(mesh.points_m.size(), false);
+  for (const auto& t : mesh.triangles)
+    for (const int corner : t) used[static_cast<std::size_t>(corner)] = true;
+  if (const auto alone = std::find(used.begin(), used.end(), false); alone != used.end()) {
+    const Vector2d at = mesh.points_m[static_cast<std::size_t>(alone - used.begin())];
+    throw bad_input(fmt::format("the point of the mesh at warp {:.3g}, weft {:.3g} mm is in no "
+                                "triangle",
+                                at.x() * 1e3, at.y() * 1e3),
+                    where, "is a corner there twice?");
+  }
+  // Cloth that is torn, or sewn across a gap, covers the area all the same.
+  if (std::abs(mesh.area_m2() - area) > kExact * area ||
+      std::abs(mesh.border_m() - border) > kExact * border)
     throw bad_input(
-        fmt::format("the mesh covers {:.6g} of {:.6g} mm2", mesh.area_m2() * 1e6, area * 1e6), {},
-        "the outline is finer than the spacing: give a finer mesh");
+        fmt::format("the mesh covers {:.6g} mm2 with a border of {:.6g} mm, the outline {:.6g} mm2 "
+                    "with {:.6g} mm",
+                    mesh.area_m2() * 1e6, mesh.border_m() * 1e3, area * 1e6, border * 1e3),
+        where, "the outline is finer than the spacing: give a finer mesh");
   return mesh;
 }
 

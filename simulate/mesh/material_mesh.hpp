@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <filesystem>
 #include <vector>
 
 namespace drape::simulate {
@@ -17,6 +18,7 @@ struct ClothOutline {
   std::vector<Polygon> creases;
   /// Material points that become points of the mesh, such as pins; on a line it is cut there.
   std::vector<Eigen::Vector2d> points = {};
+  std::filesystem::path file = {};  ///< that it was read from; empty: none
 };
 
 /// Whether a point lies inside a closed polygon of either sense.
@@ -41,6 +43,7 @@ struct MaterialMesh {
 
   [[nodiscard]] double area_m2(int triangle) const;
   [[nodiscard]] double area_m2() const;
+  [[nodiscard]] double border_m() const;  ///< length of the edges that have one triangle
 };
 
 /// Edges and neighbours of triangles. Throws Error(bad_input) for an edge with more than two
@@ -59,7 +62,8 @@ struct MeshOptions {
 /// Lines are cut into pieces of the spacing, the inside is filled with a hexagonal lattice, and all
 /// points are joined by a Delaunay triangulation (Bowyer and Watson 1981), of which what lies
 /// outside the outline or in holes is left out. Throws Error(bad_input) for an outline with fewer
-/// than three corners, without area, or finer than the spacing can follow.
+/// than three corners, without area, or finer than the spacing can follow: area and border of the
+/// mesh are those of the outline.
 [[nodiscard]] MaterialMesh triangulated(const ClothOutline& outline, const MeshOptions& options);
 
 /// Corners of the outer border, in its order.

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -26,16 +28,34 @@ double area_of(const Polygon& ring) {
   return std::abs(sum);
 }
 
-std::vector<Polygon> rings_of_csv(const std::filesystem::path& file) {
+[[noreturn]] void refuse_size(const std::filesystem::path& file) {
+  throw bad_input(fmt::format("the outline reaches beyond {:g} m, or has more than {} corners",
+                              kFarthest_m, kMostCorners),
+                  {.file = file.string()}, "check its size and units");
+}
+
+std::vector<Polygon> rings_of_csv(const std::filesystem::path& file, double spacing_m) {
   const Csv csv = read_csv(file, {"ring", "warp_mm", "weft_mm"});
-  std::vector<Polygon> rings;
+  RingBuilder builder(spacing_m);
+  builder.to_metres.linear() *= mm;
+  std::set<double> begun;
   for (std::size_t row = 0; row < csv.lines.size(); ++row) {
-    if (row == 0 || csv.columns[0][row] != csv.columns[0][row - 1]) rings.emplace_back();
-    rings.back().emplace_back(mm * csv.columns[1][row], mm * csv.columns[2][row]);
+    const double ring = csv.columns[0][row];
+    const Vector2d drawn(csv.columns[2][row], csv.columns[1][row]);
+    if (row > 0 && ring == csv.columns[0][row - 1]) {
+      builder.line_to(drawn);
+      continue;
+    }
+    if (row > 0) builder.close();
+    if (!begun.insert(ring).second)
+      throw bad_input(fmt::format("ring {:g} goes on after another one", ring),
+                      {.file = file.string(), .line = csv.lines[row], .field = "ring"},
+                      "let the corners of a ring stand together, or give it a number of its own");
+    builder.begin(drawn);
   }
-  for (Polygon& ring : rings)
-    if (ring.size() > 1 && ring.front() == ring.back()) ring.pop_back();
-  return rings;
+  if (builder.is_open()) builder.close();
+  if (builder.is_beyond_limits()) refuse_size(file);
+  return builder.rings();
 }
 
 bool crosses(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vector2d& d) {
@@ -45,18 +65,101 @@ bool crosses(const Vector2d& a, const Vector2d& b, const Vector2d& c, const Vect
   return side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0;
 }
 
-/// Two lines of the rings that cross, as (ring, corner) each; nothing where none do.
-std::string crossing_of(const std::vector<Polygon>& rings) {
-  for (std::size_t r = 0; r < rings.size(); ++r)
-    for (std::size_t i = 0; i < rings[r].size(); ++i)
-      for (std::size_t s = r; s < rings.size(); ++s)
-        for (std::size_t k = s == r ? i + 1 : 0; k < rings[s].size(); ++k) {
-          const Polygon &one = rings[r], &other = rings[s];
-          const Vector2d& at = one[i];
-          if (crosses(at, one[(i + 1) % one.size()], other[k], other[(k + 1) % other.size()]))
-            return fmt::format("near warp {:.1f}, weft {:.1f} mm", at.x() / mm, at.y() / mm);
-        }
-  return {};
+std::string place_of(const Vector2d& at) {
+  return fmt::format("warp {:.1f}, weft {:.1f} mm", at.x() / mm, at.y() / mm);
+}
+
+bool runs_along(const Polygon& one, const Polygon& other, double same_m) {
+  return std::all_of(one.begin(), one.end(),
+                     [&](const Vector2d& corner) { return distance_m(other, corner) < same_m; });
+}
+
+/// Refuses lines that cross or come nearer to each other than `same_m`: cloth ends on one side of
+/// each alone.
+class LinesApart {
+ public:
+  LinesApart(const std::vector<Polygon>& rings, double same_m, const std::filesystem::path& file)
+      : rings_(rings), same_m_(same_m), file_(file) {
+    for (std::size_t r = 0; r < rings.size(); ++r)
+      for (std::size_t i = 0; i < rings[r].size(); ++i)
+        lines_.push_back({rings[r][i], rings[r][(i + 1) % rings[r].size()], r, i});
+    std::sort(lines_.begin(), lines_.end(), [](const Line& a, const Line& b) {
+      return std::pair(a.low(), std::pair(a.ring, a.corner)) <
+             std::pair(b.low(), std::pair(b.ring, b.corner));
+    });
+  }
+
+  void check() const {
+    for (const Polygon& ring : rings_)
+      for (std::size_t i = 0; i < ring.size(); ++i)
+        check_corner(ring[i], ring[(i + 1) % ring.size()], ring[(i + 2) % ring.size()]);
+    for (std::size_t i = 0; i < lines_.size(); ++i)
+      for (std::size_t k = i + 1; k < lines_.size() && lines_[k].low() < lines_[i].high() + same_m_;
+           ++k)
+        check_pair(lines_[i], lines_[k]);
+  }
+
+ private:
+  struct Line {
+    Vector2d from, to;
+    std::size_t ring = 0, corner = 0;
+    [[nodiscard]] double low() const { return std::min(from.x(), to.x()); }
+    [[nodiscard]] double high() const { return std::max(from.x(), to.x()); }
+  };
+
+  [[noreturn]] void refuse(const std::string& what, const std::string& remedy) const {
+    throw bad_input(what, {.file = file_.string()}, remedy);
+  }
+  [[nodiscard]] bool is_near(const Line& line, const Vector2d& p) const {
+    return distance_m({line.from, line.to}, p) < same_m_;
+  }
+  [[nodiscard]] bool follows(const Line& a, const Line& b) const {
+    return a.ring == b.ring && b.corner == (a.corner + 1) % rings_[a.ring].size();
+  }
+
+  void check_corner(const Vector2d& before, const Vector2d& corner, const Vector2d& after) const {
+    if (distance_m({before, corner}, after) < same_m_ ||
+        distance_m({corner, after}, before) < same_m_)
+      refuse("the outline runs back on itself at " + place_of(corner),
+             "draw a cut as a slit with a width, and leave out what is drawn by mistake");
+  }
+
+  void check_pair(const Line& a, const Line& b) const {
+    if (follows(a, b) || follows(b, a)) return;
+    if (std::min(a.from.y(), a.to.y()) > std::max(b.from.y(), b.to.y()) + same_m_ ||
+        std::min(b.from.y(), b.to.y()) > std::max(a.from.y(), a.to.y()) + same_m_)
+      return;
+    if (crosses(a.from, a.to, b.from, b.to))
+      refuse("two lines of the outline cross near " + place_of(a.from),
+             "an outline must not cross itself, nor its holes");
+    if (!is_near(a, b.from) && !is_near(a, b.to) && !is_near(b, a.from) && !is_near(b, a.to))
+      return;
+    const Polygon &one = rings_[a.ring], &other = rings_[b.ring];
+    if (a.ring != b.ring && runs_along(one, other, same_m_) && runs_along(other, one, same_m_))
+      refuse("the ring about " + place_of(a.from) + " stands there twice", "keep one of the two");
+    refuse("two lines of the outline touch near " + place_of(a.from),
+           "an outline must not touch itself, nor its holes: leave cloth between them");
+  }
+
+  const std::vector<Polygon>& rings_;
+  double same_m_;
+  const std::filesystem::path& file_;
+  std::vector<Line> lines_;
+};
+
+void check_holes(const ClothOutline& outline) {
+  const auto refuse = [&](const Polygon& ring, const char* what, const char* remedy) {
+    throw bad_input("the ring about " + place_of(ring.front()) + what,
+                    {.file = outline.file.string()}, remedy);
+  };
+  for (const Polygon& hole : outline.holes) {
+    if (!contains(outline.outer, hole.front()))
+      refuse(hole, " is not inside the largest one",
+             "a piece of cloth has one outer line; drape two apart");
+    for (const Polygon& other : outline.holes)
+      if (&other != &hole && contains(other, hole.front()))
+        refuse(hole, " is inside a hole", "an island is a piece of its own: drape it apart");
+  }
 }
 
 }  // namespace
@@ -66,37 +169,24 @@ ClothOutline read_outline(const std::filesystem::path& file, double spacing_m) {
   if (!svg && file.extension() != ".csv")
     throw bad_input("an outline is an .svg or a .csv file", {.file = file.string()},
                     "export the outline as SVG, or write its corners as ring,warp_mm,weft_mm");
-  std::vector<Polygon> rings = svg ? rings_of_svg(file, spacing_m) : rings_of_csv(file);
+  std::vector<Polygon> rings = svg ? rings_of_svg(file, spacing_m) : rings_of_csv(file, spacing_m);
   if (rings.empty())
     throw bad_input("the file has no closed outline", {.file = file.string()},
                     "draw one closed path, polygon, rectangle, circle or ellipse");
-  std::size_t corners = 0;
-  double farthest = 0;
-  for (const Polygon& ring : rings) {
-    corners += ring.size();
-    for (const Vector2d& p : ring) farthest = std::max(farthest, p.cwiseAbs().maxCoeff());
-  }
-  if (corners > kMostCorners || !(farthest < kFarthest_m))
-    throw bad_input(fmt::format("the outline reaches beyond {:g} m, or has more than {} corners",
-                                kFarthest_m, kMostCorners),
-                    {.file = file.string()}, "check its size and units");
+  for (const Polygon& ring : rings)
+    if (ring.size() < 3)
+      throw bad_input("the ring about " + place_of(ring.front()) +
+                          " has fewer than three corners in different places",
+                      {.file = file.string()}, "draw a cut as a slit with a width");
   std::stable_sort(rings.begin(), rings.end(),
                    [](const Polygon& a, const Polygon& b) { return area_of(a) > area_of(b); });
-  if (const std::string place = crossing_of(rings); !place.empty())
-    throw bad_input("two lines of the outline cross " + place, {.file = file.string()},
-                    "an outline must not cross itself, nor its holes");
+  LinesApart(rings, kSamePlace * spacing_m, file).check();
   ClothOutline outline;
   outline.outer = std::move(rings.front());
   outline.holes.assign(std::make_move_iterator(rings.begin() + 1),
                        std::make_move_iterator(rings.end()));
-  for (const Polygon& hole : outline.holes) {
-    if (contains(outline.outer, hole.front())) continue;
-    throw bad_input(fmt::format("the ring about warp {:.1f}, weft {:.1f} mm is not inside the "
-                                "largest one",
-                                hole.front().x() / mm, hole.front().y() / mm),
-                    {.file = file.string()},
-                    "a piece of cloth has one outer line; drape two apart");
-  }
+  outline.file = file;
+  check_holes(outline);
   return outline;
 }
 

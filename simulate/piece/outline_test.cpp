@@ -158,5 +158,58 @@ TEST_F(Outlines, CsvHasARingPerNumber) {
   EXPECT_THROW((void)read("ring,warp_mm,weft_mm\n0,0,nothing\n", "wrong.csv"), Error);
 }
 
+/// A corner that stands twice, wherever in its ring, is one corner, and the mesh is not cut there.
+TEST_F(Outlines, ACornerThatStandsTwiceIsOne) {
+  const std::vector<std::string> corners = {"0,20,20\n", "0,180,20\n", "0,180,150\n", "0,100,190\n",
+                                            "0,20,150\n"};
+  const auto with_twice = [&](std::size_t twice) {
+    std::string text = "ring,warp_mm,weft_mm\n";
+    for (std::size_t k = 0; k < corners.size(); ++k)
+      text += corners[k] + (k == twice ? corners[k] : "");
+    return read(text, "piece.csv");
+  };
+  const ClothOutline plain = with_twice(corners.size());
+  for (std::size_t twice = 0; twice < corners.size(); ++twice) {
+    EXPECT_EQ(with_twice(twice).outer, plain.outer) << twice;
+    // Handed over as it stands, it tears the mesh: border and outline differ.
+    ClothOutline torn = plain;
+    torn.outer.insert(torn.outer.begin() + static_cast<std::ptrdiff_t>(twice), torn.outer[twice]);
+    for (const double spacing_mm : {10, 15})
+      EXPECT_THROW((void)triangulated(torn, {.spacing_m = spacing_mm * mm}), Error)
+          << twice << ' ' << spacing_mm;
+  }
+  const MaterialMesh mesh = triangulated(plain, {.spacing_m = 15 * mm});
+  EXPECT_NEAR(mesh.border_m() / mm, 160 + 130 + 2 * std::hypot(80, 40) + 130, 1e-6);
+}
+
+TEST_F(Outlines, RingsThatTouchAreRefusedByName) {
+  const std::string square = "0,0,0\n0,90,0\n0,90,90\n0,0,90\n";
+  const std::string hole = "1,30,30\n1,60,30\n1,60,60\n1,30,60\n";
+  const auto ring = [](std::string text, char number) {
+    for (std::size_t at = 0; at < text.size(); at = text.find('\n', at) + 1) text[at] = number;
+    return text;
+  };
+  const auto refused = [&](const std::string& corners, const std::string& why) {
+    try {
+      (void)read("ring,warp_mm,weft_mm\n" + corners, "wrong.csv");
+      ADD_FAILURE() << "taken: " << corners;
+    } catch (const Error& error) {
+      EXPECT_THAT(error.what(), testing::AllOf(HasSubstr(why), HasSubstr("wrong.csv")));
+    }
+  };
+  EXPECT_EQ(read("ring,warp_mm,weft_mm\n" + square + hole, "piece.csv").holes.size(), 1U);
+  refused(square + ring(square, '1'), "stands there twice");
+  refused(square + hole + ring(hole, '2'), "stands there twice");
+  refused(square + hole + "2,40,40\n2,50,40\n2,50,50\n", "is inside a hole");
+  refused("0,0,0\n0,90,0\n0,90,90\n0,45,90\n0,45,120\n0,45,90\n0,0,90\n", "runs back on itself");
+  refused("0,0,0\n0,90,0\n0,90,90\n0,40,90\n0,60,90\n0,0,90\n", "runs back on itself");
+  refused(square + "1,0,30\n1,30,30\n1,30,60\n", "touch near");
+  refused("0,0,0\n0,90,0\n0,45,45\n0,90,90\n0,0,90\n0,45,45\n", "touch near");
+  refused(square + "1,30,30\n1,60,30\n1,60,30\n", "fewer than three corners");
+  refused(square + hole + square, "goes on after another one");
+  EXPECT_THAT(refusal("<rect width='90' height='90'/><path d='M30 30H60Z'/>"),
+              HasSubstr("fewer than three corners"));
+}
+
 }  // namespace
 }  // namespace drape::simulate

@@ -14,8 +14,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr int kFine = 256;      // chords by which a curve's length is measured
-constexpr double kSame = 1e-3;  // of the spacing: two places that are one
+constexpr int kFine = 256;  // chords by which a curve's length is measured
 
 /// Centre form of an arc (SVG 1.1, appendix F.6.5), as points for 0 .. 1.
 std::function<Vector2d(double)> arc(const Vector2d& from, Vector2d radii, double turn_deg,
@@ -188,7 +187,7 @@ void RingBuilder::add(const Vector2d& metres) {
   if (beyond_limits_) return;
   // Exchanged: a drawing's x is the weft.
   const Vector2d place(metres.y(), metres.x());
-  if (!ring_.empty() && (ring_.back() - place).norm() < kSame * spacing_m_) return;
+  if (!ring_.empty() && (ring_.back() - place).norm() < kSamePlace * spacing_m_) return;
   ring_.push_back(place);
 }
 
@@ -223,12 +222,12 @@ void RingBuilder::curve(const std::function<Vector2d(double)>& place) {
 }
 
 bool RingBuilder::has_returned() const {
-  return ring_.size() > 1 && (ring_.front() - ring_.back()).norm() < kSame * spacing_m_;
+  return ring_.size() > 1 && (ring_.front() - ring_.back()).norm() < kSamePlace * spacing_m_;
 }
 
 void RingBuilder::close() {
   if (has_returned()) ring_.pop_back();
-  if (ring_.size() > 2) rings_.push_back(ring_);
+  if (!ring_.empty()) rings_.push_back(ring_);
   ring_.clear();
   open_ = false;
 }

@@ -13,6 +13,7 @@ namespace drape::simulate {
 
 constexpr std::size_t kMostCorners = 20000;  ///< of an outline, after its curves were cut
 constexpr double kFarthest_m = 10;           ///< of a corner from the patch's own
+constexpr double kSamePlace = 1e-3;          ///< of the spacing: two places that are one
 
 /// Collects closed rings of lines and curves as polygons (warp, weft) in metres. Curves are cut
 /// into pieces of equal length, about the spacing; corners stay.
@@ -27,7 +28,7 @@ class RingBuilder {
   void line_to(const Eigen::Vector2d& to);
   /// `place`: the curve's points for 0 .. 1, from the present one on, in the file's own units.
   void curve(const std::function<Eigen::Vector2d(double)>& place);
-  /// Closes the ring; one with fewer than three corners is left out.
+  /// Closes the ring, of as many corners as stand apart from each other.
   void close();
   [[nodiscard]] bool is_open() const { return open_; }
   /// Whether the present point is where the ring began, within a thousandth of the spacing.
