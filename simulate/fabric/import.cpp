@@ -15,33 +15,12 @@
 #include "core/units.hpp"
 #include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/fabric/property_sheet.hpp"
 
 namespace drape::simulate {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Spelling of a unit without what people write differently: spaces, dots, brackets, carets.
-std::string plain(const std::string& unit) {
-  std::string text;
-  for (std::size_t i = 0; i < unit.size(); ++i) {
-    static const std::vector<std::pair<std::string, std::string>> signs = {
-        {"\u00b2", "2"}, {"\u00b7", ""}, {"\u00b0", "deg"}, {"\u00b5", "u"}, {"\u03bc", "u"}};
-    const auto sign = std::find_if(signs.begin(), signs.end(), [&](const auto& known) {
-      return unit.compare(i, known.first.size(), known.first) == 0;
-    });
-    if (sign != signs.end()) {
-      text += sign->second;
-      i += sign->first.size() - 1;
-    } else if (std::string(" .*()^").find(unit[i]) == std::string::npos) {
-      text += unit[i];
-    }
-  }
-  return text;
-}
-
-/// Units of a quantity and what one of them is in the unit that fabric.toml has.
-using UnitTable = std::vector<std::pair<std::string, double>>;
 
 const UnitTable kDensity = {{"g/m2", 1}, {"mg/cm2", 10}, {"kg/m2", 1000}};
 const UnitTable kPercent = {{"%", 1}, {"percent", 1}};
@@ -59,59 +38,14 @@ const UnitTable kShear = {
 const UnitTable kForce = {{"gf/cm", 1}, {"N/m", 1 / units::gf_per_cm}};
 const UnitTable kWork = {{"gfcm/cm2", 1}, {"J/m2", 1 / units::gf_cm_per_cm2}};
 
-double factor_of(const UnitTable& table, const std::string& unit, const Where& where) {
-  std::string known;
-  for (const auto& [name, factor] : table) {
-    if (name == plain(unit)) return factor;
-    known += (known.empty() ? "" : ", ") + (name.empty() ? std::string("none") : name);
-  }
-  throw bad_input(fmt::format("`{}` is no unit of this property", unit), where, "known: " + known);
-}
-
-/// A sheet of property,unit,warp,weft with its values in the units of fabric.toml.
-class PropertySheet {
- public:
-  PropertySheet(const fs::path& file, const std::map<std::string, UnitTable>& known)
-      : file_(file), table_(read_csv_text(file)) {
-    for (std::size_t row = 0; row < table_.rows.size(); ++row) {
-      const std::string property = table_.rows[row][table_.column("property")];
-      const Where where{.file = file.string(), .line = table_.lines[row], .field = property};
-      const auto found = known.find(property);
-      if (found == known.end()) {
-        std::string names;
-        for (const auto& [name, units] : known) names += (names.empty() ? "" : ", ") + name;
-        throw bad_input("an unknown property", where, "known: " + names);
-      }
-      if (values_.contains(property)) throw bad_input("a property twice", where, "keep one row");
-      const double factor =
-          factor_of(found->second, table_.rows[row][table_.column("unit")], where);
-      std::array<std::optional<double>, 2> pair = {table_.number(row, "warp"),
-                                                   table_.number(row, "weft")};
-      for (auto& value : pair)
-        if (value) *value *= factor;
-      values_[property] = pair;
-    }
-  }
-
-  [[nodiscard]] std::optional<double> at(const std::string& property, int direction) const {
-    const auto found = values_.find(property);
-    return found == values_.end() ? std::nullopt : found->second[direction];
-  }
-  [[nodiscard]] double needed(const std::string& property, int direction) const {
-    if (const auto value = at(property, direction)) return *value;
-    throw bad_input(
-        fmt::format("{} is missing along the {}", property, direction == 0 ? "warp" : "weft"),
-        {.file = file_.string(), .field = property}, "warp and weft are never merged: give both");
-  }
-  [[nodiscard]] bool has(const std::string& property) const { return values_.contains(property); }
-
- private:
-  fs::path file_;
-  CsvText table_;
-  std::map<std::string, std::array<std::optional<double>, 2>> values_;
-};
-
 const char* const kDirections[2] = {"warp", "weft"};
+
+// Keys of fabric.toml, those of a direction without it.
+const std::string kDensityKey = "areal_density_g_per_m2";
+const std::string kBias = "bending.bias_stiffness_gf_cm2_per_cm";
+const std::string kB = "bending.b_gf_cm2_per_cm", kHb = "bending.hb2_gf_cm_per_cm";
+const std::string kG = "shear.g_gf_per_cm_deg";
+const std::string kHg = "shear.hg2_gf_per_cm", kHg5 = "shear.hg5_gf_per_cm";
 
 // Shear of a plain woven cloth, where none is known: G 0.6 gf/(cm deg), the middle of suitings and
 // shirtings.
@@ -135,14 +69,18 @@ struct Numbers {
   std::array<double, 2> b{};
   std::array<std::optional<double>, 2> hb;
   std::optional<double> b_bias;
+  std::map<std::string, Where> from = {};  ///< see ImportedFabric
 };
 
 ImportedFabric imported(const Numbers& numbers) {
   ImportedFabric fabric;
+  fabric.from = numbers.from;
   if (numbers.tensile[0].empty()) fabric.stand_ins.emplace_back("tensile curves");
   if (!numbers.g[0])
     fabric.stand_ins.push_back(fmt::format("shear: G {} gf/(cm deg)", kUsualShear));
-  if (!numbers.g[0] || !numbers.hg[0]) fabric.stand_ins.emplace_back("shear hysteresis: none");
+  if (!numbers.hg[0])
+    fabric.stand_ins.emplace_back(numbers.hg5[0] ? "shear hysteresis: 2HG 0 gf/cm"
+                                                 : "shear hysteresis: none");
   if (!numbers.hb[0]) fabric.stand_ins.emplace_back("bending hysteresis: none");
   if (!numbers.b_bias) fabric.stand_ins.emplace_back("bending at 45 degrees");
   std::string& t = fabric.toml;
@@ -171,6 +109,34 @@ ImportedFabric imported(const Numbers& numbers) {
   }
   if (numbers.b_bias) t += fmt::format("bias_stiffness_gf_cm2_per_cm = {}\n", *numbers.b_bias);
   return fabric;
+}
+
+/// "shear.g_gf_per_cm_deg" of one direction as the reader of fabric.toml names it.
+std::string key_of(const std::string& key, int direction) {
+  const std::size_t dot = key.find('.');
+  return fmt::format("{}.{}_kes{}", key.substr(0, dot), kDirections[direction], key.substr(dot));
+}
+
+/// What a sheet says of the whole cloth.
+Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const std::string& origin) {
+  Numbers numbers;
+  numbers.name = name;
+  numbers.origin = origin;
+  const auto density = sheet.whole("W");
+  if (!density) throw bad_input("W is missing", sheet.where("W"), "give the areal density");
+  numbers.areal_density = *density;
+  numbers.from[kDensityKey] = sheet.where("W");
+  for (const char* unused : {"T", "T2", "T100"}) (void)sheet.whole(unused);
+  return numbers;
+}
+
+/// Where the source states what was refused in the files made from it.
+Where in_source(const ImportedFabric& fabric, const Where& where) {
+  const std::string name = fs::path(where.file).filename().string();
+  for (const std::string& key :
+       {where.field, fmt::format("{}:{}", name, where.line.value_or(0)), name})
+    if (const auto found = fabric.from.find(key); found != fabric.from.end()) return found->second;
+  return where;
 }
 
 double number_of(const Json& json, const fs::path& file, const std::string& key) {
@@ -205,33 +171,33 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
                                    {"B", kBending},
                                    {"2HB", kMoment},
                                    {"B45", kBending}});
-  Numbers numbers{name,
-                  "KES-FB result sheet " + file.filename().string(),
-                  sheet.needed("W", 0),
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  sheet.at("B45", 0)};
-  const bool tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
+  Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
+  numbers.b_bias = sheet.whole("B45");
+  numbers.from[kBias] = sheet.where("B45");
+  const std::vector<std::pair<std::string, std::string>> tensile = {
+      {"EMT", "emt_percent"}, {"LT", "lt"}, {"WT", "wt_gf_cm_per_cm2"}, {"RT", "rt_percent"}};
   for (int d = 0; d < 2; ++d) {
-    numbers.b[d] = sheet.needed("B", d);
-    if (sheet.has("2HB")) numbers.hb[d] = sheet.needed("2HB", d);
-    if (sheet.has("G")) numbers.g[d] = sheet.needed("G", d);
-    if (sheet.has("2HG")) numbers.hg[d] = sheet.needed("2HG", d);
-    if (sheet.has("2HG5")) numbers.hg5[d] = sheet.needed("2HG5", d);
-    if (!tensile) continue;
+    const auto take = [&](const std::string& property, const std::string& key) {
+      numbers.from[key_of(key, d)] = sheet.where(property);
+      return sheet.along(property, d);
+    };
+    numbers.b[d] = take("B", kB);
+    if (sheet.has("2HB")) numbers.hb[d] = take("2HB", kHb);
+    if (sheet.has("G")) numbers.g[d] = take("G", kG);
+    if (sheet.has("2HG")) numbers.hg[d] = take("2HG", kHg);
+    if (sheet.has("2HG5")) numbers.hg5[d] = take("2HG5", kHg5);
     std::string inside;
-    for (const auto& [property, key] : {std::pair{"EMT", "emt_percent"},
-                                        {"LT", "lt"},
-                                        {"WT", "wt_gf_cm_per_cm2"},
-                                        {"RT", "rt_percent"}})
+    for (const auto& [property, key] : tensile)
       if (sheet.has(property))
-        inside +=
-            fmt::format("{}{} = {}", inside.empty() ? "" : ", ", key, sheet.needed(property, d));
-    numbers.tensile[d] = fmt::format("{}_kes = {{ {} }}", kDirections[d], inside);
+        inside += fmt::format("{}{} = {}", inside.empty() ? "" : ", ", key,
+                              take(property, "tensile." + key));
+    // What a tensile test lacks is named at the row that stands there.
+    for (const auto& [property, key] : tensile)
+      for (const auto& [given, unused] : tensile)
+        if (!sheet.has(property) && sheet.has(given))
+          numbers.from.try_emplace(key_of("tensile." + key, d), sheet.where(given));
+    if (!inside.empty())
+      numbers.tensile[d] = fmt::format("{}_kes = {{ {} }}", kDirections[d], inside);
   }
   return imported(numbers);
 }
@@ -246,39 +212,35 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
                                    {"E20", kPercent},
                                    {"E100", kPercent},
                                    {"EB5", kPercent}});
-  Numbers numbers{name,
-                  "FAST result sheet " + file.filename().string(),
-                  sheet.needed("W", 0),
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  {},
-                  {}};
+  Numbers numbers = numbers_of(sheet, name, "FAST result sheet " + file.filename().string());
   // B = w g C^3 (Peirce 1930); W in g/m2, C in mm.
   const auto rigidity = [&](double c_mm) {
     return numbers.areal_density * units::g_per_m2 * 9.80665 * std::pow(c_mm * units::mm, 3) /
            units::gf_cm2_per_cm;
   };
-  if (const auto c = sheet.at("C45", 0)) numbers.b_bias = rigidity(*c);
+  if (const auto c = sheet.whole("C45")) numbers.b_bias = rigidity(*c);
+  numbers.from[kBias] = sheet.where("C45");
+  const auto eb5 = sheet.whole("EB5");
+  if (eb5 && !(*eb5 > 0)) throw bad_input("EB5 is not above 0", sheet.where("EB5"), "check it");
   ImportedFabric curves;
   for (int d = 0; d < 2; ++d) {
-    numbers.b[d] = rigidity(sheet.needed("C", d));
+    numbers.b[d] = rigidity(sheet.along("C", d));
+    numbers.from[key_of(kB, d)] = sheet.where("C");
     // A strip at 45 degrees under T = 5 gf/cm: strain EB5 = T / (4 G).
-    if (const auto eb5 = sheet.at("EB5", 0)) {
-      if (!(*eb5 > 0))
-        throw bad_input("EB5 is not above 0", {.file = file.string(), .field = "EB5"}, "check it");
+    if (eb5) {
       numbers.g[d] = 5 * units::gf_per_cm / (4 * *eb5 * units::percent) / units::gf_per_cm_deg;
+      numbers.from[key_of(kG, d)] = sheet.where("EB5");
     }
-    if (!sheet.has("E100")) continue;
+    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
     std::vector<double> strain = {0}, force = {0};
     for (const auto& [property, load] : {std::pair{"E5", 5.0}, {"E20", 20.0}, {"E100", 100.0}}) {
       if (!sheet.has(property)) continue;
-      strain.push_back(sheet.needed(property, d));
+      strain.push_back(sheet.along(property, d));
       force.push_back(load);
+      numbers.from[fmt::format("{}:{}", curve, strain.size() + 1)] = sheet.where(property);
+      numbers.from[curve] = sheet.where(property);
     }
-    const std::string curve = fmt::format("tensile_{}.csv", kDirections[d]);
+    if (strain.size() == 1) continue;
     curves.curves.emplace_back(
         curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
                         {strain, force, force}));
@@ -314,20 +276,30 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
   const Json& bend = member(fields, file, "bend");
   numbers.b = {factor * number_of(member(bend, file, "length"), file, "bend.length"),
                factor * number_of(member(bend, file, "width"), file, "bend.width")};
+  numbers.from = {{kDensityKey, {.file = file.string(), .field = "mass"}},
+                  {key_of(kB, 0), {.file = file.string(), .field = "bend.length"}},
+                  {key_of(kB, 1), {.file = file.string(), .field = "bend.width"}}};
   return imported(numbers);
 }
 
 void write_imported(const fs::path& folder, const ImportedFabric& fabric) {
   if (fs::exists(folder))
     throw bad_input("the folder exists", {.file = folder.string()}, "name a new one");
+  const auto take_back = [&] {
+    for (const auto& [name, text] : fabric.curves) fs::remove(folder / name);
+    fs::remove(folder / "fabric.toml");
+    fs::remove(folder);
+  };
   try {
     for (const auto& [name, text] : fabric.curves) write_durable(folder / name, text);
     write_durable(folder / "fabric.toml", fabric.toml);
     (void)read_fabric(folder / "fabric.toml");
+  } catch (const Error& error) {
+    take_back();
+    throw Error(error.kind(), error.what_failed(), in_source(fabric, error.where()),
+                error.what_to_do());
   } catch (...) {
-    for (const auto& [name, text] : fabric.curves) fs::remove(folder / name);
-    fs::remove(folder / "fabric.toml");
-    fs::remove(folder);
+    take_back();
     throw;
   }
 }

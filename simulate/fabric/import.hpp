@@ -2,10 +2,13 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "core/error.hpp"
 
 namespace drape::simulate {
 
@@ -14,11 +17,15 @@ struct ImportedFabric {
   std::string toml;                                         ///< text of fabric.toml
   std::vector<std::pair<std::string, std::string>> curves;  ///< name beside it, text of the CSV
   std::vector<std::string> stand_ins;                       ///< what the source does not give
+  /// Where the source states what a key of fabric.toml, a line of a curve ("tensile_warp.csv:4") or
+  /// a curve is made of.
+  std::map<std::string, Where> from;
 };
 
 /// Result sheet of the KES-FB machines, or of the FAST instruments: a CSV with the columns
-/// property,unit,warp,weft; one row per property, values of the whole cloth under `warp`. Units are
-/// read and converted; a missing or unknown one is refused, and so is every value no textile has.
+/// property,unit,warp,weft; one row per property, values of the whole cloth under warp or weft.
+/// Units are read and converted; a missing or unknown one is refused, and so are two values of the
+/// whole cloth and every value no textile has.
 /// KES: W, T, LT, WT, RT, EMT, G, 2HG, 2HG5, B, 2HB and B45 (bias). FAST: W, C and C45 (bending
 /// length), E5, E20, E100, EB5; B = W C^3, G = 4.9 N/m / (4 EB5) (De Boos and Tester 1994).
 [[nodiscard]] ImportedFabric import_kes(const std::filesystem::path& file, const std::string& name);
@@ -31,7 +38,7 @@ struct ImportedFabric {
                                         const std::string& bend_unit);
 
 /// Writes fabric.toml and its curves into a new folder and reads them back, so that what no textile
-/// has is refused with the likely mistake; then nothing is left.
+/// has is refused with the likely mistake and its place in the source; then nothing is left.
 void write_imported(const std::filesystem::path& folder, const ImportedFabric& fabric);
 
 /// One fabric of a library (rigs/fabrics/published.csv). Absent: not published.

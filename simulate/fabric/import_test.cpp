@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/fabric/import.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -11,6 +11,10 @@
 
 namespace drape::simulate {
 namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::Not;
 
 class Import : public testing::Test {
  protected:
@@ -24,6 +28,17 @@ class Import : public testing::Test {
   }
   [[nodiscard]] static double slope(const KawabataCurve& curve) {
     return fit_line(merged_loop(curve), merged_loop(curve).x.back()).curve.slope;
+  }
+  template <class Call>
+  void expect_refused(const Call& call, int line, const std::string& property) const {
+    try {
+      call();
+      ADD_FAILURE() << "taken: line " << line << ", " << property;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().file, (folder_.path() / "sheet.csv").string()) << error.what();
+      EXPECT_EQ(error.where().line, line) << error.what();
+      EXPECT_EQ(error.where().field, property) << error.what();
+    }
   }
   test::TemporaryFolder folder_;
 };
@@ -79,6 +94,63 @@ TEST_F(Import, AFastSheetFollowsItsFormulas) {
   EXPECT_NEAR(slope(fabric.shear[0]), 123 / 3.1, 0.005 * 40);
   EXPECT_NEAR(fabric.tensile[0].loading.back(), 98.0665, 1e-9);
   EXPECT_NEAR(fabric.tensile[1].x[2], 0.017, 1e-12);
+}
+
+const std::string kHead = "property,unit,warp,weft\nW,g/m2,200,\n";
+const std::string kBend = "B,gf.cm2/cm,0.088,0.059\n", kLengths = "C,mm,17,16\n";
+
+/// What the whole cloth has may stand in either column, or the same in both.
+TEST_F(Import, ValuesOfTheWholeClothAreTakenFromEitherColumnAndNeverChosen) {
+  const auto b45 = [&](const std::string& values) {
+    return import_kes(file(kHead + kBend + "B45,gf.cm2/cm," + values + "\n"), "x");
+  };
+  for (const char* values : {"0.05,", ",0.05", "0.05,0.05"}) {
+    EXPECT_THAT(b45(values).toml, HasSubstr("bias_stiffness_gf_cm2_per_cm = 0.05\n")) << values;
+    EXPECT_THAT(b45(values).stand_ins, Not(Contains(HasSubstr("45")))) << values;
+  }
+  const ImportedFabric fast = import_fast(file(kHead + kLengths + "C45,mm,,19\n"), "x");
+  EXPECT_THAT(fast.toml, HasSubstr("bias_stiffness"));
+  expect_refused([&] { (void)b45("0.05,0.09"); }, 4, "B45");
+  const std::string two = "property,unit,warp,weft\nW,g/m2,150,300\n";
+  expect_refused([&] { (void)import_fast(file(two + kLengths), "x"); }, 2, "W");
+  expect_refused([&] { (void)import_kes(file(two + kBend), "x"); }, 2, "W");
+  expect_refused([&] { (void)import_kes(file(kHead + kBend + "T,mm,0.5,0.6\n"), "x"); }, 4, "T");
+  expect_refused([&] { (void)import_fast(file(kHead + kLengths + "EB5,%,3,6\n"), "x"); }, 4, "EB5");
+}
+
+TEST_F(Import, StandInsAreWhatTheSheetDoesNotState) {
+  const auto stand_ins = [&](const std::string& rows) {
+    return import_kes(file(kHead + kBend + rows), "x").stand_ins;
+  };
+  const std::string width = "2HG,gf/cm,0.5,0.5\n";
+  EXPECT_THAT(stand_ins(width), Not(Contains(HasSubstr("shear hysteresis"))));
+  EXPECT_THAT(stand_ins(width), Contains(HasSubstr("shear: G")));
+  EXPECT_THAT(stand_ins("2HG5,gf/cm,0.5,0.5\n"), Contains("shear hysteresis: 2HG 0 gf/cm"));
+  EXPECT_THAT(stand_ins(""), Contains("shear hysteresis: none"));
+  // A curve to 20 gf/cm is one.
+  const ImportedFabric fast =
+      import_fast(file(kHead + kLengths + "E5,%,0.4,0.6\nE20,%,1.1,1.7\n"), "x");
+  EXPECT_THAT(fast.stand_ins, Not(Contains("tensile curves")));
+  EXPECT_NEAR(written(fast).tensile[1].x.back(), 0.017, 1e-12);
+}
+
+/// The files that were made for it are gone: the sheet's line is named.
+TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
+  const auto refused = [&](const ImportedFabric& fabric, int line, const std::string& property) {
+    expect_refused([&] { write_imported(folder_.path() / "out", fabric); }, line, property);
+    EXPECT_FALSE(std::filesystem::exists(folder_.path() / "out")) << property;
+  };
+  const auto kes = [&](const std::string& rows) { return import_kes(file(kHead + rows), "x"); };
+  const auto fast = [&](const std::string& rows) { return import_fast(file(kHead + rows), "x"); };
+  refused(kes(kBend + "LT,,0.7,0.7\n"), 4, "LT");
+  refused(kes(kBend + "RT,%,70,70\n"), 4, "RT");
+  refused(kes(kBend + "EMT,%,0.04,4\nLT,,0.7,0.7\n"), 4, "EMT");
+  refused(kes("# a note\nB,gf.cm2/cm,0.088,86\n"), 4, "B");
+  refused(kes(kBend + "B45,gf.cm2/cm,-1,\n"), 4, "B45");
+  refused(fast(kLengths + "E5,%,0.4,0.6\nE20,%,1.1,0.3\nE100,%,2.9,4.4\n"), 5, "E20");
+  refused(fast(kLengths + "E100,%,2.9,4.4\n"), 4, "E100");
+  refused(fast("C,mm,170,16\n"), 3, "C");
+  expect_refused([&] { (void)kes("B,gf.cm2/cm,0.088,\n"); }, 3, "B");
 }
 
 TEST_F(Import, U3mPhysicsNeedAUnit) {
