@@ -12,6 +12,7 @@
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/kes.hpp"
+#include "simulate/fabric/points.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -197,6 +198,16 @@ void read_pair(const TomlTable& table, const TestKind& kind, KawabataCurve (&cur
   }
 }
 
+/// |x| of every point on either side, up to the nearer end.
+std::vector<double> points_of_both_signs(const std::vector<double>& x) {
+  std::vector<double> plus, minus;
+  for (const double at : x) {
+    if (at > 0) plus.push_back(at);
+    if (at < 0) minus.insert(minus.begin(), -at);
+  }
+  return points_of_both(plus, minus);
+}
+
 }  // namespace
 
 std::vector<std::filesystem::path> Fabric::files() const {
@@ -248,13 +259,9 @@ SampledCurve merged_loop(const KawabataCurve& curve) {
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
     mean.f.push_back(0.5 * (curve.loading[i] + curve.unloading[i]));
   }
-  const double reach = std::min(curve.x.back(), -curve.x.front());
-  SampledCurve odd{{0.0}, {0.0}};
-  for (const double x : curve.x) {
-    if (x <= 0 || x > reach) continue;
-    odd.x.push_back(x);
-    odd.f.push_back(0.5 * (mean.at(x) - mean.at(-x)));
-  }
+  SampledCurve odd{points_of_both_signs(curve.x), {0.0}};
+  for (std::size_t i = 1; i < odd.x.size(); ++i)
+    odd.f.push_back(0.5 * (mean.at(odd.x[i]) - mean.at(-odd.x[i])));
   return odd;
 }
 
@@ -262,13 +269,8 @@ HalfWidth half_width(const KawabataCurve& curve) {
   SampledCurve width{curve.x, {}};
   for (std::size_t i = 0; i < curve.x.size(); ++i)
     width.f.push_back(curve.loading[i] - curve.unloading[i]);
-  const double reach = std::min(curve.x.back(), -curve.x.front());
-  HalfWidth half{{0.0}, {0.5 * width.at(0)}};
-  for (const double x : curve.x) {
-    if (x <= 0 || x > reach) continue;
-    half.x.push_back(x);
-    half.h.push_back(0.25 * (width.at(x) + width.at(-x)));
-  }
+  HalfWidth half{points_of_both_signs(curve.x), {}};
+  for (const double x : half.x) half.h.push_back(0.25 * (width.at(x) + width.at(-x)));
   return half;
 }
 

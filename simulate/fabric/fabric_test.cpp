@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <utility>
+
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -143,6 +146,80 @@ TEST(Merging, LoopsBecomeTheMeanOfTheirBranches) {
   const SampledCurve merged = merged_loop(loop);
   for (const double x : {0.0, 0.5, 1.0, 2.0}) EXPECT_NEAR(merged.at(x), x, 1e-12);
   EXPECT_NEAR(half_hysteresis(loop), 0.2, 1e-12);
+}
+
+/// A rising loop on points of the caller's choice.
+KawabataCurve loop_on(std::vector<double> x, double slope, double width) {
+  KawabataCurve loop{"", std::move(x), {}, {}};
+  for (const double at : loop.x) {
+    const double mean = slope * at * (1 + 0.3 * std::abs(at) + (at > 0 ? 0.2 * at : 0));
+    const double half = 0.5 * width * (1 + std::abs(at)) * (at < loop.x.back());
+    loop.loading.push_back(mean + half);
+    loop.unloading.push_back(mean - half);
+  }
+  return loop;
+}
+
+KawabataCurve turned_over(const KawabataCurve& loop) {
+  KawabataCurve turned = loop;
+  for (std::size_t i = 0; i < loop.x.size(); ++i) {
+    const std::size_t other = loop.x.size() - 1 - i;
+    turned.x[i] = -loop.x[other];
+    turned.loading[i] = -loop.unloading[other];
+    turned.unloading[i] = -loop.loading[other];
+  }
+  return turned;
+}
+
+TEST(Merging, NoPointOfEitherSideIsLost) {
+  const KawabataCurve fine = loop_on({-2.5, -2, -1.5, -1, -0.5, 0, 2.5}, 1, 0.1);
+  EXPECT_EQ(merged_loop(fine).x, (std::vector<double>{0, 0.5, 1, 1.5, 2, 2.5}));
+  EXPECT_EQ(half_width(fine).x, merged_loop(fine).x);
+  // The nearer end lies between two points of the farther side.
+  for (const auto& x : {std::vector<double>{-8, -4, -2, -1, 0, 1, 2, 4, 8.01}, {-8, -4, 0, 8.01}}) {
+    const SampledCurve merged = merged_loop(loop_on(x, 1, 0.1));
+    EXPECT_EQ(merged.x.back(), 8);
+    for (std::size_t i = 1; i < merged.x.size(); ++i) EXPECT_GT(merged.f[i], merged.f[i - 1]);
+  }
+}
+
+TEST(Merging, ClothTurnedOverHasTheSameCurves) {
+  for (const auto& x : {std::vector<double>{-2.5, -1.7, -1, -0.2, 0.1, 2.4},
+                        {-3, -0.3, 0, 0.1, 5},
+                        {-2, -1, -0.1, 0.1, 1, 2}}) {
+    const KawabataCurve loop = loop_on(x, 2, 0.3), turned = turned_over(loop);
+    EXPECT_EQ(merged_loop(loop).x, merged_loop(turned).x);
+    EXPECT_THAT(merged_loop(turned).f,
+                testing::Pointwise(testing::DoubleNear(1e-12), merged_loop(loop).f));
+    EXPECT_THAT(half_width(turned).h,
+                testing::Pointwise(testing::DoubleNear(1e-12), half_width(loop).h));
+  }
+}
+
+TEST(Merging, ShearIsTheSameWithWarpAndWeftExchanged) {
+  std::vector<double> fine;
+  for (int k = -79; k <= 79; ++k) fine.push_back(0.1 * k);
+  for (const bool numbers : {false, true}) {
+    Fabric fabric;
+    fabric.shear[0] = loop_on({-8, -4, 0, 4, 8}, 1, 0.5);
+    fabric.shear[1] = loop_on(fine, 2, 0.1);
+    if (numbers) fabric.shear[0].slip = 0.5;
+    for (int d = 0; d < 2; ++d) {
+      fabric.tensile[d] = {"", {0, 0.01, 0.02}, {0, 1, 3}, {0, 1, 3}};
+      fabric.bending[d] = loop_on({-2, -1, 0, 1, 2}, 1, 0.1);
+    }
+    Fabric exchanged = fabric;
+    std::swap(exchanged.shear[0], exchanged.shear[1]);
+    SimulateReport report, other;
+    ClothLaws laws = make_laws(fabric, 5, report), swapped = make_laws(exchanged, 5, other);
+    add_internal_friction(fabric, 5, laws, report);
+    add_internal_friction(exchanged, 5, swapped, other);
+    for (const double x : {0.5, 2.0, 5.0, 7.9})
+      EXPECT_DOUBLE_EQ(laws.shear.value(x), swapped.shear.value(x)) << x;
+    EXPECT_DOUBLE_EQ(laws.friction->shear.stiffness(), swapped.friction->shear.stiffness());
+    for (std::size_t k = 0; k < report.curves.size(); ++k)
+      EXPECT_DOUBLE_EQ(report.curves[k].half_hysteresis, other.curves[k].half_hysteresis);
+  }
 }
 
 /// A fabric of KES numbers alone; tests spoil single lines.

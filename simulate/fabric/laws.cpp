@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/points.hpp"
 #include "simulate/simulate.hpp"
 
 namespace drape::simulate {
@@ -58,19 +59,51 @@ CurveReport report_of(const std::string& name, const std::string& unit, const Fi
           half_hysteresis};
 }
 
-ForceCurve law_of(const KawabataCurve& curve, const SampledCurve& merged, const std::string& name,
-                  const std::string& unit, int segments, const FitRange& range,
-                  SimulateReport& report) {
-  const FittedCurve fit = fitted(merged, segments, range);
+/// Mean of the warp and weft shear curves on the points of both.
+SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
+  SampledCurve mean{points_of_both(a.x, b.x), {}};
+  for (const double x : mean.x) mean.f.push_back(0.5 * (a.at(x) + b.at(x)));
+  return mean;
+}
+
+/// What a law is made of: the loop's mean curve, its width, and what merging the branches hides.
+struct Loop {
+  SampledCurve mean;
+  HalfWidth width;
+  double half_hysteresis = 0;
+  std::optional<double> slip;
+  std::filesystem::path file;
+};
+
+Loop loop_of(const KawabataCurve& curve) {
+  return {merged_loop(curve), half_width(curve), half_hysteresis(curve), curve.slip, curve.file};
+}
+
+/// The mean of warp and weft; of two loops of which one is measured, the widths tell.
+Loop shear_loop(const Fabric& fabric) {
+  const Loop warp = loop_of(fabric.shear[0]), weft = loop_of(fabric.shear[1]);
+  const SampledCurve width = mean_of({warp.width.x, warp.width.h}, {weft.width.x, weft.width.h});
+  Loop mean{mean_of(warp.mean, weft.mean),
+            {width.x, width.f},
+            0.5 * (warp.half_hysteresis + weft.half_hysteresis),
+            std::nullopt,
+            warp.file};
+  if (warp.slip && weft.slip) mean.slip = 0.5 * (*warp.slip + *weft.slip);
+  return mean;
+}
+
+ForceCurve law_of(const Loop& loop, const std::string& name, const std::string& unit, int segments,
+                  const FitRange& range, SimulateReport& report) {
+  const FittedCurve fit = fitted(loop.mean, segments, range);
   double slope = fit.curve.slope;
   bool rising = slope > 0;
   for (const auto& hinge : fit.curve.hinges) rising = rising && (slope += hinge.change) > 0;
   if (!rising) {
     throw bad_input(fmt::format("the {} curve does not rise everywhere", name),
-                    {.file = curve.file.string()},
+                    {.file = loop.file.string()},
                     "a cloth that gets weaker under load has no stable rest; check the points");
   }
-  report.curves.push_back(report_of(name, unit, fit, half_hysteresis(curve)));
+  report.curves.push_back(report_of(name, unit, fit, loop.half_hysteresis));
   return fit.curve;
 }
 
@@ -80,26 +113,15 @@ std::string friction_name(const std::string& curve) {
   return curve.substr(0, space) + " friction" + curve.substr(space);
 }
 
-/// The curve up to `range`.
+/// The curve to its last point up to `range`; to `range` where none lies before it.
 SampledCurve cut_at(const SampledCurve& curve, double range) {
   SampledCurve cut;
   for (std::size_t i = 0; i < curve.x.size() && curve.x[i] <= range * (1 + 1e-9); ++i) {
     cut.x.push_back(curve.x[i]);
     cut.f.push_back(curve.f[i]);
   }
+  if (cut.x.size() < 2) cut = {{0, range}, {0, curve.at(range)}};
   return cut;
-}
-
-/// Mean of the warp and weft shear curves on the points of both.
-SampledCurve mean_of(const SampledCurve& a, const SampledCurve& b) {
-  SampledCurve mean;
-  const double reach = std::min(a.x.back(), b.x.back());
-  for (const double x : a.x) {
-    if (x > reach) break;
-    mean.x.push_back(x);
-    mean.f.push_back(0.5 * (a.at(x) + b.at(x)));
-  }
-  return mean;
 }
 
 }  // namespace
@@ -110,15 +132,15 @@ ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
   ClothLaws laws;
   laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
   for (int d = 0; d < 2; ++d) {
-    laws.tensile[d] = law_of(fabric.tensile[d], merged_tensile(fabric.tensile[d]),
-                             fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
-                             tensile_range(reach, d), report);
-    laws.bending[d] = law_of(fabric.bending[d], merged_loop(fabric.bending[d]),
-                             fmt::format("bending {}", kDirections[d]), "gf cm/cm", segments,
-                             bending_range(reach), report);
+    const KawabataCurve& tensile = fabric.tensile[d];
+    laws.tensile[d] =
+        law_of({merged_tensile(tensile), {}, half_hysteresis(tensile), std::nullopt, tensile.file},
+               fmt::format("tensile {}", kDirections[d]), "gf/cm", segments,
+               tensile_range(reach, d), report);
+    laws.bending[d] = law_of(loop_of(fabric.bending[d]), fmt::format("bending {}", kDirections[d]),
+                             "gf cm/cm", segments, bending_range(reach), report);
   }
-  const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
-  laws.shear = law_of(fabric.shear[0], shear, "shear (mean of warp and weft)", "gf/cm", segments,
+  laws.shear = law_of(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm", segments,
                       shear_range(reach), report);
   const double warp = laws.bending[0].slope;
   const double weft = laws.bending[1].slope;
@@ -140,32 +162,27 @@ ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
 
 void add_internal_friction(const Fabric& fabric, int segments, ClothLaws& laws,
                            SimulateReport& report, const std::optional<CurveReach>& reach) {
-  const auto split = [&](const KawabataCurve& curve, const SampledCurve& mean,
-                         const HalfWidth& width, const std::string& name, const std::string& unit,
+  const auto split = [&](Loop loop, const std::string& name, const std::string& unit,
                          const FitRange& range, ForceCurve& elastic) {
     const FittedFriction fit =
-        curve.slip ? friction_of_numbers(width, *curve.slip) : friction_of_loop(width);
+        loop.slip ? friction_of_numbers(loop.width, *loop.slip) : friction_of_loop(loop.width);
     SimulateReport refit;
-    elastic = law_of(curve, cut_at(mean, fit.elastic_range), name, unit, segments, range, refit);
+    loop.mean = cut_at(loop.mean, fit.elastic_range);
+    elastic = law_of(loop, name, unit, segments, range, refit);
     for (CurveReport& known : report.curves)
       if (known.name == name) known = refit.curves.front();
     report.curves.push_back({friction_name(name), unit, static_cast<int>(fit.stack.elements.size()),
-                             fit.stack.stiffness(), width.x.back(), fit.rms_error,
-                             fit.largest_error, half_hysteresis(curve)});
+                             fit.stack.stiffness(), loop.width.x.back(), fit.rms_error,
+                             fit.largest_error, loop.half_hysteresis});
     return fit.stack;
   };
   ClothFriction friction;
-  for (int d = 0; d < 2; ++d) {
-    const KawabataCurve& curve = fabric.bending[d];
-    friction.bending[d] = split(curve, merged_loop(curve), half_width(curve),
-                                d == 0 ? "bending warp" : "bending weft", "gf cm/cm",
-                                bending_range(reach), laws.bending[d]);
-  }
-  const SampledCurve shear = mean_of(merged_loop(fabric.shear[0]), merged_loop(fabric.shear[1]));
-  const HalfWidth warp = half_width(fabric.shear[0]), weft = half_width(fabric.shear[1]);
-  const SampledCurve widths = mean_of({warp.x, warp.h}, {weft.x, weft.h});
-  friction.shear = split(fabric.shear[0], shear, {widths.x, widths.f},
-                         "shear (mean of warp and weft)", "gf/cm", shear_range(reach), laws.shear);
+  for (int d = 0; d < 2; ++d)
+    friction.bending[d] =
+        split(loop_of(fabric.bending[d]), d == 0 ? "bending warp" : "bending weft", "gf cm/cm",
+              bending_range(reach), laws.bending[d]);
+  friction.shear = split(shear_loop(fabric), "shear (mean of warp and weft)", "gf/cm",
+                         shear_range(reach), laws.shear);
   laws.friction = friction;
 }
 
