@@ -110,8 +110,8 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   if (result.sheet.error_budget)
     ending.numbers.emplace_back("error budget", budget_text(*result.sheet.error_budget));
   if (!report.pairs.empty()) ending.numbers.emplace_back("pairs of cameras", pairs_text(report));
-  for (const std::string& unseen : report.unseen)
-    ending.numbers.emplace_back("what the marks cannot see", unseen);
+  for (const Unseen& unseen : report.unseen)
+    ending.numbers.emplace_back("unseen errors, " + unseen.of, unseen.limits);
   if (report.islands > 0) {
     ending.numbers.emplace_back(
         "islands", fmt::format("{} of {} pieces without labels merged, {} dots",

@@ -51,6 +51,12 @@ struct PairAgreement {
   [[nodiscard]] bool good() const { return median_sigmas <= max_sigmas; }
 };
 
+/// Errors that no mark would contradict.
+struct Unseen {
+  std::string of;  ///< "scale", "object 1"
+  std::string limits;
+};
+
 struct TriangulateReport {
   int measured = 0;
   int gaps = 0;
@@ -71,7 +77,7 @@ struct TriangulateReport {
   std::vector<PairAgreement> pairs;       ///< of cameras, by name
   std::vector<Doubt> doubts;              ///< by mark
   std::vector<std::string> no_go;         ///< why the sheet is no measurement; empty: it is one
-  std::vector<std::string> unseen;        ///< errors of each object that no mark would contradict
+  std::vector<Unseen> unseen;             ///< of the scale and of each object
   std::vector<std::string> warnings;
 };
 

@@ -80,8 +80,8 @@ Mistake wider(const Box& box, const char* text, int axis) {
 
 }  // namespace
 
-std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& scene) {
-  std::vector<std::string> texts;
+std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) {
+  std::vector<Unseen> unseen;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const Obstacle& object = scene.obstacles[i];
     const auto* box = std::get_if<Box>(&object);
@@ -93,8 +93,7 @@ std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& sc
     const auto one = [&](const char* text, int parameter, double sign) {
       return along(object, text, parameter, sign);
     };
-    std::string text = fmt::format("object {}: ", i + 1) +
-                       guard.text({one("towards +x", 0, 1), one("towards -x", 0, -1),
+    std::string text = guard.text({one("towards +x", 0, 1), one("towards -x", 0, -1),
                                    one("towards +y", 1, 1), one("towards -y", 1, -1)},
                                   half_mm, "error of its place", "mm") +
                        "; " +
@@ -111,9 +110,10 @@ std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& sc
               guard.text({wider(*box, "too large along x", 0), wider(*box, "too large along y", 1)},
                          half_mm, "error of its width", "mm") +
               "; a width stated too small would not be seen, for cloth need not touch the sides";
-    texts.push_back(text + "; a plate of tags measures it (drape object)");
+    unseen.push_back(
+        {fmt::format("object {}", i + 1), text + "; a plate of tags measures it (drape object)"});
   }
-  return texts;
+  return unseen;
 }
 
 }  // namespace drape::triangulate

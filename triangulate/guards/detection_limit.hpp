@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/scene.hpp"
 #include "triangulate/guards/object_fit.hpp"
+#include "triangulate/triangulate.hpp"
 
 namespace drape::triangulate {
 
@@ -13,6 +13,6 @@ namespace drape::triangulate {
 /// its diameter or width, or turned, before the marks of this drape contradict it
 /// (contradictions_of_objects()), in the direction that is seen worst. The object is changed from
 /// how it is stated until it is named: by half of its width, 45 degrees.
-[[nodiscard]] std::vector<std::string> detection_limits(const SeenCloth& seen, const Scene& scene);
+[[nodiscard]] std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene);
 
 }  // namespace drape::triangulate

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/guards.hpp"
 
-#include <utility>
-
 #include "triangulate/guards/detection_limit.hpp"
 
 namespace drape::triangulate {
@@ -49,15 +47,14 @@ std::vector<std::string> contradictions_of(const Detections& detections,
   return found;
 }
 
-std::vector<std::string> unseen_errors_of(const Detections& detections,
-                                          const TriangulateOptions& options, const Sheet& sheet) {
+std::vector<Unseen> unseen_errors_of(const Detections& detections,
+                                     const TriangulateOptions& options, const Sheet& sheet) {
   const MarkLattice& lattice = detections.lattice;
   const double strain = strain_of(lattice, options);
-  std::vector<std::string> unseen = {
-      scale_text(unseen_scale(sheet.marks, lattice.pitch_m, strain, scale_sd_of(sheet, lattice)))};
-  if (!options.scene) return unseen;
-  for (std::string& text : detection_limits(seen_cloth(sheet, strain), *options.scene))
-    unseen.push_back(std::move(text));
+  std::vector<Unseen> unseen;
+  if (options.scene) unseen = detection_limits(seen_cloth(sheet, strain), *options.scene);
+  unseen.push_back({"scale", scale_text(unseen_scale(sheet.marks, lattice.pitch_m, strain,
+                                                     scale_sd_of(sheet, lattice)))});
   return unseen;
 }
 

@@ -78,8 +78,8 @@ struct Misses {
 
 /// Which errors of scale (unseen_scale()) and of the scene's objects (detection_limits()) this
 /// sheet would not contradict.
-[[nodiscard]] std::vector<std::string> unseen_errors_of(const Detections& detections,
-                                                        const TriangulateOptions& options,
-                                                        const Sheet& sheet);
+[[nodiscard]] std::vector<Unseen> unseen_errors_of(const Detections& detections,
+                                                   const TriangulateOptions& options,
+                                                   const Sheet& sheet);
 
 }  // namespace drape::triangulate

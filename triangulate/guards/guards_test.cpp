@@ -175,7 +175,9 @@ TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   const Scene scene = box_scene({0, 0, 0});
   const auto limits = detection_limits({sheet, spans_of(sheet, 1e-3)}, scene);
   ASSERT_EQ(limits.size(), 1U);
-  EXPECT_THAT(limits[0], HasSubstr("no error of its place towards -x up to 50 mm would be seen"));
+  EXPECT_EQ(limits[0].of, "object 1");
+  EXPECT_THAT(limits[0].limits,
+              HasSubstr("no error of its place towards -x up to 50 mm would be seen"));
   // Held on both sides, across a narrower box: the stated limit is where the guard begins to name.
   Sheet held = sheet;
   for (SheetMark& mark : held.marks) {
@@ -188,7 +190,7 @@ TEST(Guards, WhatTheMarksCannotSeeOfAnObjectIsStated) {
   Scene narrow = box_scene({0, 0, 0});
   std::get<Box>(narrow.obstacles[0]).size_m.x() = 90 * mm;
   EXPECT_THAT(objects_of(held, narrow), IsEmpty());
-  const std::string text = detection_limits({held, spans_of(held, 1e-3)}, narrow)[0];
+  const std::string text = detection_limits({held, spans_of(held, 1e-3)}, narrow)[0].limits;
   EXPECT_THAT(text, HasSubstr("towards +y up to")) << "nothing holds it along y";
   EXPECT_THAT(text, HasSubstr("drape object"));
 }
@@ -229,7 +231,7 @@ TEST(Guards, ATopIsTooHighBeyondItsOwnStandardDeviations) {
   ASSERT_EQ(found.size(), 1U);
   EXPECT_THAT(found[0], HasSubstr("its top lower by at most 1.82 mm"));
   // The printed limits are those of the guard: too low by the thickest cloth and three deviations.
-  EXPECT_THAT(detection_limits({sheet, spans_of(sheet, 1e-3)}, box_scene({0, 0, 0}))[0],
+  EXPECT_THAT(detection_limits({sheet, spans_of(sheet, 1e-3)}, box_scene({0, 0, 0}))[0].limits,
               HasSubstr("an error of its top's height below 3.1 mm (too low) would not be seen"));
 }
 
