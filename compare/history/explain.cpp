@@ -211,8 +211,10 @@ Difference difference_of(const StoreReader& store, const std::string& first,
   const std::string a = full_key(store, first), b = full_key(store, second);
   const Table rows = store.query(
       "SELECT s.scene, s.grid_rows || 'x' || s.grid_cols AS grid_size, s.segments, "
-      "s.simulator, s.model, c.* FROM comparison AS c JOIN simulation AS s ON s.sheet_sha256 = "
-      "c.simulated_sha256 WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
+      "s.simulator, s.model, c.*, coalesce(z.measurement, 'not stated') AS measurement FROM "
+      "comparison AS c JOIN simulation AS s ON s.sheet_sha256 = c.simulated_sha256 JOIN (" +
+          state_query() +
+          ") AS z ON z.comparison_id = c.id WHERE c.sha256 IN (?1, ?2) ORDER BY c.sha256 <> ?1",
       {a, b});
   Difference result;
   result.metrics.names = {"what", "A", "B", "B - A", "unit"};
@@ -220,7 +222,8 @@ Difference difference_of(const StoreReader& store, const std::string& first,
   const Table units = store.query("SELECT name, unit FROM metric");
   const auto& one = rows.rows.front();
   const auto& two = rows.rows.back();
-  for (std::size_t i = 0; i < rows.names.size(); ++i) {
+  result.metrics.add({"measurement", one.back(), two.back(), "", ""});
+  for (std::size_t i = 0; i + 1 < rows.names.size(); ++i) {
     const auto unit = std::find_if(units.rows.begin(), units.rows.end(),
                                    [&](const auto& u) { return u[0] == rows.names[i]; });
     if (unit != units.rows.end() && !one[i].empty() && !two[i].empty()) {

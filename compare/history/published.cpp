@@ -69,29 +69,34 @@ std::vector<Published> read_published(const std::string& file) {
 /// only) without any.
 struct PublishedColumn {
   std::string head, measured, model, solver;
+  bool go = true;
 };
 
-/// Sheets that were compared for the experiment; the model is named where there are several.
+/// Sheets that were compared for the experiment and not replaced since; the model is named where
+/// there are several.
 std::vector<PublishedColumn> columns_of(const StoreReader& store, const Published& row) {
   const Table found =
       row.real ? store.query(
-                     "SELECT DISTINCT rig || '_' || measured_set || '_' || substr(measured, 1, 6) "
-                     "AS head, measured, model, solver FROM v_comparison WHERE scene = ?1 AND "
-                     "simulator = 'drapebench' AND branch IS NULL ORDER BY head, model, solver",
+                     "SELECT rig || '_' || measured_set || '_' || substr(measured, 1, 6) "
+                     "AS head, measured, model, solver, max(coalesce(measurement, '') = 'NO-GO') "
+                     "FROM v_real_vs_virtual WHERE scene = ?1 AND simulator = 'drapebench' AND "
+                     "branch IS NULL AND coalesce(state, 'current') = 'current' GROUP BY head, "
+                     "measured, model, solver ORDER BY head, model, solver",
                      {row.experiment})
                : store.query(
-                     "SELECT DISTINCT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || "
+                     "SELECT coalesce((SELECT m.rig_name || '_' || m.set_name || '_' || "
                      "substr(m.sha256, 1, 6) FROM sheet AS m WHERE substr(m.sha256, 1, 12) = "
-                     "v.measured), 'virtual') AS head, coalesce(measured, ''), model, solver "
-                     "FROM v_virtual_vs_virtual AS v WHERE scene = ?1 ORDER BY measured IS NOT "
-                     "NULL, head, model, solver",
+                     "v.measured), 'virtual') AS head, coalesce(measured, ''), model, solver, "
+                     "max(coalesce(measurement, '') = 'NO-GO') FROM v_virtual_vs_virtual AS v "
+                     "WHERE scene = ?1 AND coalesce(state, 'current') = 'current' GROUP BY head, "
+                     "measured, model, solver ORDER BY measured IS NOT NULL, head, model, solver",
                      {row.experiment});
   std::vector<PublishedColumn> columns;
   for (const auto& c : found.rows) {
     const auto same = std::count_if(found.rows.begin(), found.rows.end(),
                                     [&](const auto& other) { return other[1] == c[1]; });
-    columns.push_back(
-        {same > 1 ? fmt::format("{}_{}_{}_mm", c[0], c[2], c[3]) : c[0] + "_mm", c[1], c[2], c[3]});
+    columns.push_back({same > 1 ? fmt::format("{}_{}_{}_mm", c[0], c[2], c[3]) : c[0] + "_mm", c[1],
+                       c[2], c[3], c[4] != "1"});
   }
   return columns;
 }
@@ -104,19 +109,19 @@ struct Cell {
 
 Cell cell_of(const StoreReader& store, const Published& row, const PublishedColumn& column) {
   const Table found =
-      row.real ? store.query(
-                     "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_comparison WHERE "
-                     "scene = ?1 AND measured = ?2 AND model = ?3 AND solver = ?4 AND grid_size = "
-                     "?5 AND CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND branch "
-                     "IS NULL "
-                     "ORDER BY id",
-                     {row.experiment, column.measured, column.model, column.solver, row.grid,
-                      row.segments})
-               : store.query(
-                     "SELECT round(mean_dist_mm, 2), both_at_rest FROM v_virtual_vs_virtual WHERE "
-                     "scene = ?1 AND coalesce(measured, '') = ?2 AND model = ?3 AND solver = ?4 "
-                     "AND pair = ?5",
-                     {row.experiment, column.measured, column.model, column.solver, row.grid});
+      row.real
+          ? store.query(
+                "SELECT round(mean_dist_mm, 2), status = 'at rest' FROM v_real_vs_virtual WHERE "
+                "scene = ?1 AND measured = ?2 AND model = ?3 AND solver = ?4 AND grid_size = "
+                "?5 AND CAST(segments AS TEXT) = ?6 AND simulator = 'drapebench' AND branch "
+                "IS NULL AND coalesce(state, 'current') = 'current' ORDER BY id",
+                {row.experiment, column.measured, column.model, column.solver, row.grid,
+                 row.segments})
+          : store.query(
+                "SELECT round(mean_dist_mm, 2), both_at_rest FROM v_virtual_vs_virtual WHERE "
+                "scene = ?1 AND coalesce(measured, '') = ?2 AND model = ?3 AND solver = ?4 "
+                "AND pair = ?5 AND coalesce(state, 'current') = 'current'",
+                {row.experiment, column.measured, column.model, column.solver, row.grid});
   Cell cell;
   for (const auto& result : found.rows) {
     cell.mean_mm += (cell.mean_mm.empty() ? "" : " / ") + result[0];
@@ -137,6 +142,7 @@ Table head_of(const Published& row, const std::vector<PublishedColumn>& columns)
   table.numeric = row.real ? std::vector<bool>{false, true, true} : std::vector<bool>{false, true};
   for (const PublishedColumn& column : columns) {
     table.names.push_back(column.head);
+    if (!column.go) table.title += "; measurement NO-GO: " + column.head;
     table.numeric.push_back(true);
   }
   table.names.emplace_back("not_at_rest");

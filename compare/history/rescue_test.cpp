@@ -10,6 +10,8 @@
 #include <random>
 #include <set>
 
+#include "compare/history/copies.hpp"
+#include "compare/history/merge.hpp"
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/history/signature.hpp"
@@ -144,6 +146,19 @@ TEST_F(Damaged, RescueNamesFilesThatAreNotAsTheyWereSealedAndAnAbsentList) {
   fs::remove(seal_path(store()));
   EXPECT_THAT(rescue_store(store(), damaged()).lost_files,
               testing::ElementsAre(testing::HasSubstr("no seal")));
+}
+
+TEST_F(Damaged, ACopyThatWasChangedIsNotSealedAsItIsNow) {
+  const std::vector<fs::path> copies = keep_copies(store(), read_session(sheets_, {}));
+  seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), copies);
+  write_durable(copies.front(), "other bytes");
+  EXPECT_THAT(rescue_store(store(), fresh()).lost_files,
+              testing::ElementsAre(testing::HasSubstr(copies.front().filename().string())));
+  (void)merge_stores(damaged(), {store()});
+  for (const fs::path& made : {fresh(), damaged()})
+    EXPECT_THAT(verify_store(made, false).findings,
+                testing::ElementsAre(
+                    testing::HasSubstr(copies.front().filename().string() + " were changed")));
 }
 
 TEST_F(Damaged, ASealThatSomebodyElseMadeIsNotTheSignedOne) {

@@ -155,7 +155,7 @@ std::vector<fs::path> Sealing::take_over(const fs::path& other, bool absent_too)
     if (!present && !absent_too) continue;
     const std::string key = fs::proximate(file, folder).generic_string();
     if (before_.files.count(key) != 0) continue;
-    if (whole) {
+    if (whole || !copy.empty()) {  // a copy never changes
       files_[key] = sha256;
     } else {
       files_.emplace(key, sha256);

@@ -97,7 +97,6 @@ TEST_F(Sealed, SaysWhatIsWrong) {
 TEST_F(Sealed, WhatCannotBeRecomputedIsAFinding) {
   fs::remove(seal_path(store()));
   seal_store(StoreLock(store(), StoreLock::Kind::alone), store(), {});
-  EXPECT_THAT(findings(), IsEmpty()) << "nothing else is asked";
   EXPECT_THAT(findings(true), Contains(HasSubstr("comparison " + first_key().substr(0, 12) +
                                                  " and 3 more were not recomputed")));
 }
@@ -372,6 +371,7 @@ TEST_F(Sealed, DiffShowsBothValuesAndTheMarks) {
   const Difference found = difference_of(reader, list.rows[0][0], list.rows[1][0]);
   EXPECT_THAT(found.marks.rows, SizeIs(119));
   bool has_mean = false;
+  EXPECT_EQ(found.metrics.rows[0][1] + found.metrics.rows[0][2], "GOGO");
   for (const auto& row : found.metrics.rows) {
     if (row[0] != "mean_mm") continue;
     has_mean = true;

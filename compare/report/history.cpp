@@ -120,9 +120,10 @@ HistoryPage history_page(const StoreReader& store, const TrendOptions& options) 
       "SELECT scene, pair, round(mean_dist_mm, 2) AS mean_dist_mm, round(max_mm, 2) AS max_mm, "
       "round(hausdorff_mm, 2) AS hausdorff_mm, points, fabric, model, solver, CASE both_at_rest "
       "WHEN 1 THEN 'yes' WHEN 0 THEN 'no' END AS at_rest, coalesce(measured, 'no real cloth') AS "
-      "measured, comparison FROM v_virtual_vs_virtual");
-  pairs.headings = {"scene",  "pair",  "mean (mm)", "largest (mm)", "Hausdorff (mm)", "points",
-                    "fabric", "model", "solver",    "both at rest", "marks of",       "pair"};
+      "measured, comparison, measurement, state FROM v_virtual_vs_virtual");
+  pairs.headings = {"scene",    "pair",   "mean (mm)",   "largest (mm)", "Hausdorff (mm)",
+                    "points",   "fabric", "model",       "solver",       "both at rest",
+                    "marks of", "pair",   "measurement", "state"};
   const std::size_t columns = list.names.size();
   const auto no_go = std::count_if(list.rows.begin(), list.rows.end(), [&](const auto& row) {
     return row[columns - 3] == "NO-GO" && row[columns - 1] == "current";

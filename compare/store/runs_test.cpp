@@ -260,6 +260,8 @@ TEST_F(Runs, PairsOfSheetsThatWereReplacedAreLeftOutOfTheTables) {
   EXPECT_EQ(paper_tables(reader, {.outdated = true}).at(1).rows.size(), 4U);
   EXPECT_EQ(paper_tables(reader, {.run = 1}).at(1).rows.size(), 4U);
   EXPECT_EQ(one("SELECT count(*) FROM v_table2"), "2");
+  const fs::path paper = drape::test::source_root() / "rigs/paper/published.csv";
+  EXPECT_EQ(published_tables(reader, paper.string()).at(0).rows.at(0).at(3), "") << "21x21, 5";
   EXPECT_EQ(one("SELECT count(*) FROM v_virtual_vs_virtual WHERE state = 'superseded'"), "2");
 }
 

@@ -176,8 +176,9 @@ std::vector<Situation> situations() {
       {"capture", add_replayed_cameras,
        "capture rig --set drape_C --out recording --patience-s 300", "capture verify recording", "",
        "the recording already holds this set"},
+      // Nobody has the sheets of that store's comparisons any more.
       {"migration", add_old_store, "results import out --store old/results.sqlite",
-       "results verify --store old/results.sqlite", "old/results.sqlite"},
+       "results verify --no-recompute --store old/results.sqlite", "old/results.sqlite"},
   };
 }
 
