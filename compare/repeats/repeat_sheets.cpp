@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -66,6 +67,10 @@ RepeatSheet read_repeat_sheet(const std::filesystem::path& file) {
 
 void require_one_drape(const std::vector<RepeatSheet>& repeats,
                        const std::vector<RepeatSheet>& virtual_sheets) {
+  std::map<std::string, std::string> seen;
+  for (const RepeatSheet& sheet : repeats)
+    if (const auto [other, is_new] = seen.emplace(sheet.ply_sha256, sheet.named.name); !is_new)
+      refuse(sheet, "it is a copy of " + other->second + ", which is no repeat", "marks");
   const RepeatSheet* first = nullptr;
   const auto require_scene = [&](const RepeatSheet& sheet, const std::string& scene) {
     if (first == nullptr) first = &sheet;

@@ -61,6 +61,7 @@ TEST(RepeatSheets, OfSeveralDrapesAreRefused) {
   EXPECT_THAT(refusal({one, two}, {simulation("s", "A")}), HasSubstr("scene `A`"));
   EXPECT_THAT(refusal({one, two}, {simulation("s", "C"), simulation("t", "A")}),
               HasSubstr("scene `A`"));
+  EXPECT_THAT(refusal({one, two, one}, {}), HasSubstr("copy of 1"));
   EXPECT_THAT(refusal({one, two, laying("3", {})}, {simulation("s", "C", "1.json")}),
               testing::AllOf(HasSubstr("does not say"), HasSubstr("where: 3")));
   // Three drapes of which one placed the simulation.
