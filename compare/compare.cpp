@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <map>
@@ -151,6 +152,22 @@ RealVirtual compare_real(const DrapeInput& input, const std::vector<Surface>& su
   return row;
 }
 
+/// A mesh in a larger unit than stated. The least mistake, cm for inches, leaves 1 / 2.54^2 of the
+/// area; the limit lies between that and the whole cloth.
+void require_area(const OtherSurface& surface, const Eigen::Vector2d& patch_m) {
+  constexpr double kLeastPart = 1 / 2.54;
+  double area_m2 = 0;
+  for (const auto& [a, b, c] : surface.mesh.triangles) {
+    const Eigen::Vector3d& p = surface.mesh.points[a];
+    area_m2 += 0.5 * (surface.mesh.points[b] - p).cross(surface.mesh.points[c] - p).norm();
+  }
+  const double part = area_m2 / patch_m.prod();
+  if (part >= kLeastPart) return;
+  throw bad_input(fmt::format("the mesh has {:.2g} of the cloth's area", part),
+                  {.file = surface.file.string(), .field = "unit_mm"},
+                  "give 10 for a mesh in cm, 25.4 in inches, 1000 in metres");
+}
+
 std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
   std::vector<RealSurface> rows;
   for (std::size_t i = 0; i < input.surfaces.size(); ++i) {
@@ -166,6 +183,7 @@ std::vector<RealSurface> compare_surfaces(const DrapeInput& input) {
                       {.file = surface.file.string(), .field = "scene"},
                       "put the measured sheet of each drape before its simulations");
     }
+    require_area(surface, input.measured.sheet.patch_m);
     rows.push_back(compare_to_surface(input.measured.sheet, surface.mesh));
     rows.back().surface = i;
   }

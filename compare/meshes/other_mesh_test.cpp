@@ -249,6 +249,22 @@ TEST(OtherSurface, IsAskedForInSoManyWords) {
   }
 }
 
+TEST(OtherSurface, OfTooLittleClothIsAMistakeOfUnit) {
+  const drape::test::TemporaryFolder folder;
+  const auto plane = read_other_surface(plane_without_marks(folder.path()));
+  ASSERT_TRUE(plane);
+  DrapeInput input = test::drape_of(test::measured_sheet(), {test::simulated_sheet(11, 5)});
+  input.surfaces.push_back(*plane);
+  EXPECT_EQ(compare_drape(input, {}).real_surface.size(), 1U);
+  for (Eigen::Vector3d& point : input.surfaces[0].mesh.points) point *= 0.1;
+  try {
+    (void)compare_drape(input, {});
+    FAIL() << "a plane of 100 mm is no cloth of 220 mm";
+  } catch (const Error& error) {
+    EXPECT_THAT(std::string(error.what()), HasSubstr("unit_mm"));
+  }
+}
+
 TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   const drape::test::TemporaryFolder folder;
   std::vector<fs::path> sheets = test::write_recorded_example(folder.path());
