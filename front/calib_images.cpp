@@ -205,7 +205,7 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
     return code;
   }
   write_durable(rig, rig_text(read_recording(recording)));
-  // A view without the whole board is a NO-GO of detect, and only one view less for calib.
+  // All views are free poses: one without the board is one less, and calib repeats a NO-GO.
   if (const int code = run_stage("detect",
                                  {recording.string(), "--rig", rig.string(), "--surface", "target",
                                   "--out", detections.string()},
