@@ -284,18 +284,14 @@ std::string cameras_text(const std::vector<FoundCamera>& cameras) {
 
 /// What `drape check` asks of a bench: places in space, and the world's own height.
 void check_plan(const NewRigOptions& options) {
-  const bool automatic = options.cameras == std::vector<std::string>{"auto"};
-  if (!automatic && options.cameras.size() < 2)
-    throw usage_error(fmt::format("--cameras names {} camera", options.cameras.size()),
-                      "a point in space needs two views: name two or more");
-  const std::set<double> heights(options.stage_z_mm.begin(), options.stage_z_mm.end());
-  if (heights.size() != options.stage_z_mm.size())
-    throw usage_error("--stages-mm names a height twice", "give each height once");
-  if (!heights.contains(0.0))
-    throw usage_error("--stages-mm holds no 0", "the stage at 0 defines the world");
-  if (options.free_poses == 0 && heights.size() < 2)
-    throw usage_error("there is one stage and no free pose",
-                      "give two heights or more with --stages-mm, or free poses");
+  const std::vector<double>& z_mm = options.stage_z_mm;
+  const std::set<double> heights(z_mm.begin(), z_mm.end());
+  if (options.cameras.size() < 2 && options.cameras != std::vector<std::string>{"auto"})
+    throw usage_error("--cameras names one", "name two or more: a point in space needs two views");
+  const bool few = options.free_poses == 0 && heights.size() < 2;
+  if (few || heights.size() != z_mm.size() || !heights.contains(0.0))
+    throw usage_error("--stages-mm names a height twice, lacks 0, or is one without free poses",
+                      "give each height once, and 0, which defines the world");
 }
 
 std::string rig_text(const NewRigOptions& options, const std::string& name,

@@ -139,7 +139,7 @@ TEST(NewRig, WhatCannotBeUnderstoodIsAUsageErrorAndWritesNothing) {
            {[](auto& o) {
               o.stage_z_mm = {30, 60};
             },
-            "holds no 0"},
+            "lacks 0"},
            {[](auto& o) { o.size_px = "1600"; }, "1600"}}) {
     NewRigOptions options = three_drapes(folder);
     spoil(options);

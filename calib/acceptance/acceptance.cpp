@@ -9,7 +9,7 @@
 #include "calib/acceptance/changes.hpp"
 #include "calib/acceptance/exchanged.hpp"
 #include "calib/acceptance/figures.hpp"
-#include "calib/acceptance/pictures.hpp"
+#include "calib/acceptance/positions.hpp"
 #include "calib/checks/known_length.hpp"
 #include "calib/tsai/correspondence.hpp"
 #include "core/error.hpp"

@@ -2,7 +2,7 @@
 #include <filesystem>
 
 #include "calib/acceptance/ending.hpp"
-#include "calib/acceptance/pictures.hpp"
+#include "calib/acceptance/positions.hpp"
 #include "calib/acceptance/program_options.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/acceptance/pictures.hpp"
+#include "calib/acceptance/positions.hpp"
 
 #include <fmt/format.h>
 
