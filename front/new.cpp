@@ -184,20 +184,18 @@ struct NewDrape {
 };
 
 void check_name(const std::string& name, const char* what) {
-  if (!std::regex_match(name, std::regex("[A-Za-z0-9][A-Za-z0-9_-]*"))) {
+  if (!std::regex_match(name, std::regex("[A-Za-z0-9][A-Za-z0-9_-]*")))
     throw usage_error(fmt::format("`{}` cannot name a {}", name, what),
                       "use letters, digits, - and _");
-  }
 }
 
 NewDrape drape_of(const std::string& text) {
   std::smatch parts;
   static const std::regex kForm("([^=]+)=(sphere|box|hung):([0-9]+(?:\\.[0-9]+)?)");
-  if (!std::regex_match(text, parts, kForm) || std::stod(parts[3]) <= 0) {
+  if (!std::regex_match(text, parts, kForm) || std::stod(parts[3]) <= 0)
     throw usage_error(fmt::format("`{}` is no drape", text),
                       "write NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM, "
                       "e.g. A=sphere:90");
-  }
   check_name(parts[1], "drape");
   return {parts[1], parts[2], std::stod(parts[3])};
 }
@@ -207,10 +205,9 @@ std::vector<NewDrape> drapes_of(const NewRigOptions& options) {
   std::set<std::string> names;
   for (const std::string& text : options.drapes) {
     drapes.push_back(drape_of(text));
-    if (!names.insert(drapes.back().name).second) {
+    if (!names.insert(drapes.back().name).second)
       throw usage_error(fmt::format("two drapes are called `{}`", drapes.back().name),
                         "give each its own name");
-    }
   }
   return drapes;
 }
@@ -298,10 +295,9 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
                      const std::vector<NewDrape>& drapes, const std::vector<FoundCamera>& found) {
   std::smatch size;
   static const std::regex kSize("([1-9][0-9]{0,5})x([1-9][0-9]{0,5})");
-  if (!std::regex_match(options.size_px, size, kSize)) {
+  if (!std::regex_match(options.size_px, size, kSize))
     throw usage_error(fmt::format("`{}` is no image size", options.size_px),
                       "write WIDTHxHEIGHT in pixels, e.g. 1600x1200");
-  }
   std::vector<std::string> scenes;
   for (const NewDrape& drape : drapes)
     scenes.push_back(fmt::format("\"scenes/{}.toml\"", drape.name));
@@ -318,10 +314,9 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
   std::set<std::string> names;
   for (const std::string& camera : options.cameras) {
     check_name(camera, "camera");
-    if (!names.insert(camera).second) {
+    if (!names.insert(camera).second)
       throw usage_error(fmt::format("two cameras are called `{}`", camera),
                         "give each its own name");
-    }
     text += fmt::format(kCamera, fmt::arg("name", camera), fmt::arg("width", size[1].str()),
                         fmt::arg("height", size[2].str()));
   }
