@@ -64,7 +64,7 @@ fs::path make_radii(const fs::path& folder) {
   std::string names = "fabric,sample,face,repeat,series", values = "1,1,1,1,repeat";
   for (int degrees = 0; degrees < 360; degrees += 10) {
     names += fmt::format(",r{:03}", degrees);
-    values += fmt::format(",{}", 110 + degrees % 60);
+    values += fmt::format(",{}", 100 + degrees % 40);
   }
   write_durable(folder / "hems.csv", names + "\n" + values + "\n");
   return folder / "hems.csv";
