@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
 #include "simulate/equilibrium/mixture.hpp"
+#include "simulate/start/clamps.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -18,6 +20,8 @@ using units::mm;
 
 // m; a particle deeper than this in an object is no result, cloth between particles a warning
 constexpr double kSunk = 0.1e-3;
+constexpr double kThrough = 0.25;  // of a body's thickness; deeper is through its middle
+constexpr double kTurned_rad = 45 * units::deg;  // a half triple beyond it bends like no curve
 
 }  // namespace
 
@@ -83,6 +87,9 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   if (report.deepest_edge_m > kSunk)
     fault = fmt::format("with an edge or corner of an object {:.2g} mm deep in it",
                         report.deepest_edge_m / mm);
+  const double through = through_part(grid, position, surroundings);
+  if (through > kThrough)
+    fault = fmt::format("passing through an object, {:.0f} % of its thickness deep", 100 * through);
   report.pierced_m = std::max(pierced_m(grid, position, surroundings),
                               rim_through_m(grid, position, surroundings));
   if (report.pierced_m > report.penetration_tolerance_m)
@@ -97,6 +104,23 @@ void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, cons
   } else {
     report.warnings.push_back("the sheet is " + fault);
   }
+}
+
+void judge_clamps(const Scene& scene, const GridSpec& grid, const Sheet& sheet,
+                  SimulateReport& report) {
+  if (sheet.marks.size() != static_cast<std::size_t>(grid.count())) return;
+  double most_rad = 0;
+  for (const ClampedPlace& place : clamps_on(scene, grid).places) {
+    const Vector3d edge =
+        sheet.marks[place.next].point_in_world - sheet.marks[place.held].point_in_world;
+    most_rad =
+        std::max(most_rad, std::atan2(std::abs(edge.dot(place.normal)), edge.dot(place.forward)));
+  }
+  if (most_rad > kTurned_rad)
+    report.warnings.push_back(
+        fmt::format("the cloth leaves a clamp at {:.0f} degrees to its direction within one grid "
+                    "spacing: the bend there is unresolved; give a finer grid",
+                    most_rad / units::deg));
 }
 
 }  // namespace drape::simulate

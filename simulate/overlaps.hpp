@@ -14,4 +14,9 @@ void measure_gaps(const GridSpec& grid, const Surroundings& surroundings, const 
 void judge_overlaps(const GridSpec& grid, const Surroundings& surroundings, const Field& position,
                     const SimulateOptions& options, SimulateReport& report);
 
+/// Warns where the cloth leaves a clamp at a large angle to the clamp's direction: its bend is then
+/// within one grid spacing. Folded back it is refused by the checker.
+void judge_clamps(const Scene& scene, const GridSpec& grid, const Sheet& sheet,
+                  SimulateReport& report);
+
 }  // namespace drape::simulate

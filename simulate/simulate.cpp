@@ -17,6 +17,7 @@
 #include "simulate/start/clamps.hpp"
 #include "simulate/start/history.hpp"
 #include "simulate/start/start.hpp"
+#include "simulate/start/start_check.hpp"
 #include "simulate/world.hpp"
 
 namespace drape::simulate {
@@ -25,6 +26,7 @@ namespace {
 using Eigen::Vector3d;
 using units::mm;
 
+constexpr double kMostResidual = 1e-3;      // of a particle's weight, on a sheet at rest
 constexpr double kPolishStep_s = 10;        // first pseudo-time step from a rest of motion
 constexpr double kPolishReach_m = 2e-7;     // particles nearer to a surface press on it
 constexpr double kPolishMove_m = 0.5 * mm;  // of a particle; farther is another valley
@@ -106,6 +108,10 @@ void SimulateOptions::check() const {
           "larger ratios need shorter steps; give at most 0.5");
   require(residual_tolerance > 0 && static_tolerance > 0, "the residual tolerance is not positive",
           "give e.g. 0.001");
+  require(
+      residual_tolerance <= kMostResidual && static_tolerance <= kMostResidual,
+      "the residual tolerance is above 0.001 of a particle's weight: such a sheet does not rest",
+      "give 0.001 or less");
   require(cloth_thickness_m >= 0 && cloth_thickness_m <= 0.01,
           "the cloth's thickness is not in 0 .. 10 mm", "give 0.5, or 0 to let it pass itself");
   require(penetration_tolerance_m > 0, "the penetration tolerance is not positive",
@@ -298,6 +304,7 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
   if (!options.internal_friction && !history_of(scene).empty())
     report.warnings.emplace_back(
         "start.history leaves no trace: without --internal-friction the cloth has no memory");
+  check_pins(scene, print, fabric);
   for (std::string& warning : check_clamps(scene, grid))
     report.warnings.push_back(std::move(warning));
   laws.stretch_damping_s = spring_damping_s(laws, grid, options.spring_damping_ratio);
@@ -366,6 +373,8 @@ SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& p
   SimulateResult result = simulate_here(local.scene, fabric, print, local.measured, options);
   take_to_world(local, mass_kg(fabric, print, options), result);
   judge_reach(options, result.report);
+  judge_clamps(scene, {options.rows, options.cols, print.patch_m, options.round}, result.sheet,
+               result.report);
   return result;
 }
 

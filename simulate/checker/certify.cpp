@@ -13,6 +13,7 @@
 #include "simulate/checker/clamps.hpp"
 #include "simulate/checker/edges.hpp"
 #include "simulate/checker/layers.hpp"
+#include "simulate/checker/mesh_contact.hpp"
 #include "simulate/checker/scene.hpp"
 #include "simulate/checker/sheet.hpp"
 
@@ -41,6 +42,10 @@ constexpr double kSlipAllowed = 1e-5;     // of an element's limit: rounding of 
 constexpr double kStrainAllowed = 1e-9;
 constexpr double kGapAllowed_m = 1e-6;
 constexpr double kPinAllowed_m = 1e-6;
+constexpr Real kMostTurned_deg = 90;  // farther the cloth is folded back in the clamp's own line
+constexpr Real kMostOfMeasured = 2;   // beyond, more of the strain is guessed than was measured
+constexpr double kPatchAllowed_m = 1e-6;  // rounding of the file
+constexpr double kThickest_m = 0.01;      // of cloth
 
 std::vector<Point> points_of(const Sheet& sheet) {
   std::vector<Point> points;
@@ -106,7 +111,8 @@ void compare_strains(CertifyReport& report, const CertificateClaim& claim, const
 }
 
 void judge_distances(CertifyReport& report, const CertificateClaim& claim, const Objects& objects,
-                     const std::vector<Point>& points, int rows, int cols) {
+                     const std::vector<Point>& points, const Sheet& sheet) {
+  const int rows = sheet.rows, cols = sheet.cols;
   const checker::Distances found = distances_of(objects, points, rows, cols);
   if (claim.least_gap_object_m && found.least_to_object) {
     compare(report, "least distance of a particle to an object (m)", *claim.least_gap_object_m,
@@ -117,8 +123,14 @@ void judge_distances(CertifyReport& report, const CertificateClaim& claim, const
   if (claim.at_rest) {
     limit(report, "depth of a particle in an object or the table (m)", 0, found.deepest_particle,
           kSunk);
+    const Real spacing =
+        std::max(Real(sheet.patch_m.x()) / (rows - 1), Real(sheet.patch_m.y()) / (cols - 1));
+    const Real most = std::min(Real(claim.penetration_tolerance_m),
+                               std::max(checker::kBetween_m, checker::kBetweenOfSide * spacing));
     limit(report, "depth between particles (m)", claim.deepest_between_m, found.deepest_between,
-          Real(claim.penetration_tolerance_m) + Real(kGapAllowed_m));
+          most + Real(kGapAllowed_m));
+    limit(report, "depth over the thickness of an object there", 0,
+          checker::through_of(objects, points, rows, cols), checker::kThrough);
     limit(report, "places where the sheet passes through itself", 0,
           checker::crossings_of(points, rows, cols), 0);
   }
@@ -245,7 +257,8 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const O
         found.largest / mean_weight, most);
 }
 
-void find_refusals(CertifyReport& report, const Sheet& sheet, const CertificateClaim& claim) {
+void find_refusals(CertifyReport& report, const Sheet& sheet, const Print& print,
+                   const CertificateClaim& claim) {
   if (sheet.is_measured()) report.refusals.emplace_back("the sheet is a measured one");
   if (sheet.rows != claim.rows || sheet.cols != claim.cols)
     report.refusals.push_back(fmt::format("the sheet has {}x{} points, the certificate {}x{}",
@@ -255,8 +268,21 @@ void find_refusals(CertifyReport& report, const Sheet& sheet, const CertificateC
     report.refusals.push_back(
         fmt::format("{} of {} points are missing", whole - sheet.marks.size(), whole));
   }
+  if (!((sheet.patch_m - print.patch_m).cwiseAbs().maxCoeff() <= kPatchAllowed_m))
+    report.refusals.push_back(
+        fmt::format("the sheet is of a patch of {:g} x {:g} mm, the print has {:g} x {:g} mm",
+                    sheet.patch_m.x() / units::mm, sheet.patch_m.y() / units::mm,
+                    print.patch_m.x() / units::mm, print.patch_m.y() / units::mm));
   if (claim.at_rest && !(claim.residual <= claim.residual_tolerance))
     report.refusals.emplace_back("the claimed residual is above the tolerance");
+  if (claim.at_rest && !(claim.residual_tolerance <= checker::kMostResidual))
+    report.refusals.push_back(
+        fmt::format("the residual tolerance is {:g} of a particle's weight; a rest is at most {:g}",
+                    claim.residual_tolerance, checker::kMostResidual));
+  if (!(claim.cloth_thickness_m >= 0 && claim.cloth_thickness_m <= kThickest_m))
+    report.refusals.push_back(fmt::format("layers of cloth are kept {:g} mm apart, at most {:g}",
+                                          claim.cloth_thickness_m / units::mm,
+                                          kThickest_m / units::mm));
 }
 
 }  // namespace
@@ -273,7 +299,7 @@ bool CertifyReport::accepted() const {
 CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabric,
                       const Print& print, const CertificateClaim& claim) {
   CertifyReport report;
-  find_refusals(report, sheet, claim);
+  find_refusals(report, sheet, print, claim);
   if (!report.refusals.empty()) return report;
   const std::vector<Point> points = points_of(sheet);
   const checker::Clamps clamps = checker::clamps_of(scene, sheet, points);
@@ -293,50 +319,26 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   const Real gravity_j = add_weight(mechanics, points, scene);
   compare_energies(report, claim, mechanics, gravity_j);
   compare_strains(report, claim, mechanics);
+  if (claim.at_rest) {
+    for (const int d : {0, 1})
+      limit(report,
+            d == 0 ? "warp strain over the last measured" : "weft strain over the last measured", 0,
+            mechanics.strain_most[d] / Real(fabric.tensile[d].x.back()), kMostOfMeasured);
+  }
   const Objects objects(scene);
-  judge_distances(report, claim, objects, points, sheet.rows, sheet.cols);
+  judge_distances(report, claim, objects, points, sheet);
   std::vector<Support> pins = pins_of(report, scene, print, sheet, points);
   if (!scene.clamps.empty()) {
     limit(report, "distance of a clamped point from its place (m)", 0, clamps.farthest_m,
           kPinAllowed_m);
     pins.insert(pins.end(), clamps.supports.begin(), clamps.supports.end());
+    if (claim.at_rest)
+      limit(report, "angle at which the cloth leaves a clamp, to its direction (deg)", 0,
+            clamps.turned_rad / Real(units::deg), kMostTurned_deg);
   }
   if (claim.at_rest)
     judge_balance(report, claim, objects, points, layer_reach_of(claim, sheet), mechanics, pins);
   return report;
-}
-
-CertificateClaim claim_of(const SimulateResult& result, const SimulateOptions& options) {
-  const SimulateReport& report = result.report;
-  CertificateClaim claim;
-  claim.at_rest = report.status == RestStatus::at_rest;
-  claim.rows = options.rows;
-  claim.cols = options.cols;
-  claim.segments = options.segments;
-  claim.reach = options.reach;
-  claim.model = options.model;
-  claim.paper_mass = options.mass == MassRule::paper;
-  claim.residual = report.residual;
-  claim.residual_tolerance = report.residual_tolerance;
-  claim.warp_least = report.strains.warp_least;
-  claim.warp_most = report.strains.warp_most;
-  claim.weft_least = report.strains.weft_least;
-  claim.weft_most = report.strains.weft_most;
-  claim.least_gap_object_m = report.least_gap_object_m;
-  claim.deepest_between_m = report.deepest_between_m;
-  claim.penetration_tolerance_m = report.penetration_tolerance_m;
-  claim.cloth_thickness_m = report.cloth_thickness_m;
-  claim.memory = result.memory;
-  claim.contact_forces = result.contact_forces;
-  if (!result.history.empty()) {
-    const HistoryRow& last = result.history.back();
-    claim.gravity_j = last.gravity_j;
-    claim.stretch_j = last.stretch_j;
-    claim.shear_j = last.shear_j;
-    claim.bending_j = last.bending_j;
-    claim.twist_j = last.twist_j;
-  }
-  return claim;
 }
 
 CertificateClaim read_claim(const std::filesystem::path& folder) {

@@ -11,46 +11,13 @@
 #include "simulate/checker/layers.hpp"
 #include "simulate/checker/scene.hpp"
 #include "simulate/checker/sheet.hpp"
+#include "tests/support/judged_drape.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::simulate {
 namespace {
 
 using units::mm;
-
-/// A drape of rigs/paper at rest and all that is needed to judge it.
-struct Case {
-  explicit Case(const std::string& name, const std::string& model)
-      : scene(read_scene(test::source_root() / "rigs/paper/scenes" / (name + ".toml"))),
-        fabric(read_fabric(scene.fabric_file)),
-        print(read_print(scene.print_file)) {
-    options.rows = options.cols = 11;
-    options.model = model;
-    result = simulate(scene, fabric, print, std::nullopt, options);
-    claim = claim_of(result, options);
-  }
-  [[nodiscard]] CertifyReport judge() const {
-    return certify(result.sheet, scene, fabric, print, claim);
-  }
-
-  Scene scene;
-  Fabric fabric;
-  Print print;
-  SimulateOptions options;
-  SimulateResult result;
-  CertificateClaim claim;
-};
-
-std::string listed(const CertifyReport& report) {
-  std::string text;
-  for (const CertifyLine& line : report.lines) {
-    if (!line.passes())
-      text += line.what + ": found " + std::to_string(line.found) + " claimed " +
-              std::to_string(line.claimed) + " allowed " + std::to_string(line.allowed) + "\n";
-  }
-  for (const std::string& refusal : report.refusals) text += refusal + "\n";
-  return text;
-}
 
 TEST(Certify, TrueCertificatesOfTheSphereAndThePinsHold) {
   for (const char* model : {"consistent", "paper"}) {

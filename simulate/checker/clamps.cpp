@@ -114,6 +114,11 @@ Clamps clamps_of(const Scene& scene, const Sheet& sheet, const std::vector<Point
   Clamps sum;
   Holder holder(sheet, points);
   for (const Clamp& clamp : scene.clamps) holder.hold(clamp, sum);
+  for (const HalfTriple& half : sum.halves) {
+    const Point edge = minus(points[half.next], points[half.held]);
+    sum.turned_rad = std::max(
+        sum.turned_rad, std::atan2(std::abs(dot(edge, half.normal)), dot(edge, half.forward)));
+  }
   return sum;
 }
 

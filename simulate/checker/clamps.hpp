@@ -15,6 +15,7 @@ struct Clamps {
   std::vector<HalfTriple> halves;
   std::vector<Support> supports;  ///< each clamped particle once, held in every direction
   Real farthest_m = 0;            ///< largest distance of a clamped particle from its place
+  Real turned_rad = 0;            ///< largest angle of a first edge, across the clamp, to `forward`
   std::vector<std::string> refusals;
 };
 

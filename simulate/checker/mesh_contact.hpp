@@ -22,6 +22,7 @@ constexpr Real kBetweenOfSide = 0.1L;  ///< ... or this part of the longest side
 struct MeshDepths {
   Real of_points = 0;
   Real between = 0;
+  Real through = 0;  ///< of the thickness of an object, see through_of()
 };
 
 /// Pairs of a side and a triangle that pass through each other and have no corner in common.

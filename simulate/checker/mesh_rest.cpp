@@ -319,6 +319,9 @@ class Judge {
     }
     result_.residual = double(points / weight);
     result_.side_residual = double(sides / (weight * length));
+    if (!(rest_.residual_tolerance <= kMostResidual))
+      refuse("{:.3g} of a point's weight may be left, a rest is at most {:.3g}",
+             rest_.residual_tolerance, kMostResidual);
     const double most = rest_.residual_tolerance * (1 + double(kRounding)) + double(kRounding);
     if (!(result_.residual <= most))
       refuse("{:.3g} of a point's weight is left on a point, {:.3g} was claimed", result_.residual,
@@ -343,6 +346,9 @@ class Judge {
     if (found.between > std::max(kBetween_m, kBetweenOfSide * longest))
       refuse("the cloth lies {:.3g} mm deep in an object between its points: give a finer mesh",
              double(found.between) * 1e3);
+    if (found.through > kThrough)
+      refuse("the cloth passes through an object, {:.2g} of its thickness deep",
+             double(found.through));
   }
 
   /// Cloth in the cylinder that the discs end: points, and sides between them.

@@ -88,6 +88,16 @@ MeshDepths MeshSurface::depths(const Objects& objects) const {
       look(mean({m[(k + 1) % 3], m[(k + 2) % 3]}));
     }
   }
+  for (std::size_t t = 0; t < sides_of_.size(); ++t) {
+    const std::array<int, 3>& side = sides_of_[t];
+    const std::array<Point, 3> m = {middle[side[0]], middle[side[1]], middle[side[2]]};
+    found.through = std::max(found.through, through_of(objects, m));
+    for (int k = 0; k < 3; ++k) {
+      const Point corner = point_of(rest_.points_m[rest_.triangles[t][k]]);
+      found.through =
+          std::max(found.through, through_of(objects, {corner, m[(k + 1) % 3], m[(k + 2) % 3]}));
+    }
+  }
   return found;
 }
 
@@ -140,6 +150,27 @@ bool MeshSurface::add(const Objects& objects, const ContactForce& stated,
     for (const auto& [i, weight] : of.sides) on_sides[i][axis] += weight * (*force)[axis];
   }
   return true;
+}
+
+Point left_by(const Objects& objects, const Point& point, Point force) {
+  std::size_t nearest = 0;
+  Real least = kTouch_m;
+  bool touches = false;
+  for (std::size_t k = 0; k <= objects.scene->obstacles.size(); ++k) {
+    const Real gap = gap_of(objects, k, point);
+    if (gap > least) continue;
+    least = gap;
+    nearest = k;
+    touches = true;
+  }
+  if (!touches) return force;
+  const Point normal = normal_of(objects, nearest, point);
+  const Real push = -dot(force, normal);
+  if (push <= 0) return force;
+  for (int axis = 0; axis < 3; ++axis) force[axis] += push * normal[axis];
+  const Real along = std::sqrt(dot(force, force)), bears = Real(objects.scene->friction) * push;
+  for (Real& f : force) f *= along > bears ? 1 - bears / along : 0;
+  return force;
 }
 
 }  // namespace drape::simulate::checker

@@ -12,6 +12,9 @@ namespace drape::simulate::checker {
 using Real = long double;
 using Point = std::array<Real, 3>;
 
+/// Of a particle's weight: what may be left on any sheet at rest, whatever its certificate allows.
+constexpr double kMostResidual = 1e-3;
+
 [[nodiscard]] inline Point minus(const Point& a, const Point& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/contact/piercing.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "simulate/contact/box_tree.hpp"
+#include "simulate/contact/deepest.hpp"
 #include "simulate/contact/proximity.hpp"
 #include "simulate/contact/solid_features.hpp"
 
@@ -154,7 +156,68 @@ double rim_over_m(const Surroundings& surroundings, int shape, const Vector3d& a
                         surroundings.normal(shape, entry), length);
 }
 
+/// Least extent along the principal axes (m).
+double thickness_of(const PlacedMesh& body) {
+  const std::vector<Vector3d>& corners = body.mesh->corners();
+  Eigen::MatrixX3d places(corners.size(), 3);
+  for (Eigen::Index k = 0; k < places.rows(); ++k)
+    places.row(k) = corners[static_cast<std::size_t>(k)].transpose();
+  places.rowwise() -= places.colwise().mean().eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(places.transpose() * places);
+  const Eigen::MatrixX3d along = places * axes.eigenvectors();
+  return (along.colwise().maxCoeff() - along.colwise().minCoeff()).minCoeff();
+}
+
+/// Of a convex body at a place in it. Normals are those about the place, since the body's middle
+/// has none.
+double thickness_at(const Surroundings& surroundings, int shape, const Vector3d& p) {
+  const auto out = [&](const Vector3d& direction) {
+    double far = 2 * kInside;
+    while (surroundings.gap_m(shape, p + far * direction) < 0) far *= 2;
+    double near = 0;
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      const double middle = 0.5 * (near + far);
+      (surroundings.gap_m(shape, p + middle * direction) < 0 ? near : far) = middle;
+    }
+    return far;
+  };
+  double least = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-kInside, kInside}) {
+      const Vector3d normal = surroundings.normal(shape, p + side * Vector3d::Unit(axis));
+      least = std::min(least, out(normal) + out(-normal));
+    }
+  }
+  return least;
+}
+
 }  // namespace
+
+double through_part(const GridSpec& grid, const Field& position, const Surroundings& surroundings) {
+  double largest = 0;
+  for (int shape = 0; shape < surroundings.count(); ++shape) {
+    if (surroundings.is_flat(shape)) continue;
+    const PlacedMesh* const mesh = surroundings.mesh(shape);
+    const double of_mesh_m = mesh != nullptr ? thickness_of(*mesh) : 0;
+    for (int cell = 0; cell < grid.count(); ++cell) {
+      if (!grid.has_cell(cell / grid.cols, cell % grid.cols)) continue;
+      for (const auto& [a, b, c] : corners_of(grid, cell)) {
+        const SheetTriangle piece = {at(position, a), at(position, b), at(position, c)};
+        const double reach_m = std::max((piece[1] - piece[0]).norm(), (piece[2] - piece[0]).norm());
+        // A piece in a thicker mesh has its corners deeper in it than they may be.
+        if (surroundings.gap_m(shape, piece[0]) > reach_m || of_mesh_m > 4 * reach_m) continue;
+        const DeepestPlace deepest = deepest_place(surroundings, shape, piece);
+        if (!(deepest.gap_m < 0)) continue;
+        const Vector3d place = deepest.weights[0] * piece[0] + deepest.weights[1] * piece[1] +
+                               deepest.weights[2] * piece[2];
+        largest = std::max(
+            largest, -deepest.gap_m /
+                         (mesh != nullptr ? of_mesh_m : thickness_at(surroundings, shape, place)));
+      }
+    }
+  }
+  return largest;
+}
 
 double rim_through_m(const GridSpec& grid, const Field& position,
                      const Surroundings& surroundings) {

@@ -7,6 +7,7 @@
 #include "simulate/piece/outline.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "simulate/simulate.hpp"
+#include "simulate/start/start_check.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -46,6 +47,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     outline = read_outline(*arguments.outline, options.spacing_m);
     record.input(*arguments.outline);
   }
+  check_pins(scene, print, fabric);
   SimulateReport fits;
   const auto reach = find_reach(scene, fabric, print, measured);
   ClothLaws laws = make_laws(fabric, arguments.segments, fits, reach);

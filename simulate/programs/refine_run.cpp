@@ -23,6 +23,8 @@ using units::mm;
 
 namespace {
 
+constexpr double kSame_m = 1e-6;  // rounding of the file
+
 SimulateOptions options_of(const CertificateClaim& claim, const SimulatedSource& source) {
   SimulateOptions options;
   options.rows = claim.rows;
@@ -76,8 +78,9 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   if (args.start) measured = read_start(*args.start, print);
   const auto* source = std::get_if<SimulatedSource>(&rest.sheet.source);
   if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
-      source->fabric_sha256 != fabric_sha256(fabric))
-    throw bad_input("the sheet was simulated from another content of the scene or the fabric",
+      source->fabric_sha256 != fabric_sha256(fabric) ||
+      !((rest.sheet.patch_m - print.patch_m).norm() <= kSame_m))
+    throw bad_input("the sheet was simulated from another content of scene, fabric or print",
                     {.file = rest_file.string()}, "simulate it again");
   record.input(rest_file);
   record.input(args.folder / "certificate.json");

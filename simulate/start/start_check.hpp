@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "core/rig.hpp"
+#include "core/scene.hpp"
 #include "simulate/cloth/cloth.hpp"
+#include "simulate/fabric/fabric.hpp"
 #include "simulate/objects/surroundings.hpp"
 
 namespace drape::simulate {
@@ -14,6 +17,10 @@ namespace drape::simulate {
 /// from such a sheet should know before the end is refused.
 [[nodiscard]] std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& position,
                                                        const Surroundings& surroundings);
+
+/// Throws Error(bad_input) naming two pins that are farther apart in space than the cloth between
+/// them reaches: along its threads, each stretched to the end of its measured curve.
+void check_pins(const Scene& scene, const Print& print, const Fabric& fabric);
 
 /// What is to be said where particles were inside an object at the start.
 [[nodiscard]] std::string warning_of_lifted(int particles);

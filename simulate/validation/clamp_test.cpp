@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -277,6 +278,27 @@ TEST(Clamp, AMovedAndTurnedWorldHasTheSameShape) {
     EXPECT_LT(
         (turn * a.sheet.marks[k].point_in_world + move - b.sheet.marks[k].point_in_world).norm(),
         1e-9);
+}
+
+// Too coarse for the bend, the sheet can end folded flat in the clamp, where its curvature no
+// longer changes with the angle.
+TEST(Clamp, ASheetFoldedBackInItIsRefused) {
+  const std::filesystem::path rig = test::source_root() / "rigs/paper";
+  Scene scene = read_scene(rig / "scenes/A.toml");
+  scene.obstacles.clear();
+  scene.table_z_m = -1;
+  scene.start = {StartMode::flat, 0, Vector3d(0.003, 0.002, 0), 0};
+  scene.clamps = {{{0, 0}, {0, 0.2}, {-0.1, 0.1, 0}, {0.1, 0.1, 0}, {0, 0, 1}}};
+  SimulateOptions options;
+  options.segments = 1;
+  options.solver = "fall";
+  const SimulateResult result = simulate_checked(
+      scene, read_fabric(scene.fabric_file), read_print(scene.print_file), std::nullopt, options);
+  EXPECT_EQ(result.report.status, RestStatus::refused) << result.report.sentence;
+  EXPECT_NE(result.report.sentence.find("leaves a clamp"), std::string::npos);
+  EXPECT_TRUE(std::any_of(
+      result.report.warnings.begin(), result.report.warnings.end(),
+      [](const std::string& text) { return text.find("unresolved") != std::string::npos; }));
 }
 
 TEST(Clamp, ThatNoGridCanHoldIsNamed) {
