@@ -53,6 +53,9 @@ void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check)
 
 /// A clamp holds a line of the cloth along warp or weft, about as long as in space.
 void check_clamps(const Scene& scene, const Print* print, BenchCheck& check);
+/// A pin holds a mark or a point of the cloth, not one beside it, and two pins not more cloth than
+/// there is between them.
+void check_pins(const Scene& scene, const Print* print, BenchCheck& check);
 
 /// The tag families that detect knows.
 [[nodiscard]] std::vector<std::string> known_tag_families();

@@ -165,28 +165,6 @@ void check_support(const Scene& scene, const Print* print, BenchCheck& check) {
         "give the height in mm from which the cloth was laid, a few mm");
 }
 
-/// A pin holds a mark or a point of the cloth, not one beside it.
-void check_pins(const Scene& scene, const Print* print, BenchCheck& check) {
-  if (print == nullptr) return;
-  for (std::size_t i = 0; i < scene.pins.size(); ++i) {
-    const Pin& pin = scene.pins[i];
-    if (pin.at_material_m) {
-      const Eigen::Vector2d at = *pin.at_material_m;
-      if (at.minCoeff() >= 0 && (print->patch_m - at).minCoeff() >= 0) continue;
-      add(check, scene.file, "pin.at_material_mm",
-          fmt::format("pin {} is at ({:g}, {:g}) mm, the patch is {:g} x {:g} mm", i + 1,
-                      at.x() / mm, at.y() / mm, print->patch_m.x() / mm, print->patch_m.y() / mm),
-          "count along warp and weft from the corner beside mark (0, 0)", i);
-    } else if (pin.mark.row < 0 || pin.mark.row >= print->rows || pin.mark.col < 0 ||
-               pin.mark.col >= print->cols) {
-      add(check, scene.file, "pin.row",
-          fmt::format("pin {} holds mark ({}, {}), the print has {} x {} marks", i + 1,
-                      pin.mark.row, pin.mark.col, print->rows, print->cols),
-          "rows and columns count from 0", i);
-    }
-  }
-}
-
 /// A box's turn is a measured value where a real drape is compared; nothing says that it is 0.
 void check_yaw(const Scene& scene, BenchCheck& check) {
   if (scene.set.empty()) return;

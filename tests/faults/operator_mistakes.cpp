@@ -189,6 +189,13 @@ std::vector<Mistake> typed_mistakes() {
        typed(c, "friction = 0.4", "friction = 0.4\nfriction_uncertainty = 4"),
        3,
        {"C.toml:", "friction_uncertainty", "one standard deviation"}},
+      {"pins_beyond_the_cloth",
+       "C",
+       typed(c, "yaw_deg = 14.0",
+             "yaw_deg = 14.0\n[[pin]]\nat_material_mm = [0.0, 0.0]\nat_mm = [-150.0, 100.0, 200.0]"
+             "\n[[pin]]\nat_material_mm = [0.0, 220.0]\nat_mm = [150.0, 100.0, 200.0]"),
+       3,
+       {"C.toml:", "pin.at_mm", "pins 1 and 2 are 300 mm apart", "220 mm along its threads"}},
       {"pin_beside_the_cloth",
        "C",
        typed(c, "yaw_deg = 14.0", "yaw_deg = 14.0\n[[pin]]\nat_material_mm = [2200.0, 0.0]"),
