@@ -205,8 +205,10 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
   std::vector<Scene> scenes;
   std::set<fs::path> fabrics, prints = {rig.print_file};
   for (const fs::path& file : files) {
+    const std::size_t before = check.problems.size();
     const auto scene = collecting(check, [&] { return read_scene(file); });
     if (!scene) continue;
+    if (check.problems.size() == before) check_meshes(*scene, check);
     scenes.push_back(*scene);
     check_scene(*scene, rig, print ? &*print : nullptr, check);
     check_stand_ins(file, "scene", check);

@@ -57,6 +57,9 @@ void check_clamps(const Scene& scene, const Print* print, BenchCheck& check);
 /// there is between them.
 void check_pins(const Scene& scene, const Print* print, BenchCheck& check);
 
+/// Objects that are meshes, through `drape simulate`, the reader that the simulation uses.
+void check_meshes(const Scene& scene, BenchCheck& check);
+
 /// The tag families that detect knows.
 [[nodiscard]] std::vector<std::string> known_tag_families();
 

@@ -21,7 +21,8 @@ class TriangleMesh {
                const std::filesystem::path& name);
 
   /// PLY (ASCII or binary little-endian) or OBJ, by the file's ending; millimetres. Polygons are
-  /// cut into fans, corners at the same place are joined.
+  /// cut into fans, corners at the same place are joined. Refuses a size that only another unit
+  /// explains.
   [[nodiscard]] static TriangleMesh read(const std::filesystem::path& file);
 
   struct Distance {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/objects/triangle_mesh.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -63,6 +65,34 @@ TEST(TriangleMesh, OpenAndInvertedMeshesAreRefused) {
   EXPECT_THROW((void)TriangleMesh::read(folder.path() / "lost.obj"), Error);
   write_durable(folder.path() / "cube.stl", cube);
   EXPECT_THROW((void)TriangleMesh::read(folder.path() / "cube.stl"), Error);
+}
+
+TEST(TriangleMesh, AMeshInAnotherUnitIsRefusedWithTheLikelyOne) {
+  const test::TemporaryFolder folder;
+  const auto box = [&](double side) {
+    std::string text;
+    for (int corner = 0; corner < 8; ++corner)
+      text += fmt::format("v {} {} {}\n", side * (corner & 1), side * (corner >> 1 & 1),
+                          side * (corner >> 2));
+    text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    write_durable(folder.path() / "box.obj", text);
+    return folder.path() / "box.obj";
+  };
+  for (const double side_mm : {5.0, 128.0, 3000.0})
+    EXPECT_NEAR(TriangleMesh::read(box(side_mm)).corners().back().z(), side_mm * 1e-3, 1e-12);
+  for (const auto& [side, unit] : {std::pair{0.128, "are these m,"},
+                                   {1.8, "are these m,"},
+                                   {4.9, "are these inches?"},
+                                   {128e3, "are these um?"},
+                                   {1e-9, "check its size"}}) {
+    try {
+      (void)TriangleMesh::read(box(side));
+      ADD_FAILURE() << "taken: " << side;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().file, (folder.path() / "box.obj").string());
+      EXPECT_NE(error.what_to_do().find(unit), std::string::npos) << error.what_to_do();
+    }
+  }
 }
 
 TEST(TriangleMesh, AsciiPlyIsRead) {

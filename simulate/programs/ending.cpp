@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/objects/surroundings.hpp"
 
 namespace drape::simulate {
 
@@ -47,6 +48,14 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
       "drape-compare MEASURED.ply {} --calibration FILE --store results.sqlite --report "
       "report.html",
       shell_word((out / "sheet.ply").string()));
+  return ending;
+}
+
+Ending objects_read(const std::filesystem::path& scene) {
+  if (scene.empty()) throw usage_error("SCENE is missing", "give a scene.toml");
+  const Surroundings around(read_scene(scene));
+  Ending ending;
+  ending.verdict = fmt::format("table and objects are read, {} together", around.count());
   return ending;
 }
 

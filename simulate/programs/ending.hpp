@@ -15,6 +15,9 @@ namespace drape::simulate {
 /// Throws Error(usage) when one of the two is missing: only --validate needs neither.
 void require_scene_and_out(const std::filesystem::path& scene, const std::filesystem::path& out);
 
+/// Reads a scene's objects; what can be none, such as a mesh in another unit, is an Error.
+[[nodiscard]] Ending objects_read(const std::filesystem::path& scene);
+
 /// Runs the closed-form checks and prints their table (not with --json) and ending; exit code.
 [[nodiscard]] int run_checks(const CommonOptions& common);
 

@@ -21,11 +21,12 @@ namespace {
 struct Arguments : RunArguments {
   double thickness_mm = 0.5;
   std::string mass = "area";
-  bool validate = false;
+  bool validate = false, check_objects = false;
 };
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.validate) return run_checks(common);
+  if (args.check_objects) return finish(objects_read(args.scene), common);
   require_scene_and_out(args.scene, args.out);
   RunRecord record("drape-simulate", std::move(words), run_record_path(args.out / "sheet.ply"));
   const RunInputs inputs = read_run_inputs(args, record);
@@ -55,6 +56,7 @@ int main(int argc, char** argv) {
   Arguments args;
   add_run_options(app, args, "folder for sheet, history.csv, certificate.json");
   app.add_flag("--validate", args.validate, "compare the model with closed forms, print a table");
+  app.add_flag("--check-objects", args.check_objects, "read the scene's objects, and stop");
   app.add_option("--model", args.options.model, "consistent, paper")->capture_default_str();
   app.add_option("--solver", args.options.solver,
                  "fall: motion, then Newton's method; rk4: motion only; static: Newton only")

@@ -37,12 +37,46 @@ std::function<void(const SmallBench&)> pictures(const std::function<void(Json&)>
   };
 }
 
+/// The box of C as a mesh of that side, in the file's numbers.
+std::function<void(const SmallBench&)> cube_as_mesh(const std::string& side) {
+  return [=](const SmallBench& bench) {
+    std::string text;
+    for (const char* corner :
+         {"0 0 0", "1 0 0", "0 1 0", "1 1 0", "0 0 1", "1 0 1", "0 1 1", "1 1 1"})
+      text += "v " + std::regex_replace(corner, std::regex("1"), side) + "\n";
+    write_durable(bench.rig() / "scenes/cube.obj",
+                  text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n");
+    const std::string scene = read_text(bench.rig() / "scenes/C.toml");
+    write_durable(bench.rig() / "scenes/C.toml",
+                  scene.substr(0, scene.find("[[object]]")) +
+                      "[[object]]\nkind = \"mesh\"\nfile = \"cube.obj\"\n"
+                      "origin_mm = [-67.0, -59.0, -6.0]\nyaw_deg = 14.0\n");
+  };
+}
+
 }  // namespace
 
 std::vector<Mistake> other_mistakes() {
   const std::string c = "scenes/C.toml", a = "scenes/A.toml";
   return {
       {"yaw_forgotten", "C", typed(c, "yaw_deg = 14.0", ""), 3, {"C.toml:", "yaw_deg"}},
+      {"mesh_in_metres", "C", cube_as_mesh("0.128"), 3, {"cube.obj", "are these m,"}},
+      {"mesh_with_a_hole",
+       "C",
+       [](const SmallBench& bench) {
+         cube_as_mesh("128")(bench);
+         bench.replace("scenes/cube.obj", "f 2 4 8 6\n", "");
+       },
+       3,
+       {"cube.obj", "open edge"}},
+      {"mesh_not_there",
+       "C",
+       [](const SmallBench& bench) {
+         cube_as_mesh("128")(bench);
+         fs::remove(bench.rig() / "scenes/cube.obj");
+       },
+       3,
+       {"cube.obj"}},
       {"another_print_in_the_scene",
        "C",
        [](const SmallBench& bench) {
