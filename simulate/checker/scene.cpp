@@ -244,24 +244,25 @@ class Finder {
   std::size_t last_ = 0, last_end_ = 0;  ///< the supports of the last place added
 };
 
-/// Least extent along the principal axes.
-Real thickness_of(const std::vector<Eigen::Vector3d>& corners) {
+/// Along the principal axes, the least first.
+Point extents_of(const std::vector<Eigen::Vector3d>& corners) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : corners) middle += p / static_cast<double>(corners.size());
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : corners) spread += (p - middle) * (p - middle).transpose();
   const Eigen::Matrix3d axes =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors();
-  double least = HUGE_VAL;
+  Point extents{};
   for (int axis = 0; axis < 3; ++axis) {
     double low = HUGE_VAL, high = -HUGE_VAL;
     for (const Eigen::Vector3d& p : corners) {
       low = std::min(low, axes.col(axis).dot(p));
       high = std::max(high, axes.col(axis).dot(p));
     }
-    least = std::min(least, high - low);
+    extents[static_cast<std::size_t>(axis)] = high - low;
   }
-  return least;
+  std::sort(extents.begin(), extents.end());
+  return extents;
 }
 
 }  // namespace
@@ -269,7 +270,7 @@ Real thickness_of(const std::vector<Eigen::Vector3d>& corners) {
 Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
   for (const Obstacle& obstacle : objects_of.obstacles) {
     meshes.emplace_back();
-    mesh_thickness.push_back(0);
+    mesh_extents.emplace_back();
     mesh_middle.emplace_back();
     if (const auto* mesh = std::get_if<MeshObject>(&obstacle)) {
       meshes.back() = std::make_shared<Surroundings>();
@@ -279,7 +280,7 @@ Objects::Objects(const Scene& objects_of) : scene(&objects_of) {
       for (const Eigen::Vector3d& p : placed.mesh->corners())
         middle += placed.world_from_mesh * p / static_cast<double>(placed.mesh->corners().size());
       mesh_middle.back() = {middle.x(), middle.y(), middle.z()};
-      mesh_thickness.back() = thickness_of(placed.mesh->corners());
+      mesh_extents.back() = extents_of(placed.mesh->corners());
     }
   }
 }

@@ -19,8 +19,8 @@ struct Objects {
 
   const Scene* scene;
   std::vector<std::shared_ptr<Surroundings>> meshes;  ///< one per mesh, else absent
-  std::vector<Real> mesh_thickness;  ///< least extent of each mesh along its principal axes, else 0
-  std::vector<Point> mesh_middle;    ///< mean of each mesh's corners
+  std::vector<Point> mesh_extents;  ///< of each mesh along its principal axes, the least first
+  std::vector<Point> mesh_middle;   ///< mean of each mesh's corners
 };
 
 /// Signed distance from object `k`, or from the table for k = number of obstacles.
@@ -39,9 +39,9 @@ struct Distances {
 /// Of an object's thickness: cloth that is deeper in it passes through its middle.
 constexpr Real kThrough = 0.25L;
 /// How deep a flat piece of cloth lies in an object, over the object's thickness there (the
-/// shortest line through the deepest place along normals about it; of a mesh its mesh_thickness);
-/// the largest over the objects, 0 for none; 1 between an object's middle and the table that it
-/// stands on.
+/// shortest line through the deepest place along normals about it; of a mesh its least extent);
+/// the largest over the objects narrower than the piece, 0 for none; 1 between an object's middle
+/// and the table that it stands on.
 [[nodiscard]] Real through_of(const Objects& objects, const std::array<Point, 3>& piece);
 /// The same of a sheet, each cell cut into two triangles.
 [[nodiscard]] Real through_of(const Objects& objects, const std::vector<Point>& points, int rows,

@@ -64,6 +64,18 @@ Real thickness_at(const Objects& objects, std::size_t k, const Point& p) {
   return least;
 }
 
+/// Across the longest extent, the larger of the two others; of a ball none, as it is as wide as
+/// thick.
+Real width_of(const Objects& objects, std::size_t k) {
+  const Obstacle& object = objects.scene->obstacles[k];
+  if (const auto* rod = std::get_if<Cylinder>(&object)) return 2 * Real(rod->radius_m);
+  if (const auto* box = std::get_if<Box>(&object)) {
+    const Eigen::Vector3d& s = box->size_m;
+    return std::max(std::min(s[0], s[1]), std::min(std::max(s[0], s[1]), s[2]));
+  }
+  return objects.mesh_extents[k][1];
+}
+
 Point middle_of(const Objects& objects, std::size_t k) {
   const auto point = [](const Eigen::Vector3d& p) { return Point{p.x(), p.y(), p.z()}; };
   const Obstacle& object = objects.scene->obstacles[k];
@@ -109,9 +121,8 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
     if (std::holds_alternative<Plane>(objects.scene->obstacles[k])) continue;
     if (lies_under(objects, k, piece)) return 1;
     if (gap_of(objects, k, piece[0]) > reach) continue;
-    const bool mesh = objects.meshes[k] != nullptr;
-    // A piece in a thicker one has its corners deeper in it than they may be.
-    if (mesh && kThrough * objects.mesh_thickness[k] > reach) continue;
+    // At the rim of a wider one, less than a cell of the cloth may be in it.
+    if (width_of(objects, k) > reach) continue;
     const auto place = [&](Real s, Real t) {
       return towards(towards(piece[0], u, s * (1 - t)), v, t);
     };
@@ -120,8 +131,9 @@ Real through_of(const Objects& objects, const std::array<Point, 3>& piece) {
     };
     const auto [gap, t] = least_of([&](Real at) { return over(at).first; });
     if (!(gap < 0)) continue;
-    const Real thickness =
-        mesh ? objects.mesh_thickness[k] : thickness_at(objects, k, place(over(t).second, t));
+    const Real thickness = objects.meshes[k] != nullptr
+                               ? objects.mesh_extents[k][0]
+                               : thickness_at(objects, k, place(over(t).second, t));
     most = std::max(most, -gap / thickness);
   }
   return most;

@@ -156,8 +156,7 @@ double rim_over_m(const Surroundings& surroundings, int shape, const Vector3d& a
                         surroundings.normal(shape, entry), length);
 }
 
-/// Least extent along the principal axes (m).
-double thickness_of(const PlacedMesh& body) {
+Vector3d extents_of(const PlacedMesh& body) {
   const std::vector<Vector3d>& corners = body.mesh->corners();
   Eigen::MatrixX3d places(corners.size(), 3);
   for (Eigen::Index k = 0; k < places.rows(); ++k)
@@ -165,7 +164,19 @@ double thickness_of(const PlacedMesh& body) {
   places.rowwise() -= places.colwise().mean().eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(places.transpose() * places);
   const Eigen::MatrixX3d along = places * axes.eigenvectors();
-  return (along.colwise().maxCoeff() - along.colwise().minCoeff()).minCoeff();
+  return (along.colwise().maxCoeff() - along.colwise().minCoeff()).transpose();
+}
+
+/// Extents (m) along the edges or principal axes, the least first. Of a ball none: it is as wide as
+/// thick.
+Vector3d extents_of(const Surroundings& surroundings, int shape) {
+  Vector3d sizes = Vector3d::Zero();
+  if (const auto* box = surroundings.box(shape)) sizes = box->size_m;
+  if (const auto* body = surroundings.cylinder(shape))
+    sizes = {2 * body->radius_m, 2 * body->radius_m, body->height_m};
+  if (const auto* mesh = surroundings.mesh(shape)) sizes = extents_of(*mesh);
+  std::sort(sizes.begin(), sizes.end());
+  return sizes;
 }
 
 /// Of a convex body at a place in it. Normals are those about the place, since the body's middle
@@ -197,22 +208,21 @@ double through_part(const GridSpec& grid, const Field& position, const Surroundi
   double largest = 0;
   for (int shape = 0; shape < surroundings.count(); ++shape) {
     if (surroundings.is_flat(shape)) continue;
-    const PlacedMesh* const mesh = surroundings.mesh(shape);
-    const double of_mesh_m = mesh != nullptr ? thickness_of(*mesh) : 0;
+    const bool mesh = surroundings.mesh(shape) != nullptr;
+    const Vector3d extents_m = extents_of(surroundings, shape);
     for (int cell = 0; cell < grid.count(); ++cell) {
       if (!grid.has_cell(cell / grid.cols, cell % grid.cols)) continue;
       for (const auto& [a, b, c] : corners_of(grid, cell)) {
         const SheetTriangle piece = {at(position, a), at(position, b), at(position, c)};
         const double reach_m = std::max((piece[1] - piece[0]).norm(), (piece[2] - piece[0]).norm());
-        // A piece in a thicker mesh has its corners deeper in it than they may be.
-        if (surroundings.gap_m(shape, piece[0]) > reach_m || of_mesh_m > 4 * reach_m) continue;
+        // What is wider meets grid lines: rim_through_m() or its own depth shows it.
+        if (extents_m[1] > reach_m || surroundings.gap_m(shape, piece[0]) > reach_m) continue;
         const DeepestPlace deepest = deepest_place(surroundings, shape, piece);
         if (!(deepest.gap_m < 0)) continue;
         const Vector3d place = deepest.weights[0] * piece[0] + deepest.weights[1] * piece[1] +
                                deepest.weights[2] * piece[2];
-        largest = std::max(
-            largest, -deepest.gap_m /
-                         (mesh != nullptr ? of_mesh_m : thickness_at(surroundings, shape, place)));
+        const double thickness_m = mesh ? extents_m[0] : thickness_at(surroundings, shape, place);
+        largest = std::max(largest, -deepest.gap_m / thickness_m);
       }
     }
   }

@@ -25,8 +25,9 @@ namespace drape::simulate {
 
 /// How deep the sheet's flat pieces lie in a body, over the body's thickness there (the shortest
 /// line through the deepest place along the normals about it; of a mesh its least extent along its
-/// principal axes); the largest over all bodies, 0 for none. Half is a body whose middle the sheet
-/// passes through: a rod or wire so thin that no depth in it is beyond a grid's tolerance.
+/// principal axes); the largest over all bodies narrower than a cell, 0 for none. Half is a body
+/// whose middle the sheet passes through: a rod or wire so thin that no depth in it is beyond a
+/// grid's tolerance.
 [[nodiscard]] double through_part(const GridSpec& grid, const Field& position,
                                   const Surroundings& surroundings);
 
