@@ -117,8 +117,8 @@ TEST(Refinement, OfAClampedSheetIsOfSecondOrderOnOneBranch) {
     std::cout << "  " << now.grid.rows << "x" << now.grid.cols << ": residual "
               << now.report.residual << ", " << now.report.iterations << " steps";
     if (k > 0)
-      std::cout << ", mean distance from the coarser " << distance_between_m(sheets[k - 1], now) / mm
-                << " mm";
+      std::cout << ", mean distance from the coarser "
+                << distance_between_m(sheets[k - 1], now) / mm << " mm";
     if (k > 1) {
       const double order = order_of(sheets[k - 2], sheets[k - 1], now);
       std::cout << ", order " << order;
