@@ -71,6 +71,9 @@ TEST(Validation, Patches) {
 TEST(Validation, Refinement) {
   expect_good(check_refinement);
 }
+TEST(Validation, ThroughTheFrontDoor) {
+  expect_good(check_door);
+}
 TEST(Validation, Motion) {
   expect_good(check_motion);
 }
