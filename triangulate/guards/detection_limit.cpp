@@ -84,6 +84,12 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
   std::vector<Unseen> unseen;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const Obstacle& object = scene.obstacles[i];
+    if (std::holds_alternative<MeshObject>(object)) {
+      unseen.push_back({fmt::format("object {}", i + 1),
+                        "a mesh: neither its place nor its turn nor its size is compared with the "
+                        "marks; a plate of tags measures its place and turn (drape object)"});
+      continue;
+    }
     const auto* box = std::get_if<Box>(&object);
     const auto* ball = std::get_if<Sphere>(&object);
     if (box == nullptr && ball == nullptr) continue;

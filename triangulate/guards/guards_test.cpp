@@ -270,6 +270,15 @@ TEST(Guards, APinOfAMarkThatIsAGapIsNamedWithItsReason) {
   EXPECT_THAT(found[0], HasSubstr("at_material_mm"));
 }
 
+TEST(Guards, SayThatTheyJudgeNoMesh) {
+  Scene scene;
+  scene.obstacles = {MeshObject{}};
+  const Sheet sheet = hanging_sheet(60);
+  const auto unseen = detection_limits({sheet, {}}, scene);
+  ASSERT_EQ(unseen.size(), 1U);
+  EXPECT_THAT(unseen[0].limits, HasSubstr("nor its size is compared with the marks"));
+}
+
 TEST(Guards, DistancesToBodiesAreThoseOfGeometry) {
   EXPECT_NEAR(*distance_to(Sphere{{0, 0, 1}, 0.5}, {0, 0, 2}), 0.5, 1e-12);
   Box box;
