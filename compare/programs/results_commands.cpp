@@ -297,8 +297,9 @@ void add_judging(Command& app, ResultsArguments& arguments) {
       ->expected(2);
   why->add_option("--camera", arguments.why.camera,
                   "of a calibration: the residual of this camera");
-  Command* verify = app.add_subcommand(
-      "verify", "finds every altered byte, row and option; exit code 1 when there is one");
+  Command* verify = app.add_subcommand("verify",
+                                       "finds every altered byte, row and option, and numbers that "
+                                       "cannot be recomputed; exit code 1 when there is one");
   verify->add_option("--key", arguments.signing_key,
                      "Ed25519 public key (PEM): the seal must be signed with its private key");
   Command* sign = app.add_subcommand("sign", "signs the seal, so that nobody else can make one");

@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
       ->one_of({"area", "paper"})
       ->capture_default_str();
   app.add_option("--tolerance", args.options.residual_tolerance,
-                 "rest: largest residual force over a particle's weight")
+                 "rest: largest residual force over a particle's weight; at most 0.001")
       ->capture_default_str();
   app.add_option("--static-tolerance", args.options.static_tolerance,
                  "the same for --solver static")
