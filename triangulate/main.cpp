@@ -71,6 +71,9 @@ int main(int argc, char** argv) {
     files.inputs.insert(files.inputs.end(), object_files.begin(), object_files.end());
     RunRecord record("drape-triangulate", arguments_of(argc, argv), run_record_path(out), files);
     if (!scene_file.empty()) options.scene = read_scene(scene_file);
+    for (const Obstacle& object :
+         options.scene ? options.scene->obstacles : std::vector<Obstacle>{})
+      if (const auto* mesh = std::get_if<MeshObject>(&object)) record.input(mesh->file);
     if (repeat.name.empty() ? !repeat.face.empty() : scene_file.empty())
       throw usage_error("a repeat is named without its drape", "give --repeat, --scene and --face");
     if (!repeat.name.empty()) require_plain_name(repeat.name, {.field = "--repeat"});

@@ -7,6 +7,8 @@
 #include <functional>
 #include <optional>
 
+#include "triangulate/guards/mesh_gaps.hpp"
+
 namespace drape::triangulate {
 namespace {
 
@@ -30,7 +32,7 @@ struct Guard {
     if (is_contradicted(seen, stated, scene.uncertainty_of(object))) return true;
     Scene other = scene;
     other.obstacles[object] = stated;
-    return untouched(seen.sheet, other).has_value();
+    return untouched(seen, other).has_value();
   }
 
   /// The smallest error from which on the guard names the object; nothing where it names none up to
@@ -85,9 +87,14 @@ std::vector<Unseen> detection_limits(const SeenCloth& seen, const Scene& scene) 
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const Obstacle& object = scene.obstacles[i];
     if (std::holds_alternative<MeshObject>(object)) {
+      double most_m = 0;
+      for (const SheetMark& mark : seen.sheet.marks)
+        most_m = std::max(most_m, most_inside_m(scene.uncertainty_of(i), mark));
       unseen.push_back({fmt::format("object {}", i + 1),
-                        "a mesh: neither its place nor its turn nor its size is compared with the "
-                        "marks; a plate of tags measures its place and turn (drape object)"});
+                        fmt::format("a mesh: what leaves some mark on it and none deeper inside "
+                                    "than {:.1f} mm would not be seen; a plate of tags measures "
+                                    "its place and turn (drape object)",
+                                    most_m / mm)});
       continue;
     }
     const auto* box = std::get_if<Box>(&object);

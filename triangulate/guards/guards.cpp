@@ -2,12 +2,19 @@
 #include "triangulate/guards/guards.hpp"
 
 #include "triangulate/guards/detection_limit.hpp"
+#include "triangulate/guards/mesh_gaps.hpp"
 
 namespace drape::triangulate {
 namespace {
 
-SeenCloth seen_cloth(const Sheet& sheet, double strain) {
-  return {sheet, spans_of(sheet, strain)};
+SeenCloth seen_cloth(const Sheet& sheet, double strain, const Scene& scene, int threads) {
+  SeenCloth seen{sheet, spans_of(sheet, strain)};
+  for (const Obstacle& object : scene.obstacles) {
+    const auto* mesh = std::get_if<MeshObject>(&object);
+    seen.mesh_gaps_m.push_back(mesh != nullptr ? gaps_to_mesh(sheet, *mesh, threads)
+                                               : std::vector<double>{});
+  }
+  return seen;
 }
 
 double strain_of(const MarkLattice& lattice, const TriangulateOptions& options) {
@@ -42,7 +49,9 @@ std::vector<std::string> contradictions_of(const Detections& detections,
                               options.scene ? options.scene->print_file.string() : "print.toml"));
   if (!options.scene) return found;
   // Lengths of cloth say nothing of objects while they contradict the print themselves.
-  if (found.empty()) add(contradictions_of_objects(seen_cloth(sheet, strain), *options.scene));
+  if (found.empty())
+    add(contradictions_of_objects(seen_cloth(sheet, strain, *options.scene, options.threads),
+                                  *options.scene));
   add(contradictions_of_pins(sheet, *options.scene));
   return found;
 }
@@ -52,7 +61,9 @@ std::vector<Unseen> unseen_errors_of(const Detections& detections,
   const MarkLattice& lattice = detections.lattice;
   const double strain = strain_of(lattice, options);
   std::vector<Unseen> unseen;
-  if (options.scene) unseen = detection_limits(seen_cloth(sheet, strain), *options.scene);
+  if (options.scene)
+    unseen = detection_limits(seen_cloth(sheet, strain, *options.scene, options.threads),
+                              *options.scene);
   unseen.push_back({"scale", scale_text(unseen_scale(sheet.marks, lattice.pitch_m, strain,
                                                      scale_sd_of(sheet, lattice)))});
   return unseen;

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/guards.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "tests/support/paths.hpp"
 #include "triangulate/guards/detection_limit.hpp"
+#include "triangulate/guards/mesh_gaps.hpp"
 #include "triangulate/guards/object_distance.hpp"
 #include "triangulate/guards/taut.hpp"
 
 namespace drape::triangulate {
 namespace {
+
+namespace fs = std::filesystem;
 
 using Eigen::Vector3d;
 using testing::HasSubstr;
@@ -270,13 +276,57 @@ TEST(Guards, APinOfAMarkThatIsAGapIsNamedWithItsReason) {
   EXPECT_THAT(found[0], HasSubstr("at_material_mm"));
 }
 
-TEST(Guards, SayThatTheyJudgeNoMesh) {
-  Scene scene;
-  scene.obstacles = {MeshObject{}};
-  const Sheet sheet = hanging_sheet(60);
-  const auto unseen = detection_limits({sheet, {}}, scene);
-  ASSERT_EQ(unseen.size(), 1U);
-  EXPECT_THAT(unseen[0].limits, HasSubstr("nor its size is compared with the marks"));
+/// A box of this width as triangles, on its foot, in the mesh file's millimetres.
+fs::path box_file(const drape::test::TemporaryFolder& folder, double side_mm) {
+  std::string text;
+  for (int i = 0; i < 8; ++i)
+    text += fmt::format("v {} {} {}\n", (i & 1) != 0 ? side_mm / 2 : -side_mm / 2,
+                        (i & 2) != 0 ? side_mm / 2 : -side_mm / 2, (i & 4) != 0 ? side_mm : 0);
+  text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  const fs::path file = folder.path() / fmt::format("box_{}.obj", side_mm);
+  write_durable(file, text);
+  return file;
+}
+
+TEST(Guards, AMeshThatIsNotUnderTheClothIsNamed) {
+  const drape::test::TemporaryFolder folder;
+  const Sheet sheet = bent_sheet(1, 1);  // its top at z = 0
+  const auto of = [&](double side_mm, double top_mm) {
+    Scene scene;
+    scene.file = "scene.toml";
+    scene.table_z_m = -1;
+    MeshObject object{box_file(folder, side_mm), {}};
+    object.world_from_mesh.translation_m = {0, 0, (top_mm - side_mm) * mm};
+    scene.obstacles = {object};
+    SeenCloth seen{sheet, {}, {gaps_to_mesh(sheet, object, 2)}};
+    return std::pair(contradictions_of_objects(seen, scene), detection_limits(seen, scene));
+  };
+  // 3.855 sqrt(0.5^2 + 0.5^2) mm and three deviations of a mark are 3.03 mm.
+  EXPECT_THAT(of(60, -0.9).first, IsEmpty());
+  EXPECT_THAT(of(60, 2.6).first, IsEmpty());
+  EXPECT_THAT(of(60, 3.3).first, testing::ElementsAre(HasSubstr("deep inside")));
+  EXPECT_THAT(of(60, -4).first, testing::ElementsAre(HasSubstr("no mark touches it")));
+  EXPECT_THAT(of(0.06, -60).first, testing::ElementsAre(HasSubstr("no mark touches it")));
+  EXPECT_THAT(of(60, 0).second.at(0).limits, HasSubstr("deeper inside than 3.0 mm"));
+}
+
+TEST(Guards, GapsToABoxOfTrianglesAreThoseToTheBox) {
+  const drape::test::TemporaryFolder folder;
+  MeshObject object{box_file(folder, 60), {}};
+  object.world_from_mesh.rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitZ()).toRotationMatrix();
+  object.world_from_mesh.translation_m = {5 * mm, -7 * mm, 11 * mm};
+  Box box{object.world_from_mesh, Vector3d::Constant(60 * mm), 0};
+  box.world_from_box.translation_m.z() += 30 * mm;
+  std::mt19937_64 random(20261126);
+  std::uniform_real_distribution<double> place(-80 * mm, 80 * mm);
+  Sheet sheet = bent_sheet(1, 1);
+  for (int times = 0; times < 4; ++times)
+    sheet.marks.insert(sheet.marks.end(), sheet.marks.begin(), sheet.marks.begin() + 121);
+  for (SheetMark& mark : sheet.marks)
+    mark.point_in_world = {place(random), place(random), place(random)};
+  const std::vector<double> gaps = gaps_to_mesh(sheet, object, 1);
+  for (std::size_t i = 0; i < gaps.size(); ++i)
+    ASSERT_NEAR(gaps[i], *distance_to(box, sheet.marks[i].point_in_world), 1e-12) << i;
 }
 
 TEST(Guards, DistancesToBodiesAreThoseOfGeometry) {

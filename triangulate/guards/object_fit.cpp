@@ -14,9 +14,6 @@ using Eigen::Vector3d;
 using units::deg;
 using units::mm;
 
-/// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
-constexpr double kCrease_m = 0.1 * mm;
-
 struct Changed {
   Change change;
 
@@ -154,7 +151,8 @@ bool is_contradicted(const SeenCloth& seen, const Obstacle& object,
   return lowest >= limit;
 }
 
-std::optional<Untouched> untouched(const Sheet& sheet, const Scene& scene) {
+std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene) {
+  const Sheet& sheet = seen.sheet;
   if (scene.obstacles.empty() || !scene.pins.empty() || !scene.clamps.empty() ||
       sheet.marks.empty())
     return std::nullopt;
@@ -162,8 +160,11 @@ std::optional<Untouched> untouched(const Sheet& sheet, const Scene& scene) {
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const ObjectUncertainty stated = scene.uncertainty_of(i);
     const double stated_m = std::hypot(stated.place_m(), stated.size_m());
-    for (const SheetMark& mark : sheet.marks) {
-      const double gap_m = distance_to(scene.obstacles[i], mark.point_in_world).value_or(0);
+    for (std::size_t k = 0; k < sheet.marks.size(); ++k) {
+      const SheetMark& mark = sheet.marks[k];
+      const double gap_m = std::holds_alternative<MeshObject>(scene.obstacles[i])
+                               ? seen.mesh_gaps_m.at(i).at(k)
+                               : distance_to(scene.obstacles[i], mark.point_in_world).value();
       if (gap_m >= found.nearest_m) continue;
       found = {i, gap_m, kThickest_m + kObjectSigmas * std::hypot(stated_m, sigma_m(mark))};
     }

@@ -26,10 +26,15 @@ constexpr double kThickest_m = 1 * units::mm;
 /// Marks lie outside an object within this many of their standard deviations.
 constexpr double kObjectSigmas = 3;
 
+/// Marks on sharp creases lie off by more than they state, by up to 0.23 mm (README, limits).
+constexpr double kCrease_m = 0.1 * units::mm;
+
 /// What a measured sheet says of where its objects are not.
 struct SeenCloth {
   const Sheet& sheet;
   std::vector<ClothSpan> spans;
+  /// Of each object of the scene that is a mesh, the gap to each mark; empty for all others.
+  std::vector<std::vector<double>> mesh_gaps_m = {};
 };
 
 /// What speaks against an object where it is: marks inside it, and cloth too short to pass outside.
@@ -68,6 +73,6 @@ struct Untouched {
   double nearest_m = 1;
   double allowed_m = 0;  ///< thickest cloth and three standard deviations of place, size and mark
 };
-[[nodiscard]] std::optional<Untouched> untouched(const Sheet& sheet, const Scene& scene);
+[[nodiscard]] std::optional<Untouched> untouched(const SeenCloth& seen, const Scene& scene);
 
 }  // namespace drape::triangulate

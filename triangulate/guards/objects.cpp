@@ -7,6 +7,7 @@
 
 #include "core/units.hpp"
 #include "triangulate/guards/guards.hpp"
+#include "triangulate/guards/mesh_gaps.hpp"
 #include "triangulate/guards/object_distance.hpp"
 #include "triangulate/guards/object_fit.hpp"
 #include "triangulate/guards/taut.hpp"
@@ -170,6 +171,11 @@ std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const 
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const Obstacle& object = scene.obstacles[i];
     const ObjectUncertainty stated = scene.uncertainty_of(i);
+    if (const auto* mesh = std::get_if<MeshObject>(&object)) {
+      const std::string why = contradiction_of_mesh(sheet, seen.mesh_gaps_m.at(i), *mesh, stated);
+      if (!why.empty()) found.push_back(fmt::format("{}, object {}: {}", file, i + 1, why));
+      continue;
+    }
     if (!is_contradicted(seen, object, stated)) continue;
     found.push_back(fmt::format(
         "{}, object {}: {}; no object within its uncertainties (place {:.2f} mm, size {:.2f} mm, "
@@ -178,7 +184,7 @@ std::vector<std::string> contradictions_of_objects(const SeenCloth& seen, const 
         chi2_limit(object), most_lowered_m(object, stated) / mm,
         suggestion(sheet, spans, object, scene)));
   }
-  if (const auto above = untouched(sheet, scene)) {
+  if (const auto above = untouched(seen, scene)) {
     found.push_back(fmt::format(
         "{}, object {}: no mark touches it, the nearest lies {:.2f} mm above, and cloth that "
         "rests on it at most {:.2f} mm; {}",

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/scene.hpp"
+#include "core/sheet.hpp"
+
+namespace drape::triangulate {
+
+/// Signed distance (m) of each mark from a closed mesh, negative inside: the nearest point of all
+/// triangles (Ericson 2005, 5.1.5), the sign by the solid angle under which they are seen (van
+/// Oosterom and Strackee 1983). Throws Error(bad_input) for a file that cannot be read.
+[[nodiscard]] std::vector<double> gaps_to_mesh(const Sheet& sheet, const MeshObject& object,
+                                               int threads);
+
+/// How deep a mark may lie in a mesh that is as stated: four values of place and turn, as for a
+/// body of known shape, at the upper half per cent of their chi square, and three standard
+/// deviations of the mark.
+[[nodiscard]] double most_inside_m(const ObjectUncertainty& stated, const SheetMark& mark);
+
+/// Why a mesh, one of the scene's objects, cannot be where and as large as stated; empty: it can.
+[[nodiscard]] std::string contradiction_of_mesh(const Sheet& sheet, const std::vector<double>& gaps,
+                                                const MeshObject& object,
+                                                const ObjectUncertainty& stated);
+
+}  // namespace drape::triangulate
