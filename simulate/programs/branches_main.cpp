@@ -26,7 +26,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     throw usage_error("--kicks is not in 0 .. 100000", "give --kicks 384");
   if (args.branches.starts < 1 || args.branches.starts > 10000)
     throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
-  RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json");
+  RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json",
+                   {{}, start_inputs(args)});
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "fall";
   args.options.threads = thread_count(common);

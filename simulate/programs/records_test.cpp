@@ -65,6 +65,19 @@ origin_mm = [900.0, 0.0, 0.0]
   test::TemporaryFolder folder_;
 };
 
+TEST_F(Records, ASimulationOverItsOwnStartIsRefusedAndNothingIsLost) {
+  const std::string line = test::program("drape-simulate").string() + " " + scene().string() +
+                           " --grid 6 --solver static --out " + out("drape").string();
+  ASSERT_EQ(WEXITSTATUS(std::system((line + " > /dev/null 2>&1").c_str())) & ~1, 0);
+  const std::string sheet = read_text(out("drape/sheet.ply")),
+                    record = read_text(out("drape/sheet.run.json"));
+  const int ended = std::system(
+      (line + " --start-from " + out("drape/sheet.ply").string() + " > /dev/null 2>&1").c_str());
+  EXPECT_EQ(WEXITSTATUS(ended), 2);
+  EXPECT_EQ(read_text(out("drape/sheet.ply")), sheet);
+  EXPECT_EQ(read_text(out("drape/sheet.run.json")), record);
+}
+
 TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
   const std::string scene_file = scene().string();
   const std::string drape = out("drape").string(), fine = out("fine").string(),

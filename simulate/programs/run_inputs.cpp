@@ -28,14 +28,16 @@ void add_run_options(Command& app, RunArguments& args, const std::string& out_ho
   app.add_option("--out", args.out, out_holds);
 }
 
+std::vector<fs::path> start_inputs(const RunArguments& args) {
+  return args.start ? start_files(*args.start) : std::vector<fs::path>{};
+}
+
 RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   const Scene scene = read_scene(args.scene);
   RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
   if (args.start) inputs.measured = read_start(*args.start, inputs.print);
   for (const fs::path& file : files_of(scene, inputs.fabric)) record.input(file);
-  if (args.start)
-    for (const fs::path& file : start_files(*args.start)) record.input(file);
   args.options.rows = args.options.cols = args.grid;
   // The model of the paper and round specimens keep the paper's fit.
   if (args.fit == "drape" && args.options.model == "consistent" && !args.options.round)

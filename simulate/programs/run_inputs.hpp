@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -38,8 +39,11 @@ struct RunInputs {
   std::optional<Sheet> measured;
 };
 
-/// Reads them, books them in the record and sets the grid of the options and, after a first
-/// run, the reach of the curves. Throws Error.
+/// What is read of --start-from; a record takes them when it begins, before any output is touched.
+[[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
+
+/// Reads them, books all but start_inputs() in the record and sets the grid of the options and,
+/// after a first run, the reach of the curves. Throws Error.
 [[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
 
 }  // namespace drape::simulate
