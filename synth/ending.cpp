@@ -17,6 +17,12 @@ Ending ending_of(const SynthReport& report, const Rig& rig, const std::filesyste
   ending.numbers = {
       {"marks with known truth", fmt::format("{}", report.marks)},
       {"of them seen whole", fmt::format("{} times by a camera", report.whole_views)}};
+  for (const std::string& set : report.not_over_objects)
+    ending.warnings.push_back(
+        fmt::format("{}: folds that rest on none of its scene's objects or pins, so drape run "
+                    "calls them NO-GO; "
+                    "--sheet {}=SHEET.json takes a drape, as drape simulate makes it",
+                    set, shell_word(set)));
   ending.next_command =
       fmt::format("drape run {} --recording {} --out DIR",
                   shell_word(rig.file.parent_path().string()), shell_word(out.string()));

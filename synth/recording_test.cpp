@@ -28,6 +28,7 @@ TEST(SyntheticRecording, IsReadAsAnyOtherAndSaysTheTruth) {
   const SynthReport report =
       write_synthetic_recording(bench_rig(), cameras, folder.path() / "r", options);
   EXPECT_EQ(report.pictures, 6);
+  EXPECT_THAT(report.not_over_objects, testing::ElementsAre("drape_A"));
   const Recording recording = read_recording(folder.path() / "r");
   ASSERT_EQ(recording.sets.size(), 2U);
   for (const FrameSet& set : recording.sets) {

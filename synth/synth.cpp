@@ -196,6 +196,13 @@ SynthReport write_synthetic_recording(const Rig& rig, const std::vector<Camera>&
   write_truth(folder / "truth.json", rig, cameras, truths);
   write_true_calibration(folder / "true_calibration.json", rig, cameras);
   write_recording(recording);
+  for (const auto& file : rig.scenes) {
+    const Scene scene = read_scene(file);
+    const bool is_bare = scene.obstacles.empty() && scene.pins.empty() && scene.clamps.empty();
+    if (!is_bare && !scene.set.empty() && is_asked(options, scene.set) &&
+        !options.sheets.contains(scene.set))
+      report.not_over_objects.push_back(scene.set);
+  }
   return report;
 }
 

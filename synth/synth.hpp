@@ -39,6 +39,7 @@ struct SynthReport {
   int pictures = 0;
   int whole_views = 0;  ///< of marks, inside the picture and hidden by nothing
   int marks = 0;        ///< over all sets
+  std::vector<std::string> not_over_objects;  ///< sets in folds whose scenes have objects or pins
 };
 
 /// Called after each set with the fraction done and its name.
