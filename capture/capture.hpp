@@ -75,6 +75,7 @@ struct VerifyReport {
   std::size_t images = 0;               ///< listed in the manifest
   std::vector<RecordingFault> faults;   ///< in the manifest's order
   std::vector<std::string> not_listed;  ///< images in the set folders that the manifest lacks
+  std::vector<std::string> no_go;       ///< sets that are no measurement, and why
 
   [[nodiscard]] bool good() const { return faults.empty(); }
 };

@@ -148,6 +148,36 @@ Recording make_recording(const fs::path& recording_folder, const FolderLayout& l
   return recording;
 }
 
+/// Gives a set what was noted of it before, where all its pictures are still the same: the times
+/// of its frames, how still it stood, and why it is no measurement. The details are a file that
+/// only its own folder has.
+void keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
+  std::vector<RecordedFrame> frames = set.frames;
+  for (RecordedFrame& frame : frames) {
+    const auto old =
+        std::find_if(before.frames.begin(), before.frames.end(), [&](const RecordedFrame& f) {
+          return f.camera == frame.camera && f.sha256 == frame.sha256;
+        });
+    if (old == before.frames.end()) return;
+    frame.device_time_s = old->device_time_s;
+  }
+  FrameSet kept = before;
+  kept.frames = std::move(frames);
+  if (!in_place) kept.details_sha256.reset();
+  if (!kept.no_go) kept.no_go = set.no_go;
+  set = std::move(kept);
+}
+
+void keep_notes_of(const fs::path& folder, bool in_place, Recording& recording) {
+  if (!fs::exists(folder / "recording.json")) return;
+  const Recording before = read_recording(folder);
+  if (in_place) recording.source = before.source;
+  if (!recording.recorded_on) recording.recorded_on = before.recorded_on;
+  for (FrameSet& set : recording.sets)
+    for (const FrameSet& old : before.sets)
+      if (old.name == set.name) keep_notes(old, in_place, set);
+}
+
 }  // namespace
 
 ImportResult import_folder(const fs::path& folder, const fs::path& recording_folder,
@@ -179,8 +209,11 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   }
   Recording recording = make_recording(recording_folder, layout, images);
   recording.recorded_on = options.recorded_on;
-  if (!recording.recorded_on && fs::exists(recording_folder / "recording.json"))
-    recording.recorded_on = read_recording(recording_folder).recorded_on;
+  if (!report.in_place) keep_notes_of(folder, false, recording);
+  keep_notes_of(recording_folder, true, recording);
+  for (const FrameSet& set : recording.sets)
+    if (set.no_go)
+      report.warnings.push_back(fmt::format("{}: NO-GO as before: {}", set.name, *set.no_go));
   write_recording(recording);
   return {std::move(recording), std::move(report)};
 }

@@ -73,6 +73,28 @@ TEST_F(Import, InPlaceWritesOnlyTheManifest) {
   EXPECT_TRUE(fs::exists(in() / "recording.json"));
 }
 
+TEST_F(Import, KeepsWhatWasNotedOfTheSamePictures) {
+  Recording taken = import_folder(in(), in(), {}).recording;
+  taken.source = "aravis";
+  taken.sets[0].no_go = "the cloth moved by 0.30 px";
+  taken.sets[0].motion_px = 0.3;
+  taken.sets[0].frames[1].device_time_s = 12.5;
+  write_recording(taken);
+  test::write_sets(in(), {"set11"}, {"cam0", "cam1"});
+  for (const fs::path& to : {in(), out(), out()}) {
+    const ImportResult result = import_folder(in(), to, {});
+    const Recording found = read_recording(to);
+    ASSERT_EQ(found.sets.size(), 3U);
+    EXPECT_EQ(found.source, to == in() ? "aravis" : "import");
+    EXPECT_EQ(found.sets[0].no_go, "the cloth moved by 0.30 px");
+    EXPECT_EQ(found.sets[0].motion_px, 0.3);
+    EXPECT_EQ(found.sets[0].frames[1].device_time_s, 12.5);
+    EXPECT_EQ(found.sets[1].no_go, std::nullopt);
+    EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as before")));
+  }
+  EXPECT_THAT(verify_recording(out(), {}).no_go, ElementsAre("set2: the cloth moved by 0.30 px"));
+}
+
 TEST_F(Import, GivesTheSameBytesAtAnyThreadCountAndAgain) {
   static_cast<void>(import_folder(in(), out(), {.threads = 1}));
   const std::string manifest = read_text(out() / "recording.json");

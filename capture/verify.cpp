@@ -56,11 +56,12 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
     ticker.done(items[i].frame->file);
   });
 
-  VerifyReport report{recording.sets.size(), items.size(), {}, {}};
+  VerifyReport report{recording.sets.size(), items.size(), {}, {}, {}};
   for (Item& item : items) {
     if (item.fault) report.faults.push_back(std::move(*item.fault));
   }
   for (const FrameSet& set : recording.sets) {
+    if (set.no_go) report.no_go.push_back(set.name + ": " + *set.no_go);
     if (auto fault = details_fault(recording, set)) report.faults.push_back(std::move(*fault));
   }
   for (const std::string& file : image_files_below(recording_folder)) {

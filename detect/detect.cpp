@@ -15,6 +15,7 @@
 #include "core/numbers/order.hpp"
 #include "core/parallel.hpp"
 #include "core/scene.hpp"
+#include "detect/dot_size.hpp"
 #include "detect/frame.hpp"
 #include "detect/image/image.hpp"
 #include "detect/image/overlay.hpp"
@@ -314,6 +315,13 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   result.report.poor_views = poor_views(result.detections.frames, qualities);
   if (std::string dark = unused_levels(result.detections.frames, qualities); !dark.empty())
     result.report.poor_views.push_back(std::move(dark));
+  if (!surface.board)
+    result.report.dot_size_ratio =
+        dot_size_ratio(result.detections.frames, result.detections.lattice);
+  const std::string other_size =
+      other_dot_size(result.report.dot_size_ratio, surface.lattice, surface.file.string());
+  for (const FrameDetections& frame : result.detections.frames)
+    blame_print(frame, other_size, result);
   look_for_other_print(recording, jobs, surface, options, result);
   judge_empty_frames(rig, options.surface, result);
   take_over_refusals(recording, options.sets, result);

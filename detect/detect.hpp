@@ -47,6 +47,7 @@ struct DetectReport {
   int marks = 0;                                    ///< measured and labelled, over all frames
   int islands = 0;                                  ///< measured, in pieces without a label
   std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
+  std::optional<double> dot_size_ratio;             ///< of the dots, measured over stated diameter
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
   /// Of pictures that must show marks: "set drape_A, camera cam1". A camera may not see a free
   /// pose.

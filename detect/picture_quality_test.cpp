@@ -10,6 +10,7 @@
 #include "core/units.hpp"
 #include "detect/cloth_picture.hpp"
 #include "detect/detect.hpp"
+#include "detect/dot_size.hpp"
 #include "detect/labels/tag_places.hpp"
 
 namespace drape::test {
@@ -62,6 +63,34 @@ std::vector<std::string> said_of(const ClothView& view) {
     qualities.push_back(quality_of(image));
   }
   return poor_views(frames, qualities);
+}
+
+/// What is said of two flat and tilted pictures of dots of 4 mm, at the stated diameter.
+std::pair<std::optional<double>, std::string> size_of(double stated_mm) {
+  Print stated = six_by_six();
+  stated.dot_diameter_m = stated_mm * mm;
+  std::vector<FrameDetections> frames;
+  for (const double squeeze : {1.0, 0.8}) {
+    ClothView view;
+    view.squeeze = squeeze;
+    frames.push_back(frame_of(picture_of(view), stated, "cam0"));
+  }
+  const MarkLattice lattice{Surface::cloth,        kMarks,         kMarks, stated.pitch_m,
+                            stated.dot_diameter_m, stated.patch_m, {},     {}};
+  const auto ratio = dot_size_ratio(frames, lattice);
+  return {ratio, other_dot_size(ratio, lattice, "print.toml")};
+}
+
+TEST(DotSize, IsMeasuredAndAnotherOneIsNamed) {
+  const auto [ratio, none] = size_of(4);
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.01);
+  EXPECT_THAT(none, IsEmpty());
+  EXPECT_THAT(size_of(3.8).second, IsEmpty());
+  for (const double stated_mm : {3.0, 3.5, 4.5, 5.5})
+    EXPECT_THAT(size_of(stated_mm).second,
+                AllOf(HasSubstr("the dots are "), HasSubstr("dot_diameter_mm in print.toml is")))
+        << stated_mm;
 }
 
 TEST(PictureQuality, EightBitsAreCountedAsTheirLevelsAreSorted) {

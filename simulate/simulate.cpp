@@ -208,6 +208,7 @@ SimulateResult move_with(const StaticCase& the_case, const Fabric& fabric, const
   Cloth cloth(grid, the_case.laws, options.mass,
               options.model == "paper" ? ClothModel::paper : ClothModel::consistent);
   cloth.clamp(clamps_on(scene, grid).places);
+  refuse_flat_start_inside(scene, grid, surroundings);
   const StartState start = make_start(scene, the_case.print, grid, the_case.measured,
                                       surroundings.top_z_m(), options.imperfection_m);
   SimulateOptions how = options;

@@ -70,7 +70,12 @@ void resolve(ProgramOptions& o) {
 
 std::vector<Camera> cameras_for(const ProgramOptions& o, const Rig& rig) {
   if (!o.cameras.empty()) return read_planned_cameras(o.cameras, rig);
-  return cameras_of(read_calibration(o.calibration), rig);
+  const Calibration calibration = read_calibration(o.calibration);
+  if (calibration.no_go)
+    throw bad_input("the calibration is NO-GO: " + *calibration.no_go,
+                    {.file = o.calibration.string(), .field = "no_go"},
+                    "calibrate again, or plan the cameras in a file for --cameras");
+  return cameras_of(calibration, rig);
 }
 
 }  // namespace drape::synth

@@ -34,6 +34,9 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& vector) {
 
 ExportResult export_calibration(const Calibration& calibration, ExchangeFormat format,
                                 const ExportOptions& options) {
+  if (calibration.no_go)
+    throw bad_input("the calibration is NO-GO: " + *calibration.no_go, {.field = "no_go"},
+                    "calibrate again; the files of other tools have no place for its verdict");
   // Kalibr's radtan has four terms; the others have k3.
   const BrownTerms terms =
       format == ExchangeFormat::kalibr ? BrownTerms::k1_k2_p1_p2 : BrownTerms::k1_k2_p1_p2_k3;

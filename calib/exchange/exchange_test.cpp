@@ -102,6 +102,17 @@ TEST(Exchange, ALensThatAFormatCannotHoldIsRefused) {
   EXPECT_GT(export_calibration(strong, ExchangeFormat::kalibr, loose).refits[1].max_px, 0.01);
 }
 
+TEST(Exchange, ANoGoCalibrationIsNotWrittenForOthers) {
+  Calibration bad = bench1_calibration(false);
+  bad.no_go = "cam1 misses by 3 px";
+  try {
+    (void)export_calibration(bad, ExchangeFormat::opencv, {});
+    FAIL() << "written";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("NO-GO: cam1 misses by 3 px"));
+  }
+}
+
 /// Projection by the documents of COLMAP and Kalibr: Brown's terms, pixel centres as given.
 Eigen::Vector2d by_the_document(const std::vector<double>& p, const Eigen::Vector3d& in_camera) {
   const double x = in_camera.x() / in_camera.z(), y = in_camera.y() / in_camera.z();

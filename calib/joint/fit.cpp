@@ -243,38 +243,54 @@ HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups) {
   return sum;
 }
 
-std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
-  constexpr int kDraws = 400;
-  std::vector<double> probabilities(table.size(), 0);
+namespace {
+
+constexpr int kDraws = 400;
+
+/// Mean square error per point of each lens (columns) in draws of the placements with replacement.
+std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table) {
   std::mt19937 random(1);
   const std::size_t views = table.front().views.size();
+  std::vector<std::vector<double>> draws;
   for (int draw = 0; draw < kDraws; ++draw) {
-    std::vector<HeldOut> drawn(table.size());
+    std::vector<double> errors(table.size(), 0);
+    std::vector<int> points(table.size(), 0);
     for (std::size_t i = 0; i < views; ++i) {
       const std::size_t view = random() % views;
       for (std::size_t lens = 0; lens < table.size(); ++lens) {
-        drawn[lens].rms_px += table[lens].views[view].squares_px2;
-        drawn[lens].points += table[lens].views[view].points;
+        errors[lens] += table[lens].views[view].squares_px2;
+        points[lens] += table[lens].views[view].points;
       }
     }
-    for (std::size_t lens = 0; lens < table.size(); ++lens) {
-      drawn[lens].lens = table[lens].lens;
-      drawn[lens].rms_px = std::sqrt(drawn[lens].rms_px / std::max(drawn[lens].points, 1));
-    }
-    const LensTerms chosen = choose_lens(drawn);
     for (std::size_t lens = 0; lens < table.size(); ++lens)
-      if (table[lens].lens == chosen) probabilities[lens] += 1.0 / kDraws;
+      errors[lens] /= std::max(points[lens], 1);
+    draws.push_back(std::move(errors));
+  }
+  return draws;
+}
+
+}  // namespace
+
+std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
+  std::vector<double> probabilities(table.size(), 0);
+  for (const std::vector<double>& errors : drawn_errors(table)) {
+    const auto least = std::min_element(errors.begin(), errors.end());
+    probabilities[static_cast<std::size_t>(least - errors.begin())] += 1.0 / kDraws;
   }
   return probabilities;
 }
 
 LensTerms choose_lens(const std::vector<HeldOut>& table) {
-  constexpr double kWorthIt = 0.995;
-  const HeldOut* best = &table.front();
-  for (const HeldOut& candidate : table) {
-    if (candidate.rms_px < kWorthIt * best->rms_px) best = &candidate;
+  constexpr double kSure = 0.975;
+  const auto draws = drawn_errors(table);
+  std::size_t best = 0;
+  for (std::size_t lens = 1; lens < table.size(); ++lens) {
+    const auto better = std::count_if(draws.begin(), draws.end(), [&](const auto& errors) {
+      return errors[lens] < errors[best];
+    });
+    if (static_cast<double>(better) >= kSure * kDraws) best = lens;
   }
-  return best->lens;
+  return table[best].lens;
 }
 
 }  // namespace drape::calib

@@ -53,11 +53,12 @@ void clear_unused(JointModel& model, LensTerms terms);
 /// Leaves out one group of placements after the other (`groups` of them, the world's stays).
 [[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
 
-/// The smallest lens whose held-out error no larger one betters by more than half a percent.
+/// The smallest lens whose held-out error no larger one betters in 97.5 % of the draws of the
+/// placements with replacement (bootstrap, fixed seed): a term that is real is taken, however small
+/// it is against the noise of one point, for a bias is common to thousands of them.
 [[nodiscard]] LensTerms choose_lens(const std::vector<HeldOut>& table);
 
-/// How often choose_lens() would take each lens, were the placements drawn again from those there
-/// are (bootstrap over placements, fixed seed); by the order of `table`, sum 1.
+/// How often each lens has the least held-out error in these draws; by the order of `table`, sum 1.
 [[nodiscard]] std::vector<double> lens_probabilities(const std::vector<HeldOut>& table);
 
 /// Distance (px) of a point from its image; infinite where it does not project.

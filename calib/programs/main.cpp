@@ -33,6 +33,8 @@ std::pair<Calibration, Ending> calibrate(const Detections& detections, const Rig
   const Target target = read_target(rig.target_file);
   const auto judged = [&](Calibration calibration, Ending ending) {
     if (const auto against = detections.reason_against(calibration.sets)) refuse(ending, *against);
+    if (options.known_lenses && options.known_lenses->no_go)
+      refuse(ending, "the lenses' calibration is NO-GO: " + *options.known_lenses->no_go);
     if (!ending.go) calibration.no_go = ending.verdict;
     return std::pair{std::move(calibration), ending};
   };

@@ -15,7 +15,11 @@ using Scale = std::function<PictureScale(const Silhouette&, const std::filesyste
 
 /// The point of a horizontal plane that a camera sees at a pixel: takes out lens and tilt.
 Scale scale_of_camera(const DrapemeterArguments& arguments) {
-  const Camera camera = read_calibration(*arguments.calibration).camera(arguments.camera).camera;
+  const Calibration calibration = read_calibration(*arguments.calibration);
+  if (calibration.no_go)
+    throw bad_input("the calibration is NO-GO: " + *calibration.no_go,
+                    {.file = arguments.calibration->string(), .field = "no_go"}, "calibrate again");
+  const Camera camera = calibration.camera(arguments.camera).camera;
   const double z_m = arguments.plane_z_mm * mm;
   return [camera, z_m](const Silhouette& silhouette, const std::filesystem::path& file) {
     const Where where{.file = file.string(), .camera = camera.name};

@@ -21,6 +21,10 @@ Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
     ending.numbers.emplace_back("median standard deviation",
                                 fmt::format("{:.4f} px", *report.median_sigma_px));
   }
+  if (report.dot_size_ratio) {
+    ending.numbers.emplace_back("diameter of the dots",
+                                fmt::format("{:.3f} of the stated one", *report.dot_size_ratio));
+  }
   if (report.islands > 0) {
     ending.numbers.emplace_back("marks in islands, without a label",
                                 fmt::format("{}", report.islands));

@@ -189,8 +189,9 @@ void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCh
     add(check, scene.file, "friction",
         fmt::format("a friction coefficient of {:g}; cloth on solids has 0.1 to {:g}",
                     scene.friction, kMostFriction),
-        fmt::format("is it {:g}? Measure it on a tilting plane: the tangent of the angle at which "
-                    "it slides",
+        fmt::format("is it {:.3g} (degrees), {:.3g} (per cent) or {:.3g}? Measure it on a tilting "
+                    "plane: the tangent of the angle at which it slides",
+                    std::tan(scene.friction * units::deg), scene.friction / 100,
                     scene.friction / 10));
   if (scene.friction < kLeastFriction && !scene.set.empty())
     check.warnings.push_back(fmt::format(

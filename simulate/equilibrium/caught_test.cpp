@@ -8,6 +8,7 @@
 #include <string>
 #include <variant>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
@@ -122,10 +123,43 @@ TEST(StaticSolver, ABodyThinnerThanAStepHoldsTheSheet) {
 
 TEST(StaticSolver, AStartInsideAnObjectIsSaid) {
   Scene scene = scene_over(plate(10 * mm));
-  scene.start.centre_in_world->z() = 0.099;
+  scene.start.centre_in_world->z() = 0.0995;
   EXPECT_THAT(drape_over(scene, 11).report.warnings, Contains(HasSubstr("started inside")));
   scene.start.centre_in_world->z() = 0.101;
   EXPECT_THAT(drape_over(scene, 11).report.warnings, Not(Contains(HasSubstr("started inside"))));
+}
+
+TEST(StaticSolver, AStartThatCouldComeOutBelowAnObjectIsRefused) {
+  const auto refused = [](const Scene& scene, bool round) -> std::string {
+    const GridSpec grid{11, 11, {0.2, 0.2}, round};
+    try {
+      refuse_flat_start_inside(scene, grid, Surroundings(scene));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.where().field, "start.centre_mm");
+      return error.what_to_do();
+    }
+    return "";
+  };
+  Scene scene = scene_over(Sphere{Vector3d(0, 0, 0.05), 0.05});
+  scene.start.mode = StartMode::flat;
+  scene.table_z_m = 0;
+  for (const double z_m : {0.0999, 0.1, 0.2}) {  // laid on it, touching, above
+    scene.start.centre_in_world = Vector3d(0, 0, z_m);
+    EXPECT_EQ(refused(scene, false), "") << z_m;
+  }
+  scene.start.centre_in_world = Vector3d(0, 0, 0.1e-3);  // metres for millimetres
+  EXPECT_THAT(refused(scene, false), HasSubstr("must be some"));
+  scene.start.centre_in_world = Vector3d(0, 0, 0.06);
+  EXPECT_THAT(refused(scene, false), HasSubstr("some 40 mm more"));
+  scene.obstacles.clear();
+  scene.start.centre_in_world = Vector3d(0, 0, -0.02);  // below the table
+  EXPECT_THAT(refused(scene, false), HasSubstr("some 20 mm more"));
+  // A post beside a round specimen, where a square one has its corner.
+  scene.obstacles = {
+      Box{{Eigen::Matrix3d::Identity(), Vector3d(0.09, 0.09, 0.05)}, Vector3d(0.01, 0.01, 0.1), 0}};
+  scene.start.centre_in_world = Vector3d(0, 0, 0.05);
+  EXPECT_EQ(refused(scene, true), "");
+  EXPECT_THAT(refused(scene, false), HasSubstr("some 50 mm more"));
 }
 
 TEST(Piercing, MeasuresHowFarARimStandsThroughTheSheet) {

@@ -231,6 +231,7 @@ bool has_to_meet_itself(const GridSpec& grid, const StaticOptions& options, cons
 StaticDrape drape_statically(const StaticCase& the_case, const GridSpec& grid,
                              const StaticOptions& options, const StartChange& change,
                              const AfterRest& after) {
+  refuse_flat_start_inside(the_case.scene, grid, the_case.surroundings);
   StaticDrape drape = drape_after_history(the_case, grid, options, change, after);
   if (!has_to_meet_itself(grid, options, drape.position, drape.report)) return drape;
   StaticOptions meets = options;

@@ -13,6 +13,7 @@
 #include "simulate/objects/surroundings.hpp"
 #include "simulate/piece/object_pushes.hpp"
 #include "simulate/start/start.hpp"
+#include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -133,6 +134,10 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
   if (!scene.clamps.empty())
     throw bad_input("a piece on triangles takes no clamp",
                     {.file = scene.file.string(), .field = "clamp"}, "hold it with [[pin]]");
+  if (laws.friction && !scene.start.history.empty())
+    throw bad_input("a piece on triangles takes no history",
+                    {.file = scene.file.string(), .field = "start.history"},
+                    "leave it out, or drape the whole patch with drape simulate");
   check_pins(scene, print, outline);
   check_size(outline, options.spacing_m);
   const Surroundings around(scene);
@@ -149,6 +154,7 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
   piece.state = cloth.state_of([&](const Vector2d& p) {
     return MeshCloth::Jet{flat.point_in_world(p, print.patch_m), along_warp, along_weft};
   });
+  refuse_inside(scene, ClothSurface(cloth).nodes(piece.state), around);
   std::vector<bool> held(static_cast<std::size_t>(cloth.unknowns()), false);
   piece.pinned_in_world = start.hold_in_world;
   for (std::size_t k = 0; k < scene.pins.size(); ++k) {

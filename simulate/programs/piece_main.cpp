@@ -47,6 +47,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     outline = read_outline(*arguments.outline, options.spacing_m);
     record.input(*arguments.outline);
   }
+  check_forces(scene);
   check_pins(scene, print, fabric);
   SimulateReport fits;
   const auto reach = find_reach(scene, fabric, print, measured);

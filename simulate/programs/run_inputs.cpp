@@ -2,6 +2,7 @@
 #include "simulate/programs/run_inputs.hpp"
 #include "core/program/command.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/start/start_check.hpp"
 #include "simulate/start/start_file.hpp"
 
 namespace drape::simulate {
@@ -34,6 +35,7 @@ std::vector<fs::path> start_inputs(const RunArguments& args) {
 
 RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   const Scene scene = read_scene(args.scene);
+  check_forces(scene);
   RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
   if (args.start) inputs.measured = read_start(*args.start, inputs.print);

@@ -28,16 +28,6 @@ constexpr int kReweights = 10;
 constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
 constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // of a patch: a yarn, a hall
 
-/// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
-void require_sized(const GridSpec& grid, const Scene& scene) {
-  const auto side = grid.patch_m.array();
-  if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
-  throw bad_input(fmt::format("a side of the patch of {:g} x {:g} mm is not in 0.1 mm .. 100 m",
-                              grid.patch_m.x() / mm, grid.patch_m.y() / mm),
-                  {.file = scene.print_file.string(), .field = "patch_mm"},
-                  "state in the print what the cloth measures");
-}
-
 /// Weighted rigid 2D fit world = centre + R(yaw) local.
 struct PlanarFit {
   Vector2d centre;
@@ -270,6 +260,16 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
                top_z_m, report);
   flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
   return flat;
+}
+
+/// No cloth is larger, and far beyond (1e12 m) places are rounded to what the checker sees.
+void require_sized(const GridSpec& grid, const Scene& scene) {
+  const auto side = grid.patch_m.array();
+  if ((side >= kLeastSide_m).all() && (side <= kLargestSide_m).all()) return;
+  throw bad_input(fmt::format("a side of the patch of {:g} x {:g} mm is not in 0.1 mm .. 100 m",
+                              grid.patch_m.x() / mm, grid.patch_m.y() / mm),
+                  {.file = scene.print_file.string(), .field = "patch_mm"},
+                  "state in the print what the cloth measures");
 }
 
 StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,

@@ -51,9 +51,12 @@ struct StartState {
 /// squares solution of the marks' positions and of vanishing second differences.
 [[nodiscard]] Field fill_measured(const Sheet& measured, const GridSpec& grid);
 
+/// Throws Error(bad_input) for a patch with a side outside 0.1 mm to 100 m.
+void require_sized(const GridSpec& grid, const Scene& scene);
+
 /// Start state for a scene. `measured` is needed by the modes flat_from_measured and measured and
-/// by pins without a point of their own. Throws Error(bad_input) for these, and for a patch with a
-/// side outside 0.1 mm to 100 m.
+/// by pins without a point of their own. Throws Error(bad_input) for these, and as
+/// require_sized().
 [[nodiscard]] StartState make_start(const Scene& scene, const Print& print, const GridSpec& grid,
                                     const std::optional<Sheet>& measured, double top_z_m,
                                     double imperfection_m);

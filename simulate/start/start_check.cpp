@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
+#include "simulate/start/start.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -17,6 +19,32 @@ using units::mm;
 
 constexpr double kPierced = 1e-4;    // m; less is a sheet that lies on an edge
 constexpr double kWritten_m = 1e-3;  // two places written to a whole millimetre
+
+/// Woven cloth is thinner (KES-FB-3 at 0.5 gf/cm2): a start that is laid on an object is not
+/// deeper.
+constexpr double kThickest_m = 1e-3;
+
+double deepest_m(const std::vector<Eigen::Vector3d>& places_in_world,
+                 const Surroundings& surroundings, double raised_m) {
+  double deepest = 0;
+  for (const Eigen::Vector3d& place : places_in_world)
+    for (int shape = 0; shape < surroundings.count(); ++shape)
+      deepest =
+          std::max(deepest, -surroundings.gap_m(shape, place + Eigen::Vector3d(0, 0, raised_m)));
+  return deepest;
+}
+
+/// Whether a place lies inside an object where its surface looks down: laid on it from below.
+bool is_below_an_object(const std::vector<Eigen::Vector3d>& places_in_world,
+                        const Surroundings& surroundings) {
+  constexpr double kRounded_m = 1e-6, kDown = -1e-3;
+  for (const Eigen::Vector3d& place : places_in_world)
+    for (int shape = 0; shape < surroundings.count(); ++shape)
+      if (surroundings.gap_m(shape, place) < -kRounded_m &&
+          surroundings.normal(shape, place).z() < kDown)
+        return true;
+  return false;
+}
 
 }  // namespace
 
@@ -35,6 +63,57 @@ std::vector<std::string> faults_of_start(const GridSpec& grid, const Field& posi
         "the start is pierced: an edge of an object stands {:.2g} mm through it", through_m / mm));
   }
   return faults;
+}
+
+void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& places_in_world,
+                   const Surroundings& surroundings) {
+  const double deep_m = deepest_m(places_in_world, surroundings, 0);
+  if (deep_m <= kThickest_m && !is_below_an_object(places_in_world, surroundings)) return;
+  constexpr double kHighest_m = 10, kFirst_m = 1e-3;
+  double raised_m = kFirst_m;
+  while (raised_m < kHighest_m && deepest_m(places_in_world, surroundings, raised_m) > 0)
+    raised_m += std::max(kFirst_m, deepest_m(places_in_world, surroundings, raised_m));
+  throw bad_input(
+      fmt::format("the flat start lies inside an object or below the table, by up to {:.3g} mm",
+                  deep_m / mm),
+      {.file = scene.file.string(), .field = "start.centre_mm"},
+      fmt::format("its height must be some {:.3g} mm more; are its numbers millimetres?",
+                  raised_m / mm));
+}
+
+void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
+                              const Surroundings& surroundings) {
+  if (scene.start.mode != StartMode::flat) return;
+  require_sized(grid, scene);
+  constexpr int kPlaces = 110;  // along each side: nearer together than half a small object
+  const FlatPose flat{scene.start.centre_in_world.value_or(Eigen::Vector3d::Zero()),
+                      scene.start.yaw_rad};
+  std::vector<Eigen::Vector3d> places;
+  for (int i = 0; i <= kPlaces; ++i) {
+    for (int k = 0; k <= kPlaces; ++k) {
+      const Eigen::Vector2d at(i / double{kPlaces}, k / double{kPlaces});
+      if (grid.round && (2 * at - Eigen::Vector2d::Ones()).norm() > 1) continue;
+      places.push_back(flat.point_in_world(at.cwiseProduct(grid.patch_m), grid.patch_m));
+    }
+  }
+  refuse_inside(scene, places, surroundings);
+}
+
+void check_forces(const Scene& scene) {
+  constexpr double kMostFriction = 1.5;  // of cloth on solids, as `drape check` has it
+  constexpr double kLeastGravity = 0.01, kMostGravity = 100;  // m/s2; closed forms have weak ones
+  if (scene.friction > kMostFriction)
+    throw bad_input(fmt::format("a friction coefficient of {:g}; cloth on solids has 0.1 to {:g}",
+                                scene.friction, kMostFriction),
+                    {.file = scene.file.string(), .field = "friction"},
+                    fmt::format("is it {:.3g} degrees, or {:.3g} %? Then give {:.3g}, or {:.3g}",
+                                scene.friction, scene.friction,
+                                std::tan(scene.friction * units::deg), scene.friction / 100));
+  const double gravity = scene.gravity_m_per_s2.norm();
+  if (!(gravity >= kLeastGravity && gravity <= kMostGravity))
+    throw bad_input(fmt::format("gravity of {:g} m/s2", gravity),
+                    {.file = scene.file.string(), .field = "gravity_m_per_s2"},
+                    "leave it out, or give [0, 0, -9.80665]");
 }
 
 void check_pins(const Scene& scene, const Print& print, const Fabric& fabric) {

@@ -22,6 +22,20 @@ namespace drape::simulate {
 /// them reaches: along its threads, each stretched to the end of its measured curve.
 void check_pins(const Scene& scene, const Print& print, const Fabric& fabric);
 
+/// Throws Error(bad_input) naming `start.centre_mm` and how much higher it must be, where a place
+/// of a flat start lies deeper inside an object or below the table than cloth is thick: no solver
+/// can know on which side it is to come out, and cloth that comes out below falls past the object.
+void refuse_inside(const Scene& scene, const std::vector<Eigen::Vector3d>& places_in_world,
+                   const Surroundings& surroundings);
+
+/// The same for the scene's own flat start of a grid; starts of other modes lie outside.
+void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
+                              const Surroundings& surroundings);
+
+/// Throws Error(bad_input) for a friction that no cloth has on a solid, as degrees or per cent give
+/// it, and for gravity of another unit or none.
+void check_forces(const Scene& scene);
+
 /// What is to be said where particles were inside an object at the start.
 [[nodiscard]] std::string warning_of_lifted(int particles);
 

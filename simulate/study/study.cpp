@@ -16,6 +16,7 @@
 #include "simulate/ensemble/branches.hpp"
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/start/start_check.hpp"
 
 namespace drape::simulate {
 namespace {
@@ -61,6 +62,7 @@ StudyOutcome simulate_case(const StudyCase& the_case, const StudyOptions& option
                    run_record_path(the_case.folder / "sheet.ply"));
   SimulateOptions how = options.simulate;
   Scene scene = seeded(read_scene(the_case.scene_file), the_case.seed, how.imperfection_m);
+  check_forces(scene);
   if (!the_case.fabric_file.empty()) scene.fabric_file = the_case.fabric_file;
   const Fabric fabric = read_fabric(scene.fabric_file);
   const Print print = read_print(scene.print_file);
