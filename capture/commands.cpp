@@ -211,17 +211,16 @@ class SessionDesk {
 
  private:
   void store(RecordOptions storing, LiveSet set, const LiveReport& report) {
-    const bool again = journal.holds(storing.set);
-    // Only what replaces it moves a take out of its place.
-    if (again) storing.set += ".new";
+    storing.retake = journal.holds(storing.set);
     Recorder recorder(cameras_, storing, journal);
     recorder.add(std::move(set), report);
     const RecordResult result = recorder.finish();
     for (const LiveFault& fault : result.refused) fmt::print(stderr, "NO-GO: {}\n", line_of(fault));
     refused += result.refused.size();
     if (result.sets.empty()) return;
-    last_ = again ? storing.set.substr(0, storing.set.size() - 4) : storing.set;
-    if (again) journal.replace(last_);
+    last_ = storing.set;
+    // Only what replaces it moves a take out of its place.
+    if (storing.retake) journal.replace(last_);
     journal.publish();
     std::erase(to_take_, last_);
     fmt::print(stderr, "GO: {} stored\n", last_);

@@ -82,6 +82,15 @@ FrameSet set_of(const Json& json, const fs::path& journal) {
   throw damaged(journal);
 }
 
+/// One name that a reader refuses would make the whole recording unreadable.
+void require_readable(const FrameSet& set, const Where& where) {
+  require_plain_name(set.name, where);
+  for (const RecordedFrame& frame : set.frames) {
+    require_plain_name(frame.camera, where);
+    static_cast<void>(name_inside({}, frame.file, where));
+  }
+}
+
 void sync_folder(const fs::path& folder) {
   const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw cannot_write(folder);
@@ -180,6 +189,7 @@ void Journal::write(const fs::path& file, std::string_view content) {
 
 void Journal::add(FrameSet set) {
   const fs::path folder = recording_.folder;
+  require_readable(set, {.file = (folder / "recording.json").string(), .set = set.name});
   if (fs::exists(folder / set.name))
     throw bad_input("the folder of this set is there already, and is in no recording",
                     {.file = (folder / set.name).string(), .set = set.name},
@@ -199,7 +209,7 @@ bool Journal::holds(const std::string& set) const {
 
 void Journal::replace(const std::string& set) {
   std::string older;
-  for (int take = 1; older.empty() || holds(older); ++take)
+  for (int take = 1; older.empty() || holds(older) || fs::exists(recording_.folder / older); ++take)
     older = fmt::format("{}.take{}", set, take);
   for (const auto& [from, to] : {std::pair{set, older}, {set + ".new", set}}) {
     write_line({{"renamed", Json::array({from, to})}});

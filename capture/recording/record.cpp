@@ -66,10 +66,8 @@ std::vector<std::uint8_t> encoded(const LiveFrame& frame, FrameFormat format,
   return bytes;
 }
 
-/// What a set is called once it has replaced the take before.
-std::string final_name(const std::string& name) {
-  return name.ends_with(".new") ? name.substr(0, name.size() - 4) : name;
-}
+/// A name has 200 bytes at most, and `_999` or `.take2147483647` is put behind this one.
+constexpr std::size_t kLongestSetName = 185;
 
 /// Why what is stored of a burst is no measurement.
 std::optional<std::string> reason_against(const StillReport& still) {
@@ -88,9 +86,14 @@ void require_set_name(const std::string& set) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-' || c == '.' || c == ' ';
   };
-  if (!set.empty() && set[0] != '.' && std::all_of(set.begin(), set.end(), fit)) return;
-  throw usage_error(fmt::format("`{}` cannot be the name of a set", set),
-                    "use letters, digits, space, _, - and .");
+  if (!set.empty() && set.size() <= kLongestSetName && set[0] != '.' && set[0] != '-' &&
+      !set.starts_with("recording.") && !set.ends_with(".new") &&
+      std::all_of(set.begin(), set.end(), fit))
+    return;
+  throw usage_error(fmt::format("`{}` cannot be the name of a set", printable(set)),
+                    fmt::format("use 1 to {} letters, digits, space, _, - and ., with no ., - or "
+                                "`recording.` in front and no `.new` at the end",
+                                kLongestSetName));
 }
 
 Recorder::Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal)
@@ -101,10 +104,14 @@ Recorder::Recorder(const CamerasFile& cameras, RecordOptions options, Journal& j
   refuse_known_set();
 }
 
+std::string Recorder::folder_of(const std::string& set) const {
+  return options_.retake ? set + ".new" : set;
+}
+
 void Recorder::refuse_known_set() const {
   for (const FrameSet& set : journal_.recording().sets) {
     const bool of_burst = options_.frames > 1 && set.name.starts_with(options_.set + "_0");
-    if (set.name != options_.set && !of_burst) continue;
+    if (set.name != folder_of(options_.set) && !of_burst) continue;
     throw bad_input("the recording already holds this set",
                     {.file = (options_.folder / "recording.json").string(), .set = set.name},
                     "give another --set; recorded images never change");
@@ -153,8 +160,9 @@ void Recorder::sum_up(LiveSet set, const LiveReport& report) {
 void Recorder::store(const std::string& name, const LiveSet& set,
                      const std::vector<FrameQuality>& qualities, std::size_t averaged,
                      const LiveReport& report) {
-  const fs::path folder = journal_.begin(name);
-  FrameSet stored{name, {}};
+  const std::string called = folder_of(name);
+  const fs::path folder = journal_.begin(called);
+  FrameSet stored{called, {}};
   stored.motion_px = still_.report().motion_px;
   stored.camera_shift_px = still_.report().background_shift_px;
   stored.no_go = reason_against(still_.report());
@@ -162,8 +170,8 @@ void Recorder::store(const std::string& name, const LiveSet& set,
   // All at once: the disk is waited for once, and not by one file after the other.
   parallel_for(set.frames.size() + 1, static_cast<int>(set.frames.size()) + 1, [&](std::size_t c) {
     if (c == set.frames.size()) {
-      const std::string details = pretty(set_details(final_name(name), set, qualities, averaged,
-                                                     report, still_.report(), options_));
+      const std::string details =
+          pretty(set_details(name, set, qualities, averaged, report, still_.report(), options_));
       Journal::write(folder / "capture.json", details);
       stored.details_sha256 = sha256_of(details);
       return;
@@ -174,12 +182,12 @@ void Recorder::store(const std::string& name, const LiveSet& set,
     const std::vector<std::uint8_t> bytes = encoded(frame, options_.format, camera);
     Journal::write(folder / file, view(bytes));
     if (!frame.raw.empty()) Journal::write(folder / raw_file(camera, frame), view(frame.raw));
-    stored.frames[c] = {camera,         name + "/" + file, sha256_of(bytes),
-                        frame.width_px, frame.height_px,   frame.mark.time_s};
+    stored.frames[c] = {camera,         called + "/" + file, sha256_of(bytes),
+                        frame.width_px, frame.height_px,     frame.mark.time_s};
   });
   for (const RecordedFrame& frame : stored.frames) result_.files.push_back(frame.file);
   journal_.add(std::move(stored));
-  result_.sets.push_back(name);
+  result_.sets.push_back(called);
 }
 
 RecordResult Recorder::finish() {

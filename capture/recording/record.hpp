@@ -21,6 +21,7 @@ struct RecordOptions {
   std::string set;
   int frames = 1;        ///< several are <set>_000, <set>_001, ...
   bool average = false;  ///< one set, the mean of all frames, instead of one set per frame
+  bool retake = false;   ///< of a set that is there: stored as <set>.new for Journal::replace
   double largest_spread_s = 0;
   QualityLimits limits;
   std::string recorded_on;  ///< ISO date
@@ -39,7 +40,8 @@ struct RecordResult {
 /// File of a frame's raw bytes in its set's folder.
 [[nodiscard]] std::string raw_file(const std::string& camera, const LiveFrame& frame);
 
-/// Throws Error(usage) when the name cannot be a folder's.
+/// Throws Error(usage) when the name, or what a burst or a retake makes of it, cannot be that of a
+/// set, or belongs to the recording's own files.
 void require_set_name(const std::string& set);
 
 /// Stores the sets of one capture as they come: <set>/<camera>.png or .pgm (8 bit, or 16 bit with
@@ -59,6 +61,7 @@ class Recorder {
   [[nodiscard]] RecordResult finish();
 
  private:
+  [[nodiscard]] std::string folder_of(const std::string& set) const;
   void refuse_known_set() const;
   void sum_up(LiveSet set, const LiveReport& report);
   void store(const std::string& name, const LiveSet& set,

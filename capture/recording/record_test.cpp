@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a capture stores, from frames that need no camera.
+#include "capture/recording/record.hpp"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "capture/capture.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::capture {
+namespace {
+
+using testing::ElementsAre;
+namespace fs = std::filesystem;
+
+constexpr int kBoardWidth_px = 320, kBoardHeight_px = 240;
+
+/// Two cameras, whose frames are a board of bright and dark fields.
+class Record : public testing::Test {
+ protected:
+  Record() {
+    for (const char* name : {"cam0", "cam1"}) {
+      LiveCamera camera{name, {}, {}};
+      camera.settings.width_px = kBoardWidth_px;
+      camera.settings.height_px = kBoardHeight_px;
+      cameras_.cameras.push_back(camera);
+      report_.cameras.push_back({});
+      report_.cameras.back().name = name;
+    }
+    options_.folder = temporary_.path() / "recording";
+    options_.largest_spread_s = 0.01;
+    options_.recorded_on = "2026-01-31";
+    options_.format = FrameFormat::pgm;
+  }
+
+  /// The cloth `shift_px` to the right.
+  [[nodiscard]] static LiveSet set_of(int shift_px = 0) {
+    LiveSet set{1e-3, {}, {}, {}};
+    for (std::size_t c = 0; c < 2; ++c) {
+      std::mt19937 random(static_cast<unsigned>(c));
+      LiveFrame frame{{}, kBoardWidth_px, kBoardHeight_px, "", {}};
+      for (int y = 0; y < kBoardHeight_px; ++y)
+        for (int x = 0; x < kBoardWidth_px; ++x)
+          frame.pixels.push_back(static_cast<std::uint8_t>(
+              (((x + kBoardWidth_px - shift_px) / 16 + y / 16) % 2 != 0 ? 200 : 20) +
+              random() % 8));
+      set.frames.push_back(std::move(frame));
+    }
+    return set;
+  }
+
+  void store(const std::string& set) {
+    options_.set = set;
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    recorder.add(set_of(), report_);
+    ASSERT_EQ(recorder.finish().sets.size(), 1U);
+    journal.close();
+  }
+
+  test::TemporaryFolder temporary_;
+  CamerasFile cameras_;
+  LiveReport report_;
+  RecordOptions options_;
+};
+
+TEST_F(Record, NoNameOfASetMakesTheRecordingUnreadable) {
+  store("good");
+  for (const std::string& name :
+       {std::string("-5"), std::string("-a"), std::string(".a"), std::string(), std::string("a/b"),
+        std::string("a,b"), std::string("recording.json"), std::string("recording.journal"),
+        std::string("recording.run.json"), std::string("good.new"), std::string(186, 'x')}) {
+    options_.set = name;
+    Journal journal(options_.folder, options_.recorded_on);
+    try {
+      Recorder recorder(cameras_, options_, journal);
+      FAIL() << name;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::usage) << name;
+    }
+  }
+  store("recording");
+  store("a.b-c d");
+  store(std::string(185, 'x'));
+  EXPECT_EQ(read_recording(options_.folder).sets.size(), 4U);
+  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+}
+
+/// Behind the longest name stands the number of a frame, or of a take.
+TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
+  const std::string longest(185, 'x');
+  options_.frames = 1000;
+  options_.set = longest;
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    recorder.add(set_of(), report_);
+    static_cast<void>(recorder.finish());
+    journal.close();
+  }
+  options_.frames = 1;
+  store(longest);
+  options_.retake = true;
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    recorder.add(set_of(), report_);
+    EXPECT_THAT(recorder.finish().sets, ElementsAre(longest + ".new"));
+    journal.replace(longest);
+    journal.close();
+  }
+  std::vector<std::string> names;
+  for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
+  EXPECT_THAT(names, ElementsAre(longest + "_000", longest + ".take1", longest));
+  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+}
+
+/// Its image would have a name of 204 bytes.
+TEST_F(Record, ACameraOfTooLongANameStoresNothingThatNobodyCanRead) {
+  store("good");
+  cameras_.cameras[1].name = std::string(200, 'c');
+  options_.set = "next";
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    EXPECT_THROW(recorder.add(set_of(), report_), Error);
+  }
+  Journal after(options_.folder, options_.recorded_on);
+  EXPECT_EQ(after.recording().sets.size(), 1U);
+  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+}
+
+}  // namespace
+}  // namespace drape::capture
