@@ -331,6 +331,9 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
                 const CommonOptions& common) {
   if (command.rig.empty() || command.recording.empty())
     throw usage_error("a capture needs RIG and --out", "see `drape capture --help`");
+  if (command.set.empty() && (command.frames > 1 || command.average))
+    throw usage_error("a session takes one frame of each camera at a time",
+                      "give --set NAME too, or leave out --frames and --average");
   if (command.set.empty()) return run_session(command, std::move(arguments), common);
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);

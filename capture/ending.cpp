@@ -79,12 +79,15 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
   Ending ending;
   const auto moved = stored.still.cloth_fault();
   const auto wanted = static_cast<std::size_t>(sets_wanted);
-  ending.go = stored.refused.empty() && stored.sets.size() >= wanted && !moved;
+  ending.go =
+      stored.refused.empty() && stored.sets.size() >= wanted && !moved && !stored.short_average;
   ending.verdict = stored.sets.empty()
                        ? "nothing was stored"
                        : fmt::format("{} of {} sets stored in {}", stored.sets.size(), wanted,
                                      (recording_folder / "recording.json").string());
   ending.numbers.emplace_back("sets", fmt::format("{}", fmt::join(stored.sets, ", ")));
+  if (stored.averaged > 0)
+    ending.numbers.emplace_back("averaged", fmt::format("{} frames", stored.averaged));
   ending.numbers.emplace_back("sync", to_string(report.method));
   if (report.paired_by == PairedBy::arrival)
     ending.numbers.emplace_back("paired by", "arrival: the spread of a set is not known");
@@ -121,6 +124,7 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
                         camera.name, one.value));
   for (const LiveFault& fault : report.faults) ending.rejected.push_back(line_of(fault));
   if (moved) ending.rejected.push_back(line_of(*moved));
+  if (stored.short_average) ending.rejected.push_back(line_of(*stored.short_average));
   for (const LiveFault& fault : stored.refused) ending.rejected.push_back(line_of(fault));
   ending.next_command =
       ending.go ? fmt::format("drape-capture verify {}", shell_word(recording_folder.string()))

@@ -69,10 +69,9 @@ std::vector<std::uint8_t> encoded(const LiveFrame& frame, FrameFormat format,
 /// A name has 200 bytes at most, and `_999` or `.take2147483647` is put behind this one.
 constexpr std::size_t kLongestSetName = 185;
 
-/// Why what is stored of a burst is no measurement.
-std::optional<std::string> reason_against(const StillReport& still) {
-  const auto moved = still.cloth_fault();
-  return moved ? std::optional(moved->what) : std::nullopt;
+LiveFault too_few_frames(std::size_t averaged, int asked) {
+  return {"", fmt::format("the average is of {} of {} frames", averaged, asked),
+          "look at the reasons above, then take it once more under another name"};
 }
 
 std::string_view view(const std::vector<std::uint8_t>& bytes) {
@@ -102,6 +101,11 @@ Recorder::Recorder(const CamerasFile& cameras, RecordOptions options, Journal& j
       journal_(journal),
       still_(cameras, options_.still) {
   refuse_known_set();
+}
+
+std::optional<std::string> Recorder::reason_against() const {
+  if (const auto moved = still_.report().cloth_fault()) return moved->what;
+  return result_.short_average ? std::optional(result_.short_average->what) : std::nullopt;
 }
 
 std::string Recorder::folder_of(const std::string& set) const {
@@ -165,7 +169,7 @@ void Recorder::store(const std::string& name, const LiveSet& set,
   FrameSet stored{called, {}};
   stored.motion_px = still_.report().motion_px;
   stored.camera_shift_px = still_.report().background_shift_px;
-  stored.no_go = reason_against(still_.report());
+  stored.no_go = reason_against();
   stored.frames.resize(set.frames.size());
   // All at once: the disk is waited for once, and not by one file after the other.
   parallel_for(set.frames.size() + 1, static_cast<int>(set.frames.size()) + 1, [&](std::size_t c) {
@@ -192,7 +196,10 @@ void Recorder::store(const std::string& name, const LiveSet& set,
 
 RecordResult Recorder::finish() {
   const StillReport& still = still_.report();
+  result_.averaged = summed_;
   if (first_) {
+    if (summed_ < static_cast<std::size_t>(options_.frames))
+      result_.short_average = too_few_frames(summed_, options_.frames);
     const auto moved = still.cloth_fault();
     if (moved) {
       add_fault(result_.refused, *moved);
@@ -219,7 +226,7 @@ RecordResult Recorder::finish() {
       continue;
     set.motion_px = still.motion_px;
     set.camera_shift_px = still.background_shift_px;
-    set.no_go = reason_against(still);
+    set.no_go = reason_against();
   }
   result_.still = still;
   return std::move(result_);

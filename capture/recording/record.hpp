@@ -34,7 +34,9 @@ struct RecordResult {
   std::vector<LiveFault> refused;  ///< frames and sets that were not, with reason and remedy
   std::vector<std::string> files;  ///< images, relative to the folder
   StillReport still;
-  std::vector<double> spread_bounds_s;  ///< of sets whose spread is not known
+  std::size_t averaged = 0;                ///< frames of each camera in the average
+  std::optional<LiveFault> short_average;  ///< stored as NO-GO: it is of fewer frames than asked
+  std::vector<double> spread_bounds_s;     ///< of sets whose spread is not known
 };
 
 /// File of a frame's raw bytes in its set's folder.
@@ -61,6 +63,8 @@ class Recorder {
   [[nodiscard]] RecordResult finish();
 
  private:
+  /// Why what is stored is no measurement.
+  [[nodiscard]] std::optional<std::string> reason_against() const;
   [[nodiscard]] std::string folder_of(const std::string& set) const;
   void refuse_known_set() const;
   void sum_up(LiveSet set, const LiveReport& report);

@@ -119,6 +119,24 @@ TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
   EXPECT_TRUE(verify_recording(options_.folder, {}).good());
 }
 
+TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
+  options_.average = true;
+  options_.frames = 5;
+  for (const int came : {5, 4, 1}) {
+    options_.set = "drape_" + std::to_string(came);
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    for (int k = 0; k < came; ++k) recorder.add(set_of(), report_);
+    const RecordResult result = recorder.finish();
+    journal.close();
+    EXPECT_EQ(result.averaged, static_cast<std::size_t>(came));
+    EXPECT_EQ(result.short_average.has_value(), came < 5);
+    const Recording recording = read_recording(options_.folder);
+    EXPECT_EQ(recording.set(options_.set).no_go.value_or(""),
+              came < 5 ? "the average is of " + std::to_string(came) + " of 5 frames" : "");
+  }
+}
+
 /// Its image would have a name of 204 bytes.
 TEST_F(Record, ACameraOfTooLongANameStoresNothingThatNobodyCanRead) {
   store("good");
