@@ -10,7 +10,9 @@
 #include <cerrno>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <sstream>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -82,6 +84,13 @@ FrameSet set_of(const Json& json, const fs::path& journal) {
   throw damaged(journal);
 }
 
+/// What is known of the motion of a burst is so of each of its sets.
+void judge_like(const FrameSet& last, FrameSet& set) {
+  set.motion_px = last.motion_px;
+  set.camera_shift_px = last.camera_shift_px;
+  set.no_go = last.no_go;
+}
+
 /// One name that a reader refuses would make the whole recording unreadable.
 void require_readable(const FrameSet& set, const Where& where) {
   require_plain_name(set.name, where);
@@ -141,12 +150,18 @@ void Journal::adopt() {
 
 void Journal::adopt_lines(const std::string& text) {
   const fs::path journal = journal_of(recording_.folder);
+  std::map<std::string, std::vector<std::size_t>> bursts;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
     const Json json = try_json(line);
     if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
     if (!json.contains("renamed")) {
-      adopt(set_of(json, journal));
+      if (!adopt(set_of(json, journal)) || !json.contains("burst")) continue;
+      if (!json["burst"].is_string()) throw damaged(journal);
+      std::vector<std::size_t>& burst = bursts[json["burst"].get<std::string>()];
+      burst.push_back(recording_.sets.size() - 1);
+      // The last line knows the motion of them all.
+      for (const std::size_t s : burst) judge_like(recording_.sets.back(), recording_.sets[s]);
       continue;
     }
     const Json& names = json["renamed"];
@@ -158,14 +173,13 @@ void Journal::adopt_lines(const std::string& text) {
   }
 }
 
-void Journal::adopt(FrameSet set) {
-  const auto known = std::find_if(recording_.sets.begin(), recording_.sets.end(),
-                                  [&](const FrameSet& s) { return s.name == set.name; });
-  if (known != recording_.sets.end()) return;
+bool Journal::adopt(FrameSet set) {
+  if (holds(set.name)) return false;
   const fs::path unfinished = recording_.folder / (kUnfinished + set.name);
   if (fs::exists(unfinished)) fs::rename(unfinished, recording_.folder / set.name);
   recording_.sets.push_back(std::move(set));
   ++adopted_;
+  return true;
 }
 
 fs::path Journal::begin(const std::string& set) const {
@@ -187,7 +201,7 @@ void Journal::write(const fs::path& file, std::string_view content) {
   if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw cannot_write(file);
 }
 
-void Journal::add(FrameSet set) {
+void Journal::add(FrameSet set, const std::string& burst) {
   const fs::path folder = recording_.folder;
   require_readable(set, {.file = (folder / "recording.json").string(), .set = set.name});
   if (fs::exists(folder / set.name))
@@ -196,7 +210,9 @@ void Journal::add(FrameSet set) {
                     "look what it holds, then remove it, or give another --set");
   sync_folder(folder / (kUnfinished + set.name));
   sync_folder(folder);
-  write_line(json_of(set));
+  Json line = json_of(set);
+  if (!burst.empty()) line["burst"] = burst;
+  write_line(line);
   fs::rename(folder / (kUnfinished + set.name), folder / set.name);
   sync_folder(folder);
   recording_.sets.push_back(std::move(set));

@@ -26,8 +26,9 @@ class Journal {
   [[nodiscard]] std::filesystem::path begin(const std::string& set) const;
   /// A file of such a set. It is on the disk, and has its name there once add() has returned.
   static void write(const std::filesystem::path& file, std::string_view content);
-  /// Gives the set its name and acknowledges it. Its files stand in the folder of begin().
-  void add(FrameSet set);
+  /// Gives the set its name and acknowledges it. Its files stand in the folder of begin(). Of a
+  /// burst that is killed, every set has the verdict that its last one was added with.
+  void add(FrameSet set, const std::string& burst = {});
   /// <set>.new, which was added, takes the name of the set that is there, which is called
   /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
   void replace(const std::string& set);
@@ -46,7 +47,7 @@ class Journal {
  private:
   void adopt();
   void adopt_lines(const std::string& text);
-  void adopt(FrameSet set);
+  bool adopt(FrameSet set);
   void write_line(const Json& line);
   void rename(const std::string& from, const std::string& to);
 

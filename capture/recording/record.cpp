@@ -190,7 +190,7 @@ void Recorder::store(const std::string& name, const LiveSet& set,
                         frame.width_px, frame.height_px,     frame.mark.time_s};
   });
   for (const RecordedFrame& frame : stored.frames) result_.files.push_back(frame.file);
-  journal_.add(std::move(stored));
+  journal_.add(std::move(stored), options_.frames > 1 ? options_.set : "");
   result_.sets.push_back(called);
 }
 

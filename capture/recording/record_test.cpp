@@ -15,6 +15,7 @@ namespace drape::capture {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 constexpr int kBoardWidth_px = 320, kBoardHeight_px = 240;
@@ -55,6 +56,7 @@ class Record : public testing::Test {
 
   void store(const std::string& set) {
     options_.set = set;
+    options_.frames = 1;
     Journal journal(options_.folder, options_.recorded_on);
     Recorder recorder(cameras_, options_, journal);
     recorder.add(set_of(), report_);
@@ -117,6 +119,24 @@ TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
   for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
   EXPECT_THAT(names, ElementsAre(longest + "_000", longest + ".take1", longest));
   EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+}
+
+TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
+  options_.set = "k";
+  options_.frames = 30;
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    for (int k = 0; k < 4; ++k) recorder.add(set_of(k < 3 ? 0 : 2), report_);
+  }  // without finish() and close(), as SIGKILL leaves it
+  store("z");
+  const Recording recording = read_recording(options_.folder);
+  ASSERT_EQ(recording.sets.size(), 5U);
+  for (std::size_t s = 0; s < 4; ++s) {
+    EXPECT_THAT(recording.sets[s].no_go.value_or(""), HasSubstr("the cloth moved"));
+    EXPECT_GT(recording.sets[s].motion_px.value_or(0), 1);
+  }
+  EXPECT_FALSE(recording.set("z").no_go);
 }
 
 TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
