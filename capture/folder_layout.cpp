@@ -13,6 +13,7 @@
 
 #include "capture/natural_order.hpp"
 #include "core/error.hpp"
+#include "core/files/files.hpp"
 
 namespace drape::capture {
 namespace {
@@ -41,7 +42,8 @@ void require_usable_name(const std::string& name, const std::string& kind, const
   const auto usable = [](unsigned char c) {
     return (c < 0x80 && std::isalnum(c) != 0) || c == '_' || c == '-' || c == '.' || c == ' ';
   };
-  if (std::all_of(name.begin(), name.end(), usable)) return;
+  if (std::all_of(name.begin(), name.end(), usable))
+    return require_plain_name(path.filename(), {.file = path.string()});
   throw bad_input(fmt::format("the {} name holds a character that is not allowed", kind),
                   {.file = path.string()},
                   "rename it: letters a-z and A-Z, digits, space, '_', '-' and '.' are allowed");

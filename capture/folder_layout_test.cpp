@@ -44,6 +44,17 @@ TEST_F(Layout, ListsSetsAndCamerasInNaturalOrder) {
               ElementsAre("s2/cam2.tiff", "s2/cam10.tif", "s10/cam2.PNG", "s10/cam10.jpeg"));
 }
 
+/// A recording with one of them could not be read.
+TEST_F(Layout, RefusesNamesThatNoReaderTakes) {
+  for (const std::string& file :
+       {std::string("-5/cam0.png"), std::string("s1/-a.png"),
+        "s1/" + std::string(198, 'c') + ".png", std::string(201, 's') + "/cam0.png"}) {
+    add(file);
+    EXPECT_THROW(static_cast<void>(read_layout(folder())), Error) << file;
+    std::filesystem::remove_all(folder() / file.substr(0, file.find('/')));
+  }
+}
+
 TEST_F(Layout, ListsWhatItIgnoresWithAReason) {
   for (const char* file : {"s1/cam0.png", "s1/notes.txt", "readme.md", "s1/.hidden.png",
                            "recording.json", "recording.run.json"}) {
