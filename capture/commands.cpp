@@ -31,15 +31,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-CaptureOptions options_with(const CommonOptions& common, Progress& progress) {
-  CaptureOptions options;
-  options.threads = thread_count(common);
-  options.progress = [&progress](double fraction, const std::string& file) {
-    progress.update(fraction, file);
-  };
-  return options;
-}
-
 using Clock = std::chrono::steady_clock;
 constexpr int kInterrupted = 130;
 volatile std::sig_atomic_t interrupts = 0;
@@ -85,6 +76,29 @@ LiveOptions live_options_of(const CaptureCommand& command) {
   options.opening_s = std::max(options.opening_s, command.patience_s);
   options.host_program = camera_host_program();
   return options;
+}
+
+void add_inputs(const CaptureCommand& command, const CamerasFile& cameras, RunRecord& record) {
+  record.input(cameras.file.parent_path() / "rig.toml");
+  record.input(cameras.file);
+  if (command.calibration) record.input(*command.calibration);
+  if (!cameras.reference) return;
+  const Recording reference = read_recording(cameras.reference->recording);
+  for (const RecordedFrame& frame : reference.set(cameras.reference->set).frames)
+    record.input(reference.folder / frame.file, frame.sha256);
+}
+
+/// Says and keeps how a capture ended; returns the exit code.
+int finish_capture(const Ending& ending, const CommonOptions& common, RunRecord& record,
+                   const CaptureCommand& command, const Journal& journal) {
+  const int code = interrupted() ? kInterrupted : ending.go ? 0 : 1;
+  if (journal.changed()) {
+    const fs::path manifest = command.recording / "recording.json";
+    record.output(manifest);  // which holds the hashes of the images
+    record.write(run_record_path(manifest), code, text_of(ending));
+  }
+  finish(ending, common);
+  return code;
 }
 
 void add_adopted(const Journal& journal, Ending& ending) {
@@ -283,6 +297,7 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
                 const CommonOptions& common) {
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
+  add_inputs(command, cameras, record);
   SessionDesk desk(command, cameras);
   LiveOptions options = live_options_of(command);
   options.frames = std::numeric_limits<int>::max() / 16;
@@ -306,7 +321,7 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   }
   catch_interrupts();
   const LiveResult live = capture_live(cameras, options);
-  desk.journal.close();
+  desk.journal.publish();
   Ending ending;
   ending.go = desk.stored > 0 && !interrupted();
   ending.verdict = fmt::format("{} sets stored in {}", desk.stored,
@@ -317,14 +332,7 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   for (const LiveFault& fault : live.report.faults) ending.rejected.push_back(line_of(fault));
   ending.next_command =
       fmt::format("drape-capture verify {}", shell_word(command.recording.string()));
-  record.input(cameras.file);
-  if (desk.stored > 0) {
-    const fs::path manifest = command.recording / "recording.json";
-    record.output(manifest);
-    record.write(run_record_path(manifest), ending.go ? 0 : 1);
-  }
-  finish(ending, common);
-  return interrupted() ? kInterrupted : ending.go ? 0 : 1;
+  return finish_capture(ending, common, record, command, desk.journal);
 }
 
 int run_capture(const CaptureCommand& command, std::vector<std::string> arguments,
@@ -337,6 +345,7 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   if (command.set.empty()) return run_session(command, std::move(arguments), common);
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
+  add_inputs(command, cameras, record);
   RecordOptions storing = storing_of(command, cameras);
   require_set_name(storing.set);
   Journal journal(storing.folder, storing.recorded_on);
@@ -354,44 +363,12 @@ int run_capture(const CaptureCommand& command, std::vector<std::string> argument
   catch_interrupts();
   const LiveResult live = capture_live(cameras, options);
   const RecordResult stored = recorder.finish();
-  journal.close();
+  journal.publish();
   Ending ending =
       ending_of(live.report, stored, command.average ? 1 : command.frames, command.recording);
   if (interrupted()) ending.go = false;
   add_adopted(journal, ending);
-  record.input(cameras.file);
-  if (command.calibration) record.input(*command.calibration);
-  if (!stored.sets.empty()) {
-    const fs::path manifest = command.recording / "recording.json";
-    record.output(manifest);
-    record.write(run_record_path(manifest), ending.go ? 0 : 1);
-  }
-  finish(ending, common);
-  return interrupted() ? kInterrupted : ending.go ? 0 : 1;
-}
-
-int run_import(const fs::path& folder, const fs::path& recording_folder,
-               const std::optional<std::string>& recorded_on, bool allow_missing,
-               std::vector<std::string> arguments, const CommonOptions& common) {
-  const fs::path manifest = recording_folder / "recording.json";
-  RunRecord record("drape-capture", std::move(arguments), run_record_path(manifest));
-  Progress progress("import", common.quiet);
-  CaptureOptions options = options_with(common, progress);
-  options.recorded_on = recorded_on;
-  options.allow_missing = allow_missing;
-  const ImportResult result = import_folder(folder, recording_folder, options);
-  for (const FrameSet& set : result.recording.sets) {
-    for (const RecordedFrame& frame : set.frames) record.input(folder / frame.file, frame.sha256);
-  }
-  record.output(manifest);  // which holds the hashes of the copied images
-  return finish(ending_of(result, recording_folder), common, record);
-}
-
-int run_verify(const fs::path& recording_folder, const CommonOptions& common) {
-  Progress progress("verify", common.quiet);
-  const auto report = verify_recording(recording_folder, options_with(common, progress));
-  finish(ending_of(report), common);
-  return report.good() ? 0 : static_cast<int>(ErrorKind::bad_input);
+  return finish_capture(ending, common, record, command, journal);
 }
 
 }  // namespace drape::capture

@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 #include "tests/support/bench1_calibration.hpp"
 #include "tests/support/gige_camera/gige_camera.hpp"
 #include "tests/support/gige_camera/private_network.hpp"
@@ -231,6 +232,28 @@ TEST_F(Programs, ASessionTakesSetsOnEnterAndARetakeErasesNothing) {
   const Outcome verify = run("drape-capture", "verify " + path("a"));
   EXPECT_EQ(verify.exit_code, 0) << verify.output;
   EXPECT_FALSE(fs::exists(temporary_.path() / "a/recording.journal"));
+  EXPECT_THAT(session.output, HasSubstr(read_text(temporary_.path() / "a/recording.ending.txt")));
+}
+
+TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  write_rig("replay", false);
+  const fs::path cameras = temporary_.path() / "replay/cameras.toml";
+  write_durable(cameras,
+                read_text(cameras) + "[reference]\nrecording = \"one\"\nset = \"drape_A\"\n");
+  write_one_set("drape_A", temporary_.path() / "replay/one");
+  const Outcome outcome =
+      run("drape-capture", path("replay") + " --set drape_B --out " + path("a"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
+  EXPECT_EQ(read_text(temporary_.path() / "a/recording.ending.txt"), outcome.output);
+  std::vector<std::string> inputs;
+  for (const JsonNode& input :
+       JsonNode::open(temporary_.path() / "a/recording.run.json", "run", 1).items("inputs"))
+    inputs.push_back(input.text("file"));
+  EXPECT_THAT(inputs, testing::ElementsAre("../replay/rig.toml", "../replay/cameras.toml",
+                                           "../replay/one/drape_A/cam0.png",
+                                           "../replay/one/drape_A/cam1.png",
+                                           "../replay/one/drape_A/cam2.png"));
 }
 
 TEST_F(Programs, ASecondCaptureIntoOneRecordingIsRefused) {
@@ -295,6 +318,7 @@ TEST_F(Programs, CtrlCEndsACaptureWithWhatItHas) {
   const std::size_t stored = read_recording(temporary_.path() / "a").sets.size();
   EXPECT_GT(stored, 0U) << capture.output;
   EXPECT_THAT(capture.output, HasSubstr(fmt::format("{} of 500 sets stored", stored)));
+  EXPECT_EQ(recorded_exit_code(temporary_.path() / "a/recording.run.json"), 130);
   EXPECT_EQ(run("drape-capture", "verify " + path("a")).exit_code, 0);
 }
 

@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::capture {
 namespace {
@@ -141,8 +142,8 @@ void Journal::adopt() {
           {.file = journal.string()},
           "see whether its folder is there; the sets that recording.json lists are whole");
     }
-    if (adopted_ > 0) write_recording(recording_);
-    fs::remove(journal);
+    waits_ = adopted_ > 0;
+    publish();
   }
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().filename().string().starts_with(kUnfinished)) fs::remove_all(entry.path());
@@ -216,6 +217,7 @@ void Journal::add(FrameSet set, const std::string& burst) {
   fs::rename(folder / (kUnfinished + set.name), folder / set.name);
   sync_folder(folder);
   recording_.sets.push_back(std::move(set));
+  waits_ = true;
 }
 
 bool Journal::holds(const std::string& set) const {
@@ -231,6 +233,7 @@ void Journal::replace(const std::string& set) {
     write_line({{"renamed", Json::array({from, to})}});
     rename(from, to);
   }
+  waits_ = true;
 }
 
 /// What was renamed already before the end stays as it is.
@@ -267,14 +270,14 @@ void Journal::write_line(const Json& json) {
 }
 
 void Journal::publish() {
-  if (recording_.sets.empty()) return;
-  write_recording(recording_);
-  if (file_.get() >= 0 && ::ftruncate(file_.get(), 0) != 0)
-    throw cannot_write(journal_of(recording_.folder));
-}
-
-void Journal::close() {
-  publish();
+  if (waits_) {
+    const fs::path record = run_record_path(recording_.folder / "recording.json");
+    remove_durable(record);
+    remove_durable(ending_path(record));
+    write_recording(recording_);
+    waits_ = false;
+    changed_ = true;
+  }
   file_.reset();
   fs::remove(journal_of(recording_.folder));
 }

@@ -12,7 +12,7 @@ namespace drape::capture {
 
 /// The recording that this process adds sets to. It is held by a lock, so that no second program
 /// writes into it. Each set that is whole on the disk becomes a line of recording.journal, written
-/// durably; close() makes them part of recording.json. Lines that a killed capture left are made
+/// durably; publish() makes them part of recording.json. Lines that a killed capture left are made
 /// part of it when the recording is opened the next time.
 class Journal {
  public:
@@ -33,11 +33,11 @@ class Journal {
   /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
   void replace(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
-  /// Writes recording.json, so that others read what was stored while the capture goes on; the
-  /// journal begins again. Nothing when there is no set.
+  /// Makes what was added part of recording.json, so that others read it while the capture goes on;
+  /// the journal is gone. A run record of the recording as it was goes before.
   void publish();
-  /// The same at the end: the journal is gone.
-  void close();
+  /// Was recording.json written?
+  [[nodiscard]] bool changed() const { return changed_; }
 
   [[nodiscard]] Recording& recording() { return recording_; }
   [[nodiscard]] const Recording& recording() const { return recording_; }
@@ -53,6 +53,8 @@ class Journal {
 
   Descriptor lock_, file_;
   bool is_new_ = false;  ///< the folder was made here
+  bool waits_ = false;   ///< recording.json lacks something
+  bool changed_ = false;
   Recording recording_;
   std::size_t adopted_ = 0;
 };

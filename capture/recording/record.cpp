@@ -244,7 +244,7 @@ RecordResult record_live(const LiveResult& live, const CamerasFile& cameras,
     recorder.add(std::move(one), live.report);
   }
   RecordResult result = recorder.finish();
-  journal.close();
+  journal.publish();
   return result;
 }
 

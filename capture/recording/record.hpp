@@ -59,7 +59,7 @@ class Recorder {
   Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal);
 
   void add(LiveSet set, const LiveReport& report);
-  /// Stores the average. The manifest is written when the journal is closed.
+  /// Stores the average. The manifest is written when the journal is published.
   [[nodiscard]] RecordResult finish();
 
  private:

@@ -61,7 +61,7 @@ class Record : public testing::Test {
     Recorder recorder(cameras_, options_, journal);
     recorder.add(set_of(), report_);
     ASSERT_EQ(recorder.finish().sets.size(), 1U);
-    journal.close();
+    journal.publish();
   }
 
   test::TemporaryFolder temporary_;
@@ -102,7 +102,7 @@ TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
     Recorder recorder(cameras_, options_, journal);
     recorder.add(set_of(), report_);
     static_cast<void>(recorder.finish());
-    journal.close();
+    journal.publish();
   }
   options_.frames = 1;
   store(longest);
@@ -113,7 +113,7 @@ TEST_F(Record, TheLongestNameHasRoomForABurstAndARetake) {
     recorder.add(set_of(), report_);
     EXPECT_THAT(recorder.finish().sets, ElementsAre(longest + ".new"));
     journal.replace(longest);
-    journal.close();
+    journal.publish();
   }
   std::vector<std::string> names;
   for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
@@ -128,7 +128,7 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
     Journal journal(options_.folder, options_.recorded_on);
     Recorder recorder(cameras_, options_, journal);
     for (int k = 0; k < 4; ++k) recorder.add(set_of(k < 3 ? 0 : 2), report_);
-  }  // without finish() and close(), as SIGKILL leaves it
+  }  // without finish() and publish(), as SIGKILL leaves it
   store("z");
   const Recording recording = read_recording(options_.folder);
   ASSERT_EQ(recording.sets.size(), 5U);
@@ -137,6 +137,28 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
     EXPECT_GT(recording.sets[s].motion_px.value_or(0), 1);
   }
   EXPECT_FALSE(recording.set("z").no_go);
+}
+
+/// However a session ends after it.
+TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
+  store("a");
+  const fs::path record = options_.folder / "recording.run.json";
+  const fs::path ending = options_.folder / "recording.ending.txt";
+  write_durable(record, "{}");
+  write_durable(ending, "GO\n");
+  Journal journal(options_.folder, options_.recorded_on);
+  options_.set = "b";
+  Recorder recorder(cameras_, options_, journal);
+  journal.publish();
+  EXPECT_TRUE(fs::exists(record) && fs::exists(ending)) << "the recording is as it was";
+  EXPECT_FALSE(journal.changed());
+  recorder.add(set_of(), report_);
+  EXPECT_TRUE(fs::exists(options_.folder / "recording.journal"));
+  journal.publish();
+  EXPECT_TRUE(journal.changed());
+  EXPECT_FALSE(fs::exists(record) || fs::exists(ending));
+  EXPECT_FALSE(fs::exists(options_.folder / "recording.journal"));
+  EXPECT_EQ(read_recording(options_.folder).sets.size(), 2U);
 }
 
 TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
@@ -148,7 +170,7 @@ TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
     Recorder recorder(cameras_, options_, journal);
     for (int k = 0; k < came; ++k) recorder.add(set_of(), report_);
     const RecordResult result = recorder.finish();
-    journal.close();
+    journal.publish();
     EXPECT_EQ(result.averaged, static_cast<std::size_t>(came));
     EXPECT_EQ(result.short_average.has_value(), came < 5);
     const Recording recording = read_recording(options_.folder);
