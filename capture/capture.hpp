@@ -76,6 +76,8 @@ struct VerifyReport {
   std::vector<RecordingFault> faults;   ///< in the manifest's order
   std::vector<std::string> not_listed;  ///< images in the set folders that the manifest lacks
   std::vector<std::string> no_go;       ///< sets that are no measurement, and why
+  /// Sets of a capture that goes on, or was killed, which the manifest lacks.
+  std::vector<std::string> in_journal;
 
   [[nodiscard]] bool good() const { return faults.empty(); }
 };

@@ -105,6 +105,9 @@ void add_adopted(const Journal& journal, Ending& ending) {
   if (journal.adopted() > 0)
     ending.numbers.emplace_back(
         "adopted", fmt::format("{} sets of a capture that had been ended", journal.adopted()));
+  for (const std::string& set : journal.gone())
+    ending.rejected.push_back(
+        fmt::format("set `{}` of a capture that had been ended: its images are gone", set));
 }
 
 /// Sets that the rig speaks of, in the order in which a bench records them.

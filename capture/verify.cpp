@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <set>
 
 #include "capture/capture.hpp"
 #include "capture/folder_layout.hpp"
+#include "capture/recording/journal.hpp"
 #include "capture/ticker.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -40,6 +44,14 @@ std::optional<RecordingFault> details_fault(const Recording& recording, const Fr
 VerifyReport verify_recording(const std::filesystem::path& recording_folder,
                               const CaptureOptions& options) {
   options.check();
+  const std::vector<std::string> in_journal = sets_in_journal(recording_folder);
+  if (!in_journal.empty() && !std::filesystem::exists(recording_folder / "recording.json"))
+    throw bad_input(
+        fmt::format("not a recording yet: {} sets of a capture that goes on, or was ended, are in "
+                    "its journal",
+                    in_journal.size()),
+        {.file = (recording_folder / "recording.journal").string()},
+        "wait for its end; the next `drape capture` into this folder takes them over");
   const Recording recording = read_recording(recording_folder);
   std::vector<Item> items;
   std::set<std::string> listed;
@@ -56,7 +68,11 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
     ticker.done(items[i].frame->file);
   });
 
-  VerifyReport report{recording.sets.size(), items.size(), {}, {}, {}};
+  VerifyReport report{recording.sets.size(), items.size(), {}, {}, {}, {}};
+  for (const std::string& set : in_journal)
+    if (std::none_of(recording.sets.begin(), recording.sets.end(),
+                     [&](const FrameSet& one) { return one.name == set; }))
+      report.in_journal.push_back(set);
   for (Item& item : items) {
     if (item.fault) report.faults.push_back(std::move(*item.fault));
   }

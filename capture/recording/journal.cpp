@@ -133,6 +133,7 @@ Journal::~Journal() {
 
 void Journal::adopt() {
   const fs::path folder = recording_.folder, journal = journal_of(folder);
+  const auto known = static_cast<std::ptrdiff_t>(recording_.sets.size());
   if (fs::exists(journal)) {
     try {
       adopt_lines(read_text(journal));
@@ -142,11 +143,31 @@ void Journal::adopt() {
           {.file = journal.string()},
           "see whether its folder is there; the sets that recording.json lists are whole");
     }
-    waits_ = adopted_ > 0;
+    leave_out_gone(recording_.sets.begin() + known);
+    waits_ = waits_ || adopted_ > 0;
+    std::vector<std::string> retaken;
+    for (auto set = recording_.sets.begin() + known; set != recording_.sets.end(); ++set)
+      if (set->name.ends_with(".new")) retaken.push_back(set->name.substr(0, set->name.size() - 4));
+    publish();
+    for (const std::string& set : retaken)
+      if (holds(set)) replace(set);
     publish();
   }
   for (const auto& entry : fs::directory_iterator(folder))
     if (entry.path().filename().string().starts_with(kUnfinished)) fs::remove_all(entry.path());
+}
+
+/// After all lines, because only then each set has its last name.
+void Journal::leave_out_gone(std::vector<FrameSet>::iterator first_adopted) {
+  const auto is_there = [&](const FrameSet& set) {
+    return std::any_of(set.frames.begin(), set.frames.end(), [&](const RecordedFrame& frame) {
+      return fs::exists(recording_.folder / frame.file);
+    });
+  };
+  const auto gone = std::stable_partition(first_adopted, recording_.sets.end(), is_there);
+  for (auto set = gone; set != recording_.sets.end(); ++set) gone_.push_back(set->name);
+  adopted_ -= gone_.size();
+  recording_.sets.erase(gone, recording_.sets.end());
 }
 
 void Journal::adopt_lines(const std::string& text) {
@@ -170,7 +191,7 @@ void Journal::adopt_lines(const std::string& text) {
       throw damaged(journal);
     for (const Json& name : names) require_name(name, journal);
     rename(names[0].get<std::string>(), names[1].get<std::string>());
-    ++adopted_;
+    waits_ = true;
   }
 }
 
@@ -244,7 +265,8 @@ void Journal::rename(const std::string& from, const std::string& to) {
     set.name = to;
     for (RecordedFrame& frame : set.frames)
       frame.file = to + "/" + fs::path(frame.file).filename().string();
-    if (!fs::exists(folder / to)) fs::rename(folder / from, folder / to);
+    if (!fs::exists(folder / to) && fs::exists(folder / from))
+      fs::rename(folder / from, folder / to);
     sync_folder(folder);
     return;
   }
@@ -269,8 +291,20 @@ void Journal::write_line(const Json& json) {
   throw why;
 }
 
+std::vector<std::string> sets_in_journal(const fs::path& folder) {
+  std::vector<std::string> names;
+  if (!fs::exists(journal_of(folder))) return names;
+  std::istringstream lines(read_text(journal_of(folder)));
+  for (std::string line; std::getline(lines, line);) {
+    const Json json = try_json(line);
+    if (json.is_discarded()) break;
+    if (json.contains("name")) names.push_back(set_of(json, journal_of(folder)).name);
+  }
+  return names;
+}
+
 void Journal::publish() {
-  if (waits_) {
+  if (waits_ && !recording_.sets.empty()) {
     const fs::path record = run_record_path(recording_.folder / "recording.json");
     remove_durable(record);
     remove_durable(ending_path(record));

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "capture/host/channel.hpp"
 #include "core/recording.hpp"
@@ -43,11 +44,14 @@ class Journal {
   [[nodiscard]] const Recording& recording() const { return recording_; }
   /// Sets of a killed capture.
   [[nodiscard]] std::size_t adopted() const { return adopted_; }
+  /// Sets of one of which no image is there any more: they are left out.
+  [[nodiscard]] const std::vector<std::string>& gone() const { return gone_; }
 
  private:
   void adopt();
   void adopt_lines(const std::string& text);
   bool adopt(FrameSet set);
+  void leave_out_gone(std::vector<FrameSet>::iterator first_adopted);
   void write_line(const Json& line);
   void rename(const std::string& from, const std::string& to);
 
@@ -57,6 +61,10 @@ class Journal {
   bool changed_ = false;
   Recording recording_;
   std::size_t adopted_ = 0;
+  std::vector<std::string> gone_;
 };
+
+/// Sets that a capture, which goes on or was killed, has stored and recording.json may lack.
+[[nodiscard]] std::vector<std::string> sets_in_journal(const std::filesystem::path& folder);
 
 }  // namespace drape::capture

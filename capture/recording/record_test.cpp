@@ -139,6 +139,59 @@ TEST_F(Record, AKilledBurstOfMovingClothIsNoGoFromItsFirstSet) {
   EXPECT_FALSE(recording.set("z").no_go);
 }
 
+/// To make room, a person removed one that no manifest listed yet.
+TEST_F(Record, SetsOfAKilledCaptureWhoseImagesAreGoneAreLeftOutAndNamed) {
+  options_.set = "q";
+  options_.frames = 4;
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    for (int k = 0; k < 4; ++k) recorder.add(set_of(), report_);
+  }  // as SIGKILL leaves it
+  try {
+    static_cast<void>(verify_recording(options_.folder, {}));
+    FAIL() << "verified without a manifest";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("4 sets of a capture that goes on, or was ended"));
+  }
+  fs::remove_all(options_.folder / "q_000");
+  fs::remove(options_.folder / "q_002/cam1.pgm");
+  {
+    Journal journal(options_.folder, options_.recorded_on);
+    EXPECT_EQ(journal.adopted(), 3U);
+    EXPECT_THAT(journal.gone(), ElementsAre("q_000"));
+  }
+  const VerifyReport report = verify_recording(options_.folder, {});
+  EXPECT_EQ(report.sets, 3U);
+  EXPECT_TRUE(report.in_journal.empty());
+  ASSERT_EQ(report.faults.size(), 1U) << "one image of three sets is missing";
+  EXPECT_EQ(report.faults[0].file, "q_002/cam1.pgm");
+}
+
+/// Killed after both folders have their names, before the manifest says so.
+TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
+  store("a");
+  for (const bool replaced : {true, false}) {
+    options_.retake = true;
+    {
+      Journal journal(options_.folder, options_.recorded_on);
+      Recorder recorder(cameras_, options_, journal);
+      recorder.add(set_of(), report_);
+      static_cast<void>(recorder.finish());
+      if (replaced) journal.replace("a");
+      EXPECT_THAT(verify_recording(options_.folder, {}).in_journal, ElementsAre("a.new"));
+    }
+    const Journal journal(options_.folder, options_.recorded_on);
+    EXPECT_TRUE(journal.gone().empty());
+    EXPECT_EQ(journal.adopted(), 1U);
+    std::vector<std::string> names;
+    for (const FrameSet& set : read_recording(options_.folder).sets) names.push_back(set.name);
+    EXPECT_EQ(names, replaced ? (std::vector<std::string>{"a.take1", "a"})
+                              : (std::vector<std::string>{"a.take1", "a.take2", "a"}));
+    EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+  }
+}
+
 /// However a session ends after it.
 TEST_F(Record, ASetThatIsPublishedLeavesNeitherAJournalNorTheRecordBefore) {
   store("a");
@@ -181,17 +234,13 @@ TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
 
 /// Its image would have a name of 204 bytes.
 TEST_F(Record, ACameraOfTooLongANameStoresNothingThatNobodyCanRead) {
-  store("good");
   cameras_.cameras[1].name = std::string(200, 'c');
-  options_.set = "next";
-  {
-    Journal journal(options_.folder, options_.recorded_on);
-    Recorder recorder(cameras_, options_, journal);
-    EXPECT_THROW(recorder.add(set_of(), report_), Error);
-  }
-  Journal after(options_.folder, options_.recorded_on);
-  EXPECT_EQ(after.recording().sets.size(), 1U);
-  EXPECT_TRUE(verify_recording(options_.folder, {}).good());
+  options_.set = "a";
+  Journal journal(options_.folder, options_.recorded_on);
+  Recorder recorder(cameras_, options_, journal);
+  EXPECT_THROW(recorder.add(set_of(), report_), Error);
+  EXPECT_TRUE(journal.recording().sets.empty());
+  EXPECT_FALSE(fs::exists(options_.folder / "recording.journal"));
 }
 
 }  // namespace
