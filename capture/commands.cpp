@@ -158,6 +158,7 @@ class SessionDesk {
         to_take_(sets_of_rig(command.rig)),
         patience_s_(command.patience_s),
         journal(storing_.folder, storing_.recorded_on) {
+    require_cameras_of_rig(journal.recording(), cameras);
     storing_.frames = 1;
     std::erase_if(to_take_, [&](const std::string& s) { return journal.holds(s); });
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <set>
 
 #include "capture/recording/set_details.hpp"
 #include "core/error.hpp"
@@ -95,11 +96,39 @@ void require_set_name(const std::string& set) {
                                 kLongestSetName));
 }
 
+void require_cameras_of_rig(const Recording& recording, const CamerasFile& rig) {
+  const auto refuse = [&](const std::string& what, const std::string& camera) {
+    throw bad_input(what,
+                    {.file = (recording.folder / "recording.json").string(), .camera = camera},
+                    "give another --out, or the rig with which the recording was made");
+  };
+  std::set<std::string> recorded;
+  for (const FrameSet& set : recording.sets)
+    for (const RecordedFrame& frame : set.frames) {
+      recorded.insert(frame.camera);
+      const auto camera =
+          std::find_if(rig.cameras.begin(), rig.cameras.end(),
+                       [&](const LiveCamera& one) { return one.name == frame.camera; });
+      if (camera == rig.cameras.end())
+        refuse("the recording has a camera that the rig does not have", frame.camera);
+      const CameraSettings& is = camera->settings;
+      if (frame.width_px != is.width_px || frame.height_px != is.height_px)
+        refuse(fmt::format("the recording has images of {} x {} px, the rig says {} x {} px",
+                           frame.width_px, frame.height_px, is.width_px.value_or(0),
+                           is.height_px.value_or(0)),
+               frame.camera);
+    }
+  for (const LiveCamera& camera : rig.cameras)
+    if (!recorded.empty() && !recorded.contains(camera.name))
+      refuse("the rig has a camera that the recording does not have", camera.name);
+}
+
 Recorder::Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal)
     : cameras_(cameras),
       options_((require_set_name(options.set), std::move(options))),
       journal_(journal),
       still_(cameras, options_.still) {
+  require_cameras_of_rig(journal.recording(), cameras);
   refuse_known_set();
 }
 

@@ -46,6 +46,10 @@ struct RecordResult {
 /// set, or belongs to the recording's own files.
 void require_set_name(const std::string& set);
 
+/// Throws Error(bad_input) when a recording that has sets has other cameras, or images of another
+/// size, than the rig: they would be measured as one.
+void require_cameras_of_rig(const Recording& recording, const CamerasFile& rig);
+
 /// Stores the sets of one capture as they come: <set>/<camera>.png or .pgm (8 bit, or 16 bit with
 /// the sensor's value in the high bits), <set>/<camera>.<format>.raw where the grey does not hold
 /// all that was sent, and <set>/capture.json. A set is refused when one of its frames is black,
@@ -55,7 +59,7 @@ void require_set_name(const std::string& set);
 class Recorder {
  public:
   /// Throws Error(bad_input) when the recording already holds a set of this name (or, for several
-  /// frames, of one that begins with it).
+  /// frames, of one that begins with it), or is one of other cameras.
   Recorder(const CamerasFile& cameras, RecordOptions options, Journal& journal);
 
   void add(LiveSet set, const LiveReport& report);

@@ -232,6 +232,34 @@ TEST_F(Record, AnAverageOfFewerFramesThanAskedIsNoGo) {
   }
 }
 
+TEST_F(Record, ARecordingOfOtherCamerasIsRefused) {
+  store("a");
+  const Recording recording = read_recording(options_.folder);
+  const auto refusal = [](const Recording& of, const CamerasFile& rig) {
+    try {
+      require_cameras_of_rig(of, rig);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      EXPECT_EQ(error.where().camera, "cam1");
+      return error.what_failed();
+    }
+    return std::string();
+  };
+  EXPECT_EQ(refusal(recording, cameras_), "");
+  EXPECT_EQ(refusal({}, cameras_), "") << "nothing is recorded yet";
+  CamerasFile other = cameras_;
+  other.cameras.pop_back();
+  EXPECT_THAT(refusal(recording, other), HasSubstr("a camera that the rig does not have"));
+  Recording of_one = recording;
+  of_one.sets[0].frames.pop_back();
+  EXPECT_THAT(refusal(of_one, cameras_), HasSubstr("a camera that the recording does not have"));
+  cameras_.cameras[1].settings.width_px = 640;
+  EXPECT_THAT(refusal(recording, cameras_), HasSubstr("of 320 x 240 px, the rig says 640 x 240"));
+  options_.set = "b";
+  Journal journal(options_.folder, options_.recorded_on);
+  EXPECT_THROW(Recorder(cameras_, options_, journal), Error);
+}
+
 /// Its image would have a name of 204 bytes.
 TEST_F(Record, ACameraOfTooLongANameStoresNothingThatNobodyCanRead) {
   cameras_.cameras[1].name = std::string(200, 'c');
