@@ -256,6 +256,26 @@ TEST(LiveCapture, ACameraThatIsNotThereIsNamed) {
   }
 }
 
+TEST(LiveCapture, OneCameraNamedBySerialNumberAndByAddressIsNamedTwice) {
+  DRAPE_REQUIRE_PRIVATE_NETWORK();
+  for (const int by_serial : {0, 1}) {
+    Bench bench(2, SyncMethod::free_run);
+    bench.file.file = "cameras.toml";
+    bench.file.cameras[1].address = bench.file.cameras[0].address;
+    bench.file.cameras[static_cast<std::size_t>(by_serial)].address = {Backend::aravis, "DB0000",
+                                                                       "", ""};
+    try {
+      static_cast<void>(bench.capture(1));
+      FAIL() << "captured one camera as two";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::device);
+      EXPECT_THAT(error.what(), AllOf(HasSubstr("cameras `cam0` and `cam1` of cameras.toml are the "
+                                                "same device: serial number DB0000"),
+                                      HasSubstr("give each [[camera]] a device of its own")));
+    }
+  }
+}
+
 class RefusedFrames : public testing::Test {
  protected:
   /// Captures one set with camera 1 showing `pixels`, and stores it.

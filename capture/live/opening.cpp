@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/live/opening.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>
@@ -24,6 +25,28 @@ std::optional<LiveFault> without_clock(const std::vector<Running>& cameras, cons
                      scheduled ? "use another sync method"
                                : "use software_trigger, or pair_by_arrival = true in [sync]"};
   }
+  return std::nullopt;
+}
+
+/// A camera that is named twice, once by its serial number: the second host waits in vain for it.
+std::optional<LiveFault> one_device_twice(const std::vector<Running>& cameras,
+                                          const CamerasFile& file) {
+  for (std::size_t a = 0; a < cameras.size(); ++a)
+    for (std::size_t b = 0; b < cameras.size(); ++b) {
+      const CameraAddress& other = file.cameras[b].address;
+      if (a == b || !cameras[a].host->ready() || other.device.empty() ||
+          other.backend == Backend::replay || other.backend != file.cameras[a].address.backend)
+        continue;
+      const CameraIdentity& is = cameras[a].host->identity();
+      if (other.device != is.serial && other.device != is.address) continue;
+      return LiveFault{
+          file.cameras[b].name,
+          fmt::format("cameras `{}` and `{}` of {} are the same device: serial number "
+                      "{}, address {}",
+                      file.cameras[std::min(a, b)].name, file.cameras[std::max(a, b)].name,
+                      file.file.filename().string(), is.serial, is.address),
+          "give each [[camera]] a device of its own"};
+    }
   return std::nullopt;
 }
 
@@ -55,9 +78,10 @@ std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFi
   for (;;) {
     wait_for_hosts(cameras, 0.02);
     bool all = true;
+    for (const Running& camera : cameras) camera.host->pump();
+    if (const auto twice = one_device_twice(cameras, file)) return twice;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-      CameraHost& host = *cameras[c].host;
-      host.pump();
+      const CameraHost& host = *cameras[c].host;
       all = all && host.ready();
       if (host.fault()) return LiveFault{file.cameras[c].name, *host.fault(), host.what_to_do()};
       if (!host.ready() && std::chrono::steady_clock::now() > until)
