@@ -137,13 +137,13 @@ void Journal::adopt() {
   if (fs::exists(journal)) {
     try {
       adopt_lines(read_text(journal));
+      leave_out_gone(recording_.sets.begin() + known);
     } catch (const fs::filesystem_error& refused) {
       throw bad_input(
           "a set of a capture that was ended cannot be taken over: " + refused.code().message(),
           {.file = journal.string()},
           "see whether its folder is there; the sets that recording.json lists are whole");
     }
-    leave_out_gone(recording_.sets.begin() + known);
     waits_ = waits_ || adopted_ > 0;
     std::vector<std::string> retaken;
     for (auto set = recording_.sets.begin() + known; set != recording_.sets.end(); ++set)
@@ -250,6 +250,7 @@ void Journal::replace(const std::string& set) {
   std::string older;
   for (int take = 1; older.empty() || holds(older) || fs::exists(recording_.folder / older); ++take)
     older = fmt::format("{}.take{}", set, take);
+  require_plain_name(older, {.file = (recording_.folder / "recording.json").string(), .set = set});
   for (const auto& [from, to] : {std::pair{set, older}, {set + ".new", set}}) {
     write_line({{"renamed", Json::array({from, to})}});
     rename(from, to);

@@ -57,7 +57,7 @@ fs::path make_cameras(const fs::path& folder) {
 }
 
 constexpr const char* kJournal =
-    R"({"name":"drape_A","frames":[["cam0","drape_A/cam0.png","aa",4,3,0.5]]})"
+    R"({"name":"drape_A","frames":[["cam0","drape_A/cam0.png","aa",4,3,0.5]],"burst":"drape"})"
     "\n"
     R"({"renamed":["drape_A","drape_A.take1"]})"
     "\n";
@@ -73,6 +73,7 @@ void take_over(const fs::path& file) {
   fs::remove(file.parent_path() / "recording.json");
   fs::remove_all(file.parent_path() / "drape_A.take1");
   fs::create_directories(file.parent_path() / "drape_A");
+  write_durable(file.parent_path() / "drape_A/cam0.png", "an image");
   capture::Journal journal(file.parent_path(), "2026-01-31");
 }
 
