@@ -44,6 +44,8 @@ Ending ending_of(const VerifyReport& report) {
   for (const std::string& file : report.not_listed) {
     ending.rejected.push_back(fmt::format("{}: not listed in recording.json", file));
   }
+  for (const std::string& why : report.no_go)
+    ending.warnings.push_back("no measurement, as recorded: " + why);
   for (const std::string& set : report.in_journal)
     ending.warnings.push_back(
         fmt::format("set `{}` is in the journal of a capture that goes on, or was ended; the next "
