@@ -251,6 +251,10 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
     record.hem = shadow_of(mesh);
     record.go = mesh.status.empty() || mesh.status == "at rest";
     if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);
+    if (mesh.no_go) {
+      record.go = false;
+      record.warnings.push_back("what made or placed it is NO-GO: " + *mesh.no_go);
+    }
     if (names == nullptr && !mesh.fabric.empty()) {
       record.fabric = mesh.fabric;
       record.repeat = input.name;

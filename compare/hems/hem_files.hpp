@@ -22,7 +22,7 @@ struct HemRecord {
   std::vector<HemNode> nodes;
   std::string basis;  ///< where the scale comes from; empty: the input is in millimetres
   std::vector<std::string> warnings;
-  bool go = true;  ///< false for a simulated sheet that is not at rest
+  bool go = true;  ///< false for a sheet that is not at rest or rests on a NO-GO
 
   [[nodiscard]] RepeatKey key() const { return {sample, face}; }
   [[nodiscard]] double drape_coefficient() const {

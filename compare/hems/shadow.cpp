@@ -19,6 +19,7 @@ using Eigen::Vector2d;
 
 ShadowMesh mesh_of(const Sheet& sheet) {
   ShadowMesh mesh;
+  mesh.no_go = sheet.no_go;
   if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
     mesh.status = source->status;
   std::map<MarkId, std::size_t> index;

@@ -18,6 +18,7 @@ struct ShadowMesh {
   std::vector<Eigen::Vector2d> material_m;  ///< empty: not known
   std::vector<std::array<std::size_t, 3>> triangles;
   std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
+  std::optional<std::string> no_go;    ///< why the measurement that made or placed it is NO-GO
   std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
   std::string fabric;                  ///< of a start of an ensemble (cusick.json); else empty
   std::optional<double> disc_m, specimen_m;  ///< diameters of its test, where cusick.json has them

@@ -35,9 +35,15 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     json[key] = Json::array();
     for (const auto& file : files) {
       record.input(file);
-      shapes.push_back(shape_of(read_sheet(file), options, file.string()));
+      const Sheet sheet = read_sheet(file);
+      shapes.push_back(shape_of(sheet, options, file.string()));
       const SheetShape& shape = shapes.back();
       json[key].push_back(json_of(file.string(), shape));
+      if (sheet.no_go) {
+        json[key].back()["no_go"] = *sheet.no_go;
+        ending.rejected.push_back(
+            fmt::format("{}: what made or placed it is NO-GO: {}", file.string(), *sheet.no_go));
+      }
       const auto ridges = std::count_if(shape.folds.begin(), shape.folds.end(),
                                         [](const Fold& fold) { return fold.curvature_per_m > 0; });
       ending.numbers.emplace_back(
@@ -54,6 +60,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     json["descriptors"].push_back(json_of(spread));
     ending.numbers.emplace_back(spread.name, text_of(spread));
   }
+  ending.go = ending.rejected.empty();
   ending.verdict = fmt::format("{} sheets", sheets.size());
   if (!against.empty()) ending.verdict += fmt::format(" against {}", against.size());
   if (arguments.out) {

@@ -67,6 +67,7 @@ BranchResult simulate_branches(const Scene& scene, const Fabric& fabric, const P
   });
   for (auto& [branch, sheet] : accepted) {
     branches.found.push_back(std::move(branch));
+    if (measured) sheet.no_go = measured->no_go;
     result.sheets.push_back(std::move(sheet));
   }
   if (branches.members.front().empty()) {

@@ -7,6 +7,7 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "simulate/ensemble/band.hpp"
+#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 
 namespace fs = std::filesystem;
@@ -22,10 +23,6 @@ struct Arguments : RunArguments {
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   if (args.scene.empty() || args.out.empty())
     throw usage_error("SCENE or --out is missing", "give both");
-  if (args.branches.kicks < 0 || args.branches.kicks > 100000)
-    throw usage_error("--kicks is not in 0 .. 100000", "give --kicks 384");
-  if (args.branches.starts < 1 || args.branches.starts > 10000)
-    throw usage_error("--starts is not in 1 .. 10000", "give --starts 20");
   RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json",
                    {{}, start_inputs(args)});
   const RunInputs inputs = read_run_inputs(args, record);
@@ -74,7 +71,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
       "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
       "--store results.sqlite --report report.html",
       shell_word(args.out.string()));
-  return finish(ending, common, record);
+  return finish(resting_on(no_go_of(inputs.measured), std::move(ending)), common, record);
 }
 
 }  // namespace
@@ -89,8 +86,10 @@ int main(int argc, char** argv) {
          "--kicks", args.branches.kicks,
          "tries for a lower rest, where the sheet touches nothing; 0: none; a sheet on two pins "
          "whose line parts it falls folded along that line instead")
+      ->range(0, 100000)
       ->capture_default_str();
   app.add_option("--starts", args.branches.starts, "seeded starts; the first is the scene's own")
+      ->range(1, 10000)
       ->capture_default_str();
   app.add_flag(
       "--internal-friction", args.options.internal_friction,

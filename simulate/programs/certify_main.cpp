@@ -10,6 +10,7 @@
 #include "core/program/shell_word.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/programs/foundation.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -59,7 +60,7 @@ int run(const fs::path& folder, const fs::path& scene_file,
   }
   ending.rejected.insert(ending.rejected.end(), report.refusals.begin(), report.refusals.end());
   ending.next_command = fmt::format("less {}", shell_word((folder / "certificate.json").string()));
-  return finish(ending, common, record);
+  return finish(resting_on(sheet.no_go, std::move(ending)), common, record);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/surroundings.hpp"
+#include "simulate/programs/foundation.hpp"
 
 namespace drape::simulate {
 
@@ -19,10 +20,7 @@ Ending ending_of(const SimulateResult& result, const std::filesystem::path& out)
   ending.verdict =
       fmt::format("{}x{} particles {} after {:.2f} s of motion ({} steps)", result.sheet.rows,
                   result.sheet.cols, report.sentence, report.time_s, report.steps);
-  if (result.sheet.no_go) {
-    ending.go = false;
-    ending.verdict = "placed by a measured sheet that is NO-GO: " + *result.sheet.no_go;
-  }
+  ending = resting_on(result.sheet.no_go, std::move(ending));
   ending.numbers = {
       {"largest residual force", fmt::format("{:.2g} of a particle's weight", report.residual)},
       {"strain warp, weft",

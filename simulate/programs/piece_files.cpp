@@ -7,6 +7,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/programs/foundation.hpp"
 
 namespace drape::simulate {
 
@@ -56,6 +57,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
   json["triangles"] = piece.mesh.triangles.size();
   json["area_mm2"] = piece.mesh.area_m2() / (mm * mm);
   json["at_rest"] = judgement && judgement->accepted();
+  if (names.no_go) json["no_go"] = *names.no_go;
   json["moved_s"] = piece.motion.time_s;
   const int hurried = piece.motion.hurried + (piece.motion.quiet ? 0 : 1);
   if (hurried > 0) json["hurried_increments"] = hurried;
@@ -85,6 +87,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
                         found.residual)
       : ending.go ? fmt::format("at rest after {} steps, and accepted by the checker", steps)
                   : "still, but the checker refuses it";
+  ending = resting_on(names.no_go, std::move(ending));
   ending.next_command =
       fmt::format("drape compare MEASURED.ply {}", shell_word((out / "piece.toml").string()));
   return ending;

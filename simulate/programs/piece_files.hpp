@@ -19,12 +19,13 @@ namespace drape::simulate {
 /// What stands in the files beside the drape itself.
 struct PieceNames {
   std::string scene, fabric;
-  Eigen::Vector2d patch_m;  ///< of the print, (warp, weft)
+  Eigen::Vector2d patch_m;           ///< of the print, (warp, weft)
+  std::optional<std::string> no_go;  ///< of the measured sheet that placed it
 };
 
 /// Writes piece.ply, its description piece.toml (schema drapebench/mesh/1) for drape compare, and
-/// piece.json (schema drapebench/piece/1) into `out`, and books them in the record. GO: at rest and
-/// accepted by the checker.
+/// piece.json (schema drapebench/piece/1) into `out`, and books them in the record. GO: at rest,
+/// accepted by the checker and placed by no sheet that is NO-GO.
 [[nodiscard]] Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
                                  const PieceDrape& piece,
                                  const std::optional<MeshJudgement>& judgement, RunRecord& record);

@@ -5,6 +5,7 @@
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/piece/outline.hpp"
+#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/piece_files.hpp"
 #include "simulate/simulate.hpp"
 #include "simulate/start/start_check.hpp"
@@ -57,8 +58,9 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   const PieceDrape piece = drape_piece(scene, print, measured, laws, std::move(outline), options);
   std::optional<MeshJudgement> judgement;
   if (piece.report.at_rest) judgement = judge_piece(piece, scene, laws, options.descent.residual);
-  const Ending ending = write_piece(arguments.out, {scene.name, fabric.name, print.patch_m}, piece,
-                                    judgement, record);
+  const Ending ending =
+      write_piece(arguments.out, {scene.name, fabric.name, print.patch_m, no_go_of(measured)},
+                  piece, judgement, record);
   return finish(ending, common, record);
 }
 

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <utility>
 
 #include "core/files/files.hpp"
 #include "core/program/run_record.hpp"
+#include "core/sheet.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "tests/support/paths.hpp"
 
@@ -76,6 +78,42 @@ TEST_F(Records, ASimulationOverItsOwnStartIsRefusedAndNothingIsLost) {
   EXPECT_EQ(WEXITSTATUS(ended), 2);
   EXPECT_EQ(read_text(out("drape/sheet.ply")), sheet);
   EXPECT_EQ(read_text(out("drape/sheet.run.json")), record);
+}
+
+TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
+  const auto run = [&](const std::string& name, const std::string& arguments) {
+    const fs::path text = out("text");
+    const int ended = std::system(
+        (test::program(name).string() + " " + arguments + " > " + text.string() + " 2>&1").c_str());
+    return std::pair(WEXITSTATUS(ended), read_text(text));
+  };
+  const std::string scene_file = scene().string(), sheet_file = out("drape/sheet.ply").string();
+  ASSERT_EQ(
+      run("drape-simulate", scene_file + " --grid 6 --solver static --out " + out("drape").string())
+              .first &
+          ~1,
+      0);
+  Sheet sheet = read_sheet(sheet_file);
+  sheet.no_go = "cam1 moved";
+  write_sheet(sheet_file, sheet);
+  const std::string start = " --start-from " + sheet_file + " --out ";
+  for (const auto& [code, text] :
+       {run("drape-branches", scene_file + " --grid 6 --starts 1 --kicks 0 --fit whole" + start +
+                                  out("starts").string()),
+        run("drape-sensitivity", scene_file + " --grid 6 --only-first-order --reference " +
+                                     sheet_file + " --out " + out("split").string()),
+        run("drape-refine", out("drape").string() + " --scene " + scene_file +
+                                " --finest 11 --out " + out("fine").string()),
+        run("drape-piece", scene_file + " --spacing-mm 50" + start + out("piece").string()),
+        run("drape-certify", out("drape").string() + " --scene " + scene_file)}) {
+    EXPECT_EQ(code, 1) << text;
+    EXPECT_NE(text.find("NO-GO: placed by a measured sheet that is NO-GO: cam1 moved"),
+              std::string::npos)
+        << text;
+  }
+  EXPECT_EQ(read_sheet(out("starts/branch-01/sheet.ply")).no_go, "cam1 moved");
+  for (const char* file : {"split/sensitivity.json", "piece/piece.json"})
+    EXPECT_NE(read_text(out(file)).find("\"no_go\": \"cam1 moved\""), std::string::npos) << file;
 }
 
 TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {

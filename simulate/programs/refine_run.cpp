@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/programs/foundation.hpp"
 #include "simulate/refine/refine.hpp"
 #include "simulate/refine/refine_json.hpp"
 #include "simulate/start/start_file.hpp"
@@ -88,6 +89,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   if (args.start)
     for (const fs::path& file : start_files(*args.start)) record.input(file);
+  const std::optional<std::string> no_go = rest.sheet.no_go ? rest.sheet.no_go : no_go_of(measured);
   SimulateOptions options = options_of(claim, *source);
   options.threads = thread_count(common);
   Refinement refinement;
@@ -103,7 +105,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
     own.start_sha256 = source->start_sha256;
     own.solver = source->solver;
     own.refined_from_sha256 = sha256_of_file(rest_file);
-    grid.result.sheet.no_go = rest.sheet.no_go;
+    grid.result.sheet.no_go = no_go;
     options.rows = grid.result.sheet.rows;
     options.cols = grid.result.sheet.cols;
     write_outputs(args.out / folder_of(grid), grid.result, options, record);
@@ -111,7 +113,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   write_json(args.out / "refinement.json",
              refinement_json(refinement, print, args.how, sha256_of_file(rest_file), args.out));
   record.output(args.out / "refinement.json");
-  return finish(ending_of(refinement, args, cause), common, record);
+  return finish(resting_on(no_go, ending_of(refinement, args, cause)), common, record);
 }
 
 }  // namespace drape::simulate

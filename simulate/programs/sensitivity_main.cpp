@@ -10,6 +10,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/objects/scene_files.hpp"
+#include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/split.hpp"
 
@@ -19,7 +20,6 @@ using namespace drape::simulate;
 
 namespace {
 using units::mm;
-
 struct Arguments {
   fs::path scene, out, reference;
   std::optional<fs::path> fabric, start;
@@ -71,7 +71,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   write_json(args.out / "sensitivity.json", sensitivity_json(split));
   write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
-  return finish(ending_of(split, args.out), common, record);
+  return finish(resting_on(split.no_go, ending_of(split, args.out)), common, record);
 }
 
 }  // namespace

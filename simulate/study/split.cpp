@@ -313,6 +313,7 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
                        const SimulateOptions& options, const SplitOptions& how) {
   options.check();
   ErrorSplit split;
+  split.no_go = reference.no_go || !measured ? reference.no_go : measured->no_go;
   Bench bench(scene, fabric, print, measured, reference, options);
   bench.settle_base(split);
   if (how.scene_values && split.rows.front().at_rest) bench.drape_errors(split);
@@ -333,6 +334,7 @@ Json sensitivity_json(const ErrorSplit& split) {
   json["marks"] = split.marks.size();
   json["marks_at"] = Json::array();
   for (const MarkId& mark : split.marks) json["marks_at"].push_back({mark.row, mark.col});
+  if (split.no_go) json["no_go"] = *split.no_go;
   json["friction"] = split.friction;
   json["at_rest"] = split.rows.front().at_rest;
   json["largest_residual_per_particle_weight"] = split.base.residual;

@@ -36,7 +36,8 @@ struct ErrorSplit {
   std::vector<SplitRow> rows;  ///< the base first
   /// Absent when the base is not at rest or a saddle.
   std::optional<std::vector<Sensitivity>> sensitivities;
-  std::vector<SceneEffect> scene;  ///< empty when not asked for or the base is not at rest
+  std::optional<std::string> no_go;  ///< of the measurement of the reference or the start
+  std::vector<SceneEffect> scene;    ///< empty when not asked for or the base is not at rest
 };
 
 struct SplitOptions {
