@@ -355,6 +355,7 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
                     "see its gaps for the reasons");
   }
   check_group(input.simulations);
+  require_one_drape(input);
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
   report.name = input.simulations.empty()

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compare/asked_scene.hpp"
 #include "compare/metrics/branches.hpp"
 #include "compare/metrics/dense.hpp"
 #include "compare/metrics/ensemble.hpp"
@@ -27,7 +28,8 @@ struct SheetFile {
   std::string sha256;      ///< of <stem>.json: the sheet's identity in the store
   std::string ply_sha256;  ///< of <stem>.ply
   Sheet sheet;
-  std::optional<RepeatId> repeat = {};  ///< of a measured sheet that says which laying it is
+  std::optional<RepeatId> repeat = {};   ///< of a measured sheet that says which laying it is
+  std::optional<AskedScene> asked = {};  ///< of a measured sheet whose marks were asked about one
 };
 
 /// What the simulator states about its result (certificate.json): every entry under its own name,
@@ -52,6 +54,7 @@ struct Simulation {
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
   std::optional<Refined> refined = {};              ///< carried over from a coarser grid
+  std::optional<SimulatedScene> scene = {};         ///< where its files are still what it read
 
   [[nodiscard]] const SimulatedSource& source() const;
   [[nodiscard]] std::string grid() const;       ///< "21x21"

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <map>
+
+#include "core/error.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -62,6 +65,41 @@ void judge_simulations(const DrapeInput& input, const Options& options, Report& 
   }
 }
 
+/// Objects and table of a simulation must be those that the marks were asked about; other values of
+/// its scene, such as friction, may differ.
+void judge_scenes(const DrapeInput& input, Report& report) {
+  const auto& asked = input.measured.asked;
+  std::map<std::string, std::string> differences;  // labels by what differs
+  std::string unknown;
+  const auto add = [](const Simulation& simulation, std::string& labels) {
+    labels += (labels.empty() ? "" : "; ") + simulation.label();
+  };
+  for (const Simulation& simulation : input.simulations) {
+    if (!asked || simulation.other_simulator) continue;
+    if (simulation.scene) {
+      if (const auto why = difference_of(asked->surroundings, simulation.scene->surroundings))
+        add(simulation, differences[*why]);
+    } else if (simulation.source().scene_sha256 != asked->sha256) {
+      add(simulation, unknown);
+    }
+  }
+  for (const auto& [why, labels] : differences)
+    report.no_go.push_back(
+        fmt::format("the simulated objects are not those that the marks were asked about: {} "
+                    "(simulation {}); correct the scene, or ask the marks about it by drape "
+                    "triangulate --scene",
+                    why, labels));
+  if (!asked && !input.simulations.empty())
+    report.warnings.emplace_back(
+        "the marks were asked about no scene, so nothing says whether they contradict the "
+        "simulation's objects and table: measure with drape triangulate --scene SCENE.toml");
+  if (!unknown.empty())
+    report.warnings.push_back(
+        "simulated from another content of the scene file than the marks were asked about, which "
+        "was not found, so its objects could not be compared: " +
+        unknown);
+}
+
 /// One warning for all simulations that another measured sheet placed.
 void warn_of_other_starts(const DrapeInput& input, Report& report) {
   std::string labels;
@@ -92,10 +130,37 @@ void warn_of_branches(const DrapeInput& input, Report& report) {
   }
 }
 
+/// Of one drape are sheets whose scene or frame set is the same; what a file does not say is none.
+void require_same(const DrapeInput& input, const std::string& scene, const std::string& set,
+                  const std::filesystem::path& file) {
+  const SheetFile& measured = input.measured;
+  const std::string& own_set = std::get<MeasuredSource>(measured.sheet.source).set;
+  std::string own_scene;
+  if (measured.asked) own_scene = measured.asked->name;
+  if (measured.repeat) own_scene = measured.repeat->scene;
+  if (own_scene.empty() && set.empty()) return;
+  if (own_scene == scene || own_set == set) return;
+  throw bad_input(fmt::format("scene `{}`{} is another drape than that of {}, frame set `{}`{}",
+                              scene, set.empty() ? "" : fmt::format(" with frame set `{}`", set),
+                              measured.file.string(), own_set,
+                              own_scene.empty() ? "" : fmt::format(" of scene `{}`", own_scene)),
+                  {.file = file.string(), .field = "source.scene"},
+                  "put the measured sheet of each drape before its simulations; one that was taken "
+                  "in a set of another name says its scene by drape triangulate --scene");
+}
+
 }  // namespace
+
+void require_one_drape(const DrapeInput& input) {
+  for (const Simulation& one : input.simulations)
+    require_same(input, one.source().scene, one.scene ? one.scene->set : std::string(),
+                 one.sheet.file);
+  for (const OtherSurface& one : input.surfaces) require_same(input, one.scene, {}, one.file);
+}
 
 void judge(const DrapeInput& input, const Options& options, Report& report) {
   judge_foundation(input, report);
+  judge_scenes(input, report);
   judge_measurement(options, report);
   judge_simulations(input, options, report);
   warn_of_other_starts(input, report);

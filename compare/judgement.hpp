@@ -5,6 +5,10 @@
 
 namespace drape::compare {
 
+/// Throws Error(bad_input) where a measured sheet and a mesh or simulation are of two drapes:
+/// neither scene nor frame set is the same, as far as both say.
+void require_one_drape(const DrapeInput& input);
+
 /// Fills no_go with every reason why the measurement is no ground for its distances (the first
 /// cause first: sheets that are NO-GO, marks, simulations), and warnings.
 void judge(const DrapeInput& input, const Options& options, Report& report);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
@@ -88,6 +89,7 @@ SheetFile file_of(const Sheet& sheet) {
 
 DrapeInput drape_of(const Sheet& measured, const std::vector<Sheet>& simulated) {
   DrapeInput input{file_of(measured), {}};
+  input.measured.asked = AskedScene{"A", sha256_of(std::string_view("scene")), {}};
   for (const Sheet& sheet : simulated) input.simulations.push_back({file_of(sheet), {}, {}});
   return input;
 }
@@ -101,6 +103,11 @@ std::vector<fs::path> write_example(const fs::path& folder) {
   }
   std::vector<fs::path> files = {folder / "sheet.ply"};
   write_sheet(files.back(), measured);
+  Json json = parse_json(read_text(folder / "sheet.json"));
+  json["source"]["asked_scene"] = {{"name", "A"},
+                                   {"sha256", sha256_of(std::string_view("scene"))},
+                                   {"surroundings", Json::object()}};
+  write_json(folder / "sheet.json", json);
   double sag_m = 50 * mm;
   for (const int n : {11, 21}) {
     for (const int segments : {1, 5}) {

@@ -21,7 +21,8 @@ void note_options(RunRecord& record, const TriangulateOptions& options, const st
 struct RepeatId {
   std::string scene, name, face;  ///< the side of the cloth that lies up; may be empty
 };
-/// Adds it to the source in the sheet's .json.
-void note_repeat(const std::filesystem::path& sheet, const RepeatId& id);
+/// Adds to the source in the sheet's .json which scene the marks were asked about, with its table
+/// and objects, and the laying, if it has a name.
+void note_scene(const std::filesystem::path& sheet, const Scene& scene, const RepeatId& id);
 
 }  // namespace drape::triangulate

@@ -86,7 +86,8 @@ int main(int argc, char** argv) {
     source.detections_sha256 = sha256_of_file(detections_file);
     source.calibration_sha256 = sha256_of_file(calibration_file);
     write_sheet(out, result.sheet);
-    if (!repeat.name.empty()) note_repeat(out, {options.scene->name, repeat.name, repeat.face});
+    if (options.scene)
+      note_scene(out, *options.scene, {options.scene->name, repeat.name, repeat.face});
     note_options(record, options, set);
     return finish(ending_of(result, options, out), common, record);
   });

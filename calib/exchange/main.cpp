@@ -55,9 +55,9 @@ Ending import_from(const Arguments& given) {
   Ending ending;
   ending.verdict = fmt::format("{} cameras read from {}", calibration.cameras.size(), given.from);
   ending.warnings = calibration.warnings;
-  ending.next_command =
-      fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
-                  shell_word(given.out.string()));
+  ending.next_command = fmt::format(
+      "drape triangulate DETECTIONS --calibration {} --set NAME --scene SCENE.toml --out sheet.ply",
+      shell_word(given.out.string()));
   return ending;
 }
 

@@ -78,9 +78,10 @@ Ending ending_of(const CalibResult& result, const std::filesystem::path& out) {
                     centre.x(), centre.y(), centre.z(), camera.residuals.object_rms_mm));
   }
   if (ending.go) {
-    ending.next_command =
-        fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
-                    shell_word(out.string()));
+    ending.next_command = fmt::format(
+        "drape triangulate DETECTIONS --calibration {} --set NAME --scene SCENE.toml --out "
+        "sheet.ply",
+        shell_word(out.string()));
   }
   return ending;
 }

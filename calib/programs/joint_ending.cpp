@@ -91,9 +91,10 @@ Ending ending_of(const JointResult& result, const std::filesystem::path& out) {
   ending.rejected = report.rejected;
   ending.warnings = report.warnings;
   if (ending.go) {
-    ending.next_command =
-        fmt::format("drape triangulate DETECTIONS --calibration {} --set NAME --out sheet.ply",
-                    shell_word(out.string()));
+    ending.next_command = fmt::format(
+        "drape triangulate DETECTIONS --calibration {} --set NAME --scene SCENE.toml --out "
+        "sheet.ply",
+        shell_word(out.string()));
   }
   return ending;
 }

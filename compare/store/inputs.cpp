@@ -116,7 +116,10 @@ SheetFile read_sheet_file(const fs::path& file, Session& session) {
   json.replace_extension(".json");
   ply.replace_extension(".ply");
   SheetFile sheet{file, {}, {}, read_sheet(file)};
-  if (sheet.sheet.is_measured()) sheet.repeat = read_repeat(json);
+  if (sheet.sheet.is_measured()) {
+    sheet.repeat = read_repeat(json);
+    sheet.asked = read_asked_scene(json);
+  }
   sheet.sha256 = sha256_of_file(json);
   sheet.ply_sha256 = sha256_of_file(ply);
   session.read.emplace_back(json, sheet.sha256);
@@ -204,11 +207,13 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
 }
 
 /// The scene file named by the run record, when it is still what the simulation read.
-void find_scene(DrapeFiles& drape, const Simulation& simulation, const MadeBy& made_by,
+void find_scene(DrapeFiles& drape, Simulation& simulation, const MadeBy& made_by,
                 Session& session) {
   for (const auto& [file, sha256] : made_by.inputs) {
-    if (sha256 != simulation.source().scene_sha256 || drape.input.scene) continue;
+    if (sha256 != simulation.source().scene_sha256 || simulation.scene) continue;
     if (!fs::is_regular_file(file) || sha256_of_file(file) != sha256) continue;
+    simulation.scene = read_simulated_scene(file, made_by.inputs);
+    if (drape.input.scene) continue;
     drape.input.scene = read_scene(file);
     session.read.emplace_back(file, sha256);
   }

@@ -50,7 +50,8 @@ Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
         "drape calib {} --rig RIG --method joint --out calibration.json", shell_word(out));
   } else {
     ending.next_command = fmt::format(
-        "drape triangulate {} --calibration calibration.json --set NAME --out sheet.ply",
+        "drape triangulate {} --calibration calibration.json --set NAME --scene SCENE.toml --out "
+        "sheet.ply",
         shell_word(out));
   }
   return ending;

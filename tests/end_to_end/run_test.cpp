@@ -205,6 +205,8 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
   const auto sheet = drape::parse_json(drape::read_text(out / "C/repeats/4/sheet.json"));
   EXPECT_EQ(sheet["source"]["repeat"],
             (drape::Json{{"scene", "C"}, {"repeat", "4"}, {"face", "back"}}));
+  EXPECT_EQ(sheet["source"]["asked_scene"]["name"], "C");
+  EXPECT_EQ(sheet["source"]["asked_scene"]["surroundings"]["object.1.yaw_deg"], "14");
   EXPECT_THAT(drape::read_text(out / "report.html"), HasSubstr("repeats: spectrum"));
   const std::string results = drape::test::program("drape-results").string();
   const std::string store = " --store " + (out / "results.sqlite").string();

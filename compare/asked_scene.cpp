@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/asked_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <variant>
+
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/files/toml_file.hpp"
+#include "core/scene.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_of_surroundings(const std::string& key) {
+  return key == "table_z_mm" || key.starts_with("object.");
+}
+
+bool touches_a_mark(const std::string& key) {
+  return !key.ends_with("_uncertainty_mm") && !key.ends_with(".on_stand") &&
+         key.find(".tags_") == std::string::npos;
+}
+
+/// What is left out has the value 0: a yaw, the radius of an edge.
+std::string value_of(const Surroundings& values, const std::string& key) {
+  const auto found = values.find(key);
+  return found == values.end() || found->second.empty() ? "0" : found->second;
+}
+
+}  // namespace
+
+std::optional<AskedScene> read_asked_scene(const fs::path& sheet_json) {
+  const JsonNode source = JsonNode::open(sheet_json, "sheet", 1).at("source");
+  if (!source.has("asked_scene")) return std::nullopt;
+  const JsonNode node = source.at("asked_scene");
+  AskedScene asked{node.name("name"), node.text("sha256"), {}};
+  const JsonNode values = node.at("surroundings");
+  for (const auto& [key, value] : values.members()) asked.surroundings[key] = values.text(key);
+  return asked;
+}
+
+std::optional<SimulatedScene> read_simulated_scene(
+    const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
+  const Scene scene = read_scene(file);
+  SimulatedScene simulated{scene.set, {}};
+  for (const auto& [key, value] : TomlTable::open(file, "scene").values())
+    if (is_of_surroundings(key)) simulated.surroundings[key] = value;
+  for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
+    const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]);
+    if (mesh == nullptr) continue;
+    if (!fs::is_regular_file(mesh->file)) return std::nullopt;
+    const std::string sha256 = sha256_of_file(mesh->file);
+    const bool same = std::any_of(inputs.begin(), inputs.end(),
+                                  [&](const auto& input) { return input.second == sha256; });
+    if (!same) return std::nullopt;
+    simulated.surroundings[fmt::format("object.{}.file", i + 1)] = sha256;
+  }
+  return simulated;
+}
+
+std::optional<std::string> difference_of(const Surroundings& asked, const Surroundings& simulated) {
+  Surroundings all = asked;
+  all.insert(simulated.begin(), simulated.end());
+  for (const auto& [key, any] : all) {
+    const std::string one = value_of(asked, key), other = value_of(simulated, key);
+    if (!touches_a_mark(key) || one == other) continue;
+    return fmt::format("{} is {} in the simulation, {} for the marks", key, other, one);
+  }
+  return std::nullopt;
+}
+
+}  // namespace drape::compare

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace drape::compare {
+
+/// Table and objects of a scene: each value of its file under its path ("object.1.x_mm"), a mesh as
+/// the SHA-256 of its content.
+using Surroundings = std::map<std::string, std::string>;
+
+/// The scene that the marks of a measured sheet were asked about, `source.asked_scene` of its file.
+struct AskedScene {
+  std::string name, sha256;
+  Surroundings surroundings;
+};
+
+/// Nothing where no scene was asked about, or the file is older than the key.
+[[nodiscard]] std::optional<AskedScene> read_asked_scene(const std::filesystem::path& sheet_json);
+
+/// The scene that a simulation read, where its files are still the same.
+struct SimulatedScene {
+  std::string set;  ///< frame set of the recording that shows it; may be empty
+  Surroundings surroundings;
+};
+
+/// `scene` has the content that was simulated; `inputs` are files with their SHA-256 as the run
+/// read them, a mesh among them. Nothing where a mesh has another content now.
+[[nodiscard]] std::optional<SimulatedScene> read_simulated_scene(
+    const std::filesystem::path& scene,
+    const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
+
+/// Where solid and table differ in what a mark can touch, as a sentence: their stated uncertainties
+/// and tags may differ.
+[[nodiscard]] std::optional<std::string> difference_of(const Surroundings& asked,
+                                                       const Surroundings& simulated);
+
+}  // namespace drape::compare

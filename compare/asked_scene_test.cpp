@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// A simulation is compared with the drape that it is of, among the objects that the marks were
+// asked about; and what rests on a NO-GO is NO-GO in the programs that read sheets.
+#include "compare/asked_scene.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+
+#include "compare/store/inputs.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using test::measured_sheet;
+using test::simulated_sheet;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+DrapeInput drape(const std::string& scene = "A") {
+  Sheet simulated = simulated_sheet(11, 5, [](const Eigen::Vector2d& material_m) {
+    return Eigen::Vector3d(test::flat(material_m) + Eigen::Vector3d(0, 0, 5e-3));
+  });
+  std::get<SimulatedSource>(simulated.source).scene = scene;
+  return test::drape_of(measured_sheet(), {simulated});
+}
+
+std::string refusal_of(const DrapeInput& input) {
+  try {
+    static_cast<void>(compare_drape(input, {}));
+  } catch (const Error& error) {
+    return error.kind() == ErrorKind::bad_input ? error.what() : "of another kind";
+  }
+  return "none";
+}
+
+TEST(OneDrape, ASimulationOfAnotherSceneAndSetIsRefused) {
+  EXPECT_EQ(refusal_of(drape()), "none");
+  EXPECT_THAT(refusal_of(drape("C")), HasSubstr("scene `C` is another drape"));
+  DrapeInput found = drape("C");
+  found.simulations[0].scene = SimulatedScene{"drape_C", {}};
+  EXPECT_THAT(refusal_of(found), HasSubstr("frame set `drape_A`"));
+  found.measured.asked.reset();
+  EXPECT_THAT(refusal_of(found), HasSubstr("frame set `drape_C`"));
+}
+
+TEST(OneDrape, ARenamedSceneOrAnotherLayingOfItIsNone) {
+  DrapeInput renamed = drape("A_slippery");
+  renamed.simulations[0].scene = SimulatedScene{"drape_A", {}};
+  EXPECT_EQ(refusal_of(renamed), "none");
+  DrapeInput laying = drape();
+  std::get<MeasuredSource>(laying.measured.sheet.source).set = "drape_A_2";
+  laying.simulations[0].scene = SimulatedScene{"drape_A", {}};
+  EXPECT_EQ(refusal_of(laying), "none");
+  laying.measured.asked.reset();
+  laying.measured.repeat = RepeatId{"A", "2", ""};
+  EXPECT_EQ(refusal_of(laying), "none");
+}
+
+TEST(OneDrape, WhatAFileDoesNotSayIsNoContradiction) {
+  DrapeInput old = drape("C");
+  old.measured.asked.reset();
+  EXPECT_EQ(refusal_of(old), "none");
+}
+
+/// A scene over a mesh, with other values of some keys.
+class Scenes : public testing::Test {
+ protected:
+  Scenes() { write_durable(folder_.path() / "tent.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"); }
+
+  [[nodiscard]] fs::path scene(const std::string& name, const std::string& more = {},
+                               const std::string& size = "[128.0, 128.0, 128.0]",
+                               const std::string& friction = "0.4") const {
+    const fs::path file = folder_.path() / (name + ".toml");
+    write_durable(file,
+                  fmt::format("schema = \"drapebench/scene/1\"\nname = \"A\"\nset = \"drape_A\"\n"
+                              "fabric = \"a.toml\"\nprint = \"p.toml\"\ntable_z_mm = -6.0\n"
+                              "friction = {}\n[start]\nmode = \"measured\"\n"
+                              "[[object]]\nkind = \"box\"\nsize_mm = {}\nx_mm = -3.0\ny_mm = 5.0\n"
+                              "z_bottom_mm = -6.0\n{}\n[[object]]\nkind = \"mesh\"\n"
+                              "file = \"tent.obj\"\norigin_mm = [0.0, 0.0, 0.0]\n",
+                              friction, size, more));
+    return file;
+  }
+  [[nodiscard]] SimulatedScene read(const fs::path& file) const {
+    const auto found =
+        read_simulated_scene(file, {{"tent.obj", sha256_of_file(folder_.path() / "tent.obj")}});
+    EXPECT_TRUE(found);
+    return found.value_or(SimulatedScene{});
+  }
+  /// The comparison of marks that were asked about `asked` with a simulation of `simulated`.
+  [[nodiscard]] Report report_of(const fs::path& asked, const fs::path& simulated) const {
+    DrapeInput input = drape();
+    input.measured.asked = AskedScene{"A", sha256_of_file(asked), read(asked).surroundings};
+    input.simulations[0].scene = read(simulated);
+    return compare_drape(input, {});
+  }
+
+  drape::test::TemporaryFolder folder_;
+};
+
+TEST_F(Scenes, OtherObjectsThanTheMarksWereAskedAboutAreNoGo) {
+  const fs::path asked = scene("asked");
+  EXPECT_THAT(report_of(asked, scene("wide", "", "[138.0, 128.0, 138.0]")).no_go,
+              ElementsAre(HasSubstr("object.1.size_mm is 138, 128, 138 in the simulation, 128, "
+                                    "128, 128 for the marks")));
+  EXPECT_THAT(report_of(asked, scene("turned", "yaw_deg = 14.0")).no_go,
+              ElementsAre(HasSubstr("object.1.yaw_deg is 14 in the simulation, 0")));
+  const Report same = report_of(asked, asked);
+  EXPECT_THAT(same.no_go, IsEmpty());
+  EXPECT_THAT(same.warnings, IsEmpty());
+}
+
+TEST_F(Scenes, AStudyOfWhatNoMarkCanTouchRaisesNoAlarm) {
+  const fs::path asked = scene("asked");
+  for (const Report& report :
+       {report_of(asked, scene("slippery", "", "[128.0, 128.0, 128.0]", "0.1")),
+        report_of(asked, scene("whole", "", "[128, 128, 128]")),
+        report_of(asked, scene("said", "yaw_deg = 0\nedge_radius_mm = 0.0")),
+        report_of(asked, scene("unsure", "place_uncertainty_mm = 2.0\non_stand = true"))}) {
+    EXPECT_THAT(report.no_go, IsEmpty());
+    EXPECT_THAT(report.warnings, IsEmpty());
+  }
+}
+
+TEST_F(Scenes, AMeshIsComparedByItsContent) {
+  const fs::path asked = scene("asked");
+  DrapeInput input = drape();
+  input.measured.asked = AskedScene{"A", sha256_of_file(asked), read(asked).surroundings};
+  const std::string before = sha256_of_file(folder_.path() / "tent.obj");
+  write_durable(folder_.path() / "tent.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_FALSE(read_simulated_scene(asked, {{"tent.obj", before}}))
+      << "the mesh that was simulated is not there any more";
+  input.simulations[0].scene = read(asked);
+  EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("object.2.file")));
+}
+
+TEST_F(Scenes, MarksThatWereAskedNothingAndScenesThatAreGoneAreWarnedOf) {
+  DrapeInput input = drape();
+  EXPECT_THAT(compare_drape(input, {}).warnings, IsEmpty()) << "the very file that was asked about";
+  input.measured.asked->sha256 = std::string(64, '0');
+  EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("which was not found")));
+  input.measured.asked.reset();
+  EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("asked about no scene")));
+}
+
+TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
+  const auto files = test::write_example(folder_.path() / "A");
+  const fs::path file = scene("asked");
+  Sheet simulated = read_sheet(files[1]);
+  auto& source = std::get<SimulatedSource>(simulated.source);
+  source.scene_sha256 = sha256_of_file(file);
+  write_sheet(files[1], simulated);
+  RunRecord record("drape-simulate", {}, run_record_path(files[1]));
+  record.input(file);
+  record.input(folder_.path() / "tent.obj");
+  record.output(files[1]);
+  record.write(0, "GO: an example\n");
+  const Session session = read_session({files[0], files[1]}, {});
+  const DrapeInput& input = session.drapes.at(0).input;
+  ASSERT_TRUE(input.measured.asked);
+  EXPECT_EQ(input.measured.asked->name, "A");
+  ASSERT_TRUE(input.simulations[0].scene);
+  EXPECT_EQ(input.simulations[0].scene->set, "drape_A");
+  EXPECT_EQ(input.simulations[0].scene->surroundings.at("object.1.x_mm"), "-3");
+  // A file of an older version says nothing of scenes.
+  write_sheet(files[0], read_sheet(files[0]));
+  EXPECT_FALSE(read_asked_scene(fs::path(files[0]).replace_extension(".json")));
+}
+
+TEST_F(Scenes, ASheetThatIsNoGoMakesFoldsAndHemsNoGo) {
+  const auto files = test::write_example(folder_.path() / "A");
+  const fs::path out = folder_.path() / "out";
+  const auto run = [&](const std::string& program, const std::string& arguments) {
+    const int status =
+        std::system(fmt::format("{} {} {} > {} 2>&1", drape::test::program(program).string(),
+                                files[1].string(), arguments, out.string())
+                        .c_str());
+    return std::pair(WEXITSTATUS(status), read_text(out));
+  };
+  const std::string hem = "--disc-mm 90 --specimen-mm 240";
+  EXPECT_EQ(run("drape-folds", "").first, 0);
+  EXPECT_EQ(run("drape-drapemeter", hem).first, 0);
+  Sheet sheet = read_sheet(files[1]);
+  sheet.no_go = "cam1 moved";
+  write_sheet(files[1], sheet);
+  for (const auto& [code, text] : {run("drape-folds", ""), run("drape-drapemeter", hem)}) {
+    EXPECT_EQ(code, 1) << text;
+    EXPECT_THAT(text, HasSubstr("NO-GO: cam1 moved"));
+  }
+}
+
+}  // namespace
+}  // namespace drape::compare
