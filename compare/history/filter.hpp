@@ -8,6 +8,12 @@
 
 namespace drape::compare {
 
+/// Column of a row `d` of v_run_drape: whether its U is all of it, or lacks a part of the budget.
+inline constexpr const char* kUncertaintyIs =
+    "(SELECT CASE k.budget_complete WHEN 1 THEN 'complete' WHEN 0 THEN 'at least' END FROM "
+    "run_drape AS k WHERE k.run = d.run AND k.scene = d.scene AND substr(k.headline_sha256, 1, 12) "
+    "= d.comparison) AS uncertainty_is";
+
 /// What a filter selects, as parts of one query: v_comparison AS v, each row with the last of its
 /// runs that the filter admits AS s (the columns of schema.hpp's state_query).
 struct Selection {

@@ -282,8 +282,9 @@ Table trend_by(const StoreReader& store, const std::string& key) {
       chosen + "SELECT d.scene, " + value +
           " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
-          "expanded_uncertainty_mm, d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d "
-          "ORDER BY d.scene, "
+          "expanded_uncertainty_mm, " +
+          kUncertaintyIs +
+          ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d ORDER BY d.scene, "
           "by_value, d.date, d.run",
       keys);
   table.names[1] = key;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "compare/history/filter.hpp"
 #include "compare/history/results.hpp"
 #include "core/error.hpp"
 
@@ -45,11 +46,10 @@ RunDifference difference_of_runs(const StoreReader& store, int first, int second
   if (difference.sentence.empty()) difference.sentence = "no value differs";
   difference.drapes = store.query(
       "SELECT d.run, d.scene, d.grid_size, d.segments, round(d.mean_dist_mm, 3) AS mean_dist_mm, "
-      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, d.measurement, d.match, "
-      "d.match_rests_on FROM "
-      "v_run_drape AS d WHERE d.run IN (CAST(?1 AS INTEGER), CAST(?2 AS INTEGER)) ORDER BY "
-      "d.scene, "
-      "d.run",
+      "round(d.expanded_uncertainty_mm, 3) AS expanded_uncertainty_mm, " +
+          std::string(kUncertaintyIs) +
+          ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d WHERE d.run IN "
+          "(CAST(?1 AS INTEGER), CAST(?2 AS INTEGER)) ORDER BY d.scene, d.run",
       both);
   difference.drapes.title = "Their drapes";
   return difference;

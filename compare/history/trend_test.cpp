@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <SQLiteCpp/SQLiteCpp.h>
 #include <gmock/gmock.h>
 
 #include <stdlib.h>
 
+#include <algorithm>
+#include <map>
 #include <random>
 
 #include "compare/history/explain.hpp"
 #include "compare/history/merge.hpp"
+#include "compare/history/results.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
@@ -71,6 +75,31 @@ TEST(Trend, FollowsTheDatesOfTheRunsInWhateverOrderStoresWereMerged) {
     ASSERT_EQ(trend.table.rows.size(), 7U) << file;
     EXPECT_EQ(trend.table.rows[6][3], "9.0000") << file;
     EXPECT_EQ(trend.alarms, 1) << file;
+  }
+}
+
+TEST(Trend, AnUncertaintyThatLacksAPartIsSaidToBeAtLeastThat) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  import_run(file, 5, 1);
+  import_run(file, 6, 2);
+  {
+    SQLite::Database database(file.string(), SQLite::OPEN_READWRITE);
+    ASSERT_EQ(
+        database.execAndGet("SELECT min(expanded_uncertainty_mm) > 0 FROM run_drape").getInt(), 1);
+    database.exec("DROP TRIGGER run_drape_no_UPDATE");
+    database.exec("UPDATE run_drape SET budget_complete = 1 WHERE run = 2");
+  }
+  const StoreReader reader(file);
+  for (const Table& table : {difference_of_runs(reader, 1, 2).drapes, trend_by(reader, "scene")}) {
+    std::map<std::string, std::string> of_run;
+    const auto column = [&](const std::string& name) {
+      return static_cast<std::size_t>(std::find(table.names.begin(), table.names.end(), name) -
+                                      table.names.begin());
+    };
+    for (const auto& row : table.rows)
+      of_run[row.at(column("run"))] = row.at(column("uncertainty_is"));
+    EXPECT_EQ(of_run, (std::map<std::string, std::string>{{"1", "at least"}, {"2", "complete"}}));
   }
 }
 

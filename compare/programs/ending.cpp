@@ -86,6 +86,7 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     drape["repeats"] = json_of(repeats_table(report));
     drape["expanded_uncertainty_mm"] =
         report.budget ? Json(report.budget->expanded_m / mm) : Json();
+    drape["budget_complete"] = report.budget ? Json(report.budget->missing.empty()) : Json();
     if (report.budget) drape["budget"] = json_of(budget_table(*report.budget));
     drape["marks"] = report.measurement.marks;
     drape["gaps"] = report.measurement.gaps;
