@@ -11,9 +11,8 @@
 #include <map>
 #include <set>
 
-#include "compare/history/copies.hpp"
-#include "compare/history/results.hpp"
-#include "compare/history/seal.hpp"
+#include "compare/crate/crate_files.hpp"
+#include "compare/crate/crate_tables.hpp"
 #include "compare/store/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -83,37 +82,8 @@ class CrateWriter {
   }
 
  private:
-  std::string run_text() const { return std::to_string(run_.value_or(0)); }
-
   void choose_files() {
-    const Seal seal = read_seal(store_.file());
-    const fs::path folder = fs::absolute(store_.file()).parent_path();
-    const Table sheets =
-        run_ ? store_.query(
-                   "SELECT c.measured_sha256 FROM run_comparison AS r JOIN comparison AS c ON c.id "
-                   "= r.comparison_id WHERE r.run = CAST(?1 AS INTEGER) UNION SELECT "
-                   "c.simulated_sha256 FROM run_comparison AS r JOIN comparison AS c ON c.id = "
-                   "r.comparison_id WHERE r.run = CAST(?1 AS INTEGER)",
-                   {run_text()})
-             : store_.query("SELECT sha256 FROM sheet");
-    if (run_ && sheets.rows.empty())
-      throw usage_error(fmt::format("the store has no run {}", *run_), "see `drape results runs`");
-    std::set<std::string> wanted;
-    for (const auto& row : sheets.rows) wanted.insert(row.at(0));
-    // A copy in the store's own folder stands in where the original is gone or was made again.
-    std::map<std::string, fs::path> found;
-    for (const auto& [name, sha256] : seal.files) {
-      const fs::path file = (folder / name).lexically_normal();
-      sealed_[file] = sha256;
-      if (!wanted.contains(sha256) || book_.sha256(file) != sha256) continue;
-      if (fs::path& best = found[sha256]; best.empty() || is_copy(best.string())) best = file;
-    }
-    std::vector<fs::path> starts;
-    starts.reserve(found.size());
-    for (const auto& [sha256, file] : found) starts.push_back(file);
-    for (const std::string& sha256 : wanted)
-      if (!found.contains(sha256)) crate_.missing.push_back("sheet " + sha256.substr(0, 12));
-    files_ = files_behind(book_, starts);
+    files_ = crate_files(store_, run_, book_, crate_.findings);
     if (files_.empty()) return;
     base_ = files_.begin()->first.parent_path();
     for (const auto& [file, stated] : files_) {
@@ -122,15 +92,18 @@ class CrateWriter {
     }
   }
 
-  void copy(const fs::path& file, std::set<std::string> stated) {
-    if (const auto sealed = sealed_.find(file); sealed != sealed_.end())
-      stated.insert(sealed->second);
+  void copy(const fs::path& file, const std::set<std::string>& stated) {
     const auto sha256 = book_.sha256(file);
-    if (!sha256 || std::any_of(stated.begin(), stated.end(),
-                               [&](const std::string& other) { return other != *sha256; })) {
-      crate_.missing.push_back(file.string());
+    if (!sha256) {
+      crate_.findings.push_back(kGone + file.string());
       return;
     }
+    if (std::any_of(stated.begin(), stated.end(),
+                    [&](const std::string& other) { return other != *sha256; })) {
+      crate_.findings.push_back(kNotAsRecorded + file.string());
+      return;
+    }
+    if (!book_.is_traced(file)) crate_.findings.push_back(kNotTraced + file.string());
     const fs::path name = fs::path("files") / file.lexically_relative(base_);
     write_durable(out_ / name, read_text(file));
     add_file(name, *sha256, "");
@@ -212,34 +185,24 @@ class CrateWriter {
     ++crate_.actions;
   }
 
-  Json add_table(const std::string& name, const std::string& description, const Table& table) {
-    const std::string text = csv_of(table);
-    write_durable(out_ / name, text);
-    add_file(name, sha256_of(std::string_view(text)), description);
-    for (const std::string& column : table.names) columns_.insert(column);
-    return reference(name);
+  Json add_table(const CrateTable& table) {
+    const std::string text = csv_of(table.table);
+    write_durable(out_ / table.file, text);
+    add_file(table.file, sha256_of(std::string_view(text)), table.description);
+    for (const std::string& column : table.table.names) columns_.insert(column);
+    return reference(table.file);
   }
 
   /// The numbers themselves, made from the sheets by this program.
   void add_tables() {
     Json results = Json::array();
-    ResultFilter filter;
-    filter.run = run_;
-    filter.outdated = true;
-    results.push_back(add_table("comparisons.csv",
-                                "distance between measured and simulated sheets, one row each",
-                                list_results(store_, filter)));
-    if (run_) {
-      results.push_back(add_table(
-          "values.csv", "every value behind the run; stand_in: nobody measured it",
-          store_.query("SELECT owner, key, value, stand_in FROM run_value WHERE run = CAST(? AS "
-                       "INTEGER) ORDER BY owner, key",
-                       {run_text()})));
-      add_headlines(results);
-    } else {
-      results.push_back(add_table("simulation_pairs.csv", "distance between simulated sheets",
-                                  export_table(store_, "simulation_pair")));
+    std::size_t numbers = 0;
+    for (const CrateTable& table : crate_tables(store_, run_)) {
+      results.push_back(add_table(table));
+      numbers += table.table.rows.size();
     }
+    if (numbers == 0) crate_.findings.emplace_back("the store holds no number");
+    if (run_) add_headlines(results);
     Json sheets = Json::array();
     for (const auto& [file, id] : ids_)
       if (file.filename() == "sheet.json") sheets.push_back(reference(id));
@@ -259,34 +222,31 @@ class CrateWriter {
   }
 
   void add_headlines(Json& results) {
-    const Table rows = store_.query(
-        "SELECT r.date, d.scene, c.mean_mm, d.expanded_uncertainty_mm, d.measurement, d.match FROM "
-        "run AS r LEFT JOIN run_drape AS d ON d.run = r.number LEFT JOIN comparison AS c ON "
-        "c.sha256 = d.headline_sha256 WHERE r.number = CAST(? AS INTEGER) ORDER BY d.scene",
-        {run_text()});
-    for (const auto& row : rows.rows) {
-      published_ = row.at(0);
-      if (row.at(2).empty()) continue;
-      const std::string id = "#mean-distance-" + uri_of(row.at(1));
-      Json value;
-      value["@id"] = id;
-      value["@type"] = "PropertyValue";
-      value["name"] = "mean distance of drape " + row.at(1);
-      value["description"] =
-          fmt::format("measurement {}, match {}, expanded uncertainty (95 %) {} mm", row.at(4),
-                      row.at(5), row.at(3).empty() ? "not known" : row.at(3));
-      value["value"] = row.at(2);
-      value["unitCode"] = "mm";
-      value["unitText"] = "mm (UCUM)";
-      entities_.push_back(value);
+    published_ = store_
+                     .query("SELECT date FROM run WHERE number = CAST(? AS INTEGER)",
+                            {std::to_string(*run_)})
+                     .rows.at(0)
+                     .at(0);
+    for (const CrateHeadline& headline : crate_headlines(store_, *run_)) {
+      const std::string id = "#mean-distance-" + uri_of(headline.scene);
+      entities_.push_back({{"@id", id},
+                           {"@type", "PropertyValue"},
+                           {"name", "mean distance of drape " + headline.scene},
+                           {"description", headline.statement},
+                           {"value", headline.mean_mm},
+                           {"unitCode", "mm"},
+                           {"unitText", "mm (UCUM)"}});
       results.push_back(reference(id));
     }
   }
 
   /// What the columns of the tables mean, with their units.
   void add_metrics() {
-    for (const auto& row :
-         store_.query("SELECT name, unit, definition FROM metric ORDER BY name").rows) {
+    Table metrics = store_.query("SELECT name, unit, definition FROM metric ORDER BY name");
+    metrics.add({"expanded_uncertainty_mm", "mm",
+                 "half width of what 95 of 100 draws of all inputs leave of the mean distance "
+                 "(JCGM 101); a lower bound where uncertainty_is says `at least`"});
+    for (const auto& row : metrics.rows) {
       if (!columns_.contains(row.at(0))) continue;
       const std::string id = "#metric-" + row.at(0);
       entities_.push_back({{"@id", id},
@@ -355,7 +315,6 @@ class CrateWriter {
   const Lab& lab_;
   fs::path out_, base_;
   RecordBook book_;
-  std::map<fs::path, std::string> sealed_;           ///< SHA-256
   std::map<fs::path, std::set<std::string>> files_;  ///< with the hashes stated of each
   std::map<fs::path, std::string> ids_;              ///< of what was copied
   std::map<std::string, std::size_t> places_;        ///< of the files, in entities_

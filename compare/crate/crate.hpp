@@ -14,8 +14,8 @@ namespace drape::compare {
 /// What write_crate() wrote.
 struct Crate {
   int files = 0;
-  int actions = 0;                   ///< runs of programs
-  std::vector<std::string> missing;  ///< files that are gone or were changed since they were sealed
+  int actions = 0;                    ///< runs of programs
+  std::vector<std::string> findings;  ///< what is behind the numbers and not in it; empty: nothing
 };
 
 /// Writes the results of one run, or of the whole store, into the new folder `out`: tables as CSV,

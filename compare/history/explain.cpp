@@ -18,29 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where the seal says that a sheet lies.
-fs::path sheet_file(const StoreReader& store, const std::string& sha256) {
-  const Seal seal = read_seal(store.file());
-  const fs::path folder = folder_of(store.file());
-  for (const auto& [name, hash] : seal.files) {
-    fs::path file = (folder / name).lexically_normal();
-    if (hash == sha256) return file;
-    const auto other = other_mesh_id(file);
-    if (other && other->sha256 == sha256) return file;
-  }
-  return {};
-}
-
 void add_chain(const StoreReader& store, RecordBook& book, std::set<fs::path>& followed,
                const std::string& what, const std::string& sha256, Explanation& result) {
-  const fs::path file = sheet_file(store, sha256);
-  if (file.empty()) {
+  const auto places = sealed_places(store.file(), book, {sha256});
+  if (places.empty()) {
     result.chain.add({"0", what,
                       "another simulator's mesh, or a sheet imported before there were seals",
                       sha256, "not followed"});
     result.complete = false;
     return;
   }
+  const fs::path& file = places.at(sha256);
   if (const auto other = other_mesh_id(file); other && other->sha256 == sha256) {
     result.chain.add(
         {"0", file.generic_string(), "written by people", *book.sha256(file), "unchanged"});

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "compare/history/copies.hpp"
-#include "compare/store/provenance.hpp"
+#include "compare/meshes/other_mesh.hpp"
 #include "compare/store/sqlite_error.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -126,6 +126,29 @@ Seal read_seal(const fs::path& store) {
         fmt::format("the store was called `{}` when it was sealed, not `{}`", seal.store, name),
         where, "give store, seal and folder of copies their old name again");
   return seal;
+}
+
+std::map<std::string, fs::path> sealed_places(const fs::path& store, RecordBook& book,
+                                              const std::set<std::string>& contents) {
+  enum Rank { kOwn, kCopy, kChanged };
+  std::map<std::string, std::pair<Rank, fs::path>> best;
+  for (const auto& [name, sealed] : read_seal(store).files) {
+    const fs::path file = (folder_of(store) / name).lexically_normal();
+    std::string content = sealed;
+    Rank rank = kOwn;
+    if (contents.contains(content)) {
+      rank = book.sha256(file) != content ? kChanged : is_copy(name) ? kCopy : kOwn;
+    } else if (const auto mesh = other_mesh_id(file); mesh && contents.contains(mesh->sha256)) {
+      content = mesh->sha256;
+    } else {
+      continue;
+    }
+    const auto [found, is_new] = best.try_emplace(content, rank, file);
+    if (!is_new && rank < found->second.first) found->second = {rank, file};
+  }
+  std::map<std::string, fs::path> places;
+  for (const auto& [content, place] : best) places[content] = place.second;
+  return places;
 }
 
 Sealing::Sealing(const StoreLock& /*held*/, fs::path store) : store_(real_store(std::move(store))) {

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "compare/store/provenance.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {
@@ -30,6 +32,12 @@ struct Seal {
 /// Throws Error(bad_input) when there is none, any byte of it was changed, or the store is called
 /// otherwise than when it was sealed.
 [[nodiscard]] Seal read_seal(const std::filesystem::path& store);
+
+/// Where each of these contents lies by the seal: a file that still has it, the store's own copy
+/// where no other has, and a file that had it where none has. Of another simulator's mesh, whose
+/// content is that of two files, the one that people wrote.
+[[nodiscard]] std::map<std::string, std::filesystem::path> sealed_places(
+    const std::filesystem::path& store, RecordBook& book, const std::set<std::string>& contents);
 
 /// Seals a store, keeping what was sealed before; `held` has been held since before the first
 /// commit. Of each file its name and hash are kept and no more, so that a long import adds its

@@ -200,12 +200,11 @@ int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
   const Crate crate =
       write_crate(reader, arguments.filter.run, read_lab(arguments.lab), arguments.file);
   Ending ending;
-  ending.go = crate.missing.empty();
-  ending.verdict = ending.go ? "the crate holds everything behind its numbers"
-                             : "files behind the numbers are gone or were changed";
+  ending.go = crate.findings.empty();
+  ending.verdict = ending.go ? "the crate holds everything behind its numbers" : crate.findings[0];
   ending.numbers = {{"files", std::to_string(crate.files)},
                     {"runs of programs", std::to_string(crate.actions)}};
-  for (const std::string& file : crate.missing) ending.rejected.push_back("missing: " + file);
+  ending.rejected = crate.findings;
   ending.next_command = fmt::format("zip -r crate.zip {}", shell_word(arguments.file));
   return finish(ending, common);
 }

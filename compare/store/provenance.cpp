@@ -60,6 +60,18 @@ std::vector<StepRecord> read_folder(const fs::path& folder) {
   return records;
 }
 
+/// Whether the file is one that only a program of ours writes. A recording is what cameras left.
+bool is_written_by_programs(const fs::path& file) {
+  if (file.extension() != ".json" || file.filename() == "recording.json") return false;
+  try {
+    const Json json = parse_json(read_text(file));
+    return json.is_object() && json.contains("schema") && json["schema"].is_string() &&
+           json["schema"].get<std::string>().starts_with("drapebench/");
+  } catch (const std::exception&) {
+    return false;  // its bytes are judged by their hash
+  }
+}
+
 /// What a file that no program of ours made is, with the number of points of a curve.
 std::string original(const fs::path& file) {
   const std::string end = file.extension().string();
@@ -76,7 +88,14 @@ std::string original(const fs::path& file) {
     }
   }
   if (end == ".toml") return "written by people";
-  return "no record of how it was made";
+  return is_written_by_programs(file) ? "no record of how it was made" : "from elsewhere";
+}
+
+/// Whether the record states another content of the file.
+bool contradicts(const StepRecord& record, const fs::path& file, const std::string& sha256) {
+  return std::any_of(record.outputs.begin(), record.outputs.end(), [&](const auto& output) {
+    return output.first == file && output.second != sha256;
+  });
 }
 
 void follow(RecordBook& book, const fs::path& file, const std::string& sha256, int depth,
@@ -93,6 +112,7 @@ void follow(RecordBook& book, const fs::path& file, const std::string& sha256, i
   link.made_by = record == nullptr
                      ? original(file)
                      : fmt::format("{} {}", record->program, fmt::join(record->arguments, " "));
+  if (link.state == "unchanged" && !book.is_traced(file)) link.state = "not traced";
   chain.push_back(link);
   if (!seen.insert(file).second) {
     if (record != nullptr) chain.back().made_by = "see above";
@@ -108,6 +128,14 @@ void follow(RecordBook& book, const fs::path& file, const std::string& sha256, i
 }
 
 }  // namespace
+
+bool RecordBook::is_traced(const fs::path& file) {
+  if (file.string().ends_with(".run.json")) return true;
+  const StepRecord* record = maker_of(file);
+  if (record == nullptr) return !is_written_by_programs(file);
+  const auto now = sha256(file);
+  return !now || !contradicts(*record, file.lexically_normal(), *now);
+}
 
 const StepRecord* RecordBook::maker_of(const fs::path& file) {
   const fs::path beside = folder_of(file), wanted = file.lexically_normal();

@@ -28,6 +28,8 @@ class RecordBook {
   /// The record in the file's folder, or in the one above it, that lists it as an output. Damaged
   /// records count as absent.
   [[nodiscard]] const StepRecord* maker_of(const std::filesystem::path& file);
+  /// False of a file that only programs write where no record says that this content was written.
+  [[nodiscard]] bool is_traced(const std::filesystem::path& file);
   /// SHA-256 of the file as it is now; nothing when it is not there.
   [[nodiscard]] std::optional<std::string> sha256(const std::filesystem::path& file);
 
@@ -45,7 +47,7 @@ struct ChainLink {
   int depth = 0;
   std::filesystem::path file;
   std::string sha256;   ///< as the step that used it recorded it
-  std::string state;    ///< "unchanged", "altered" or "not there"
+  std::string state;    ///< "unchanged", "altered", "not there" or "not traced"
   std::string made_by;  ///< command, or what an original file is
 };
 

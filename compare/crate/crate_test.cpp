@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/crate/crate.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "compare/history/apart.hpp"
+#include "compare/history/copies.hpp"
+#include "compare/history/explain.hpp"
+#include "compare/history/seal.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// A store whose copies come before every sheet in the order of names.
+class CrateOf : public testing::Test {
+ protected:
+  CrateOf() {
+    const fs::path bench = drape::test::source_root() / "rigs/bench1";
+    for (const char* name : {"scenes", "fabrics", "print.toml"})
+      fs::copy(bench / name, folder_.path() / name, fs::copy_options::recursive);
+    for (std::size_t i = 1; i < sheets_.size(); ++i) make(sheets_[i], read_sheet(sheets_[i]));
+    import();
+  }
+
+  /// A simulated sheet of the scene as it is now, with its record.
+  void make(const fs::path& file, Sheet sheet) const {
+    std::get<SimulatedSource>(sheet.source).scene_sha256 = sha256_of_file(scene_);
+    write_sheet(file, sheet);
+    record(file);
+  }
+  /// Says that the sheet was made from the scene as it is now.
+  void record(const fs::path& sheet) const {
+    RunRecord record("drape-simulate", {}, run_record_path(sheet));
+    record.input(scene_);
+    for (const char* name : {"sheet.ply", "sheet.json"}) record.output(sheet.parent_path() / name);
+    record.write(0, "");
+  }
+
+  void import() {
+    const Session session = read_session(sheets_, {});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    (void)import_session(store_, session, outcome);
+    std::vector<fs::path> files = files_of(session);
+    for (fs::path& copy : keep_copies(store_, session)) files.push_back(std::move(copy));
+    seal_store(StoreLock(store_, StoreLock::Kind::alone), store_, files);
+  }
+  /// Exports into a new folder, which out() names.
+  std::vector<std::string> findings(std::optional<int> run, const fs::path& store) {
+    ++count_;
+    Lab lab;
+    lab.title = lab.description = lab.license = lab.license_name = "x";
+    lab.authors.push_back({"Nobody", "", ""});
+    return write_crate(StoreReader(store), run, lab, out()).findings;
+  }
+  std::vector<std::string> findings(std::optional<int> run = 1) { return findings(run, store_); }
+  [[nodiscard]] fs::path out() const { return folder_.path() / fmt::format("crate-{}", count_); }
+  [[nodiscard]] std::string text(const std::string& name) const { return read_text(out() / name); }
+  /// What `why` says of the mean distance of the first sheet simulated.
+  [[nodiscard]] Explanation why() const {
+    return explain(StoreReader(store_), first_key_, "mean_mm");
+  }
+  [[nodiscard]] std::string key_of_first() const {
+    return StoreReader(store_)
+        .query("SELECT sha256 FROM comparison WHERE simulated_sha256 = ?",
+               {sha256_of_file(fs::path(sheets_[1]).replace_extension(".json"))})
+        .rows.at(0)
+        .at(0);
+  }
+  /// Another shape for the place of the first simulated sheet.
+  static Sheet another() {
+    return test::simulated_sheet(11, 1, [](const Eigen::Vector2d& m) {
+      return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, 7e-3));
+    });
+  }
+
+  drape::test::TemporaryFolder folder_;
+  fs::path store_ = folder_.path() / "0.sqlite", scene_ = folder_.path() / "scenes" / "A.toml";
+  std::vector<fs::path> sheets_ = test::write_recorded_example(folder_.path());
+  std::string first_key_;
+  int count_ = 0;
+};
+
+TEST_F(CrateOf, AnUntouchedRunIsWholeWithItsUncertaintyAsItIs) {
+  EXPECT_THAT(findings(), IsEmpty());
+  first_key_ = key_of_first();
+  EXPECT_TRUE(why().complete) << "followed from the sheet, not from its copy";
+  const std::string u = StoreReader(store_)
+                            .query(
+                                "SELECT expanded_uncertainty_mm FROM run_drape WHERE "
+                                "budget_complete = 0")
+                            .rows.at(0)
+                            .at(0);
+  const std::string metadata = text("ro-crate-metadata.json");
+  EXPECT_THAT(metadata, HasSubstr("expanded uncertainty (95 %) at least " + u + " mm"));
+  for (const char* metric : {"mean_mm", "expanded_uncertainty_mm"})
+    EXPECT_THAT(metadata, HasSubstr(fmt::format("\"@id\": \"#metric-{}\"", metric)));
+  EXPECT_THAT(text("drapes.csv"), HasSubstr(u + ",at least"));
+  const Table stored = StoreReader(store_).query("SELECT mean_mm FROM comparison");
+  for (const auto& row : stored.rows) EXPECT_THAT(text("comparisons.csv"), HasSubstr(row[0]));
+  EXPECT_THAT(findings(std::nullopt), IsEmpty());
+  EXPECT_THAT(text("drapes.csv"), HasSubstr(u + ",at least"));
+}
+
+TEST_F(CrateOf, ARunWhoseSheetWasMadeAgainIsNotTraced) {
+  first_key_ = key_of_first();
+  make(sheets_[1], another());
+  import();
+  EXPECT_THAT(findings(1), Contains(HasSubstr("no record of how it was made: ")));
+  EXPECT_FALSE(why().complete);
+  EXPECT_EQ(why().chain.rows.back()[4], "not traced");
+  EXPECT_THAT(findings(2), IsEmpty());
+}
+
+TEST_F(CrateOf, AFileWhoseRecordIsGoneOrOfAnotherContentIsNotTraced) {
+  first_key_ = key_of_first();
+  const fs::path record = run_record_path(sheets_[1]);
+  const std::string recorded = read_text(record);
+  fs::remove(record);
+  EXPECT_THAT(findings(), Contains(HasSubstr("no record of how it was made: ")));
+  EXPECT_FALSE(why().complete);
+  write_durable(record, recorded);
+  EXPECT_THAT(findings(), IsEmpty());
+  write_durable(folder_.path() / "A" / "points.json",
+                "{\"schema\": \"drapebench/detections/1\"}\n");
+  EXPECT_THAT(findings(), Contains(HasSubstr("not what was recorded: ")));
+  write_sheet(sheets_[1], another());
+  import();
+  first_key_ = key_of_first();
+  EXPECT_FALSE(why().complete) << "the record beside it states another content";
+}
+
+TEST_F(CrateOf, ASceneThatWasEditedIsNotTheRunsScene) {
+  std::string text = read_text(scene_);
+  const std::size_t at = text.find("friction = 0.4");
+  ASSERT_NE(at, std::string::npos);
+  write_durable(scene_, text.replace(at, 14, "friction = 0.3"));
+  record(sheets_[0]);  // the measured sheet is made again and stays the same
+  const auto found = findings();
+  EXPECT_THAT(found, Contains("not what was recorded: " + scene_.string()));
+  EXPECT_THAT(found, Contains(HasSubstr("gone: scene A as it was simulated")));
+  EXPECT_FALSE(fs::exists(out() / "files" / "scenes" / "A.toml"));
+}
+
+TEST_F(CrateOf, SimulationsAloneHaveTheirNumbersAndAnEmptyStoreHasNone) {
+  const fs::path apart = folder_.path() / "apart.sqlite", empty = folder_.path() / "empty.sqlite";
+  (void)import_simulations(apart, {sheets_.begin() + 1, sheets_.end()});
+  EXPECT_THAT(findings(std::nullopt, apart), IsEmpty());
+  EXPECT_THAT(text("simulations.csv"), HasSubstr("at rest"));
+  Store(empty).close();
+  seal_store(StoreLock(empty, StoreLock::Kind::alone), empty, {});
+  EXPECT_THAT(findings(std::nullopt, empty), Contains("the store holds no number"));
+}
+
+}  // namespace
+}  // namespace drape::compare
