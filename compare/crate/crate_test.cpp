@@ -138,10 +138,10 @@ TEST_F(CrateOf, AFileWhoseRecordIsGoneOrOfAnotherContentIsNotTraced) {
   write_durable(folder_.path() / "A" / "points.json",
                 "{\"schema\": \"drapebench/detections/1\"}\n");
   EXPECT_THAT(findings(), Contains(HasSubstr("not what was recorded: ")));
-  write_sheet(sheets_[1], another());
-  import();
-  first_key_ = key_of_first();
-  EXPECT_FALSE(why().complete) << "the record beside it states another content";
+  const fs::path sheet = fs::path(sheets_[1]).replace_extension(".json");
+  EXPECT_TRUE(RecordBook().is_traced(sheet));
+  write_sheet(sheet, another());
+  EXPECT_FALSE(RecordBook().is_traced(sheet)) << "its record is of another content";
 }
 
 TEST_F(CrateOf, ASceneThatWasEditedIsNotTheRunsScene) {

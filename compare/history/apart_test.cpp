@@ -53,6 +53,38 @@ TEST_F(Apart, TakesSheetsThatNoTableCouldTellApartAndLeavesOutWhatHasNotEnded) {
   EXPECT_THAT(verify_store(store_).findings, testing::IsEmpty());
 }
 
+TEST_F(Apart, RefusesWhatIsNotWhatItsRunWrote) {
+  for (const char* name : {"a", "b"}) {
+    write_case(name, name[0] * 1e-5, false);
+    const fs::path certificate = study_ / name / "certificate.json";
+    write_durable(
+        certificate,
+        std::string("{\"schema\": \"drapebench/certificate/1\", \"of\": \"") + name + "\"}\n");
+    RunRecord record("drape-study", {"--key", name}, run_record_path(study_ / name / "sheet.ply"));
+    for (const char* file : {"sheet.ply", "sheet.json", "certificate.json"})
+      record.output(study_ / name / file);
+    record.write(0, "");
+  }
+  const std::string own = read_text(study_ / "a" / "certificate.json");
+  const auto refusal = [&] {
+    try {
+      (void)import();
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  fs::copy(study_ / "b" / "certificate.json", study_ / "a", fs::copy_options::overwrite_existing);
+  EXPECT_THAT(refusal(), testing::HasSubstr("a/certificate.json"));
+  write_durable(study_ / "a" / "certificate.json", own);
+  const std::string sheet = read_text(study_ / "a" / "sheet.json");
+  fs::remove(study_ / "a" / "sheet.json");
+  EXPECT_THAT(refusal(), testing::HasSubstr("the sheet of a run is gone"));
+  write_durable(study_ / "a" / "sheet.json", sheet);
+  EXPECT_EQ(refusal(), "");
+  EXPECT_EQ(count("simulation"), "2");
+}
+
 TEST_F(Apart, RefusesAMeasuredSheet) {
   write_sheet(study_ / "sheet.ply", test::measured_sheet());
   RunRecord("drape-triangulate", {}, run_record_path(study_ / "sheet.ply")).write(0, "");

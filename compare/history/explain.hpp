@@ -23,7 +23,7 @@ struct WhyOptions {
 struct Explanation {
   Table number;
   Table chain;
-  bool complete = true;  ///< every file of the chain is there and unchanged
+  bool complete = true;  ///< every file of the chain is there, unchanged and traced
 };
 [[nodiscard]] Explanation explain(const StoreReader& store, const std::string& key,
                                   const std::string& metric, const WhyOptions& options = {});

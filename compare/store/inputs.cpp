@@ -187,6 +187,7 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
   simulation.sheet = std::move(sheet);
   const fs::path folder = simulation.sheet.file.parent_path();
+  require_as_recorded(simulation.sheet.file);
   if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
     simulation.certificate = read_certificate(file);
     session.read.emplace_back(file, simulation.certificate->sha256);

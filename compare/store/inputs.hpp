@@ -53,7 +53,7 @@ struct Session {
 /// certificate.json, history.csv, the run records and through these the scene, where they exist. A
 /// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
 /// Error(bad_input) when a sheet was measured with another calibration than the one given, or when
-/// a measured sheet is given twice. Each of
+/// a measured sheet is given twice, or a simulation is not what its run record says. Each of
 /// `repeats`, a measured sheet that says which repeat it is, joins the drape of its scene.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file,

@@ -11,6 +11,7 @@
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {
@@ -164,6 +165,15 @@ std::optional<std::string> RecordBook::sha256(const fs::path& file) {
   std::optional<std::string> hash;
   if (fs::is_regular_file(file, unreadable)) hash = sha256_of_file(file);
   return hashes_.emplace(file, hash).first->second;
+}
+
+void require_as_recorded(const fs::path& output) {
+  const fs::path record = run_record_path(output);
+  if (!fs::is_regular_file(record)) return;
+  for (const auto& [file, sha256] : read_step(record).outputs)
+    if (fs::is_regular_file(file) && sha256_of_file(file) != sha256)
+      throw bad_input("this file is not the one that its run wrote", {.file = file.string()},
+                      "run the step again, or restore what " + record.string() + " lists");
 }
 
 std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,

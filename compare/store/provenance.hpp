@@ -42,6 +42,10 @@ class RecordBook {
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;
 };
 
+/// Throws Error(bad_input) where a file lies there with another content than the record beside
+/// `output`, if there is one, says that its run wrote.
+void require_as_recorded(const std::filesystem::path& output);
+
 /// A step of the chain from a number back to what was photographed and measured.
 struct ChainLink {
   int depth = 0;

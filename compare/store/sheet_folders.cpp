@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/store/sheet_folders.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 
 namespace drape::compare {
 namespace {
@@ -15,7 +18,7 @@ constexpr int kSheetVersion = 1;
 constexpr int kDeepest = 8;  ///< folders below the given one
 
 struct Found {
-  std::vector<fs::path> alone, measured;
+  std::vector<fs::path> alone, measured, gone;
 };
 
 bool is_measured(const fs::path& sheet_json) {
@@ -30,21 +33,25 @@ std::vector<fs::path> folders_of(const fs::path& folder) {
   return folders;
 }
 
-void add_simulations(const fs::path& folder, std::vector<fs::path>& sheets) {
-  if (!fs::is_directory(folder)) return;
-  for (const fs::path& one : folders_of(folder))
-    if (fs::is_regular_file(one / "sheet.json")) sheets.push_back(one / "sheet.ply");
+/// The sheet of the folder, or the folder where its run's record is left without it.
+void add_sheet(const fs::path& folder, std::vector<fs::path>& sheets, Found& found) {
+  if (fs::is_regular_file(folder / "sheet.json")) {
+    sheets.push_back(folder / "sheet.ply");
+  } else if (fs::is_regular_file(run_record_path(folder / "sheet.ply"))) {
+    found.gone.push_back(folder);
+  }
 }
 
 void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-recursion)
-  const bool has_sheet = fs::is_regular_file(folder / "sheet.json");
-  if (has_sheet && is_measured(folder / "sheet.json")) {
+  if (fs::is_regular_file(folder / "sheet.json") && is_measured(folder / "sheet.json")) {
     found.measured.push_back(folder / "sheet.ply");
     for (const char* below : {"simulations", "branches"})
-      add_simulations(folder / below, found.measured);
+      if (fs::is_directory(folder / below))
+        for (const fs::path& one : folders_of(folder / below))
+          add_sheet(one, found.measured, found);
     return;
   }
-  if (has_sheet) found.alone.push_back(folder / "sheet.ply");
+  add_sheet(folder, found.alone, found);
   if (depth == kDeepest) return;
   for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
 }
@@ -55,6 +62,10 @@ std::vector<fs::path> sheets_in(const std::vector<fs::path>& given) {
   Found found;
   for (const fs::path& path : given)
     if (fs::is_directory(path)) walk(path, 0, found);
+  if (!found.gone.empty())
+    throw bad_input(fmt::format("the sheet of a run is gone, of {} in all", found.gone.size()),
+                    {.file = found.gone.front().string()},
+                    "run it again, or remove the folder to leave it out");
   std::vector<fs::path> sheets = found.alone;
   for (const fs::path& path : given)
     if (!fs::is_directory(path)) sheets.push_back(path);

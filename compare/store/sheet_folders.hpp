@@ -9,7 +9,8 @@ namespace drape::compare {
 /// Files stay as they are given; a folder becomes the sheets below it, in the order that
 /// read_session() wants: first the simulations that stand alone (a virtual bench), then each
 /// measured sheet with what lies in the `simulations` folder beside it, folders by name. Links are
-/// not followed. Throws Error(usage) when there is no sheet at all.
+/// not followed. Throws Error(usage) when there is no sheet at all, and Error(bad_input) for a run
+/// record whose sheet is gone.
 [[nodiscard]] std::vector<std::filesystem::path> sheets_in(
     const std::vector<std::filesystem::path>& given);
 

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/parallel.hpp"
 #include "core/units.hpp"
@@ -91,14 +92,34 @@ PlannedOutcome run_locked(const StudyCase& the_case, const StudyOptions& options
   return planned;
 }
 
+/// Whether the record is of this case and its ending and outputs are those that it states. Program
+/// and inputs are in the case's key.
+bool is_whole(const StudyCase& the_case) {
+  const fs::path record = run_record_path(the_case.folder / "sheet.ply");
+  try {
+    const JsonNode root = JsonNode::open(record, "run", 1);
+    for (const JsonNode& output : root.items("outputs"))
+      if (sha256_of_file(the_case.folder / output.text("file")) != output.text("sha256"))
+        return false;
+    return root.texts("arguments") == std::vector<std::string>{"--key", the_case.key} &&
+           root.text("ending_sha256") == sha256_of_file(ending_path(record));
+  } catch (const Error&) {
+    return false;
+  }
+}
+
 PlannedOutcome look_at(const StudyCase& the_case) {
   PlannedOutcome planned;
   planned.outcome.the_case = the_case;
-  if (fs::is_regular_file(run_record_path(the_case.folder / "sheet.ply"))) {
+  const bool has_record = fs::is_regular_file(run_record_path(the_case.folder / "sheet.ply"));
+  if (has_record && is_whole(the_case)) {
     planned.outcome = outcome_from(the_case);
     planned.state = CaseState::done;
   } else if (fs::exists(the_case.folder / "lock") && !lock_of(the_case)) {
     planned.state = CaseState::computing;
+  } else if (has_record) {
+    planned.state = CaseState::failed;
+    planned.outcome.sentence = "its files are not those of its record; run the study again";
   } else if (fs::exists(failure_of(the_case))) {
     planned.state = CaseState::failed;
     planned.outcome.sentence = read_text(failure_of(the_case));

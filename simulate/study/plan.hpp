@@ -46,7 +46,8 @@ struct PlannedOutcome {
     const StudyPlan& plan, const Part& part, const std::filesystem::path& out,
     const std::filesystem::path& program, const std::function<void(const PlannedOutcome&)>& done);
 
-/// Looks at every case without computing anything. What is there is believed by its record alone.
+/// Looks at every case without computing anything. One whose files are not those of its record has
+/// failed: the next run computes it again.
 [[nodiscard]] std::vector<PlannedOutcome> plan_status(const StudyPlan& plan);
 
 /// One row per case, in the order of the plan, whoever computed it.

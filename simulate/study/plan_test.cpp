@@ -114,6 +114,33 @@ TEST_F(Plan, PartsTogetherAreTheWholeByteForByte) {
   EXPECT_EQ(read_text(cut / "sheet.json"), sheet);
 }
 
+TEST_F(Plan, ACaseWhoseFilesAreNotThoseOfItsRecordIsNotDone) {
+  const fs::path out = folder_.path() / "out";
+  const StudyPlan two = plan(out);
+  (void)run_part(two, {}, out, program_, {});
+  const std::string whole = csv(out);
+  const fs::path first = two.cases[0].folder, second = two.cases[1].folder;
+  const auto is_noticed = [&] {
+    const PlannedOutcome planned = plan_status(two)[0];
+    return planned.state == CaseState::failed &&
+           planned.outcome.sentence.find("not those of its record") != std::string::npos;
+  };
+  ASSERT_NE(read_text(first / "certificate.json"), read_text(second / "certificate.json"));
+  fs::copy(second / "certificate.json", first, fs::copy_options::overwrite_existing);
+  EXPECT_TRUE(is_noticed()) << "the certificate of another drape";
+  (void)run_part(two, {}, out, program_, {});
+  EXPECT_EQ(csv(out), whole);
+  for (const char* name : {"sheet.ply", "sheet.json", "history.csv", "sheet.ending.txt"}) {
+    const std::string bytes = read_text(first / name);
+    fs::remove(first / name);
+    EXPECT_TRUE(is_noticed()) << name;
+    write_durable(first / name, bytes);
+  }
+  EXPECT_EQ(csv(out), whole);
+  fs::copy(second, first, fs::copy_options::overwrite_existing | fs::copy_options::recursive);
+  EXPECT_TRUE(is_noticed()) << "another drape, whole";
+}
+
 TEST_F(Plan, TheSamePartTwiceAtOnceIsRefused) {
   const fs::path out = folder_.path() / "out";
   const StudyPlan once = plan(out);
