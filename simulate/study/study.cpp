@@ -97,6 +97,26 @@ bool is_row_of(int index, int rows, int other_rows, int& other) {
   return true;
 }
 
+/// The material point on the sheet, bilinear on its cell; absent beside a gap.
+std::optional<Eigen::Vector3d> point_at(const Sheet& sheet, const Eigen::Vector2d& material_m) {
+  const Eigen::Vector2d cells(sheet.rows - 1, sheet.cols - 1);
+  const Eigen::Vector2d at = material_m.cwiseQuotient(sheet.patch_m).cwiseProduct(cells);
+  const Eigen::Vector2d cell =
+      at.array().floor().matrix().cwiseMin((cells.array() - 1).matrix()).cwiseMax(0);
+  const Eigen::Vector2d part = at - cell;
+  const int row = static_cast<int>(cell.x()), col = static_cast<int>(cell.y());
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  for (const int r : {0, 1}) {
+    for (const int c : {0, 1}) {
+      const SheetMark* corner = sheet.find({row + r, col + c});
+      if (corner == nullptr) return std::nullopt;
+      point += (r == 1 ? part.x() : 1 - part.x()) * (c == 1 ? part.y() : 1 - part.y()) *
+               corner->point_in_world;
+    }
+  }
+  return point;
+}
+
 /// A case that is listed twice would be counted twice.
 template <typename T>
 void require_once(const char* what, std::vector<T> values) {
@@ -221,6 +241,17 @@ std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b) {
   }
   if (count < 4 || !a.gaps.empty()) return std::nullopt;
   return sum / count;
+}
+
+std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b, const Sheet& coarsest) {
+  double sum = 0;
+  for (const SheetMark& particle : coarsest.marks) {
+    const auto first = point_at(a, particle.material_m), second = point_at(b, particle.material_m);
+    if (!first || !second) return std::nullopt;
+    sum += (*first - *second).norm();
+  }
+  if (coarsest.marks.empty()) return std::nullopt;
+  return sum / static_cast<double>(coarsest.marks.size());
 }
 
 std::string study_csv(const std::vector<StudyOutcome>& outcomes) {

@@ -79,9 +79,14 @@ struct StudyOutcome {
 /// 11x11 against 21x21; absent when a sheet has gaps there or they have fewer than four in common.
 [[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b);
 
+/// The same at the particles of a third sheet of the patch, between particles bilinear on the cell:
+/// the distance that the results store states of a pair, with the coarsest sheet of its scene.
+[[nodiscard]] std::optional<double> mean_distance_m(const Sheet& a, const Sheet& b,
+                                                    const Sheet& coarsest);
+
 /// The pairs that the paper's virtual-virtual tables compare (section 5), for each scene and
-/// model, as text: our mean distance, the number printed there (`published`, absent: none), and
-/// which of the two sheets was not at rest.
+/// model, as text: our mean distance at the particles of the scene's coarsest grid, the number
+/// printed there (`published`, absent: none), and which of the two sheets was not at rest.
 [[nodiscard]] std::string study_tables(const std::vector<StudyOutcome>& outcomes,
                                        const std::optional<std::filesystem::path>& published);
 

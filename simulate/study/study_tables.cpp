@@ -73,6 +73,8 @@ class Tables {
       : printed_(std::move(printed)) {
     for (const StudyOutcome& o : outcomes) {
       found_[{o.the_case.scene, o.the_case.model, o.the_case.grid, o.the_case.segments}] = &o;
+      const StudyCase*& coarsest = coarsest_[o.the_case.scene];
+      if (coarsest == nullptr || o.the_case.grid < coarsest->grid) coarsest = &o.the_case;
     }
   }
 
@@ -95,7 +97,8 @@ class Tables {
     if (first == found_.end() || second == found_.end()) return "-";
     const std::optional<double> distance =
         mean_distance_m(read_sheet(first->second->the_case.folder / "sheet.ply"),
-                        read_sheet(second->second->the_case.folder / "sheet.ply"));
+                        read_sheet(second->second->the_case.folder / "sheet.ply"),
+                        read_sheet(coarsest_.at(scene)->folder / "sheet.ply"));
     if (!distance) return "-";
     return fmt::format("{:.2f}{}", *distance / units::mm,
                        first->second->at_rest && second->second->at_rest ? "" : "*");
@@ -103,13 +106,17 @@ class Tables {
 
   Printed printed_;
   std::map<std::tuple<std::string, std::string, int, int>, const StudyOutcome*> found_;
+  std::map<std::string, const StudyCase*> coarsest_;
 };
 
 }  // namespace
 
 std::string study_tables(const std::vector<StudyOutcome>& outcomes,
                          const std::optional<std::filesystem::path>& published) {
-  std::string text = "| scene | model |";
+  std::string text =
+      "Mean distance in mm at the particles of the scene's coarsest grid (in brackets: as the "
+      "paper "
+      "prints it; *: not at rest)\n\n| scene | model |";
   for (const auto& [a, b] : kPairs) {
     text += a.grid == b.grid ? fmt::format(" {}: {} vs {} seg |", a.grid, a.segments, b.segments)
                              : fmt::format(" {} seg: {} vs {} |", a.segments, a.grid, b.grid);

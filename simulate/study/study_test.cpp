@@ -117,9 +117,22 @@ TEST(MeanDistance, TakesTheParticlesThatBothGridsHave) {
   };
   EXPECT_NEAR(*mean_distance_m(flat(11, 0), flat(31, 0.003)), 0.003, 1e-15);
   EXPECT_NEAR(*mean_distance_m(flat(31, 0), flat(11, 0.002)), 0.002, 1e-15);
+  // A tent between two marks of the coarsest grid: all of it, or only what they see of it.
+  Sheet tent = flat(21, 0);
+  tent.patch_m = Eigen::Vector2d(0.2, 0.2);
+  Sheet plane = tent, coarsest = flat(11, 0), between = flat(15, 0.001);
+  between.patch_m = coarsest.patch_m = tent.patch_m;
+  tent.marks[21 * 7 + 4].point_in_world.z() = 0.01;
+  EXPECT_NEAR(*mean_distance_m(plane, tent), 0.01 / 441, 1e-15);
+  EXPECT_NEAR(*mean_distance_m(plane, tent, coarsest), 0, 1e-15);
+  tent.marks[21 * 8 + 4].point_in_world.z() = 0.01;
+  EXPECT_NEAR(*mean_distance_m(plane, tent, coarsest), 0.01 / 121, 1e-15);
+  EXPECT_NEAR(*mean_distance_m(plane, between, coarsest), 0.001, 1e-15);
   Sheet holed = flat(11, 0);
   holed.marks.erase(holed.marks.begin());
   EXPECT_FALSE(mean_distance_m(flat(11, 0), holed).has_value());
+  holed.patch_m = plane.patch_m;
+  EXPECT_FALSE(mean_distance_m(plane, holed, coarsest).has_value());
 }
 
 }  // namespace
