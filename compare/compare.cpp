@@ -358,11 +358,7 @@ Report compare_drape(const DrapeInput& input, const Options& options) {
   require_one_drape(input);
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
-  report.name = input.simulations.empty()
-                    ? input.surfaces.empty()
-                          ? std::get<MeasuredSource>(input.measured.sheet.source).set
-                          : input.surfaces.front().scene
-                    : input.simulations.front().source().scene;
+  report.name = input.name();
   report.measurement = measurement_of(input.measured.sheet);
   const std::vector<Surface> surfaces = surfaces_of(input.simulations);
   for (const std::size_t i : paper_order(input)) {

@@ -37,4 +37,10 @@ std::string Simulation::segments_text() const {
   return other_simulator ? std::string() : std::to_string(source().segments);
 }
 
+std::string DrapeInput::name() const {
+  if (!simulations.empty()) return simulations.front().source().scene;
+  if (!surfaces.empty()) return surfaces.front().scene;
+  return scene ? scene->name : std::get<MeasuredSource>(measured.sheet.source).set;
+}
+
 }  // namespace drape::compare

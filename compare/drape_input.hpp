@@ -84,6 +84,9 @@ struct DrapeInput {
   std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
   std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
   std::optional<Ensemble> ensemble = {};  ///< that the branches among the simulations are of
+
+  /// Its scene, so that a drape has one name in every run; the set where no scene is known.
+  [[nodiscard]] std::string name() const;
 };
 
 }  // namespace drape::compare

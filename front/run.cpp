@@ -180,18 +180,27 @@ bool is_extra(const Step& step) {
   return step.stage == "sensitivity" || step.stage == "branches" || step.stage == "refine";
 }
 
-/// The first cause: what failed, else the first stage that is NO-GO, in its own words.
+/// The first stage that is NO-GO, in its own words; of one drape where `drape` names it.
+std::string no_go_of(const std::vector<StepEnding>& endings, const std::string& drape = {}) {
+  for (const StepEnding& ending : endings) {
+    const bool speaks = drape.empty() || ending.step.drape.empty() || ending.step.drape == drape;
+    if (ending.exit_code != 0 && speaks && !is_extra(ending.step))
+      return fmt::format("{} ({}): {}", ending.step.stage, ending.step.what, ending.sentence);
+  }
+  return {};
+}
+
+/// The first cause: what failed, or was NO-GO before it failed, else the first stage that is NO-GO.
 std::string cause_of(const std::vector<StepEnding>& endings, const Failed& failed) {
   if (!failed.empty()) {
     const auto& [drape, why] = failed.front();
+    const std::string before = no_go_of(endings, drape);
+    if (!before.empty() && before.rfind("compare", 0) != 0) return before;
     const std::string more =
         failed.size() > 1 ? fmt::format(" (and {} more)", failed.size() - 1) : std::string();
     return fmt::format("drape {} could not be measured or simulated: {}{}", drape, why, more);
   }
-  for (const StepEnding& ending : endings)
-    if (ending.exit_code != 0 && !is_extra(ending.step))
-      return fmt::format("{} ({}): {}", ending.step.stage, ending.step.what, ending.sentence);
-  return {};
+  return no_go_of(endings);
 }
 
 int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
@@ -225,21 +234,34 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
   return finish(ending, common);
 }
 
-/// Nothing could be compared because what it rests on is NO-GO; an older report would say
-/// otherwise.
+/// No sheet is there that could be stored, because what it rests on is NO-GO; an older report would
+/// say otherwise.
 int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const CommonOptions& common) {
   std::error_code absent;
   fs::remove(plan.report, absent);
   Ending ending;
   ending.go = false;
-  ending.verdict = cause_of(kept, {});
-  ending.warnings = {"nothing was compared and no report was written"};
+  ending.verdict = no_go_of(kept);
+  ending.warnings = {"nothing was compared, stored or reported: there is no measured sheet"};
+  if (fs::is_regular_file(plan.store))
+    ending.warnings.push_back(fmt::format("what {} holds of these photographs is of an earlier run",
+                                          plan.store.string()));
   return finish(ending, common);
+}
+
+/// Records of the steps that came to no verdict now: what an earlier run left there is of other
+/// inputs.
+std::set<fs::path> records_not_made(const Plan& plan, const std::vector<StepEnding>& kept) {
+  std::set<fs::path> records;
+  for (const Group& group : plan.groups)
+    for (const Step& step : group.steps) records.insert(step.record);
+  for (const StepEnding& ending : kept) records.erase(ending.step.record);
+  return records;
 }
 
 /// Takes the steps that failed out of what follows; the exit code of one that all need, or 0.
 int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common, Failed& failed,
-             std::set<fs::path>& failed_records, std::vector<StepEnding>& kept) {
+             std::vector<StepEnding>& kept) {
   for (const StepEnding& ending : endings) {
     if (ending.exit_code > 1 && ending.step.drape.empty()) return ending.exit_code;
     print_ending(ending, common);
@@ -247,10 +269,7 @@ int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common
       kept.push_back(ending);
       continue;
     }
-    failed_records.insert(ending.step.record);
     if (is_extra(ending.step)) continue;
-    if (ending.step.stage != "simulate")
-      failed_records.insert(run_record_path(ending.step.record.parent_path() / "sheet.ply"));
     if (!is_out(failed, ending.step.drape) || ending.step.stage == "simulate")
       failed.emplace_back(ending.step.drape, ending.step.what + ": " + ending.sentence);
   }
@@ -275,11 +294,11 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   plan.write_reduced_rig();
   std::vector<StepEnding> kept;
   Failed failed;
-  std::set<fs::path> failed_records;
+  bool stopped = false;
   for (const Group& group : plan.groups) {
     const std::vector<StepEnding> endings = run_group(group, failed, common);
     if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
-    if (const int code = sort_out(endings, common, failed, failed_records, kept)) return code;
+    if (const int code = sort_out(endings, common, failed, kept)) return code;
     // Where every drape failed there is nothing to compare; its own error is the run's.
     const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
       return one.exit_code <= 1 && !one.step.drape.empty();
@@ -288,13 +307,21 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
                                     [](const StepEnding& one) { return one.exit_code > 1; });
     // Not every drape has a plate of tags: the others go on.
     if (group.stage == "object" && !all_are_out(plan, failed)) continue;
-    if (!any && first != endings.end())
-      return cause_of(kept, {}).empty() ? first->exit_code : end_early(plan, kept, common);
+    if (any || first == endings.end()) continue;
+    if (no_go_of(kept).empty()) return first->exit_code;
+    stopped = true;
+    break;
   }
-  const Group compare{"compare", {plan.compare(failed_records)}, 1};
+  // A drape that is NO-GO before it could be compared is so in the store and its lists too.
+  const bool measured = std::any_of(kept.begin(), kept.end(), [](const StepEnding& one) {
+    return one.step.stage == "triangulate";
+  });
+  if (stopped && !measured) return end_early(plan, kept, common);
+  const Group compare{"compare", {plan.compare(records_not_made(plan, kept))}, 1};
   const std::vector<StepEnding> endings = run_group(compare, {}, common);
   if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
-  if (endings.front().exit_code > 1) return endings.front().exit_code;
+  if (endings.front().exit_code > 1)
+    return stopped ? end_early(plan, kept, common) : endings.front().exit_code;
   print_ending(endings.front(), common);
   kept.push_back(endings.front());
   return conclude(plan, kept, failed, common);

@@ -220,6 +220,19 @@ void find_scene(DrapeFiles& drape, Simulation& simulation, const MadeBy& made_by
   }
 }
 
+/// Of a drape without simulations: the scene that its marks were held against, while it is as it
+/// was.
+void find_scene_of_marks(DrapeFiles& drape, Session& session) {
+  if (!drape.input.simulations.empty() || !drape.measured_by) return;
+  for (const auto& [file, sha256] : drape.measured_by->inputs) {
+    if (file.extension() != ".toml" || !fs::is_regular_file(file) || sha256_of_file(file) != sha256)
+      continue;
+    drape.input.scene = read_scene(file);
+    session.read.emplace_back(file, sha256);
+    return;
+  }
+}
+
 /// Of branches whose maker read the measured sheet as it is now: it placed that sheet among them.
 void find_ensemble(DrapeFiles& drape, const Simulation& simulation) {
   if (!simulation.branch || drape.input.ensemble) return;
@@ -377,6 +390,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   }
   if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
+  for (DrapeFiles& drape : session.drapes) find_scene_of_marks(drape, session);
   for (const fs::path& file : repeats) add_repeat(file, session);
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
   return session;
