@@ -8,6 +8,7 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -21,6 +22,8 @@ namespace drape {
 namespace {
 
 namespace fs = std::filesystem;
+
+const std::string kWarning = "  warning: ";  // as every program's ending begins such a line
 
 /// The end of one step, as people see it and kept for --json.
 struct StepEnding {
@@ -75,7 +78,21 @@ std::string ending_of(const Step& step, const std::string& output) {
   const Json json = try_json(output);
   if (!json.is_object() || !json.contains("sentence") || !json["sentence"].is_string())
     return output;
-  return fmt::format("{}: {}\n", json.value("verdict", "GO"), json["sentence"].get<std::string>());
+  std::string text =
+      fmt::format("{}: {}\n", json.value("verdict", "GO"), json["sentence"].get<std::string>());
+  if (const auto list = json.find("warnings"); list != json.end() && list->is_array())
+    for (const Json& warning : *list)
+      if (warning.is_string()) text += kWarning + warning.get<std::string>() + "\n";
+  return text;
+}
+
+/// The warnings in what a program printed for people.
+std::vector<std::string> warnings_of(const std::string& text) {
+  std::vector<std::string> warnings;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with(kWarning)) warnings.push_back(line.substr(kWarning.size()));
+  return warnings;
 }
 
 void print_ending(const StepEnding& ending, const CommonOptions& common) {
@@ -203,6 +220,19 @@ std::string cause_of(const std::vector<StepEnding>& endings, const Failed& faile
   return no_go_of(endings);
 }
 
+/// What the stages before the simulations warn of, each with its step. What simulations warn of is
+/// in their certificates, which report and store have.
+std::vector<std::string> stage_warnings(const std::vector<StepEnding>& endings) {
+  static const std::set<std::string> kMeasuring = {"detect", "calib", "object", "triangulate"};
+  std::vector<std::string> warnings;
+  for (const StepEnding& ending : endings)
+    if (kMeasuring.count(ending.step.stage) != 0)
+      for (const std::string& warning : warnings_of(ending.text))
+        warnings.push_back(
+            fmt::format("{} ({}): {}", ending.step.stage, ending.step.what, warning));
+  return warnings;
+}
+
 int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
              const CommonOptions& common) {
   std::size_t made = 0;
@@ -213,6 +243,7 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
     Json json;
     json["verdict"] = go ? "GO" : "NO-GO";
     json["cause"] = go ? Json() : Json(cause);
+    json["warnings"] = warnings_of(endings.back().text);
     json["steps"] = Json::array();
     for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
     json["report"] = plan.report.string();
@@ -246,6 +277,7 @@ int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const Commo
   if (fs::is_regular_file(plan.store))
     ending.warnings.push_back(fmt::format("what {} holds of these photographs is of an earlier run",
                                           plan.store.string()));
+  for (std::string& warning : stage_warnings(kept)) ending.warnings.push_back(std::move(warning));
   return finish(ending, common);
 }
 
@@ -317,7 +349,9 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
     return one.step.stage == "triangulate";
   });
   if (stopped && !measured) return end_early(plan, kept, common);
-  const Group compare{"compare", {plan.compare(records_not_made(plan, kept))}, 1};
+  Group compare{"compare", {plan.compare(records_not_made(plan, kept))}, 1};
+  for (const std::string& warning : stage_warnings(kept))
+    compare.steps.front().arguments.push_back("--warning=" + warning);
   const std::vector<StepEnding> endings = run_group(compare, {}, common);
   if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
   if (endings.front().exit_code > 1)

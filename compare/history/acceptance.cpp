@@ -31,18 +31,31 @@ RigAcceptance read_acceptance(const std::filesystem::path& file) {
   return acceptance;
 }
 
+namespace {
+
+/// Of the calibration that the marks were measured with; empty where there is none.
+std::string calibration_of(const Session& session) {
+  if (!session.calibration_sha256.empty() || session.drapes.empty())
+    return session.calibration_sha256;
+  const Sheet& first = session.drapes.front().input.measured.sheet;
+  return std::get<MeasuredSource>(first.source).calibration_sha256;
+}
+
+}  // namespace
+
+std::optional<std::string> reason_against(const RigAcceptance& acceptance, const Session& session) {
+  if (acceptance.go || calibration_of(session) != acceptance.calibration_sha256)
+    return std::nullopt;
+  return "the acceptance of this calibration is NO-GO: " +
+         acceptance.cause.value_or("a figure is beyond its limit or was not measured");
+}
+
 std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Session& session) {
   std::vector<std::string> doubts;
   const std::string again = ": record the target again and run drape accept";
-  if (!acceptance.go)
-    doubts.push_back("the last acceptance of the rig is NO-GO: " +
-                     acceptance.cause.value_or("a figure is beyond its limit or was not measured") +
-                     again);
-  std::string measured_with = session.calibration_sha256;
+  const std::string measured_with = calibration_of(session);
   std::optional<std::string> day;
   for (const DrapeFiles& drape : session.drapes) {
-    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
-    if (measured_with.empty()) measured_with = source.calibration_sha256;
     if (drape.recording && drape.recording->recorded_on)
       day = std::max(day.value_or(""), *drape.recording->recorded_on);
   }
@@ -61,6 +74,7 @@ std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& fil
   if (file.empty()) return std::nullopt;
   RigAcceptance acceptance = read_acceptance(file);
   record.input(file, acceptance.sha256);
+  outcome.not_accepted = reason_against(acceptance, session);
   for (std::string& doubt : doubts_of(acceptance, session))
     outcome.warnings.push_back(std::move(doubt));
   return acceptance;

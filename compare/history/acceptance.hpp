@@ -30,12 +30,17 @@ struct RigAcceptance {
 
 [[nodiscard]] RigAcceptance read_acceptance(const std::filesystem::path& file);
 
-/// Why it does not speak for what this session measured: NO-GO, of another calibration, or expired
-/// on the day of the recording. Empty when it does.
+/// Why it does not speak for what this session measured: of another calibration, or expired on the
+/// day of the recording. Empty when it does.
 [[nodiscard]] std::vector<std::string> doubts_of(const RigAcceptance& acceptance,
                                                  const Session& session);
 
-/// Reads it, where a file is given, as an input of `record`; doubts become warnings.
+/// Why what this session measured is NO-GO: the calibration that it rests on was not accepted.
+[[nodiscard]] std::optional<std::string> reason_against(const RigAcceptance& acceptance,
+                                                        const Session& session);
+
+/// Reads it, where a file is given, as an input of `record`, before anything is compared: a reason
+/// against the session goes to the outcome, doubts become warnings.
 [[nodiscard]] std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& file,
                                                               const Session& session,
                                                               Outcome& outcome, RunRecord& record);

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Optional;
 
 /// acceptance.json with a length error and a figure that was not measured.
 fs::path written(const fs::path& folder, const std::string& day, double length_error_mm, bool go,
@@ -98,8 +99,12 @@ TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
   session.calibration_sha256 = std::string(64, 'b');
   EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("another calibration")));
   session.calibration_sha256 = std::string(64, 'a');
-  EXPECT_THAT(doubts_of(read_acceptance(written(folder.path(), "2026-02-01", 0.1, false)), session),
-              ElementsAre(HasSubstr("NO-GO: cam1 moved")));
+  EXPECT_EQ(reason_against(good, session), std::nullopt);
+  const RigAcceptance bad = read_acceptance(written(folder.path(), "2026-02-01", 0.1, false));
+  EXPECT_THAT(reason_against(bad, session), Optional(HasSubstr("NO-GO: cam1 moved")));
+  EXPECT_THAT(doubts_of(bad, session), IsEmpty());
+  session.calibration_sha256 = std::string(64, 'b');
+  EXPECT_EQ(reason_against(bad, session), std::nullopt) << "it speaks of another calibration";
 }
 
 }  // namespace

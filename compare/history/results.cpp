@@ -295,6 +295,11 @@ Table export_table(const StoreReader& store, const std::string& name) {
   const Table known =
       store.query("SELECT name FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY name");
   std::string names;
+  // What the lists of comparisons are made of, which alone has no verdict.
+  if (name == "v_comparison")
+    return store.query(
+        "SELECT v.*, s.run, s.measurement, s.cause, s.state FROM v_comparison AS v LEFT JOIN "
+        "v_state AS s ON s.comparison_id = v.id");
   for (const auto& row : known.rows) {
     if (row.front() == name) return store.query(fmt::format("SELECT * FROM \"{}\"", name));
     names += (names.empty() ? "" : ", ") + row.front();

@@ -114,6 +114,7 @@ TEST_F(Results, OnlyQueriesAreRun) {
 TEST_F(Results, ExportNamesWhatThereIs) {
   const StoreReader reader(file());
   EXPECT_EQ(export_table(reader, "mark_error").rows.size(), 484U);
+  EXPECT_THAT(export_table(reader, "v_comparison").names, testing::Contains("measurement"));
   try {
     (void)export_table(reader, "marks");
     FAIL() << "a table that does not exist was exported";

@@ -17,13 +17,15 @@ struct Series {
   std::string name, unit;
   std::vector<std::string> labels;
   std::vector<double> values;
+  std::vector<std::string> verdicts;  ///< GO, NO-GO, or empty: of no run
 };
 
 void add_series(std::vector<Series>& list, const Table& rows, const std::string& unit) {
   for (const auto& row : rows.rows) {
-    if (list.empty() || list.back().name != row[0]) list.push_back({row[0], unit, {}, {}});
+    if (list.empty() || list.back().name != row[0]) list.push_back({row[0], unit, {}, {}, {}});
     list.back().labels.push_back(row[1]);
     list.back().values.push_back(std::stod(row[2]));
+    list.back().verdicts.push_back(row[3]);
   }
 }
 
@@ -34,7 +36,10 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
         list,
         store.query(
             "SELECT 'calibration residual ' || k.rig_name || ' ' || c.camera, "
-            "substr(c.calibration_sha256, 1, 12), c.rms_px FROM calibration_camera AS c JOIN "
+            "substr(c.calibration_sha256, 1, 12), c.rms_px, (SELECT max(CASE WHEN d.cause LIKE "
+            "'the calibration is NO-GO:%' THEN 'NO-GO' ELSE 'GO' END) FROM run AS q JOIN run_drape "
+            "AS d ON d.run = q.number WHERE q.calibration_sha256 = k.sha256) FROM "
+            "calibration_camera AS c JOIN "
             "calibration AS k ON k.sha256 = c.calibration_sha256 JOIN ledger AS l ON l.kind "
             "= 'calibration_file' AND l.key = c.calibration_sha256 ORDER BY k.rig_name, "
             "c.camera, (SELECT min(r.date) FROM run AS r WHERE r.calibration_sha256 = k.sha256), "
@@ -44,12 +49,13 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
          store.query("SELECT DISTINCT unit FROM acceptance_figure ORDER BY unit").rows)
       add_series(
           list,
-          store.query("SELECT 'acceptance ' || a.rig_name || ' ' || f.name, coalesce(a.date, "
-                      "substr(a.sha256, 1, 12)), f.value FROM acceptance_figure AS f JOIN "
-                      "acceptance AS a ON a.sha256 = f.acceptance_sha256 JOIN ledger AS l "
-                      "ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE f.unit = ?1 AND "
-                      "f.value IS NOT NULL ORDER BY a.rig_name, f.name, a.date, l.sequence",
-                      {unit[0]}),
+          store.query(
+              "SELECT 'acceptance ' || a.rig_name || ' ' || f.name, coalesce(a.date, "
+              "substr(a.sha256, 1, 12)), f.value, f.verdict FROM acceptance_figure AS f JOIN "
+              "acceptance AS a ON a.sha256 = f.acceptance_sha256 JOIN ledger AS l "
+              "ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE f.unit = ?1 AND "
+              "f.value IS NOT NULL ORDER BY a.rig_name, f.name, a.date, l.sequence",
+              {unit[0]}),
           unit[0]);
   }
   add_series(
@@ -59,7 +65,7 @@ std::vector<Series> all_series(const StoreReader& store, const std::string& spec
           "' ' || "
           "v.grid_size || coalesce(' ' || v.segments || ' seg ', ' ') || v.simulator || ' ' "
           "|| v.model || ' ' || v.solver || coalesce(', friction ' || f.value, '') AS name, "
-          "v.comparison, v.mean_dist_mm FROM v_comparison AS v JOIN (" +
+          "v.comparison, v.mean_dist_mm, s.measurement FROM v_comparison AS v JOIN (" +
               state_query() +
               ") AS s ON s.comparison_id = v.id LEFT JOIN "
               "run_value AS f ON f.run = s.run AND f.owner = 'scene ' || v.scene AND f.key = "
@@ -80,10 +86,11 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
   check_specimen(store, options.specimen);
   Trend trend;
   trend.table.names = {"series",      "n",        "run",    "value", "unit",
-                       "mean_before", "s_before", "sigmas", "alarm"};
-  trend.table.numeric = {false, true, false, true, false, true, true, true, false};
+                       "mean_before", "s_before", "sigmas", "alarm", "measurement"};
+  trend.table.numeric = {false, true, false, true, false, true, true, true, false, false};
   for (const Series& series : all_series(store, options.specimen)) {
     double sum = 0, squares = 0;
+    int good = 0;
     for (std::size_t i = 0; i < series.values.size(); ++i) {
       const double value = series.values[i];
       std::vector<std::string> cells = {series.name,
@@ -94,9 +101,10 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
                                         "",
                                         "",
                                         "",
-                                        ""};
-      const auto n = static_cast<double>(i);
-      if (i >= static_cast<std::size_t>(options.least_before)) {
+                                        "",
+                                        series.verdicts[i]};
+      const auto n = static_cast<double>(good);
+      if (good >= options.least_before) {
         const double mean = sum / n;
         const double s = std::sqrt(std::max(0.0, (squares - n * mean * mean) / (n - 1)));
         const double spread = s * std::sqrt(1 + 1 / n);
@@ -109,6 +117,9 @@ Trend trend_of(const StoreReader& store, const TrendOptions& options) {
         trend.alarms += alarm && i + 1 == series.values.size();
       }
       trend.table.add(std::move(cells));
+      // What is NO-GO says nothing of what is usual.
+      if (series.verdicts[i] == "NO-GO") continue;
+      ++good;
       sum += value;
       squares += value * value;
     }

@@ -134,6 +134,38 @@ TEST(Trend, JudgesEachValueByThoseBeforeIt) {
   EXPECT_THROW((void)trend_of(StoreReader(file), {.least_before = 1}), Error);
 }
 
+TEST(Trend, ANoGoCalibrationIsNamedAndIsNotWhatIsUsual) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  for (int day = 1; day <= 7; ++day) {
+    Session session;
+    session.calibration.emplace();
+    session.calibration->rig = "bench";
+    session.calibration->method = "joint";
+    session.calibration->cameras.resize(1);
+    session.calibration->cameras[0].camera.name = "cam0";
+    session.calibration->cameras[0].residuals.rms_px = day == 6 ? 9 : 0.1 + 0.001 * (day % 3);
+    if (day == 6) session.calibration->no_go = "cam0: 9 px";
+    session.calibration_sha256 = sha256_of("calibration " + std::to_string(day));
+    Sheet measured = test::measured_sheet();
+    std::get<MeasuredSource>(measured.source).calibration_sha256 = session.calibration_sha256;
+    session.drapes.emplace_back();
+    session.drapes[0].input = test::drape_of(measured, {test::simulated_sheet(11, 5)});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    ::setenv("SOURCE_DATE_EPOCH", std::to_string(1767225600 + day * 86400).c_str(), 1);
+    (void)import_session(file, session, outcome);
+    ::unsetenv("SOURCE_DATE_EPOCH");
+  }
+  const Trend trend = trend_of(StoreReader(file), {});
+  ASSERT_GE(trend.table.rows.size(), 7U);
+  EXPECT_EQ(trend.table.rows[4][9], "GO");
+  EXPECT_EQ(trend.table.rows[5][9], "NO-GO");
+  EXPECT_EQ(trend.table.rows[5][8], "ALARM");
+  EXPECT_EQ(trend.table.rows[6][5], "0.1010") << "of the five that are GO";
+  EXPECT_EQ(trend.table.rows[6][8], "");
+}
+
 TEST(Trend, AnOldAlarmIsShownButDoesNotStopTheBenchForever) {
   const drape::test::TemporaryFolder folder;
   const auto file = folder.path() / "results.sqlite";

@@ -14,8 +14,10 @@ void add_compare_options(Command& app, CompareArguments& arguments) {
   app.add_option("--calibration", arguments.calibration,
                  "calibration.json: draws the virtual cloth into the photographs");
   app.add_option("--acceptance", arguments.acceptance,
-                 "acceptance.json of the rig, to keep in the store and to warn where it is out of "
-                 "date");
+                 "acceptance.json of the rig, to keep in the store: NO-GO where it is so for this "
+                 "calibration, a warning where it is out of date");
+  app.add_option("--warning", arguments.warnings,
+                 "what a stage before warned of, to keep in report and store");
   app.add_option("--store", arguments.store, "results store to add to (made when absent)");
   app.add_option("--report", arguments.report, "report.html to write, its pictures beside it");
   app.add_option("--label", arguments.label.label, "name of the run in the store");

@@ -27,12 +27,13 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
   Outcome outcome;
-  outcome.warnings = session.warnings;
+  outcome.warnings = arguments.warnings;
+  outcome.warnings.insert(outcome.warnings.end(), session.warnings.begin(), session.warnings.end());
   outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
-  compare_session(session, arguments.options, outcome);
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
+  compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");
   std::optional<StoreLock> lock;
   if (!arguments.store.empty()) {

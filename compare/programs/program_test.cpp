@@ -62,6 +62,20 @@ TEST_F(Program, JsonSaysTheSame) {
   EXPECT_EQ(json["drapes"][0]["virtual_vs_virtual"].size(), 4U);
 }
 
+TEST_F(Program, WarningsOfTheStagesAndLostMarksAreSaidAndStored) {
+  ASSERT_EQ(compare("--warning='detect (drape A): cam1 is dim'"), 0) << output_;
+  for (const char* text : {"  warning: detect (drape A): cam1 is dim",
+                           "  warning: A: 2 of 121 marks of the print are not measured"})
+    EXPECT_THAT(output_, HasSubstr(text));
+  ASSERT_EQ(run("drape-results",
+                "--csv sql \"SELECT value FROM run_value WHERE key = 'warning'\""
+                " --store " +
+                    path("results.sqlite")),
+            0);
+  EXPECT_THAT(output_, HasSubstr("cam1 is dim"));
+  EXPECT_THAT(output_, HasSubstr("2 of 121 marks"));
+}
+
 TEST_F(Program, TwoRunsGiveTheSameBytes) {
   ASSERT_EQ(compare("--threads 1"), 0);
   const std::string store = sha256_of_file(path("results.sqlite")),

@@ -14,6 +14,33 @@ namespace drape::compare {
 
 using units::mm;
 
+namespace {
+
+/// The mean is that of the marks that were measured. U says nothing of the others, so a warning
+/// says how far the choice of marks may move it, where that is more than U.
+std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report& report) {
+  if (!report.headline || report.measurement.gaps == 0) return std::nullopt;
+  const auto& interval = report.real_virtual[*report.headline].statistics.mean.bootstrap;
+  const double expanded_m = report.budget ? report.budget->expanded_m : 0;
+  if (!interval || interval->high_m - interval->low_m <= 2 * expanded_m) return std::nullopt;
+  const int marks = report.measurement.marks;
+  std::string views;
+  if (drape.detections)
+    for (const FrameDetections& frame : drape.detections->frames)
+      if (frame.set == std::get<MeasuredSource>(drape.input.measured.sheet.source).set)
+        views += fmt::format("{}{} {}", views.empty() ? " (with a label: " : ", ", frame.camera,
+                             frame.detections.size());
+  return fmt::format(
+      "{} of {} marks of the print are not measured{}: the mean is that of the other {}, U = "
+      "{:.3f} "
+      "mm holds for these alone; as many marks drawn again from them give {:.2f} to {:.2f} mm "
+      "(95 %), a region that is missing may move it further",
+      report.measurement.gaps, marks + report.measurement.gaps, views.empty() ? "" : views + ")",
+      marks, expanded_m / mm, interval->low_m / mm, interval->high_m / mm);
+}
+
+}  // namespace
+
 bool Outcome::go() const {
   for (const Report& drape : reports)
     if (!drape.go()) return false;
@@ -100,16 +127,21 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
           fmt::format("the report would replace {}, which it is made of", file.string()),
           "give another --report");
   }
+  const bool bad_calibration = session.calibration && session.calibration->no_go;
   for (const DrapeFiles& drape : session.drapes) {
     outcome.reports.push_back(compare_drape(drape.input, options));
     Report& report = outcome.reports.back();
-    if (session.calibration && session.calibration->no_go && !drape.input.measured.sheet.no_go)
+    if (bad_calibration && !drape.input.measured.sheet.no_go)
       report.no_go.insert(report.no_go.begin(),
                           "the calibration is NO-GO: " + *session.calibration->no_go);
+    if (outcome.not_accepted)
+      report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), *outcome.not_accepted);
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
     report.match = match_of(drape.input, report);
+    if (auto warning = warning_of_gaps(drape, report))
+      report.warnings.push_back(std::move(*warning));
     for (const std::string& warning : outcome.reports.back().warnings)
       outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
   }

@@ -21,7 +21,9 @@ struct RunLabel {
 struct Outcome {
   std::vector<Report> reports;            ///< as Session::drapes
   std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
-  std::vector<std::string> warnings;      ///< of the session and of every drape
+  std::vector<std::string> warnings;      ///< of the stages, the session and of every drape
+  /// Why the acceptance of the session's calibration is NO-GO.
+  std::optional<std::string> not_accepted = {};
   std::optional<ImportCounts> stored;
   int run = 0;                         ///< its number in the store; 0 without one
   std::string date;                    ///< of the run, as stored; empty without one

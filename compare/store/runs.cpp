@@ -191,6 +191,8 @@ std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) 
     const fs::path& fabric = drape.input.scene->fabric_file;
     if (fabrics.insert(fabric).second) add_file("fabric " + fabric.stem().string(), fabric, values);
   }
+  for (std::size_t i = 0; i < outcome.warnings.size(); ++i)
+    values.push_back({fmt::format("warning {:02}", i + 1), "warning", outcome.warnings[i], false});
   if (session.calibration) {
     values.push_back({"calibration", "method", session.calibration->method, false});
     values.push_back(
