@@ -50,6 +50,22 @@ std::optional<std::string> reason_against(const RigAcceptance& acceptance, const
          acceptance.cause.value_or("a figure is beyond its limit or was not measured");
 }
 
+std::optional<std::string> reason_in_store(const std::filesystem::path& store,
+                                           const Session& session) {
+  if (!std::filesystem::is_regular_file(store)) return std::nullopt;
+  RigAcceptance last;
+  last.calibration_sha256 = calibration_of(session);
+  const Table rows = StoreReader(store).query(
+      "SELECT a.verdict, a.cause FROM acceptance AS a JOIN ledger AS l ON l.kind = 'acceptance' "
+      "AND l.key = a.sha256 WHERE a.calibration_sha256 = ? ORDER BY a.date DESC, l.sequence DESC "
+      "LIMIT 1",
+      {last.calibration_sha256});
+  if (rows.rows.empty()) return std::nullopt;
+  last.go = rows.rows[0][0] == "GO";
+  if (!rows.rows[0][1].empty()) last.cause = rows.rows[0][1];
+  return reason_against(last, session);
+}
+
 std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Session& session) {
   std::vector<std::string> doubts;
   const std::string again = ": record the target again and run drape accept";

@@ -39,6 +39,11 @@ struct RigAcceptance {
 [[nodiscard]] std::optional<std::string> reason_against(const RigAcceptance& acceptance,
                                                         const Session& session);
 
+/// The same of the last acceptance of that calibration that the store keeps, where there is a
+/// store.
+[[nodiscard]] std::optional<std::string> reason_in_store(const std::filesystem::path& store,
+                                                         const Session& session);
+
 /// Reads it, where a file is given, as an input of `record`, before anything is compared: a reason
 /// against the session goes to the outcome, doubts become warnings.
 [[nodiscard]] std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& file,

@@ -162,7 +162,7 @@ TEST(Trend, ANoGoCalibrationIsNamedAndIsNotWhatIsUsual) {
   EXPECT_EQ(trend.table.rows[4][9], "GO");
   EXPECT_EQ(trend.table.rows[5][9], "NO-GO");
   EXPECT_EQ(trend.table.rows[5][8], "ALARM");
-  EXPECT_EQ(trend.table.rows[6][5], "0.1010") << "of the five that are GO";
+  EXPECT_EQ(trend.table.rows[6][5], "0.1012") << "of the five that are GO";
   EXPECT_EQ(trend.table.rows[6][8], "");
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "compare/crate/crate.hpp"
+#include "compare/history/acceptance.hpp"
 #include "compare/history/apart.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/merge.hpp"
@@ -75,6 +76,7 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
       arguments.calibration.empty() ? calibration_in(arguments.sheets) : arguments.calibration;
   const Session session = read_session(sheets_in(arguments.sheets), calibration);
   Outcome outcome;
+  outcome.not_accepted = reason_in_store(arguments.store, session);
   compare_session(session, {}, outcome);
   const StoreLock lock(arguments.store, StoreLock::Kind::alone);
   const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);

@@ -194,6 +194,11 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   EXPECT_THAT(second.text, HasSubstr("C: the acceptance of this calibration is NO-GO: cam1 moved"));
   const std::string verdicts = "SELECT measurement, cause FROM run ORDER BY number DESC LIMIT 1";
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
+  const std::string import = "SOURCE_DATE_EPOCH=0 " +
+                             drape::test::program("drape-results").string() + " import " +
+                             out.string() + " --store " + (out / "results.sqlite").string();
+  EXPECT_EQ(drape::test::run_line(import).exit_code, 0);
+  EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
   fs::remove(acceptance);
   // A box in which no simulation can start: nothing is compared, and what was GO is so no more.
   bench.replace("scenes/C.toml", "[128.0, 128.0, 128.0]", "[128.0, 128.0, 178.0]");
