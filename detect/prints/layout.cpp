@@ -113,9 +113,15 @@ void add_foot(PrintedPage& result, const Vector2d& corner, const Vector2d& size,
   result.page.items.emplace_back(
       PageText{at + Vector2d(0, 3 * mm + 1.4 * kText), kText,
                fmt::format("{}. Print at 100 %. The ruler is {:.0f} mm long.", what, ruler / mm)});
-  result.page.items.emplace_back(PageText{
-      at + Vector2d(0, 3 * mm + 2.8 * kText), kText,
-      fmt::format("Check length: {} = {:.2f} mm.", result.check_text, result.check_m / mm)});
+  result.page.items.emplace_back(PageText{at + Vector2d(0, 3 * mm + 2.8 * kText), kText,
+                                          fmt::format("Check lengths: {}.", result.check_text)});
+}
+
+/// The lengths that tell whether the print came out at its size, along a row and along a column.
+void set_check_lengths(PrintedPage& result, const Vector2d& lengths_m, const char* places) {
+  result.check_m = lengths_m;
+  result.check_text = fmt::format("{:.2f} mm along a row, {:.2f} mm along a column, {}",
+                                  lengths_m.x() / mm, lengths_m.y() / mm, places);
 }
 
 struct Grid {
@@ -162,6 +168,19 @@ void add_squares(PrintedPage& result, const Target& target) {
     }
   }
   result.page.items.emplace_back(dark);
+}
+
+/// A dot that is cut off with the patch has its centre elsewhere.
+void check_margins(const Print& print) {
+  const Vector2d marks_m = print.pitch_m * Vector2d(print.rows - 1, print.cols - 1);
+  const Vector2d least_m = print.margin_m.cwiseMin(print.patch_m - marks_m - print.margin_m);
+  if (least_m.minCoeff() >= print.dot_diameter_m / 2) return;
+  throw bad_input(
+      fmt::format("the outermost dots, {:g} mm wide, lie across the edge of the patch: their "
+                  "middles are {:g} mm from it",
+                  print.dot_diameter_m / mm, least_m.minCoeff() / mm),
+      {.file = print.file.string(), .field = "margin_mm"},
+      "give marks that end inside the patch; a print of margin 0 is for simulations only");
 }
 
 /// A tag is read against the white around it: one module must stay free up to the nearest dot.
@@ -211,6 +230,13 @@ void add_tags(PrintedPage& result, const Grid& grid, const TagLook& look,
 
 }  // namespace
 
+std::string printing_advice(const std::filesystem::path& description) {
+  return fmt::format(
+      "print at 100 % and measure both check lengths; if both are longer or shorter by one factor, "
+      "multiply every number in mm of {} by it, else print again without fitting to the page",
+      description.string());
+}
+
 void check_windows(const DotClasses& classes) {
   std::map<std::string, MarkId> seen;
   for (std::size_t row = 0; row + 2 < classes.rows.size(); ++row) {
@@ -237,6 +263,7 @@ void PrintOptions::check() const {
 
 PrintedPage page_of(const Print& print, const PrintOptions& options) {
   options.check();
+  check_margins(print);
   const Vector2d size(print.patch_m[1], print.patch_m[0]);  // weft to the right, warp down
   const Place place = place_on(size, options);
   const Grid grid{print.rows, print.cols, print.pitch_m, print.dot_diameter_m};
@@ -247,9 +274,7 @@ PrintedPage page_of(const Print& print, const PrintOptions& options) {
   result.first_m = place.corner_m + Vector2d(print.margin_m[1], print.margin_m[0]);
   result.by_row_m = {0, print.pitch_m};
   result.by_col_m = {print.pitch_m, 0};
-  result.check_m = (print.cols - 1) * print.pitch_m;
-  result.check_text = fmt::format(
-      "middle of the first to middle of the last dot of a row (0 to {})", print.cols - 1);
+  set_check_lengths(result, print.pitch_m * Vector2d(print.cols - 1, print.rows - 1), kDots);
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
   add_dots(result, grid);
   if (print.dot_classes) {
@@ -282,18 +307,11 @@ Vector2d half_size_of(const Target& target) {
   }
 }
 
-/// The length that tells whether the print came out at its size.
-void set_check_length(PrintedPage& result, const Target& target) {
-  const double width = 2 * target.point_in_target({0, target.cols - 1}).x();
-  result.check_m = width;
-  result.check_text =
-      target.kind == TargetKind::dot_grid
-          ? fmt::format("middle of the first to middle of the last dot of a row (0 to {})",
-                        target.cols - 1)
-      : target.kind == TargetKind::aprilgrid
-          ? "left edge of the first to right edge of the last tag of a row"
-          : fmt::format("first to last corner of a row where four squares meet (0 to {})",
-                        target.cols - 1);
+const char* check_places(const Target& target) {
+  if (target.kind == TargetKind::dot_grid) return kDots;
+  if (target.kind == TargetKind::aprilgrid)
+    return "outer edge of the first to outer edge of the last tag";
+  return "first to last corner where four squares meet";
 }
 
 /// A tag in a light square is read against the white around it.
@@ -325,7 +343,8 @@ PrintedPage page_of(const Target& target, const std::string& name, const PrintOp
   result.first_m = middle + Vector2d(first.x(), -first.y());
   result.by_row_m = {0, -target.pitch_m};
   result.by_col_m = {target.pitch_m, 0};
-  set_check_length(result, target);
+  const Eigen::Vector3d last = target.point_in_target({target.rows - 1, target.cols - 1});
+  set_check_lengths(result, 2 * last.head<2>(), check_places(target));
   result.page.items.emplace_back(corner_marks(place.corner_m, size));
   if (target.kind == TargetKind::dot_grid) {
     add_dots(result, grid);

@@ -22,6 +22,7 @@ struct Arguments {
   PrintOptions options;
   double plate_size_mm = 80;
   int first_id = 500;
+  std::string plate_toml;
 };
 
 void add_paper(Command& app, Arguments& given) {
@@ -36,31 +37,32 @@ void add_options(Command& app, Arguments& given, const char* description) {
   add_paper(app, given);
 }
 
-/// The plate's description beside its page, from which it is then printed.
-void describe_plate(Arguments& given, RunRecord& record) {
+/// Before anything is touched: the record of an earlier plate, too, outlives a refusal.
+PrintedPage make_plate(Arguments& given) {
   given.description = fs::path(given.out).replace_extension(".toml");
-  write_durable(given.description,
-                object_plate_toml(object_plate(given.plate_size_mm * units::mm, given.first_id)));
-  record.option("size_mm", fmt::format("{}", given.plate_size_mm));
+  const Target plate = object_plate(given.plate_size_mm * units::mm, given.first_id);
+  given.plate_toml = object_plate_toml(plate);
+  require_replaceable_plate(given.description, run_record_path(given.out));
+  return page_of(plate, given.description.stem().string(), given.options);
 }
 
 int write(const PrintedPage& printed, const Arguments& given, const CommonOptions& common,
           RunRecord& record) {
   const fs::path pdf = fs::path(given.out).replace_extension(".pdf");
   const fs::path svg = fs::path(given.out).replace_extension(".svg");
+  if (!given.plate_toml.empty()) {
+    write_durable(given.description, given.plate_toml);
+    record.output(given.description);
+    record.option("size_mm", fmt::format("{}", given.plate_size_mm));
+  }
   write_durable(pdf, pdf_of(printed.page));
   write_durable(svg, svg_of(printed.page));
-  record.input(given.description);
-  record.output(pdf);
-  record.output(svg);
+  for (const fs::path& file : {pdf, svg}) record.output(file);
   record.option("paper", printed.paper);
   Ending ending;
   ending.verdict = fmt::format("{} and its SVG written, {}", pdf.string(), printed.paper);
-  ending.numbers = {{"check length", fmt::format("{:.2f} mm, {}", printed.check_m / units::mm,
-                                                 printed.check_text)}};
-  ending.next_command =
-      "print at 100 %, measure the check length on paper or cloth, and correct pitch_mm when it "
-      "differs";
+  ending.numbers = {{"check lengths", printed.check_text}};
+  ending.next_command = printing_advice(given.description);
   return finish(ending, common, record);
 }
 
@@ -84,13 +86,14 @@ int main(int argc, char** argv) {
   plate->add_option("--size-mm", given.plate_size_mm, "edge of the sheet: that of the box's top");
   plate->add_option("--first-id", given.first_id, "of its four tags; other than cloth and target");
   return run_program(app, argc, argv, common, [&] {
-    RunRecord record("drape-print", arguments_of(argc, argv),
-                     run_record_path(fs::path(given.out).replace_extension(".pdf")));
-    if (plate->parsed()) describe_plate(given, record);
-    const PrintedPage printed = cloth->parsed()
-                                    ? page_of(read_print(given.description), given.options)
-                                    : page_of(read_target(given.description),
-                                              given.description.stem().string(), given.options);
+    PrintedPage printed;
+    if (plate->parsed()) printed = make_plate(given);
+    RunRecord record("drape-print", arguments_of(argc, argv), run_record_path(given.out));
+    if (!plate->parsed()) record.input(given.description);
+    if (cloth->parsed()) printed = page_of(read_print(given.description), given.options);
+    if (target->parsed())
+      printed =
+          page_of(read_target(given.description), given.description.stem().string(), given.options);
     return write(printed, given, common, record);
   });
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 
 namespace drape::detect {
@@ -46,6 +48,31 @@ std::string object_plate_toml(const Target& plate) {
     text += fmt::format("\n[[tags.tag]]\nid = {}\ncentre_mm = [{:.6f}, {:.6f}]\n", tag.id,
                         tag.centre_m.x() / mm, tag.centre_m.y() / mm);
   return text;
+}
+
+namespace {
+
+bool is_output_of(const std::filesystem::path& record, const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(record)) return false;
+  try {
+    const Json run = parse_json(read_text(record));
+    for (const Json& output : run.at("outputs"))
+      if (output.at("file") == file.filename().string() &&
+          output.at("sha256") == sha256_of_file(file))
+        return true;
+  } catch (const Json::exception&) {
+    return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+void require_replaceable_plate(const std::filesystem::path& file,
+                               const std::filesystem::path& record) {
+  if (!std::filesystem::exists(file) || is_output_of(record, file)) return;
+  throw bad_input("it is there already, and no plate that this program wrote beside its page",
+                  {.file = file.string()}, "give --out another name");
 }
 
 }  // namespace drape::detect

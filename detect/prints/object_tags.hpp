@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "core/rig.hpp"
@@ -14,5 +15,10 @@ namespace drape::detect {
 
 /// The plate's description, as read_target() reads it.
 [[nodiscard]] std::string object_plate_toml(const Target& plate);
+
+/// Throws Error(bad_input) where `file` is there and is not, byte for byte, what the run that
+/// `record` tells of wrote: the target of a rig, or a description that was corrected since.
+void require_replaceable_plate(const std::filesystem::path& file,
+                               const std::filesystem::path& record);
 
 }  // namespace drape::detect

@@ -15,6 +15,7 @@
 #include "detect/frame.hpp"
 #include "detect/prints/layout.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
 
 namespace drape::detect {
 namespace {
@@ -98,8 +99,8 @@ void expect_exact(const PrintedPage& printed, const PrintPlane& plane, const std
 
 TEST(PrintedPage, IsFoundByTheDetectorWhereItShouldBe) {
   if (!has_rasteriser()) GTEST_SKIP() << "pdftoppm is not installed (poppler-utils)";
-  for (const std::string name :
-       {"bench1/print.toml", "prints/patch-11.toml", "prints/patch-21.toml"}) {
+  for (const std::string name : {"bench1/print.toml", "prints/patch-11.toml",
+                                 "prints/patch-21.toml", "prints/patch-11-classes.toml"}) {
     const Print print = print_named(name);
     expect_exact(page_of(print, {}), plane_of(print), name);
   }
@@ -111,7 +112,7 @@ TEST(PrintedPage, HasItsNumbersInThePdfAndTheSvg) {
   const Print print = print_named("prints/patch-11.toml");
   const PrintedPage printed = page_of(print, {});
   EXPECT_EQ(printed.paper, "a4");
-  EXPECT_NEAR(printed.check_m, 190 * mm, 1e-12);
+  EXPECT_TRUE(printed.check_m.isApprox(Eigen::Vector2d(190, 190) * mm, 1e-12));
   const std::string pdf = pdf_of(printed.page), svg = svg_of(printed.page);
   EXPECT_THAT(pdf, AllOf(HasSubstr("/MediaBox [0 0 595.275591 841.889764]"),
                          HasSubstr("/PrintScaling /None"), HasSubstr("2.8346456693 0 0")));
@@ -162,7 +163,7 @@ TEST(PrintedPage, AChessboardHasADarkSquareAboveItsFirstCorner) {
   board.pitch_m = 20 * mm;
   const PrintedPage printed = page_of(board, "board", {});
   EXPECT_EQ(printed.paper, "a4 landscape");
-  EXPECT_NEAR(printed.check_m, 160 * mm, 1e-12);
+  EXPECT_TRUE(printed.check_m.isApprox(Eigen::Vector2d(160, 100) * mm, 1e-12));
   const auto has_board = [&](const auto& item) {
     const auto* area = std::get_if<PageArea>(&item);
     return area != nullptr && area->boxes.size() == 35;
@@ -212,12 +213,44 @@ TEST(PrintedPage, RefusesByName) {
   crowded.tag_edge_m = 17 * mm;
   EXPECT_THAT(refusal([&] { return page_of(crowded, {}); }),
               AllOf(HasSubstr("tags.edge_mm"), HasSubstr("nearest dot")));
+  // A margin smaller than a dot's radius, where the dots begin and where they end.
+  EXPECT_THAT(refusal([&] { return page_of(print_named("paper/print.toml"), {}); }),
+              AllOf(HasSubstr("margin_mm"), HasSubstr("across the edge")));
+  Print cut = good;
+  cut.margin_m.y() += 4 * mm;
+  EXPECT_THAT(refusal([&] { return page_of(cut, {}); }), HasSubstr("1 mm from it"));
   Print unknown = good;
   unknown.tag_family = "tag99h1";
   EXPECT_THAT(refusal([&] { return page_of(unknown, {}); }), HasSubstr("tag36h11"));
   Print no_tag = good;
   no_tag.tags[0].id = 100000;
   EXPECT_THAT(refusal([&] { return page_of(no_tag, {}); }), HasSubstr("no tag 100000"));
+}
+
+/// The plate's description lies beside its page and never takes the place of another file.
+TEST(ObjectTags, ReplaceOnlyWhatTheyWroteAndNothingWhenRefused) {
+  const test::TemporaryFolder folder;
+  const fs::path pdf = folder.path() / "plate.pdf", toml = folder.path() / "plate.toml";
+  const auto ends = [&](const std::string& options) {
+    return test::run_line(fmt::format("{} object-tags --out {} {}",
+                                      test::program("drape-print").string(), pdf.string(), options))
+        .exit_code;
+  };
+  write_durable(toml, "name = \"a rig\"\n");
+  EXPECT_EQ(ends(""), 3);
+  EXPECT_EQ(read_text(toml), "name = \"a rig\"\n");
+  EXPECT_FALSE(fs::exists(pdf));
+  fs::remove(toml);
+  EXPECT_EQ(ends(""), 0);
+  EXPECT_EQ(read_target(toml).rows, 5);
+  const std::string first = read_text(toml), record = read_text(folder.path() / "plate.run.json");
+  EXPECT_EQ(ends("--first-id 585"), 3);  // the family ends at 586
+  EXPECT_EQ(read_text(toml), first);
+  EXPECT_EQ(read_text(folder.path() / "plate.run.json"), record);
+  EXPECT_EQ(ends("--size-mm 60"), 0);  // its own plate is made again
+  EXPECT_EQ(read_target(toml).rows, 4);
+  write_durable(toml, read_text(toml) + "# measured: 59.2 mm\n");
+  EXPECT_EQ(ends(""), 3);
 }
 
 }  // namespace
