@@ -52,10 +52,9 @@ std::vector<std::string> cells_of(const std::string& line, const Where& where) {
 double number_of(const std::string& cell, const Where& where) {
   double value = 0;
   const auto [end, failed] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (failed != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value)) {
+  if (failed != std::errc() || end != cell.data() + cell.size() || !std::isfinite(value))
     throw bad_input(fmt::format("`{}` is not a finite number", cell), where,
                     "give a decimal number such as 0.25, without unit");
-  }
   return value;
 }
 
@@ -63,10 +62,9 @@ double number_of(const std::string& cell, const Where& where) {
 
 std::size_t CsvText::column(const std::string& name) const {
   const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) {
+  if (found == names.end())
     throw bad_input(fmt::format("the column `{}` is missing", name), {.file = file.string()},
                     fmt::format("there are: {}", fmt::join(names, ",")));
-  }
   return static_cast<std::size_t>(found - names.begin());
 }
 
@@ -85,30 +83,34 @@ CsvText read_csv_text(const std::filesystem::path& file) {
   std::string text = read_text(file);
   if (text.size() > kMostBytesOfCsv)
     throw bad_input("it is larger than 16 MiB", {.file = file.string()}, "name the right file");
+  if (text.find('\0') != std::string::npos)
+    throw bad_input("it is no text, or text of two bytes a letter (UTF-16)",
+                    {.file = file.string()}, "save it as CSV in UTF-8");
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // byte order mark of spreadsheets
   std::istringstream stream(std::move(text));
-  int number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    ++number;
+  int number = 1;
+  for (std::string line; std::getline(stream, line); ++number) {
     line = trimmed(line);
     if (line.empty() || line.front() == '#') continue;
     const Where where{.file = file.string(), .line = number};
     std::vector<std::string> cells = cells_of(line, where);
     if (csv.names.empty()) {
+      if (cells.size() == 1 && line.find_first_of(";\t") != std::string::npos)
+        throw bad_input("semicolons or tabs part its columns", where,
+                        "save it with commas between columns and points in numbers");
       csv.names = std::move(cells);
       csv.head_line = number;
       continue;
     }
-    if (cells.size() != csv.names.size()) {
+    if (cells.size() != csv.names.size())
       throw bad_input(fmt::format("{} cells instead of {}", cells.size(), csv.names.size()), where,
                       "give one number per column: commas part columns, points decimals");
-    }
     csv.rows.push_back(std::move(cells));
     csv.lines.push_back(number);
   }
-  if (csv.names.empty()) {
+  if (csv.names.empty())
     throw bad_input("the file holds no column headers", {.file = file.string()},
                     "the first line names the columns with their units");
-  }
   return csv;
 }
 
@@ -121,12 +123,10 @@ Csv read_csv(const std::filesystem::path& file, const std::vector<std::string>& 
                                 fmt::join(names, ",")));
   }
   Csv csv{file, names, std::vector<std::vector<double>>(names.size()), text.lines};
-  for (std::size_t row = 0; row < text.rows.size(); ++row) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t row = 0; row < text.rows.size(); ++row)
+    for (std::size_t i = 0; i < names.size(); ++i)
       csv.columns[i].push_back(number_of(
           text.rows[row][i], {.file = file.string(), .line = text.lines[row], .field = names[i]}));
-    }
-  }
   return csv;
 }
 

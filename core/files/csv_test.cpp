@@ -55,6 +55,27 @@ TEST_F(CsvFile, NamesLineAndColumnOfACellThatIsNoNumber) {
   EXPECT_EQ(refusal("strain,force_gf_per_cm\n0,nan\n").field, "force_gf_per_cm");
 }
 
+/// A spreadsheet's "CSV UTF-8" starts with a byte order mark, which is no part of name or comment.
+TEST_F(CsvFile, ReadsWhatASpreadsheetWritesAndNamesWhatIsNoCsv) {
+  const std::string table = "strain,force_gf_per_cm\n0,0\n1,2\n", mark = "\xef\xbb\xbf";
+  EXPECT_THAT(read(mark + table).columns.at(1), ElementsAre(0.0, 2.0));
+  EXPECT_THAT(read(mark + "# loading\n" + table).lines, ElementsAre(3, 4));
+  const auto said_of = [&](const std::string& text) -> std::string {
+    try {
+      static_cast<void>(read(text));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(said_of("strain;force_gf_per_cm\n0;0\n"), HasSubstr("semicolons"));
+  EXPECT_THAT(said_of("strain\tforce_gf_per_cm\n0\t0\n"), HasSubstr("tabs"));
+  std::string wide = "\xff\xfe";
+  for (const char letter : table) wide += {letter, '\0'};
+  EXPECT_THAT(said_of(wide), HasSubstr("UTF-16"));
+}
+
 TEST_F(CsvFile, RefusesAFileWithoutHead) {
   EXPECT_EQ(refusal("# nothing here\n").file, file().string());
 }
