@@ -241,14 +241,23 @@ StepResult run_step(const Step& step) {
   return result;
 }
 
+namespace {
+
+/// What a program that was started with --json printed; null without it.
+Json json_in(const StepResult& result) {
+  const std::size_t begin = result.output.find("{\n");
+  return begin == std::string::npos ? Json() : try_json(result.output.substr(begin));
+}
+
+}  // namespace
+
 std::optional<Error> error_in(const StepResult& result) {
   if (!result.fault.empty()) {
     return Error(ErrorKind::internal, result.fault, {},
                  "see what it printed above; run again, steps that were finished are kept");
   }
   if (result.exit_code <= 1) return std::nullopt;
-  const std::size_t begin = result.output.find("{\n");
-  const Json json = begin == std::string::npos ? Json() : try_json(result.output.substr(begin));
+  const Json json = json_in(result);
   const auto kind = static_cast<ErrorKind>(result.exit_code);
   if (!json.is_object() || !json.contains("error"))
     return Error(kind, fmt::format("a program ended with code {}", result.exit_code), {}, "");
@@ -258,14 +267,24 @@ std::optional<Error> error_in(const StepResult& result) {
                error.value("what_to_do", ""));
 }
 
-std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
+std::vector<std::string> warnings_in(const StepResult& result) {
+  const Json json = json_in(result);
+  if (!json.is_object()) return {};
+  return json.value("warnings", std::vector<std::string>());
+}
+
+StepResult result_of_stage(const std::string& stage, std::vector<std::string> arguments) {
   const Step step{stage, stage, stage_program(stage), std::move(arguments), {}};
   std::vector<StepResult> results(1);
   std::vector<Child> children = {start(step, 0)};
   while (is_open(children[0]))
     serve(children, results, [](std::size_t, double, const std::string&) {});
   end(children[0].pid, step, {}, results[0]);
-  return error_in(results[0]);
+  return results[0];
+}
+
+std::optional<Error> error_of_stage(const std::string& stage, std::vector<std::string> arguments) {
+  return error_in(result_of_stage(stage, std::move(arguments)));
 }
 
 void become(const fs::path& program, const std::vector<std::string>& arguments) {

@@ -63,7 +63,14 @@ void run_steps(const std::vector<Step>& steps, int at_once, const StepProgress& 
 /// without one.
 [[nodiscard]] std::optional<Error> error_in(const StepResult& result);
 
-/// Runs a stage's program in silence; its error, or nothing when it ended well.
+/// The warnings of such a program.
+[[nodiscard]] std::vector<std::string> warnings_in(const StepResult& result);
+
+/// Runs a stage's program in silence.
+[[nodiscard]] StepResult result_of_stage(const std::string& stage,
+                                         std::vector<std::string> arguments);
+
+/// The same; its error, or nothing when it ended well.
 [[nodiscard]] std::optional<Error> error_of_stage(const std::string& stage,
                                                   std::vector<std::string> arguments);
 

@@ -300,7 +300,7 @@ SimulateResult simulate_here(const Scene& scene, const Fabric& fabric, const Pri
     add_internal_friction(fabric, options.segments, laws, report, options.reach);
   if (options.model == "paper") {
     laws.twist_n_m = report.twist_n_m = 0;
-    report.warnings.clear();  // they are about the twist stiffness, which this model has not
+    report.warnings = fabric.warnings;  // without those of the twist stiffness, which it has not
   }
   if (!options.internal_friction && !history_of(scene).empty())
     report.warnings.emplace_back(

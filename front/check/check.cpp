@@ -130,8 +130,7 @@ void check_print_size(const Print& print, BenchCheck& check) {
     check.warnings.push_back(fmt::format(
         "{}: along the {} the marks leave {:g} mm on one side of the patch and {:g} mm on the "
         "other; with equal margins pitch_mm would be {:g}; a print that came out at another size "
-        "has "
-        "every number in mm scaled alike",
+        "has every number in mm scaled alike",
         print.file.string(), side == 0 ? "warp" : "weft", print.margin_m[side] / mm,
         other[side] / mm,
         (print.patch_m[side] - 2 * print.margin_m[side]) / mm /

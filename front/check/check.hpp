@@ -72,8 +72,8 @@ void check_print(const Print& print, BenchCheck& check);
 void check_stand_ins(const std::filesystem::path& file, const std::string& schema,
                      BenchCheck& check);
 
-/// Density and bending of a fabric against what 618 measured fabrics show; its curves through
-/// `drape fabric`, the reader that the simulation uses, with each of these numbers of segments.
+/// Names and ends of a fabric's curves; its numbers and curves through `drape fabric`, the reader
+/// that the simulation uses, with each of these numbers of segments.
 void check_fabric(const std::filesystem::path& file, const std::vector<int>& segments,
                   BenchCheck& check);
 

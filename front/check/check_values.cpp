@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -10,7 +9,6 @@
 
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "front/check/check.hpp"
@@ -27,24 +25,6 @@ constexpr double kSigmas = 3;
 constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
 /// On Earth's surface, poles to equator (WGS 84): 9.780 to 9.832 m/s2.
 constexpr double kLeastGravity = 9.76, kMostGravity = 9.85;
-
-/// Areal density (g/m2) and bending stiffness (gf cm2/cm) of 618 fabrics measured on a cantilever:
-/// 5 % of those in the bin lie below the first stiffness and 5 % above the second, the smaller and
-/// the larger of warp and weft.
-struct DensityBin {
-  double from, to, least_b, most_b;
-};
-constexpr std::array<DensityBin, 8> kFabrics{{{0, 60, 0.0046591, 0.11028},
-                                              {60, 110, 0.0054912, 0.27147},
-                                              {110, 165, 0.015967, 0.59069},
-                                              {165, 220, 0.016561, 0.62418},
-                                              {220, 262, 0.014392, 0.68584},
-                                              {262, 320, 0.039686, 0.94155},
-                                              {320, 420, 0.063295, 1.8732},
-                                              {420, 900, 0.15424, 2.6756}}};
-constexpr double kLightest = 15.77, kHeaviest = 758.4;  ///< 5 % of the lightest, heaviest bin
-/// Nine of ten fabrics lie between the quantiles; ten times beyond them it is another unit.
-constexpr double kOtherUnit = 10;
 
 double foot_of(const Obstacle& object) {
   if (const auto* ball = std::get_if<Sphere>(&object))
@@ -73,48 +53,6 @@ void check_foot(const Scene& scene, std::size_t index, BenchCheck& check) {
         fmt::format("table_z_mm = {:g} if it stands on the table; on a stand write on_stand = true "
                     "in its [[object]]",
                     foot_m / mm));
-}
-
-/// Mean slope of a bending curve: its moment over its curvature at the largest curvature.
-std::optional<double> bending_of(const TomlTable& bending, const char* direction) {
-  const std::string numbers = std::string(direction) + "_kes";
-  if (bending.has(numbers)) return bending.table(numbers).number("b_gf_cm2_per_cm");
-  const Csv curve = read_csv(
-      bending.file_path(direction),
-      {"curvature_per_cm", "loading_moment_gf_cm_per_cm", "unloading_moment_gf_cm_per_cm"});
-  if (curve.lines.size() < 2) return std::nullopt;
-  return (curve.columns[1].back() - curve.columns[1].front()) /
-         (curve.columns[0].back() - curve.columns[0].front());
-}
-
-void judge_fabric(const fs::path& file, double density, double stiffness, const char* direction,
-                  BenchCheck& check) {
-  for (const DensityBin& bin : kFabrics) {
-    if (density < bin.from || density >= bin.to) continue;
-    const std::string field = fmt::format("bending.{}", direction);
-    const std::string what = fmt::format(
-        "bending stiffness {:.3g} gf cm2/cm at {:g} g/m2; nine of ten fabrics of {:g} to {:g} g/m2 "
-        "have {:.2g} to {:.2g}",
-        stiffness, density, bin.from, bin.to, bin.least_b, bin.most_b);
-    if (stiffness < bin.least_b / kOtherUnit || stiffness > bin.most_b * kOtherUnit)
-      add(check, file, field, what, "is it in uN m (98 times as large) or in gf cm (per sample)?");
-    else if (stiffness < bin.least_b || stiffness > bin.most_b)
-      check.warnings.push_back(fmt::format("{}, {}: {}", file.string(), field, what));
-  }
-}
-
-/// Cloth bends at 45 degrees about as it does along its threads: of the published fabrics
-/// (rigs/fabrics/published.csv) no bias stiffness lies twice beyond those of warp and weft.
-void judge_bias(const TomlTable& bending, const std::string& key, const std::vector<double>& both,
-                BenchCheck& check) {
-  constexpr double kBeyond = 5;  // half of a lost decimal point
-  const double bias = bending.number(key);
-  const auto [least, most] = std::minmax_element(both.begin(), both.end());
-  if (bias >= *least / kBeyond && bias <= *most * kBeyond) return;
-  add(check, bending.file(), "bending." + key,
-      fmt::format("{:g} gf cm2/cm at 45 degrees, {:.3g} and {:.3g} along warp and weft", bias,
-                  both[0], both[1]),
-      "is a decimal point lost, or is it in uN m (98 times as large)?");
 }
 
 /// KES-FB1 stops at 500 gf/cm, for weak fabrics at 50, FAST-3 at 98.
@@ -317,38 +255,27 @@ void check_fabric(const fs::path& file, const std::vector<int>& segments, BenchC
   try {
     ProblemCollector collector(check.problems);
     const TomlTable root = TomlTable::open(file, "fabric");
-    const double density = root.positive("areal_density_g_per_m2");
-    if (density < kLightest || density > kHeaviest)
-      add(check, file, "areal_density_g_per_m2",
-          fmt::format("an areal density of {:g} g/m2; fabrics have {:.0f} to {:.0f}", density,
-                      kLightest, kHeaviest),
-          "weigh a piece of known area; is a decimal point lost, or is it kg/m2 or oz/yd2?");
     check_stand_ins(file, "fabric", check);
     const std::size_t so_far = check.problems.size();
     check_curves(root, check);
     check_curve_names(root, check);
     if (check.problems.size() > so_far) return;
-    const TomlTable bending = root.table("bending");
-    std::vector<double> both;
-    for (const char* direction : {"warp", "weft"}) {
-      const auto stiffness = bending_of(bending, direction);
-      if (stiffness) both.push_back(*stiffness);
-      if (stiffness && std::isfinite(density))
-        judge_fabric(file, density, *stiffness, direction, check);
-    }
-    const std::string bias = "bias_stiffness_gf_cm2_per_cm";
-    if (both.size() == 2 && bending.has(bias)) judge_bias(bending, bias, both, check);
     if (const auto tensile = root.optional_table("tensile")) judge_tensile(*tensile, check);
   } catch (const Error& error) {
     check.problems.push_back(error);
   }
   if (check.problems.size() > before) return;
   for (const int count : segments) {
-    const auto error =
-        error_of_stage("fabric", {file.string(), "--segments", std::to_string(count), "--json"});
-    if (!error) continue;
-    check.problems.push_back(*error);
-    return;
+    const StepResult result =
+        result_of_stage("fabric", {file.string(), "--segments", std::to_string(count), "--json"});
+    if (const auto error = error_in(result)) {
+      check.problems.push_back(*error);
+      return;
+    }
+    // Those that name a place: the others list what nobody measured.
+    for (const std::string& warning : warnings_in(result))
+      if (count == segments.front() && warning.starts_with(file.string() + ", "))
+        check.warnings.push_back(warning);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
 #include "simulate/fabric/kes.hpp"
+#include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/points.hpp"
 
 namespace drape::simulate {
@@ -172,7 +173,7 @@ double read_density(const TomlTable& root) {
   const double density = root.positive(key);
   if (density < 5) {
     root.reject(key, fmt::format("no textile weighs {} g/m2", density),
-                "is the value in kg/m2? Multiply by 1000");
+                "is it in kg/m2 (1000 g/m2 each) or oz/yd2 (33.9)?");
   }
   if (density > 3000) {
     root.reject(key, fmt::format("no textile weighs {} g/m2", density),
@@ -238,6 +239,11 @@ Fabric read_fabric(const std::filesystem::path& file) {
   }
   read_pair(root.table("shear"), shear_kind(), fabric.shear, shear_from_kes);
   root.finish();
+  const Plausibility plausibility = judge(fabric);
+  fabric.warnings = plausibility.warnings;
+  for (const Error& problem : plausibility.problems)
+    fabric.warnings.push_back(fmt::format("{}: {}; {}", problem.where().describe(),
+                                          problem.what_failed(), problem.what_to_do()));
   return fabric;
 }
 

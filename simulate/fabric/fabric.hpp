@@ -33,6 +33,7 @@ struct Fabric {
   KawabataCurve bending[2];
   std::optional<double> bias_bending_n_m;  ///< bending stiffness at 45 degrees (N m)
   std::vector<std::string> stand_ins;      ///< what nobody measured
+  std::vector<std::string> warnings;       ///< what few fabrics or none have, see plausible.hpp
 
   /// The fabric file and its curves, in a fixed order.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/plot.hpp"
 #include "simulate/simulate.hpp"
 #include "tests/support/paths.hpp"
@@ -65,6 +66,7 @@ TEST(Fabric, Bench1HasItsMeasuredBendingStiffnessAndDensity) {
       EXPECT_EQ(report.curves.size(), 5u);
     }
     EXPECT_THAT(fabric.stand_ins, ::testing::Contains("tensile curves"));
+    EXPECT_THAT(fabric.warnings, ::testing::IsEmpty());
   }
 }
 
@@ -273,6 +275,18 @@ TEST_F(KesNumbers, GiveCurvesThatGiveTheNumbersBack) {
   EXPECT_NEAR(half_hysteresis(fabric.bending[0]), 0.02 * units::gf_cm_per_cm, 1e-12);
 }
 
+/// A curve that bends down holds more work than its triangle.
+TEST_F(KesNumbers, ALinearityAboveOneKeepsItsWork) {
+  const std::string numbers = "{ emt_percent = 4, lt = 1.25, wt_gf_cm_per_cm2 = 12.5 }\n";
+  const Fabric fabric =
+      read("[tensile]\nwarp_kes = " + numbers + "weft_kes = " + numbers, shear_, bending_);
+  const KawabataCurve& warp = fabric.tensile[0];
+  double work = 0;
+  for (std::size_t i = 1; i < warp.x.size(); ++i)
+    work += 0.5 * (warp.x[i] - warp.x[i - 1]) * (warp.loading[i] + warp.loading[i - 1]);
+  EXPECT_NEAR(work, 12.5 * units::gf_per_cm, 2e-3 * work);
+}
+
 TEST_F(KesNumbers, BAndGAloneAreEnoughAndTheRestIsMarked) {
   const Fabric fabric = read("", "g_gf_per_cm_deg = 0.6", "b_gf_cm2_per_cm = 0.088");
   EXPECT_THAT(fabric.stand_ins, testing::Contains(testing::HasSubstr("tensile curves")));
@@ -297,6 +311,16 @@ TEST_F(KesNumbers, WrongUnitsAreNamed) {
   EXPECT_THAT(
       advice("[tensile]\nwarp_kes = { lt = 0.7 }\nweft_kes = { lt = 0.7 }\n", shear_, bending_),
       HasSubstr("two of EMT, LT, WT"));
+}
+
+TEST_F(KesNumbers, ASheetThatIsNoTextileIsSimulatedWithAWarning) {
+  const Fabric board = read(tensile_, shear_, "b_gf_cm2_per_cm = 8.6");  // 0.088 in uN m
+  EXPECT_THROW(require_textile(board), Error);
+  SimulateReport report;
+  (void)make_laws(board, 1, report);
+  EXPECT_THAT(report.warnings, testing::Contains(testing::AllOf(
+                                   testing::HasSubstr("bending.warp_kes.b_gf_cm2_per_cm"),
+                                   testing::HasSubstr("uN m"))));
 }
 
 TEST_F(KesNumbers, ThePlotShowsEveryCurveWithItsApproximation) {

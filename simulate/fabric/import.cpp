@@ -15,6 +15,7 @@
 #include "core/units.hpp"
 #include "simulate/fabric/csv_text.hpp"
 #include "simulate/fabric/fabric.hpp"
+#include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/property_sheet.hpp"
 
 namespace drape::simulate {
@@ -69,7 +70,8 @@ struct Numbers {
   std::array<double, 2> b{};
   std::array<std::optional<double>, 2> hb;
   std::optional<double> b_bias;
-  std::map<std::string, Where> from = {};  ///< see ImportedFabric
+  std::vector<std::string> also_stand_in = {};  ///< what no field of this struct shows
+  std::map<std::string, Where> from = {};       ///< see ImportedFabric
 };
 
 ImportedFabric imported(const Numbers& numbers) {
@@ -83,6 +85,8 @@ ImportedFabric imported(const Numbers& numbers) {
                                                  : "shear hysteresis: none");
   if (!numbers.hb[0]) fabric.stand_ins.emplace_back("bending hysteresis: none");
   if (!numbers.b_bias) fabric.stand_ins.emplace_back("bending at 45 degrees");
+  fabric.stand_ins.insert(fabric.stand_ins.end(), numbers.also_stand_in.begin(),
+                          numbers.also_stand_in.end());
   std::string& t = fabric.toml;
   t = fmt::format("schema = \"drapebench/fabric/1\"\n# {}\nname = \"{}\"\n",
                   escaped(numbers.origin), escaped(numbers.name));
@@ -174,6 +178,9 @@ ImportedFabric import_kes(const fs::path& file, const std::string& name) {
   Numbers numbers = numbers_of(sheet, name, "KES-FB result sheet " + file.filename().string());
   numbers.b_bias = sheet.whole("B45");
   numbers.from[kBias] = sheet.where("B45");
+  const bool has_tensile = sheet.has("EMT") || sheet.has("LT") || sheet.has("WT");
+  if (has_tensile && !sheet.has("RT"))
+    numbers.also_stand_in.emplace_back("tensile hysteresis: RT 60 %");
   const std::vector<std::pair<std::string, std::string>> tensile = {
       {"EMT", "emt_percent"}, {"LT", "lt"}, {"WT", "wt_gf_cm_per_cm2"}, {"RT", "rt_percent"}};
   for (int d = 0; d < 2; ++d) {
@@ -223,8 +230,17 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
   const auto eb5 = sheet.whole("EB5");
   if (eb5 && !(*eb5 > 0)) throw bad_input("EB5 is not above 0", sheet.where("EB5"), "check it");
   ImportedFabric curves;
+  const UsualBending usual = usual_bending(numbers.areal_density);
   for (int d = 0; d < 2; ++d) {
-    numbers.b[d] = rigidity(sheet.along("C", d));
+    const double c_mm = sheet.along("C", d);
+    numbers.b[d] = rigidity(c_mm);
+    if (numbers.b[d] < usual.least_possible || numbers.b[d] > usual.most_possible)
+      throw bad_input(
+          fmt::format("a bending length of {:g} mm; fabrics of {:g} to {:g} g/m2 have "
+                      "{:.2g} to {:.2g}",
+                      c_mm, usual.from, usual.to, c_mm * std::cbrt(usual.least / numbers.b[d]),
+                      c_mm * std::cbrt(usual.most / numbers.b[d])),
+          sheet.where("C"), "is it in cm, or the overhang, which is twice the bending length?");
     numbers.from[key_of(kB, d)] = sheet.where("C");
     // A strip at 45 degrees under T = 5 gf/cm: strain EB5 = T / (4 G).
     if (eb5) {
@@ -245,6 +261,9 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
         curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
                         {strain, force, force}));
     numbers.tensile[d] = fmt::format("{} = \"{}\"", kDirections[d], curve);
+    if (d == 0)
+      numbers.also_stand_in.push_back(fmt::format(
+          "tensile hysteresis: unloading as loading, nothing above {:g} gf/cm", force.back()));
   }
   ImportedFabric fabric = imported(numbers);
   fabric.curves = std::move(curves.curves);
@@ -282,7 +301,7 @@ ImportedFabric import_u3m(const fs::path& file, const std::string& name,
   return imported(numbers);
 }
 
-void write_imported(const fs::path& folder, const ImportedFabric& fabric) {
+std::vector<std::string> write_imported(const fs::path& folder, const ImportedFabric& fabric) {
   if (fs::exists(folder))
     throw bad_input("the folder exists", {.file = folder.string()}, "name a new one");
   const auto take_back = [&] {
@@ -293,7 +312,9 @@ void write_imported(const fs::path& folder, const ImportedFabric& fabric) {
   try {
     for (const auto& [name, text] : fabric.curves) write_durable(folder / name, text);
     write_durable(folder / "fabric.toml", fabric.toml);
-    (void)read_fabric(folder / "fabric.toml");
+    const Fabric read = read_fabric(folder / "fabric.toml");
+    require_textile(read);
+    return read.warnings;
   } catch (const Error& error) {
     take_back();
     throw Error(error.kind(), error.what_failed(), in_source(fabric, error.where()),
@@ -335,8 +356,7 @@ const PublishedFabric& published_fabric(const std::vector<PublishedFabric>& libr
 }
 
 ImportedFabric import_published(const PublishedFabric& fabric) {
-  if (!fabric.areal_density_g_per_m2 || !fabric.b_warp_gf_cm2_per_cm ||
-      !fabric.b_weft_gf_cm2_per_cm)
+  if (!fabric.areal_density_g_per_m2 || !fabric.b_warp_gf_cm2_per_cm)
     throw bad_input(fmt::format("{} has no density or no bending rigidity", fabric.id), {},
                     "choose a fabric that `drape fabric list` shows with both");
   Numbers numbers{fabric.id + " " + fabric.name,
@@ -346,9 +366,12 @@ ImportedFabric import_published(const PublishedFabric& fabric) {
                   {},
                   {},
                   {},
-                  {*fabric.b_warp_gf_cm2_per_cm, *fabric.b_weft_gf_cm2_per_cm},
+                  {*fabric.b_warp_gf_cm2_per_cm,
+                   fabric.b_weft_gf_cm2_per_cm.value_or(*fabric.b_warp_gf_cm2_per_cm)},
                   {fabric.hb2_gf_cm_per_cm, fabric.hb2_gf_cm_per_cm},
                   fabric.b_bias_gf_cm2_per_cm};
+  if (!fabric.b_weft_gf_cm2_per_cm)
+    numbers.also_stand_in.emplace_back("bending: one B for warp and weft");
   return imported(numbers);
 }
 

@@ -39,12 +39,15 @@ struct ImportedFabric {
 
 /// Writes fabric.toml and its curves into a new folder and reads them back, so that what no textile
 /// has is refused with the likely mistake and its place in the source; then nothing is left.
-void write_imported(const std::filesystem::path& folder, const ImportedFabric& fabric);
+/// Returns what few textiles have.
+std::vector<std::string> write_imported(const std::filesystem::path& folder,
+                                        const ImportedFabric& fabric);
 
 /// One fabric of a library (rigs/fabrics/published.csv). Absent: not published.
 struct PublishedFabric {
   std::string id, name, weave, source, note;
   std::optional<double> areal_density_g_per_m2, thickness_mm;
+  /// Without one along the weft, that along the warp is the only one published.
   std::optional<double> b_warp_gf_cm2_per_cm, b_weft_gf_cm2_per_cm, b_bias_gf_cm2_per_cm;
   std::optional<double> hb2_gf_cm_per_cm;
   std::optional<double> drape_coefficient_percent, nodes, disc_mm, specimen_mm;

@@ -14,6 +14,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 
 class Import : public testing::Test {
@@ -127,10 +128,15 @@ TEST_F(Import, StandInsAreWhatTheSheetDoesNotState) {
   EXPECT_THAT(stand_ins(width), Contains(HasSubstr("shear: G")));
   EXPECT_THAT(stand_ins("2HG5,gf/cm,0.5,0.5\n"), Contains("shear hysteresis: 2HG 0 gf/cm"));
   EXPECT_THAT(stand_ins(""), Contains("shear hysteresis: none"));
+  EXPECT_THAT(stand_ins("EMT,%,4,8\nLT,,0.7,0.7\n"), Contains("tensile hysteresis: RT 60 %"));
+  EXPECT_THAT(stand_ins("EMT,%,4,8\nLT,,0.7,0.7\nRT,%,55,55\n"),
+              Not(Contains(HasSubstr("tensile"))));
   // A curve to 20 gf/cm is one.
   const ImportedFabric fast =
       import_fast(file(kHead + kLengths + "E5,%,0.4,0.6\nE20,%,1.1,1.7\n"), "x");
   EXPECT_THAT(fast.stand_ins, Not(Contains("tensile curves")));
+  EXPECT_THAT(fast.stand_ins, Contains("tensile hysteresis: unloading as loading, nothing above 20 "
+                                       "gf/cm"));
   EXPECT_NEAR(written(fast).tensile[1].x.back(), 0.017, 1e-12);
 }
 
@@ -149,8 +155,32 @@ TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
   refused(kes(kBend + "B45,gf.cm2/cm,-1,\n"), 4, "B45");
   refused(fast(kLengths + "E5,%,0.4,0.6\nE20,%,1.1,0.3\nE100,%,2.9,4.4\n"), 5, "E20");
   refused(fast(kLengths + "E100,%,2.9,4.4\n"), 4, "E100");
-  refused(fast("C,mm,170,16\n"), 3, "C");
+  expect_refused([&] { (void)fast("C,mm,170,16\n"); }, 3, "C");
   expect_refused([&] { (void)kes("B,gf.cm2/cm,0.088,\n"); }, 3, "B");
+}
+
+/// Numbers that some fabric has, beside a density with which none has them.
+TEST_F(Import, NumbersThatDoNotGoWithTheDensityAreRefusedByTheLineOfTheSheet) {
+  const auto sheet = [&](const std::string& rows) {
+    return file("property,unit,warp,weft\nW,g/m2,138,\n" + rows);
+  };
+  const auto out = folder_.path() / "out";
+  const auto kes = [&](const std::string& rows) {
+    return write_imported(out, import_kes(sheet(rows), "x"));
+  };
+  expect_refused([&] { (void)kes("B,gf.cm2/cm,8.6,5.8\n"); }, 3, "B");  // uN m
+  expect_refused([&] { (void)kes(kBend + "B45,gf.cm2/cm,7.2,\n"); }, 4, "B45");
+  expect_refused([&] { (void)import_fast(sheet("C,mm,1.7,1.6\n"), "x"); }, 3, "C");  // cm
+  expect_refused(
+      [&] {
+        (void)write_imported(
+            out, import_kes(file("property,unit,warp,weft\nW,mg/cm2,138,\n" + kBend), "x"));
+      },
+      2, "W");
+  EXPECT_FALSE(std::filesystem::exists(out));
+  // Stiffer than 95 % of its weight, and still a fabric.
+  EXPECT_THAT(kes("B,gf.cm2/cm,0.9,0.08\n"),
+              testing::ElementsAre(HasSubstr("bending.warp: bending stiffness 0.9 gf cm2/cm")));
 }
 
 TEST_F(Import, U3mPhysicsNeedAUnit) {
@@ -173,7 +203,7 @@ TEST_F(Import, ThePublishedFabricsAreReadAndThoseWithBendingCanBeSimulated) {
     EXPECT_FALSE(fabric.source.empty()) << fabric.id;
     const std::filesystem::path folder = folder_.path() / fabric.id;
     if (fabric.areal_density_g_per_m2 && fabric.b_warp_gf_cm2_per_cm) {
-      write_imported(folder, import_published(fabric));
+      EXPECT_THAT(write_imported(folder, import_published(fabric)), IsEmpty()) << fabric.id;
       ++usable;
       EXPECT_NEAR(slope(read_fabric(folder / "fabric.toml").bending[0]),
                   *fabric.b_warp_gf_cm2_per_cm * units::gf_cm2_per_cm, 1e-12)
@@ -183,7 +213,11 @@ TEST_F(Import, ThePublishedFabricsAreReadAndThoseWithBendingCanBeSimulated) {
     }
   }
   EXPECT_EQ(usable, 11);
-  EXPECT_EQ(published_fabric(library, "matsudaira-A").drape_coefficient_percent, 82.9);
+  const PublishedFabric& one_value = published_fabric(library, "matsudaira-A");
+  EXPECT_EQ(one_value.drape_coefficient_percent, 82.9);
+  EXPECT_THAT(import_published(one_value).stand_ins, Contains("bending: one B for warp and weft"));
+  EXPECT_THAT(import_published(published_fabric(library, "feng-0-60")).stand_ins,
+              Not(Contains(HasSubstr("one B"))));
 }
 
 }  // namespace

@@ -18,8 +18,10 @@ constexpr double kSlipCurvature = 0.1;   // 1/cm: stand-ins, see slip_of()
 constexpr double kAgreement = 0.03;      // of WT against LT and EMT
 constexpr int kPoints = 50;              // per curve and sign
 
-/// x = b EMT of the exponential law with the given linearity.
+/// x = b EMT of the exponential law with the given linearity; below 0 for one above 1, by
+/// LT(-x) = 2 - LT(x).
 double exponent_of(double linearity) {
+  if (linearity > 1) return -exponent_of(2 - linearity);
   if (linearity >= 0.999) return 0;
   double low = 1e-3, high = 200;
   for (int i = 0; i < 80; ++i) {
@@ -129,7 +131,7 @@ KawabataCurve tensile_from_kes(const TomlTable& table) {
   double rt = 60;
   if (table.has("rt_percent")) rt = table.positive("rt_percent");
   check_usual(table, "rt_percent", rt, 5, 100, {{0.01, "a fraction instead of percent"}});
-  return tensile_curve(table.file(), emt, std::min(lt, 1.0), 0.01 * rt);
+  return tensile_curve(table.file(), emt, lt, 0.01 * rt);
 }
 
 KawabataCurve shear_from_kes(const TomlTable& table) {

@@ -15,7 +15,8 @@ namespace drape::simulate {
 
 /// emt_percent, lt, wt_gf_cm_per_cm2 (two of the three; all three must agree within 3 %) and
 /// rt_percent: f = A (exp(b strain) - 1) through the origin and 500 gf/cm at EMT, with b from LT =
-/// 2 (1/x - 1/(exp(x) - 1)), x = b EMT; unloading the same with LT RT.
+/// 2 (1/x - 1/(exp(x) - 1)), x = b EMT (LT above 1: a curve that bends down); unloading the same
+/// with LT RT.
 [[nodiscard]] KawabataCurve tensile_from_kes(const TomlTable& table);
 
 /// g_gf_per_cm_deg and, where known, hg2_gf_per_cm at 0.5 degrees and hg5_gf_per_cm at 5 degrees

@@ -129,6 +129,7 @@ SampledCurve cut_at(const SampledCurve& curve, double range) {
 ClothLaws make_laws(const Fabric& fabric, int segments, SimulateReport& report,
                     const std::optional<CurveReach>& reach) {
   static const char* const kDirections[2] = {"warp", "weft"};
+  report.warnings.insert(report.warnings.end(), fabric.warnings.begin(), fabric.warnings.end());
   ClothLaws laws;
   laws.density_kg_per_m2 = fabric.areal_density_kg_per_m2;
   for (int d = 0; d < 2; ++d) {

@@ -48,7 +48,7 @@ Ending listed(const LibraryArguments& arguments) {
 void write(const ImportedFabric& fabric, const LibraryArguments& arguments, Ending& ending) {
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
   if (!arguments.out) return;
-  write_imported(*arguments.out, fabric);
+  ending.warnings = write_imported(*arguments.out, fabric);
   ending.next_command =
       fmt::format("drape fabric {}", shell_word((*arguments.out / "fabric.toml").string()));
 }

@@ -8,6 +8,7 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
+#include "simulate/fabric/plausible.hpp"
 #include "simulate/fabric/plot.hpp"
 #include "simulate/programs/fabric_library.hpp"
 #include "simulate/simulate.hpp"
@@ -25,6 +26,7 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
     throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
   RunRecord record("drape-fabric", std::move(words), plot ? run_record_path(*plot) : fs::path());
   const Fabric fabric = read_fabric(file);
+  require_textile(fabric);
   for (const fs::path& input : fabric.files()) record.input(input);
   SimulateReport report;
   const ClothLaws laws = make_laws(fabric, segments, report);
