@@ -13,6 +13,7 @@
 #include "detect/families/tag_family.hpp"
 #include "front/check/check.hpp"
 #include "tests/faults/operator_mistakes.hpp"
+#include "tests/support/paths.hpp"
 
 namespace drape::test {
 
@@ -69,6 +70,22 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
 INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake,
                          testing::ValuesIn(drape::test::operator_mistakes()),
                          [](const auto& mistake) { return mistake.param.name; });
+
+/// Few fabrics weigh 800 g/m2, and some do: named, not refused.
+TEST(RareFabric, IsCheckedWithAWarning) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path rig = folder.path() / "paper", fabric = rig / "fabrics/A.toml";
+  fs::copy(drape::test::source_root() / "rigs/paper", rig, fs::copy_options::recursive);
+  std::string text = drape::read_text(fabric);
+  const std::string weight = "areal_density_g_per_m2 = 138";
+  text.replace(text.find(weight), weight.size(), "areal_density_g_per_m2 = 800");
+  drape::write_durable(fabric, text);
+  const Outcome outcome =
+      drape::test::run_line(drape::test::program("drape").string() + " check " + rig.string());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+  EXPECT_THAT(outcome.text, HasSubstr("areal density of 800 g/m2"));
+  EXPECT_THAT(outcome.text, HasSubstr("bending.weft: bending stiffness 0.059"));
+}
 
 TEST(KnownTagFamilies, AreThoseOfDetect) {
   const auto known = drape::known_tag_families();
