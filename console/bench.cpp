@@ -2,11 +2,10 @@
 #include "console/bench.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "core/program/run_record.hpp"
-#include "core/units.hpp"
 
 namespace drape::console {
 namespace {
@@ -53,6 +52,7 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
   read_layings();
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));
   read_log();
+  detect_what_lacks();
   if (options_.replay) return;
   std::vector<std::string> cameras;
   for (const RigCamera& camera : rig_.cameras) cameras.push_back(camera.name);
@@ -73,7 +73,7 @@ Bench::~Bench() {
 
 /// The state is what the log says was done and what the files hold.
 void Bench::read_log() {
-  Json open;
+  std::vector<std::string> open;  ///< jobs that were asked for
   for (const Json& entry : log_.entries()) {
     if (entry.contains("taken")) {
       taken_[entry.value("taken", "")] = true;
@@ -91,12 +91,19 @@ void Bench::read_log() {
     if (entry.contains("dropped")) taken_[entry.value("dropped", "")] = false;
     if (entry.contains("operator")) operator_name_ = entry.value("operator", "");
     if (entry.contains("held_out")) held_out_[entry.value("held_out", "")] = entry;
-    if (entry.contains("begins")) open = entry;
-    if (entry.contains("ended")) open = Json();
+    const auto of = [&](const char* key) {
+      return std::find(open.begin(), open.end(), entry.value(key, ""));
+    };
+    if (entry.contains("asked") || (entry.contains("begins") && of("begins") == open.end()))
+      open.push_back(entry.value("asked", entry.value("begins", "")));
+    if (entry.value("ended", "") == "interrupted") open.clear();
+    if (entry.contains("ended") && of("what") != open.end()) open.erase(of("what"));
   }
-  if (open.is_object())
-    log_.add("bench", "the server had ended while this ran: " + open.value("begins", ""),
-             {{"ended", "interrupted"}, {"sentence", "what was finished is kept; press it again"}});
+  if (!open.empty())
+    log_.add(
+        "bench",
+        fmt::format("the server had ended before this was finished: {}", fmt::join(open, ", ")),
+        {{"ended", "interrupted"}, {"sentence", "what was finished is kept; press it again"}});
   log_.add("bench", options_.replay ? "the console starts, on a recording" : "the console starts");
 }
 
@@ -165,10 +172,10 @@ void Bench::taken(const std::string& set) {
   {
     const std::lock_guard lock(mutex_);
     taken_[set] = true;
-    held_out_.erase(set);
+    if (taking_ == set) taking_.clear();
   }
   tell_("shot", {{"set", set}});
-  jobs_.add("detect", set, {detect_call(set)});
+  detect(set);
 }
 
 void Bench::drop(const std::string& set) {
@@ -195,9 +202,9 @@ void Bench::calibrate() {
     throw bad_input(
         "a calibration needs a stage of the target, which is the world, and two more sets", {},
         "take them first");
+  require_not_being_taken(sets);
   std::vector<Call> calls;
-  for (const std::string& set : sets)
-    if (!detections(set)) calls.push_back(detect_call(set));
+  for (const std::string& set : sets) calls.push_back(missing_detect_call(set));
   const bool free = !std::all_of(sets.begin(), sets.end(),
                                  [this](const std::string& set) { return is_stage(set); });
   calls.push_back({{"calib", target_detections_file().string(), "--rig", rig_file().string(),
@@ -207,18 +214,22 @@ void Bench::calibrate() {
                      merge_detections(sets);
                    }});
   const std::string what = fmt::format("with {} sets", sets.size());
-  log_.add(operator_name(), "pressed calibrate " + what);
-  jobs_.add("calibrate", what, std::move(calls));
+  ask("pressed calibrate " + what, "calibrate", what, std::move(calls));
 }
 
 void Bench::measure(const std::string& name) {
   const Drape& one = drape(name);
   const std::string& set = one.scene.set;
   if (!is_taken(set)) throw bad_input("the drape's set was not taken", {.set = set}, "take it");
-  if (!calibration()) throw bad_input("there is no calibration yet", {}, "calibrate first");
-  std::vector<Call> calls = object_calls(one);
-  const std::size_t plates = calls.size();
-  if (!detections(set)) calls.push_back(detect_call(set));
+  if (const auto why = against_calibration(calibration_file(), target_detections_file()))
+    throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate first");
+  require_not_being_taken(sets_of(one));
+  std::vector<Call> calls = {missing_detect_call(set)};
+  for (const Plate& plate : one.plates)
+    if (is_taken(plate.set)) calls.push_back(missing_detect_call(plate.set));
+  std::vector<Call> objects = object_calls(one);
+  const std::size_t plates = objects.size();
+  std::move(objects.begin(), objects.end(), std::back_inserter(calls));
   Call measured{{"triangulate", detections_file(set).string(), "--calibration",
                  calibration_file().string(), "--set", set, "--scene",
                  scene_file(one, plates).string(), "--out",
@@ -227,9 +238,14 @@ void Bench::measure(const std::string& name) {
     if (is_taken(plate.set))
       measured.words.insert(measured.words.end(),
                             {"--object", object_file(name, plate.object).string()});
+  measured.before = [this, set] {
+    if (const auto why = against_calibration(calibration_file(), target_detections_file()))
+      throw bad_input("the cameras are not calibrated: " + *why, {}, "calibrate, then measure");
+    if (const auto why = against_marks(detections_file(set), set))
+      throw bad_input("the marks are superseded: " + *why, {.set = set}, "measure again");
+  };
   calls.push_back(std::move(measured));
-  log_.add(operator_name(), "pressed measure " + name);
-  jobs_.add("measure", name, std::move(calls));
+  ask("pressed measure " + name, "measure", name, std::move(calls));
 }
 
 /// Where an object stands, as soon as its plate is measured.
@@ -246,6 +262,10 @@ void Bench::run() {
   if (!any) throw bad_input("no drape was taken", {}, "take one first");
   if (taken_target_sets().size() < kLeastSets)
     throw bad_input("the cameras are not calibrated", {}, "calibrate first");
+  std::vector<std::string> sets = target_sets();
+  for (const Drape& one : drapes_)
+    for (std::string& set : sets_of(one)) sets.push_back(std::move(set));
+  require_not_being_taken(sets);
   Call call{{"run", rig_file().string(), "--recording", recording_folder_.string(), "--out",
              out_.string()},
             [this] { write_rig(); }};
@@ -253,8 +273,7 @@ void Bench::run() {
     const std::lock_guard lock(mutex_);
     if (!operator_name_.empty()) call.words.push_back("--operator=" + operator_name_);
   }
-  log_.add(operator_name(), "pressed simulate and compare");
-  jobs_.add("run", "all drapes that were taken", {std::move(call)});
+  ask("pressed simulate and compare", "run", "all drapes that were taken", {std::move(call)});
 }
 
 void Bench::note(const std::string& text) {
@@ -276,60 +295,6 @@ void Bench::name_operator(const std::string& name) {
   log_.add(name.empty() ? "operator" : name, "is at the bench", {{"operator", name}});
   const std::lock_guard lock(mutex_);
   operator_name_ = name;
-}
-
-void Bench::job_changed(const Job& job) {
-  if (job.state == JobState::running && job.now.empty() && job.fraction == 0) {
-    try {
-      log_.add("bench", "begins", {{"begins", job.kind + " " + job.what}});
-    } catch (const Error& error) {
-      const std::lock_guard lock(mutex_);
-      trouble_ = error.what();
-    }
-  }
-  tell_("job", job.json());
-}
-
-void Bench::job_ended(const Job& job) {
-  try {
-    const Json json = job.json();
-    log_.add(
-        "bench", job.kind + " " + job.what,
-        {{"ended", json["state"]}, {"sentence", job.sentence}, {"commands", json["commands"]}});
-    if (job.kind == "detect" && job.state != JobState::failed && is_target_set(job.what))
-      log_held_out(job.what);
-    {
-      const std::lock_guard lock(mutex_);
-      trouble_.clear();
-      if (job.kind == "doctor") {
-        const Json report = try_json(job.output);
-        doctor_ = report.is_object() ? report.value("checks", Json()) : Json();
-      }
-    }
-    if (job.kind == "detect" && is_target_set(job.what)) looked_at(job.what);
-    if (job.kind == "detect" && plate_of(job.what) != nullptr) show_object(job.what);
-    if (job.kind == "calibrate") calibrated();
-  } catch (const Error& error) {
-    const std::lock_guard lock(mutex_);
-    trouble_ = error.what();
-  }
-  tell_("state", Json::object());
-}
-
-/// How well the calibration before it measures a set that it did not use.
-void Bench::log_held_out(const std::string& set) {
-  const auto by = calibration();
-  const auto seen = detections(set);
-  if (!by || !seen || std::find(by->sets.begin(), by->sets.end(), set) != by->sets.end()) return;
-  const auto measured = measure_target(*by, target_, seen->frames);
-  if (!measured) return;
-  Json facts = {{"held_out", set},
-                {"rms_mm", measured->rms_m / units::mm},
-                {"points", measured->points},
-                {"calibrated_with", by->sets.size()}};
-  log_.add("bench", "held-out error", facts);
-  const std::lock_guard lock(mutex_);
-  held_out_[set] = std::move(facts);
 }
 
 }  // namespace drape::console

@@ -7,6 +7,8 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <typeindex>
+#include <utility>
 #include <vector>
 
 #include "console/coach/coach.hpp"
@@ -94,11 +96,24 @@ class Bench {
     std::shared_ptr<const void> content;
     std::uint64_t used = 0;  ///< the larger, the later
   };
-  using KeptFiles = std::map<std::filesystem::path, KeptFile>;
+  /// By file, and what was read from it.
+  using KeptFiles = std::map<std::pair<std::filesystem::path, std::type_index>, KeptFile>;
+  /// SHA-256 of the images of a set by camera.
+  using Images = std::map<std::string, std::string>;
   /// What the pages show of a set's detections; it stays small, whatever was detected.
   struct SetFacts {
     Json detected;
     std::string verdict, sentence;
+    std::map<std::string, Images> images;  ///< in which the marks of each set were measured
+  };
+  /// Files that one measured sheet rests on: the console's own, or those of `drape run`.
+  struct Chain {
+    struct Object {
+      std::filesystem::path file, marks;
+      std::string set;
+    };
+    std::filesystem::path target_marks, calibration, marks, sheet;
+    std::vector<Object> objects;  ///< by their plates
   };
   [[nodiscard]] bool is_target_set(const std::string& set) const;
   [[nodiscard]] bool is_stage(const std::string& set) const;
@@ -111,6 +126,7 @@ class Bench {
   [[nodiscard]] std::vector<std::string> sets_of(const Drape& drape) const;
   [[nodiscard]] std::vector<std::string> earlier_takes(const std::string& set) const;
   [[nodiscard]] bool is_taken(const std::string& set) const;
+  [[nodiscard]] bool is_left_out(const std::string& set) const;  ///< it was taken
   void read_layings();
   void require_set(const std::string& set) const;
 
@@ -142,10 +158,18 @@ class Bench {
   void run();
   void note(const std::string& text);
   void name_operator(const std::string& name);
+  void read_log();
+
+  // ---- jobs (bench_jobs.cpp) -----------------------------------------------------------------
+  void detect(const std::string& set);
+  void detect_what_lacks();
+  void require_not_being_taken(const std::vector<std::string>& sets) const;
+  /// Logs what was pressed, so that a server that ends before it is done leaves it named.
+  void ask(const std::string& pressed, const std::string& kind, const std::string& what,
+           std::vector<Call> calls);
   void job_changed(const Job& job);
   void job_ended(const Job& job);
   void log_held_out(const std::string& set);
-  void read_log();
 
   // ---- files (bench_files.cpp) ---------------------------------------------------------------
   [[nodiscard]] std::filesystem::path detections_file(const std::string& set) const;
@@ -162,21 +186,46 @@ class Bench {
   [[nodiscard]] std::vector<Call> object_calls(const Drape& drape) const;
   [[nodiscard]] Scene measured_scene(const Drape& drape) const;  ///< as far as plates show it
   [[nodiscard]] Call detect_call(const std::string& set) const;
+  /// Where the set has no marks of its present pictures when the job begins.
+  [[nodiscard]] Call missing_detect_call(const std::string& set) const;
   [[nodiscard]] std::string rig_text() const;
   [[nodiscard]] std::string live_rig_text(
       const std::filesystem::path& folder,
       const std::map<std::string, std::pair<int, int>>& px) const;
   void write_rig() const;
   void merge_detections(const std::vector<std::string>& sets) const;
+  [[nodiscard]] Json results(const std::vector<std::string>& words) const;
+
+  // ---- what belongs to the pictures that recording.json lists now (bench_current.cpp) ----------
+  static std::string stamp_of(const std::filesystem::path& file);
   template <class T>
   [[nodiscard]] std::shared_ptr<const T> kept(KeptFiles& files, const std::filesystem::path& file,
                                               T (*read)(const std::filesystem::path&)) const;
+  [[nodiscard]] std::shared_ptr<const Recording> recording() const;
+  [[nodiscard]] Images images(const std::string& set) const;  ///< as the recording lists them
+  [[nodiscard]] bool shows(const SetFacts& seen, const std::string& set) const;
+  /// These four give nothing where the file is of other pictures.
   [[nodiscard]] std::shared_ptr<const SetFacts> facts(const std::string& set) const;
   [[nodiscard]] std::shared_ptr<const Detections> detections(const std::string& set) const;
-  [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
-  [[nodiscard]] std::shared_ptr<const Recording> recording() const;
   [[nodiscard]] std::shared_ptr<const Calibration> calibration() const;
-  [[nodiscard]] Json results(const std::vector<std::string>& words) const;
+  [[nodiscard]] std::shared_ptr<const Sheet> measured_sheet(const Drape& drape) const;
+  [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
+  [[nodiscard]] Chain own_chain(const Drape& drape) const;
+  [[nodiscard]] Chain run_chain(const Drape& drape) const;
+  [[nodiscard]] bool is_made_of(const std::filesystem::path& output,
+                                const std::filesystem::path& input) const;
+  /// Why the file is superseded, for people; nothing where it belongs to the pictures.
+  [[nodiscard]] std::optional<std::string> against_marks(const std::filesystem::path& marks,
+                                                         const std::string& set) const;
+  [[nodiscard]] std::optional<std::string> against_calibration(
+      const std::filesystem::path& calibration, const std::filesystem::path& target_marks) const;
+  [[nodiscard]] std::optional<std::string> against_object(const Chain& chain,
+                                                          const Chain::Object& object) const;
+  [[nodiscard]] std::optional<std::string> against_sheet(const Drape& drape,
+                                                         const Chain& chain) const;
+  [[nodiscard]] Json comparisons(const Drape& drape, const Json& run) const;
+  [[nodiscard]] std::optional<std::string> against_result(const Drape& drape,
+                                                          const Json& row) const;
 
   static SetFacts read_set_facts(const std::filesystem::path& file);
   [[nodiscard]] Json set_json(const std::string& set) const;
@@ -201,7 +250,7 @@ class Bench {
   std::string operator_name_;
   std::string trouble_;      ///< of the log or the disk, for the page
   mutable KeptFiles kept_;   ///< of those that were used last
-  mutable KeptFiles facts_;  ///< SetFacts of every set
+  mutable KeptFiles facts_;  ///< what is small: of every set
   mutable std::uint64_t uses_ = 0;
   std::vector<Laying> layings_;
   mutable std::map<std::string, Json> kept_results_;

@@ -2,7 +2,6 @@
 // Files of the console's own folder, and those of other programs that it reads.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <sstream>
@@ -15,18 +14,6 @@ namespace drape::console {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Contents of files in memory: a calibration has some twenty sets. Were all kept that were ever
-/// read, 600 sets would take 60 MB.
-constexpr std::size_t kMostKept = 64;
-
-/// Which content a file name stands for: it changes with every write and every replacement.
-std::string stamp_of(const fs::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {};
-  return fmt::format("{} {} {}.{}", status.st_ino, status.st_size, status.st_mtim.tv_sec,
-                     status.st_mtim.tv_nsec);
-}
 
 std::string quoted(const std::string& text) {
   return Json(text).dump();  // TOML's basic strings have JSON's escapes
@@ -76,6 +63,12 @@ Call Bench::detect_call(const std::string& set) const {
   return call;
 }
 
+Call Bench::missing_detect_call(const std::string& set) const {
+  Call call = detect_call(set);
+  call.needed = [this, set] { return facts(set) == nullptr; };
+  return call;
+}
+
 std::vector<Call> Bench::object_calls(const Drape& drape) const {
   std::vector<Call> calls;
   for (const Plate& plate : drape.plates) {
@@ -92,10 +85,14 @@ std::vector<Call> Bench::object_calls(const Drape& drape) const {
 }
 
 Scene Bench::measured_scene(const Drape& drape) const {
-  for (std::size_t plates = drape.plates.size(); plates > 0; --plates)
-    if (fs::is_regular_file(scene_file(drape, plates)))
-      return read_scene(scene_file(drape, plates));
-  return drape.scene;
+  const Chain chain = own_chain(drape);
+  std::size_t plates = 0;
+  for (const Chain::Object& object : chain.objects) {
+    if (!is_taken(object.set)) continue;
+    if (against_object(chain, object) || !is_made_of(object.file, scene_file(drape, plates))) break;
+    ++plates;
+  }
+  return plates == 0 ? drape.scene : read_scene(scene_file(drape, plates));
 }
 
 /// The rig with what was taken only, so that a bench is measured from the sets it has.
@@ -178,71 +175,15 @@ void Bench::write_rig() const {
 void Bench::merge_detections(const std::vector<std::string>& sets) const {
   Detections all;
   for (const std::string& set : sets) {
-    const Detections one = read_detections(detections_file(set));
-    all.rig = one.rig;
-    all.lattice = one.lattice;
-    for (const FrameDetections& frame : one.frames) all.frames.push_back(frame);
+    const auto one = detections(set);
+    if (!one)
+      throw bad_input("the marks of a set are not those of its pictures", {.set = set},
+                      "calibrate again");
+    all.rig = one->rig;
+    all.lattice = one->lattice;
+    for (const FrameDetections& frame : one->frames) all.frames.push_back(frame);
   }
   write_detections(target_detections_file(), all);
-}
-
-/// Read once for each content; nothing while the file, or the record that is written after it, is
-/// not there.
-template <class T>
-std::shared_ptr<const T> Bench::kept(KeptFiles& files, const fs::path& file,
-                                     T (*read)(const fs::path&)) const {
-  const std::string stamp = stamp_of(file);
-  if (stamp.empty()) return nullptr;
-  {
-    const std::lock_guard lock(mutex_);
-    if (const auto found = files.find(file); found != files.end() && found->second.stamp == stamp) {
-      found->second.used = ++uses_;
-      return std::static_pointer_cast<const T>(found->second.content);
-    }
-  }
-  std::shared_ptr<const T> content;
-  try {
-    content = std::make_shared<const T>(read(file));
-  } catch (const Error&) {
-    // Without its record it is being written.
-    if (!fs::is_regular_file(run_record_path(file))) return nullptr;
-    throw;
-  }
-  const std::lock_guard lock(mutex_);
-  files[file] = {stamp, content, ++uses_};
-  if (&files == &kept_ && files.size() > kMostKept)
-    files.erase(std::min_element(files.begin(), files.end(), [](const auto& a, const auto& b) {
-      return a.second.used < b.second.used;
-    }));
-  return content;
-}
-
-std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) const {
-  const fs::path file = detections_file(set);
-  if (!fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<SetFacts>(facts_, file, read_set_facts);
-}
-
-std::shared_ptr<const Detections> Bench::detections(const std::string& set) const {
-  const fs::path file = detections_file(set);
-  if (!fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<Detections>(kept_, file, read_detections);
-}
-
-std::shared_ptr<const Calibration> Bench::calibration() const {
-  if (!fs::is_regular_file(run_record_path(calibration_file()))) return nullptr;
-  return kept<Calibration>(kept_, calibration_file(), read_calibration);
-}
-
-std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
-  if (file.empty() || !fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<Sheet>(kept_, file, read_sheet);
-}
-
-std::shared_ptr<const Recording> Bench::recording() const {
-  const auto read = [](const fs::path& file) { return read_recording(file.parent_path()); };
-  if (auto found = kept<Recording>(kept_, recording_folder_ / "recording.json", read)) return found;
-  return std::make_shared<const Recording>(Recording{recording_folder_, "capture", {}, {}});
 }
 
 /// What `drape results` answers, asked once for each content of the store.

@@ -65,8 +65,7 @@ void Bench::ask_doctor() {
   Call call{{"doctor", rig_.file.string(), "--out", out_.string()}};
   if (calibration())
     call.words.insert(call.words.end(), {"--calibration", calibration_file().string()});
-  log_.add(operator_name(), "asks the doctor");
-  jobs_.add("doctor", "the cameras", {std::move(call)});
+  ask("asks the doctor", "doctor", "the cameras", {std::move(call)});
 }
 
 void Bench::open_cameras() {
@@ -175,8 +174,6 @@ void Bench::heard(const std::string& line) {
     if (!set.empty()) {
       log_.add("bench", "stored " + set, {{"taken", set}});
       taken(set);
-      const std::lock_guard lock(mutex_);
-      taking_.clear();
     } else if (!line.starts_with("next: ")) {
       log_.add("capture", line);
     }

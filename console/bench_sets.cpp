@@ -90,6 +90,12 @@ bool Bench::is_taken(const std::string& set) const {
   return found != taken_.end() && found->second;
 }
 
+bool Bench::is_left_out(const std::string& set) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = taken_.find(set);
+  return found != taken_.end() && !found->second;
+}
+
 std::vector<std::string> Bench::taken_target_sets() const {
   std::vector<std::string> sets = target_sets();
   std::erase_if(sets, [&](const std::string& set) { return !is_taken(set); });

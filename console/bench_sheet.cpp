@@ -85,17 +85,17 @@ Json Bench::sheet(const std::string& name) const {
   json["outlines"] = outlines(one);
   for (const Obstacle& object : measured_scene(one).obstacles)
     json["objects"].push_back(std::visit(ObjectJson{}, object));
-  auto measured = sheet_in(sheet_file(name));
-  if (!measured) measured = sheet_in(out_ / name / "sheet.json");
+  const auto measured = measured_sheet(one);
   if (!measured) return json;
   std::map<std::pair<int, int>, double> distances;
   const Json headline = results({"trend", "--by", "fabric"});
   const Json* row = of_scene(headline, name);
-  const auto simulated = sheet_in(best_simulation(out_ / name / "simulations", rig_));
+  const auto simulated = against_sheet(one, run_chain(one))
+                             ? nullptr
+                             : sheet_in(best_simulation(out_ / name / "simulations", rig_));
   if (simulated) json["virtual"] = quads_json(*simulated);
   if (row != nullptr && simulated) {
-    const Json list = results({"list", "--scene", name});
-    for (const Json& item : list)
+    for (const Json& item : comparisons(one, row->value("run", Json())))
       if (item.value("grid_size", "") == row->value("grid_size", "") &&
           item.value("segments", 0.0) == row->value("segments", 0.0)) {
         json["comparison"] = item;

@@ -10,6 +10,7 @@
 #include "console/bench.hpp"
 #include "core/error.hpp"
 #include "core/numbers/order.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 
 namespace drape::console {
@@ -104,7 +105,10 @@ const Json* of_scene(const Json& rows, const std::string& scene) {
 }
 
 Bench::SetFacts Bench::read_set_facts(const fs::path& file) {
-  SetFacts facts{detection_json(read_detections(file)), {}, {}};
+  const Detections detections = read_detections(file);
+  SetFacts facts{detection_json(detections), {}, {}, {}};
+  for (const FrameDetections& frame : detections.frames)
+    facts.images[frame.set][frame.camera] = frame.image_sha256;
   const Json ending = ending_of(file);
   if (!ending.is_object()) return facts;
   facts.verdict = ending.value("verdict", "");
@@ -123,6 +127,9 @@ Json Bench::set_json(const std::string& set) const {
                                  [&](const FrameSet& one) { return one.name == set; });
   json["recorded"] = there;
   json["takeable"] = there || !options_.replay;
+  json["pictures"] = "";  // another text for other pictures
+  for (const auto& [camera, sha256] : images(set))
+    json["pictures"] = json["pictures"].get<std::string>() + sha256.substr(0, 8);
   json["earlier"] = earlier_takes(set);
   const auto seen = facts(set);
   json["detected"] = seen ? seen->detected : Json();
@@ -155,8 +162,12 @@ Json Bench::drape_json(const Drape& one) const {
   const std::string& name = one.scene.name;
   Json json = {{"name", name}, {"set", one.scene.set}, {"stand_ins", one.scene.stand_ins}};
   json["fabric"] = one.scene.fabric_file.stem().string();
-  json["sheet"] = Json();
-  if (const auto measured = sheet_in(sheet_file(name))) {
+  const Chain chain = own_chain(one);
+  const auto why = against_sheet(one, chain);
+  json["sheet"] = json["sheet_superseded"] = Json();
+  if (const auto measured = sheet_in(sheet_file(name)); measured && why) {
+    json["sheet_superseded"] = *why;
+  } else if (measured) {
     const Json ending = ending_of(sheet_file(name));
     json["sheet"] = {{"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
                      {"sentence", ending.is_object() ? ending.value("sentence", "") : ""},
@@ -169,8 +180,10 @@ Json Bench::drape_json(const Drape& one) const {
     json["layings"].push_back(
         {{"set", laying.set}, {"repeat", laying.repeat}, {"face", laying.face}});
   json["plates"] = Json::array();
-  for (const Plate& plate : one.plates) {
-    const Json ending = ending_of(object_file(name, plate.object));
+  for (std::size_t k = 0; k < one.plates.size(); ++k) {
+    const Plate& plate = one.plates[k];
+    const Chain::Object& object = chain.objects[k];
+    const Json ending = against_object(chain, object) ? Json() : ending_of(object.file);
     json["plates"].push_back(
         {{"object", plate.object},
          {"set", plate.set},
@@ -178,12 +191,13 @@ Json Bench::drape_json(const Drape& one) const {
          {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}});
   }
   json["simulations"] = Json::array();
+  const bool simulated = !against_sheet(one, run_chain(one));
   for (const int grid : rig_.grids)
     for (const int segment : rig_.segments) {
       const fs::path file =
           out_ / name / "simulations" / fmt::format("{}-{}", grid, segment) / "sheet.json";
-      const Json ending = fs::is_regular_file(file) ? ending_of(file) : Json();
-      const bool there = fs::is_regular_file(file);
+      const bool there = simulated && fs::is_regular_file(file);
+      const Json ending = there ? ending_of(file) : Json();
       json["simulations"].push_back(
           {{"grid", grid},
            {"segments", segment},
@@ -210,15 +224,24 @@ Json Bench::state() const {
   for (const Drape& one : drapes_)
     for (const std::string& set : sets_of(one)) json["sets"].push_back(set_json(set));
   json["calibration"] = calibration_json();
+  json["calibration_superseded"] = Json();
+  if (const auto why = against_calibration(calibration_file(), target_detections_file());
+      why && fs::is_regular_file(run_record_path(calibration_file())))
+    json["calibration_superseded"] = *why;
   json["drapes"] = Json::array();
   const Json distances = results({"trend", "--by", "fabric"});
+  bool reported = true;  // the report is of these pictures
   for (const Drape& one : drapes_) {
     Json item = drape_json(one);
     const Json* row = of_scene(distances, one.scene.name);
-    item["result"] = row != nullptr ? *row : Json();
+    const auto why = row != nullptr ? against_result(one, *row) : std::nullopt;
+    item["result"] = row != nullptr && !why ? *row : Json();
+    item["result_superseded"] = why ? Json(*why) : Json();
+    reported = reported && !why;
     json["drapes"].push_back(std::move(item));
   }
   json["report"] = fs::is_regular_file(report());
+  json["report_superseded"] = !reported;
   json["jobs"] = Json::array();
   for (const Job& job : jobs_.list()) json["jobs"].push_back(job.json());
   json["log"] = log_.last(kShownEntries);

@@ -26,7 +26,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A process whose parent is the server, -1 where there is none.
+/// A program that the server started, -1 where there is none. One that is still the server's copy
+/// has not yet what ends it with the server.
 pid_t child_of(pid_t server) {
   for (const auto& entry : fs::directory_iterator("/proc")) {
     const std::string name = entry.path().filename().string();
@@ -39,7 +40,8 @@ pid_t child_of(pid_t server) {
     if (end == std::string::npos ||
         !(std::istringstream(stat.str().substr(end + 1)) >> state >> parent))
       continue;
-    if (parent == server && state != 'Z') return std::stoi(name);
+    const bool is_copy = stat.str().find("(drape-bench)") != std::string::npos;
+    if (parent == server && state != 'Z' && !is_copy) return std::stoi(name);
   }
   return -1;
 }

@@ -138,8 +138,9 @@ void Jobs::work() {
 }
 
 void Jobs::run(int id) {
-  const Job job = find(id);
-  changed_(job);
+  Job job = find(id);
+  std::erase_if(job.calls, [](const Call& call) { return call.needed && !call.needed(); });
+  change(id, [&](Job& one) { one.calls = job.calls; });
   JobState state = JobState::done;
   std::string sentence, output;
   for (std::size_t k = 0; k < job.calls.size() && !cancelled_; ++k) {

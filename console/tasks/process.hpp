@@ -16,6 +16,8 @@ struct Call {
   std::vector<std::string> words;  ///< after `drape`, without --json
   /// What must be written first; throws Error.
   std::function<void()> before = {};
+  /// Asked when its job begins; empty: always.
+  std::function<bool()> needed = {};
 
   /// As a person types it, quoted where a shell needs it.
   [[nodiscard]] std::string shown() const;

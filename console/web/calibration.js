@@ -46,7 +46,8 @@ export async function draw(state, redraw) {
   const [coverage, coach] = await Promise.all([ask('coverage'), ask('coach')]);
   const shown = taken.length > 0 ? taken[taken.length - 1].name : next ?? sets[0]?.name;
   const calibration = state.calibration;
-  const pictured = sets.find(set => set.name === shown)?.recorded;
+  const shownSet = sets.find(set => set.name === shown);
+  const pictured = shownSet?.recorded;
   const live = Boolean(state.capture?.runs);
   showLive(live, 'target');
   const views = !pictured && !live ? [] : state.cameras.map(camera => {
@@ -56,7 +57,7 @@ export async function draw(state, redraw) {
     if (outline) drawings.push(h('polygon', {points: outline.outline_px.map(point => point.join(',')).join(' '), fill: 'none',
       stroke: '#ffb000', 'stroke-width': 6, 'stroke-dasharray': '24 14'}));
     return live ? liveView(camera, drawings) :
-      cameraView(camera, shown, false, drawings, `${camera.name}: ${points.length} points of ${taken.length} sets`);
+      cameraView(camera, shownSet, false, drawings, `${camera.name}: ${points.length} points of ${taken.length} sets`);
   });
   const busy = state.jobs.some(job => job.kind === 'calibrate' && ['running', 'waiting'].includes(job.state));
   return [
@@ -73,6 +74,7 @@ export async function draw(state, redraw) {
         click: () => act({do: 'calibrate'})}, `Calibrate with ${taken.length} sets`),
       h('button', {type: 'button', id: 'ghost', 'aria-pressed': String(ghost), click: () => { ghost = !ghost; redraw(); }}, 'Next pose')),
     h('div', {class: 'views'}, views),
+    state.calibration_superseded ? h('p', {id: 'superseded'}, `The calibration is superseded: ${state.calibration_superseded}. Calibrate again.`) : null,
     h('h2', {}, 'Coach'), ...coachWords(coach),
     calibration ? h('section', {id: 'calibration'},
       h('h2', {}, 'Residuals'),

@@ -120,13 +120,13 @@ export function command(...lines) {
 const views = new Map();
 
 /// A camera's picture with drawings over it. The picture's element is kept from one drawing of the
-/// page to the next, so that it is loaded once.
+/// page to the next, so that it is loaded once for each take.
 export function cameraView(camera, set, red, drawings, caption) {
-  const key = `${camera.name} ${set} ${red}`;
+  const key = `${camera.name} ${set.name} ${set.pictures} ${red}`;
   if (!views.has(key)) {
-    const query = new URLSearchParams({camera: camera.name, set, width: 640, red: red ? 1 : 0});
+    const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0});
     views.set(key, h('img', {src: `api/picture?${query}`, width: 640,
-      height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set}`}));
+      height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set.name}`}));
     if (views.size > 120) views.delete(views.keys().next().value);
   }
   return h('figure', {}, h('div', {class: 'view'}, views.get(key),

@@ -9,7 +9,7 @@ const faces = new Map();  // of a set: what was typed and not taken yet
 
 function resultWords(drape) {
   const result = drape.result;
-  if (!result) return h('p', {}, 'No simulation was compared yet.');
+  if (!result) return h('p', {}, drape.result_superseded ? `The comparison is superseded: ${drape.result_superseded}. Simulate and compare again.` : 'No simulation was compared yet.');
   return h('p', {id: 'result', class: 'result'}, `Mean distance real to virtual ${number(result.mean_dist_mm, 3)} mm, U (k = 2) ${number(result.expanded_uncertainty_mm, 3)} mm, ${result.grid_size}, ${result.segments} segments. Measurement `,
     verdict(result.measurement), ', match ', verdict(result.match), '.');
 }
@@ -84,13 +84,13 @@ export async function draw(state, redraw) {
         click: () => act({do: 'measure', drape: name})}, 'Measure'),
       h('button', {type: 'button', class: 'main', id: 'run', disabled: !first.taken || !calibrated || busy('run'),
         click: () => act({do: 'run'})}, 'Simulate and compare'),
-      state.report ? h('a', {class: 'main', id: 'report', href: 'report.html', target: '_blank', rel: 'noopener'}, 'Report') : null),
-    calibrated ? null : h('p', {}, 'Calibrate first: a drape is measured with a calibration.'),
+      state.report ? h('a', {class: 'main', id: 'report', href: 'report.html', target: '_blank', rel: 'noopener'}, state.report_superseded ? 'Report, superseded' : 'Report') : null),
+    calibrated ? null : h('p', {}, state.calibration_superseded ? `Calibrate again: the calibration is superseded: ${state.calibration_superseded}.` : 'Calibrate first: a drape is measured with a calibration.'),
     live ? h('p', {id: 'still'}) : null,
     live ? h('div', {class: 'views'}, state.cameras.map(camera => liveView(camera, outlineDrawings(sheet.outlines, camera.name)))) : null,
     set.recorded && !live && h('div', {class: 'views'}, state.cameras.map(camera => {
       const count = set.detected?.cameras.find(one => one.camera === camera.name);
-      return cameraView(camera, shown, true, [...markDrawings(found.cameras[camera.name]), ...outlineDrawings(sheet.outlines, camera.name)],
+      return cameraView(camera, set, true, [...markDrawings(found.cameras[camera.name]), ...outlineDrawings(sheet.outlines, camera.name)],
         count ? `${camera.name}: ${count.measured} marks measured, ${count.missing} of ${set.detected.printed} missing, ${count.tags} tags` : camera.name);
     })),
     set.sentence ? h('p', {}, verdict(set.verdict), `: ${set.sentence}`) : null,
@@ -102,7 +102,7 @@ export async function draw(state, redraw) {
     resultWords(drape),
     h('h2', {}, 'Measured sheet'),
     drape.sheet ? h('p', {id: 'sheet'}, verdict(drape.sheet.verdict), `: ${drape.sheet.sentence}`,
-      drape.sheet.sd_mm ? `; a mark's place to ${number(drape.sheet.sd_mm, 4)} mm (standard deviation)` : '') : h('p', {}, 'Not measured yet.'),
+      drape.sheet.sd_mm ? `; a mark's place to ${number(drape.sheet.sd_mm, 4)} mm (standard deviation)` : '') : h('p', {id: 'unmeasured'}, drape.sheet_superseded ? `The measured sheet is superseded: ${drape.sheet_superseded}. Measure again.` : 'Not measured yet.'),
     sheet.marks.length ? await sheetView(sheet) : null,
     h('h2', {}, 'Simulations'),
     h('p', {}, `${done} of ${drape.simulations.length} are there.`),

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// What belongs to the pictures that recording.json lists now. The files say it themselves: marks
+// name the images in which they were measured, a record the content of each input.
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "console/bench.hpp"
+#include "core/program/run_record.hpp"
+
+namespace drape::console {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Contents of files in memory: a calibration has some twenty sets. Were all kept that were ever
+/// read, 600 sets would take 60 MB.
+constexpr std::size_t kMostKept = 64;
+
+/// Content of each input by its name, as the record of a step has it.
+using Inputs = std::map<fs::path, std::string>;
+
+Inputs read_inputs(const fs::path& record) {
+  const fs::path folder = fs::weakly_canonical(fs::absolute(record).parent_path());
+  Inputs inputs;
+  for (const JsonNode& item : JsonNode::open(record, "run", 1).items("inputs"))
+    inputs[(folder / item.text("file")).lexically_normal()] = item.text("sha256");
+  return inputs;
+}
+
+}  // namespace
+
+/// Which content a file name stands for: it changes with every write and every replacement.
+std::string Bench::stamp_of(const fs::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  return fmt::format("{} {} {}.{}", status.st_ino, status.st_size, status.st_mtim.tv_sec,
+                     status.st_mtim.tv_nsec);
+}
+
+/// Read once for each content; nothing while the file, or the record that is written after it, is
+/// not there.
+template <class T>
+std::shared_ptr<const T> Bench::kept(KeptFiles& files, const fs::path& file,
+                                     T (*read)(const fs::path&)) const {
+  const std::string stamp = stamp_of(file);
+  if (stamp.empty()) return nullptr;
+  const KeptFiles::key_type key{file, typeid(T)};
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = files.find(key); found != files.end() && found->second.stamp == stamp) {
+      found->second.used = ++uses_;
+      return std::static_pointer_cast<const T>(found->second.content);
+    }
+  }
+  std::shared_ptr<const T> content;
+  try {
+    content = std::make_shared<const T>(read(file));
+  } catch (const Error&) {
+    // Without its record it is being written.
+    if (!fs::is_regular_file(run_record_path(file))) return nullptr;
+    throw;
+  }
+  const std::lock_guard lock(mutex_);
+  files[key] = {stamp, content, ++uses_};
+  if (&files == &kept_ && files.size() > kMostKept)
+    files.erase(std::min_element(files.begin(), files.end(), [](const auto& a, const auto& b) {
+      return a.second.used < b.second.used;
+    }));
+  return content;
+}
+
+std::shared_ptr<const Recording> Bench::recording() const {
+  const auto read = [](const fs::path& file) { return read_recording(file.parent_path()); };
+  if (auto found = kept<Recording>(kept_, recording_folder_ / "recording.json", read)) return found;
+  return std::make_shared<const Recording>(Recording{recording_folder_, "capture", {}, {}});
+}
+
+Bench::Images Bench::images(const std::string& set) const {
+  const auto recorded = recording();
+  Images images;
+  for (const FrameSet& one : recorded->sets)
+    if (one.name == set)
+      for (const RecordedFrame& frame : one.frames) images[frame.camera] = frame.sha256;
+  return images;
+}
+
+bool Bench::shows(const SetFacts& seen, const std::string& set) const {
+  const auto found = seen.images.find(set);
+  return found != seen.images.end() && found->second == images(set);
+}
+
+std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) const {
+  const fs::path file = detections_file(set);
+  if (!fs::is_regular_file(run_record_path(file))) return nullptr;
+  auto seen = kept<SetFacts>(facts_, file, read_set_facts);
+  return seen && shows(*seen, set) ? seen : nullptr;
+}
+
+std::shared_ptr<const Detections> Bench::detections(const std::string& set) const {
+  return facts(set) ? kept<Detections>(kept_, detections_file(set), read_detections) : nullptr;
+}
+
+std::shared_ptr<const Calibration> Bench::calibration() const {
+  if (against_calibration(calibration_file(), target_detections_file())) return nullptr;
+  return kept<Calibration>(kept_, calibration_file(), read_calibration);
+}
+
+std::shared_ptr<const Sheet> Bench::measured_sheet(const Drape& drape) const {
+  for (const Chain& chain : {own_chain(drape), run_chain(drape)})
+    if (!against_sheet(drape, chain)) return sheet_in(chain.sheet);
+  return nullptr;
+}
+
+std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
+  if (file.empty() || !fs::is_regular_file(run_record_path(file))) return nullptr;
+  return kept<Sheet>(kept_, file, read_sheet);
+}
+
+Bench::Chain Bench::own_chain(const Drape& drape) const {
+  Chain chain{target_detections_file(),
+              calibration_file(),
+              detections_file(drape.scene.set),
+              sheet_file(drape.scene.name),
+              {}};
+  for (const Plate& plate : drape.plates)
+    chain.objects.push_back(
+        {object_file(drape.scene.name, plate.object), detections_file(plate.set), plate.set});
+  return chain;
+}
+
+/// As `drape run` lays them out.
+Bench::Chain Bench::run_chain(const Drape& drape) const {
+  const fs::path folder = out_ / drape.scene.name;
+  Chain chain{out_ / "target-detections.json",
+              out_ / "calibration.json",
+              folder / "detections.json",
+              folder / "sheet.json",
+              {}};
+  for (const Plate& plate : drape.plates)
+    chain.objects.push_back({folder / fmt::format("object_{}.json", plate.object),
+                             folder / fmt::format("object_{}-detections.json", plate.object),
+                             plate.set});
+  return chain;
+}
+
+/// The record of the output lists the input with the content that it has now.
+bool Bench::is_made_of(const fs::path& output, const fs::path& input) const {
+  const auto inputs = kept<Inputs>(facts_, run_record_path(output), read_inputs);
+  const auto content = kept<std::string>(facts_, input, sha256_of_file);
+  if (!inputs || !content) return false;
+  const auto found = inputs->find(fs::absolute(input).lexically_normal());
+  return found != inputs->end() && found->second == *content;
+}
+
+std::optional<std::string> Bench::against_marks(const fs::path& marks,
+                                                const std::string& set) const {
+  if (is_left_out(set)) return fmt::format("`{}` is left out", set);
+  const auto seen = kept<SetFacts>(facts_, marks, read_set_facts);
+  if (seen && shows(*seen, set)) return std::nullopt;
+  return fmt::format("`{}` has other pictures now", set);
+}
+
+std::optional<std::string> Bench::against_calibration(const fs::path& calibration,
+                                                      const fs::path& target_marks) const {
+  const auto made = fs::is_regular_file(run_record_path(calibration))
+                        ? kept<Calibration>(kept_, calibration, read_calibration)
+                        : nullptr;
+  if (!made) return "there is no calibration";
+  for (const std::string& set : made->sets)
+    if (auto why = against_marks(target_marks, set)) return why;
+  if (!is_made_of(calibration, target_marks)) return "the target's marks were measured again";
+  return std::nullopt;
+}
+
+std::optional<std::string> Bench::against_object(const Chain& chain,
+                                                 const Chain::Object& object) const {
+  if (auto why = against_marks(object.marks, object.set)) return why;
+  if (!is_made_of(object.file, object.marks) || !is_made_of(object.file, chain.calibration))
+    return fmt::format("the plate of `{}` is not measured with its pictures", object.set);
+  return std::nullopt;
+}
+
+std::optional<std::string> Bench::against_sheet(const Drape& drape, const Chain& chain) const {
+  if (!sheet_in(chain.sheet)) return "it is not measured";
+  if (auto why = against_marks(chain.marks, drape.scene.set)) return why;
+  if (auto why = against_calibration(chain.calibration, chain.target_marks))
+    return "its calibration: " + *why;
+  if (!is_made_of(chain.sheet, chain.calibration)) return "the cameras were calibrated again";
+  if (!is_made_of(chain.sheet, chain.marks)) return "the marks were measured again";
+  for (const Chain::Object& object : chain.objects) {
+    const bool exists = fs::is_regular_file(object.file);
+    if (!exists && !is_taken(object.set)) continue;
+    if (auto why = against_object(chain, object)) return why;
+    if (!is_made_of(chain.sheet, object.file))
+      return fmt::format("the plate of `{}` was measured since", object.set);
+  }
+  return std::nullopt;
+}
+
+/// Rows of the store that are of the sheet that `drape run` measured last, in one run.
+Json Bench::comparisons(const Drape& drape, const Json& run) const {
+  Json some = Json::array();
+  const auto content = kept<std::string>(facts_, run_chain(drape).sheet, sha256_of_file);
+  const Json all = results({"list", "--scene", drape.scene.name});
+  if (content && all.is_array())
+    for (const Json& one : all)
+      if (one.value("run", Json()) == run && content->starts_with(one.value("measured", "-")))
+        some.push_back(one);
+  return some;
+}
+
+std::optional<std::string> Bench::against_result(const Drape& drape, const Json& row) const {
+  if (auto why = against_sheet(drape, run_chain(drape))) return why;
+  if (comparisons(drape, row["run"]).empty()) return "the drape was measured again";
+  return std::nullopt;
+}
+
+}  // namespace drape::console

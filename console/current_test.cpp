@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page shows belongs to the pictures that recording.json lists now.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "console/running_bench.hpp"
+#include "core/recording.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+const Json& set_of(const Json& state, const std::string& name) {
+  return *std::find_if(state["sets"].begin(), state["sets"].end(),
+                       [&](const Json& one) { return one["name"] == name; });
+}
+
+class Current : public testing::Test {
+ protected:
+  [[nodiscard]] std::filesystem::path out() const { return bench_.folder() / "out"; }
+
+  static void take(const RunningBench& server, const std::vector<std::string>& sets) {
+    for (const std::string& set : sets)
+      ASSERT_EQ(server.act({{"do", "take"}, {"set", set}}), 200) << set;
+  }
+  static Json done(const RunningBench& server, const Json& act) {
+    EXPECT_EQ(server.act(act), 200) << act.dump();
+    return server.idle_state();
+  }
+
+  /// The recording lists the pictures of another set under this name, as after a retake.
+  void retake(const std::string& set, const std::string& with) const {
+    Recording recording = read_recording(bench_.rig() / "recording");
+    const auto frames = recording.set(with).frames;
+    for (FrameSet& one : recording.sets)
+      if (one.name == set) one.frames = frames;
+    write_recording(recording);
+  }
+
+  SmallBench bench_{{"C"}};
+};
+
+TEST_F(Current, WhatWasMeasuredInOtherPicturesIsSuperseded) {
+  const RunningBench server(bench_.rig(), out());
+  take(server, {"stage_z000", "pose_00", "pose_01", "drape_C"});
+  static_cast<void>(done(server, {{"do", "calibrate"}}));
+  const Json before = done(server, {{"do", "measure"}, {"drape", "C"}});
+  ASSERT_TRUE(before["drapes"][0]["sheet"].is_object()) << before["jobs"].dump(1);
+  ASSERT_FALSE(server.get("api/sheet?drape=C")["marks"].empty());
+
+  retake("drape_C", "drape_A");
+  const Json after = server.get("api/state");
+  EXPECT_TRUE(set_of(after, "drape_C")["detected"].is_null());
+  EXPECT_EQ(set_of(after, "drape_C")["verdict"], "");
+  EXPECT_NE(set_of(after, "drape_C")["pictures"], set_of(before, "drape_C")["pictures"]);
+  EXPECT_TRUE(after["drapes"][0]["sheet"].is_null());
+  EXPECT_THAT(after["drapes"][0]["sheet_superseded"].dump(), HasSubstr("`drape_C` has other"));
+  EXPECT_TRUE(server.get("api/sheet?drape=C")["marks"].empty());
+  EXPECT_TRUE(server.get("api/marks?set=drape_C")["cameras"].empty());
+  EXPECT_TRUE(after["calibration"].is_object()) << "it has no part in it";
+
+  const Json again = done(server, {{"do", "measure"}, {"drape", "C"}});
+  ASSERT_TRUE(again["drapes"][0]["sheet"].is_object());
+  EXPECT_NE(again["drapes"][0]["sheet"]["marks"], before["drapes"][0]["sheet"]["marks"]);
+  EXPECT_TRUE(again["drapes"][0]["sheet_superseded"].is_null());
+
+  ASSERT_EQ(server.act({{"do", "drop"}, {"set", "pose_01"}}), 200);
+  const Json without = server.get("api/state");
+  EXPECT_TRUE(without["calibration"].is_null());
+  EXPECT_THAT(without["calibration_superseded"].dump(), HasSubstr("`pose_01` is left out"));
+  EXPECT_TRUE(without["drapes"][0]["sheet"].is_null());
+  EXPECT_THAT(without["drapes"][0]["sheet_superseded"].dump(), HasSubstr("its calibration"));
+  EXPECT_EQ(server.act({{"do", "measure"}, {"drape", "C"}}), 400);
+  const Json with = done(server, {{"do", "take"}, {"set", "pose_01"}});
+  EXPECT_EQ(with["calibration"], again["calibration"]);
+  EXPECT_EQ(with["drapes"][0]["sheet"], again["drapes"][0]["sheet"]);
+  retake("pose_01", "pose_02");
+  EXPECT_THAT(server.get("api/state")["calibration_superseded"].dump(),
+              HasSubstr("`pose_01` has other pictures now"));
+}
+
+TEST_F(Current, WhatWaitedWhenTheServerEndedIsSaidAndMeasured) {
+  {
+    RunningBench server(bench_.rig(), out());
+    take(server, {"stage_z000", "pose_00", "drape_C"});
+    static_cast<void>(server.idle_state());
+    take(server, {"stage_z000"});
+    server.hold_job();
+    retake("drape_C", "drape_A");
+    take(server, {"pose_01", "drape_C"});
+    ASSERT_EQ(server.act({{"do", "calibrate"}}), 200);
+    server.kill();
+  }
+  const RunningBench server(bench_.rig(), out());
+  const Json state = server.idle_state();
+  EXPECT_TRUE(set_of(state, "pose_01")["detected"].is_object());
+  EXPECT_TRUE(set_of(state, "drape_C")["detected"].is_object());
+  EXPECT_THAT(state["log"].dump(), HasSubstr("calibrate with 3 sets"));
+  EXPECT_THAT(state["log"].dump(), HasSubstr("measures the marks of"));
+}
+
+}  // namespace
+}  // namespace drape::test
