@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is taken with live cameras is whole, and what becomes of them is said.
 #include <sched.h>
+#include <signal.h>
 
 #include "console/live_console.hpp"
 #include "core/recording.hpp"
@@ -165,7 +166,7 @@ TEST_F(LiveConsole, AnySetIsTakenAgainAndNothingThatWasStoredIsLost) {
   };
   std::string first;
   {
-    const RunningBench server(bench.rig(), out(), 0, false);
+    RunningBench server(bench.rig(), out(), 0, false);
     await(server, is_ready);
     take(server, "stage_z000");
     take(server, "stage_z030");
@@ -184,10 +185,19 @@ TEST_F(LiveConsole, AnySetIsTakenAgainAndNothingThatWasStoredIsLost) {
     });
     await(server, is_ready);
     take(server, "pose_00");
+    // No set comes, so it is being taken for some seconds.
+    devices[1]->unplug();
+    await(server, is_ready);
+    ASSERT_EQ(server.act({{"do", "take"}, {"set", "stage_z000"}}), 200);
+    EXPECT_EQ(server.act({{"do", "calibrate"}}), 400) << "with pictures that are being replaced";
+    devices[1]->plug_in();
+    EXPECT_EQ(server.end(SIGINT), 130);
   }
+  EXPECT_TRUE(std::filesystem::exists(out() / "recording" / "recording.run.json"));
+  EXPECT_FALSE(std::filesystem::exists(out() / "recording" / "recording.journal"));
   EXPECT_EQ(hash_of("stage_z000.take1"), first);
   EXPECT_NE(hash_of("stage_z000"), first);
-  EXPECT_EQ(read_recording(out() / "recording").sets.size(), 4U);
+  EXPECT_GE(read_recording(out() / "recording").sets.size(), 4U);
 }
 
 TEST_F(LiveConsole, FurtherLayingsAndTheirFacesAreAskedForAndKept) {

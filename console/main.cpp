@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <malloc.h>
+#include <semaphore.h>
+#include <signal.h>
+
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <thread>
 
 #include "console/console.hpp"
 #include "core/files/json_file.hpp"
@@ -8,6 +16,45 @@
 #include "core/program/program.hpp"
 
 using namespace drape;
+
+namespace {
+
+volatile sig_atomic_t asked_to_end = 0;  ///< the signal
+sem_t end_is_asked;
+
+void on_end(int signal) {
+  asked_to_end = signal;
+  ::sem_post(&end_is_asked);
+}
+
+/// Serves until a signal, and lets what is open come to its end; the next signal ends the program
+/// at once. Returns 128 + signal.
+int serve_until_asked(console::Console& bench) {
+  ::sem_init(&end_is_asked, 0, 0);
+  struct sigaction action {};
+  action.sa_handler = &on_end;
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  ::sigaction(SIGINT, &action, nullptr);
+  ::sigaction(SIGTERM, &action, nullptr);
+  std::atomic<bool> served = false;
+  std::thread ending([&bench, &served] {
+    while (::sem_wait(&end_is_asked) != 0 && errno == EINTR) {
+    }
+    if (!served) std::fputs("\nthe console ends; everything stored stays\n", stderr);
+    // A server that does not listen yet hears nothing.
+    while (!served) {
+      bench.stop();
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  });
+  bench.serve();
+  served = true;
+  ::sem_post(&end_is_asked);
+  ending.join();
+  return asked_to_end == 0 ? 0 : 128 + asked_to_end;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   Command app(
@@ -42,7 +89,6 @@ int main(int argc, char** argv) {
       print_text(
           fmt::format("open {}\nCtrl-C ends it; everything stored stays\n", bench.address()));
     }
-    bench.serve();
-    return 0;
+    return serve_until_asked(bench);
   });
 }

@@ -87,6 +87,14 @@ void RunningBench::kill() {
   pid_ = -1;
 }
 
+int RunningBench::end(int signal) {
+  int status = 0;
+  ::kill(pid_, signal);
+  ::waitpid(pid_, &status, 0);
+  pid_ = -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
 void RunningBench::hold_job() {
   for (int look = 0; look < 1000 && held_ < 0; ++look) {
     held_ = child_of(pid_);

@@ -36,6 +36,7 @@ class RunningBench {
   [[nodiscard]] double memory_mb() const;  ///< resident, the most so far
   [[nodiscard]] double cpu_s() const;      ///< of the server alone, so far
   void kill();                             ///< as a power cut would
+  int end(int signal);                     ///< asks it to end; its exit code, -1: by the signal
   void hold_job();                         ///< stops the program of a job, once there is one
   void let_job_go();
 

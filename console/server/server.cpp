@@ -27,7 +27,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostHead = 65536;  ///< bytes of request line and headers
 constexpr std::size_t kMostPath = 4096;   ///< with its query
 constexpr int kMostRequests = 1000;       ///< of one connection
-constexpr auto kIdle = std::chrono::seconds(5);
+constexpr auto kIdle = std::chrono::milliseconds(5000);
+constexpr auto kGlance = std::chrono::milliseconds(250);
 constexpr auto kBeat = std::chrono::seconds(10);  ///< between signs of life to a reader of events
 
 constexpr const char* kPagePolicy =
@@ -170,7 +171,7 @@ class WebServer::Impl : public httplib::Server {
   bool process_and_close_socket(socket_t socket) override {
     DeadlineStream stream(socket, options_);
     for (int count = 1; count <= kMostRequests && !events_.closed(); ++count) {
-      if (!stream.wait_for_request(kIdle)) break;
+      if (!is_asked(stream)) break;
       stream.begin_request();
       bool closed = false;
       refused_ = false;
@@ -180,6 +181,13 @@ class WebServer::Impl : public httplib::Server {
     ::shutdown(socket, SHUT_RDWR);
     ::close(socket);
     return true;
+  }
+
+  /// Looks up now and then, so that pages that are open do not hold the end back.
+  [[nodiscard]] bool is_asked(const DeadlineStream& stream) const {
+    for (auto waited = kGlance; waited <= kIdle && !events_.closed(); waited += kGlance)
+      if (stream.wait_for_request(kGlance)) return true;
+    return false;
   }
 
   static void add_headers(httplib::Response& out, const std::string& policy) {

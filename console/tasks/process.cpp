@@ -131,6 +131,7 @@ pid_t start_program(const std::vector<std::string>& words, const Streams& stream
   if (pid == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != parent) ::_exit(127);
+    ::setpgid(0, 0);  // Ctrl-C is for this program, which lets its children end in order
     ::dup2(streams.in >= 0 ? streams.in : nothing, STDIN_FILENO);
     if (streams.out >= 0) ::dup2(streams.out, STDOUT_FILENO);
     if (streams.err >= 0) ::dup2(streams.err, STDERR_FILENO);
