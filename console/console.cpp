@@ -163,8 +163,8 @@ Console::Console(const ConsoleOptions& options) : impl_(std::make_unique<Impl>(o
 
 Console::~Console() = default;
 
-std::string Console::address() const {
-  return impl_->server().address();
+std::vector<std::string> Console::addresses() const {
+  return impl_->server().addresses();
 }
 
 void Console::serve() {

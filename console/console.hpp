@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace drape::console {
 
@@ -28,8 +29,8 @@ class Console {
   Console(const Console&) = delete;
   Console& operator=(const Console&) = delete;
 
-  [[nodiscard]] std::string address() const;  ///< of the page, with the token
-  void serve();                               ///< until stop() is called from another thread
+  [[nodiscard]] std::vector<std::string> addresses() const;  ///< of the page, with the token
+  void serve();  ///< until stop() is called from another thread
   void stop();
 
  private:

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <malloc.h>
 #include <semaphore.h>
 #include <signal.h>
@@ -84,10 +85,10 @@ int main(int argc, char** argv) {
     ::mallopt(M_ARENA_MAX, 2);
     console::Console bench(options);
     if (common.json) {
-      print_text(pretty(Json{{"address", bench.address()}}));
+      print_text(pretty(Json{{"address", bench.addresses().front()}}));
     } else {
-      print_text(
-          fmt::format("open {}\nCtrl-C ends it; everything stored stays\n", bench.address()));
+      print_text(fmt::format("open {}\nCtrl-C ends it; everything stored stays\n",
+                             fmt::join(bench.addresses(), "\n  or ")));
     }
     return serve_until_asked(bench);
   });

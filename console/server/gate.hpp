@@ -12,6 +12,7 @@ struct Knock {
   std::string method;
   std::string path;  ///< as sent, still escaped
   std::string host;
+  std::string reached = {};  ///< address and port at which the client reached this machine
   std::optional<std::string> origin, fetch_site, fetch_mode, content_type;
 };
 
@@ -19,8 +20,8 @@ struct Knock {
 /// the same machine would get too, and a page from elsewhere cannot know it.
 class Gate {
  public:
-  /// `hosts`: names with port under which this server may be called; any other (DNS rebinding) is
-  /// refused.
+  /// `hosts`: names with port under which this server may be called, beside the address at which it
+  /// was reached; any other (DNS rebinding) is refused.
   Gate(std::string token, std::vector<std::string> hosts);
 
   struct Answer {

@@ -3,7 +3,12 @@
 
 #include <gmock/gmock.h>
 
+#include <thread>
+
 #include "console/server/events.hpp"
+#include "console/server/server.hpp"
+
+#include <httplib.h>
 
 namespace drape::console {
 namespace {
@@ -62,6 +67,18 @@ TEST(Gate, OtherNamesAndPagesFromElsewhereAreRefused) {
   EXPECT_EQ(gate().ask(one).status, 0);
 }
 
+TEST(Gate, TheAddressAtWhichItWasReachedIsItsOwn) {
+  Knock one = knock("GET", "/api/state");
+  one.host = "192.168.1.5:8040";
+  EXPECT_EQ(gate().ask(one).status, 403);
+  one.reached = "192.168.1.5:8040";
+  EXPECT_EQ(gate().ask(one).status, 0);
+  one.host = "evil.example:8040";  // rebound to this machine
+  EXPECT_EQ(gate().ask(one).status, 403);
+  one.host = one.reached = "";
+  EXPECT_EQ(gate().ask(one).status, 403) << "nothing known of either";
+}
+
 TEST(Gate, ActsArePostedAsJson) {
   EXPECT_EQ(gate().ask(knock("GET", "/api/do")).status, 405);
   EXPECT_EQ(gate().ask(knock("PUT", "/api/do")).status, 405);
@@ -87,6 +104,31 @@ TEST(Events, AReaderThatIsSlowLosesOldOnesOnly) {
   EXPECT_THAT(text, testing::Not(testing::HasSubstr("data: 0\n")));
   EXPECT_EQ(last, 1000U);
   EXPECT_EQ(events.wait(last, std::chrono::milliseconds(0)), "");
+}
+
+TEST(WebServer, ListeningOnAllInterfacesAnswersWhereItIsReached) {
+  ServerOptions options;
+  options.address = "0.0.0.0";
+  options.token = kToken;
+  Events events;
+  WebServer server(options, events, [](const Request&) { return Response{}; });
+  std::thread serving([&] { server.serve(); });
+  const std::vector<std::string> addresses = server.addresses();
+  EXPECT_THAT(addresses, testing::Each(testing::Not(testing::HasSubstr("0.0.0.0"))));
+  const std::string own = addresses.back();
+  const int port = std::stoi(own.substr(own.rfind(':') + 1));
+  const auto status = [&](const char* reached, const std::string& host) {
+    httplib::Client client(reached, port);
+    const auto answer = client.Get(std::string("/") + kToken + "/api/state", {{"Host", host}});
+    return answer ? answer->status : 0;
+  };
+  const std::string at = ":" + std::to_string(port);
+  EXPECT_EQ(status("127.0.0.2", "127.0.0.2" + at), 200);
+  EXPECT_EQ(status("127.0.0.2", "127.0.0.3" + at), 403);
+  EXPECT_EQ(status("127.0.0.2", "evil.example" + at), 403);
+  events.close();
+  server.stop();
+  serving.join();
 }
 
 }  // namespace

@@ -6,8 +6,12 @@
 #include "core/files/json_file.hpp"
 
 // After Eigen: the system's resolver, which this includes, defines `_res` as a macro.
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <httplib.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -92,7 +96,27 @@ class DeadlineStream : public httplib::Stream {
   }
 
   void get_remote_ip_and_port(std::string&, int&) const override {}
-  void get_local_ip_and_port(std::string&, int&) const override {}
+  /// Where the client reached this machine, as a Host header has it.
+  void get_local_ip_and_port(std::string& ip, int& port) const override {
+    sockaddr_storage own{};
+    socklen_t size = sizeof own;
+    char text[INET6_ADDRSTRLEN] = "";
+    if (::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size) != 0) return;
+    if (own.ss_family == AF_INET) {
+      const auto& v4 = reinterpret_cast<const sockaddr_in&>(own);
+      ::inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
+      ip = text;
+      port = ntohs(v4.sin_port);
+    } else if (own.ss_family == AF_INET6) {
+      const auto& v6 = reinterpret_cast<const sockaddr_in6&>(own);
+      ::inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
+      const std::string name = text, mapped = "::ffff:";
+      ip = name.starts_with(mapped) && name.find('.') != std::string::npos
+               ? name.substr(mapped.size())
+               : name;
+      port = ntohs(v6.sin6_port);
+    }
+  }
   [[nodiscard]] socket_t socket() const override { return socket_; }
 
  private:
@@ -121,6 +145,25 @@ std::optional<std::string> header(const httplib::Request& request, const char* n
   return request.get_header_value(name);
 }
 
+/// Addresses at which a listener is reached: of every interface where it listens on all of them.
+std::vector<std::string> reached_at(const std::string& address) {
+  if (address != "0.0.0.0" && address != "::") return {address};
+  std::vector<std::string> all;
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return {"127.0.0.1"};
+  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
+    char text[INET_ADDRSTRLEN] = "";
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET ||
+        (one->ifa_flags & IFF_UP) == 0 || (one->ifa_flags & IFF_LOOPBACK) != 0)
+      continue;
+    const auto* v4 = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    all.emplace_back(::inet_ntop(AF_INET, &v4->sin_addr, text, sizeof text));
+  }
+  ::freeifaddrs(first);
+  all.emplace_back("127.0.0.1");
+  return all;
+}
+
 }  // namespace
 
 class WebServer::Impl : public httplib::Server {
@@ -142,10 +185,8 @@ class WebServer::Impl : public httplib::Server {
     if (!bound)
       throw usage_error(fmt::format("cannot listen on {} port {}", options_.address, options_.port),
                         "another console may run there: end it, or give --port 0 for any free one");
-    const std::string port = std::to_string(options_.port);
-    gate_.emplace(options_.token,
-                  std::vector<std::string>{"127.0.0.1:" + port, "localhost:" + port,
-                                           "[::1]:" + port, options_.address + ":" + port});
+    gate_.emplace(options_.token, std::vector<std::string>{host("127.0.0.1"), host("localhost"),
+                                                           host("::1"), host(options_.address)});
     set_pre_routing_handler([this](const httplib::Request& in, httplib::Response& out) {
       return is_let_in(in, out) ? HandlerResponse::Unhandled : HandlerResponse::Handled;
     });
@@ -163,13 +204,24 @@ class WebServer::Impl : public httplib::Server {
     }));
   }
 
-  [[nodiscard]] std::string address() const {
-    return fmt::format("http://{}:{}/{}/", options_.address, options_.port, options_.token);
+  [[nodiscard]] std::vector<std::string> addresses() const {
+    std::vector<std::string> all;
+    for (const std::string& one : reached_at(options_.address))
+      all.push_back(fmt::format("http://{}/{}/", host(one), options_.token));
+    return all;
   }
 
  private:
+  /// As a Host header has it.
+  [[nodiscard]] std::string host(const std::string& address) const {
+    const bool is_v6 = address.find(':') != std::string::npos;
+    return fmt::format("{}{}{}:{}", is_v6 ? "[" : "", address, is_v6 ? "]" : "", options_.port);
+  }
+
   bool process_and_close_socket(socket_t socket) override {
     DeadlineStream stream(socket, options_);
+    int port = 0;
+    stream.get_local_ip_and_port(local_address_, port);
     for (int count = 1; count <= kMostRequests && !events_.closed(); ++count) {
       if (!is_asked(stream)) break;
       stream.begin_request();
@@ -212,9 +264,10 @@ class WebServer::Impl : public httplib::Server {
   /// Before a body is read.
   bool is_let_in(const httplib::Request& in, httplib::Response& out) {
     add_headers(out, {});
-    const Gate::Answer gate = gate_->ask(
-        {in.method, path_of(in), in.get_header_value("Host"), header(in, "Origin"),
-         header(in, "Sec-Fetch-Site"), header(in, "Sec-Fetch-Mode"), header(in, "Content-Type")});
+    const Gate::Answer gate =
+        gate_->ask({in.method, path_of(in), in.get_header_value("Host"), host(local_address_),
+                    header(in, "Origin"), header(in, "Sec-Fetch-Site"),
+                    header(in, "Sec-Fetch-Mode"), header(in, "Content-Type")});
     const bool long_one = in.target.size() > kMostPath;
     if (gate.status == 0 && !long_one) return true;
     refused_ = true;  // and its body is not read
@@ -282,18 +335,21 @@ class WebServer::Impl : public httplib::Server {
   Answer answer_;
   std::optional<Gate> gate_;
   std::atomic<int> watchers_ = 0;
-  static thread_local bool refused_;  ///< the request that this thread serves
+  // Of the request that this thread serves.
+  static thread_local bool refused_;
+  static thread_local std::string local_address_;  ///< where it reached this machine
 };
 
 thread_local bool WebServer::Impl::refused_ = false;
+thread_local std::string WebServer::Impl::local_address_;
 
 WebServer::WebServer(const ServerOptions& options, Events& events, Answer answer)
     : impl_(std::make_unique<Impl>(options, events, std::move(answer))) {}
 
 WebServer::~WebServer() = default;
 
-std::string WebServer::address() const {
-  return impl_->address();
+std::vector<std::string> WebServer::addresses() const {
+  return impl_->addresses();
 }
 
 void WebServer::serve() {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "console/server/events.hpp"
 
@@ -47,8 +48,9 @@ class WebServer {
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  [[nodiscard]] std::string address() const;  ///< "http://127.0.0.1:8040/<token>/"
-  void serve();                               ///< until stop()
+  /// "http://127.0.0.1:8040/<token>/"; more where it listens on every interface.
+  [[nodiscard]] std::vector<std::string> addresses() const;
+  void serve();  ///< until stop()
   void stop();
 
  private:
