@@ -22,7 +22,8 @@ void Bench::detect(const std::string& set) {
 /// What waited when the server before this one ended.
 void Bench::detect_what_lacks() {
   std::vector<std::string> sets;
-  for (const FrameSet& one : recording()->sets)
+  const auto recorded = recording();  // holds what is looked through
+  for (const FrameSet& one : recorded->sets)
     if (is_taken(one.name) && !facts(one.name)) sets.push_back(one.name);
   if (sets.empty()) return;
   log_.add("bench", fmt::format("measures the marks of {}", fmt::join(sets, ", ")),
