@@ -302,6 +302,8 @@ int run_session(const CaptureCommand& command, std::vector<std::string> argument
   RunRecord record("drape-capture", std::move(arguments));
   const CamerasFile cameras = read_cameras_file(command.rig);
   add_inputs(command, cameras, record);
+  // A reference that tells nothing is refused before a camera opens, not at every set.
+  if (cameras.reference) static_cast<void>(StillWatch(cameras, {}));
   SessionDesk desk(command, cameras);
   LiveOptions options = live_options_of(command);
   options.frames = std::numeric_limits<int>::max() / 16;

@@ -282,11 +282,14 @@ std::vector<Check> check_still(const StillReport& still) {
   for (const CameraStill& camera : still.cameras) {
     const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
                                     [&](const LiveFault& f) { return f.camera == camera.name; });
+    const bool in_place = fault == still.moved_cameras.end();
     if (camera.background_shift_px)
-      checks.push_back({"place of " + camera.name, fault == still.moved_cameras.end(),
+      checks.push_back({"place of " + camera.name, in_place,
                         fmt::format("its background is {:.2f} px from the reference set",
                                     *camera.background_shift_px),
-                        "lock the camera and calibrate again"});
+                        in_place ? "" : fault->what_to_do});
+    else if (!in_place)
+      checks.push_back({"place of " + camera.name, false, fault->what, fault->what_to_do});
   }
   return checks;
 }

@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/numbers/order.hpp"
 
 namespace drape::capture {
-namespace {
-
-constexpr int kIterations = 25;
-constexpr double kConverged_px = 1e-3;
-constexpr double kTextureOfNoise = 4.0;  ///< gradient energy below that of this noise is no texture
+namespace following {
 
 struct Plane {
   int width = 0, height = 0;
@@ -22,18 +20,39 @@ struct Plane {
     return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(x)];
   }
-  /// Between pixels, linear in both directions.
-  [[nodiscard]] double between(double x, double y) const {
-    const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
-    const double u = x - column, v = y - row;
-    return (1 - v) * ((1 - u) * at(column, row) + u * at(column + 1, row)) +
-           v * ((1 - u) * at(column, row + 1) + u * at(column + 1, row + 1));
+  [[nodiscard]] const float* row(int y) const {
+    return values.data() + static_cast<std::ptrdiff_t>(y) * width;
   }
 };
+
+struct Block {
+  int x0, y0, side;
+};
+
+/// Sums over a block of the first picture.
+struct Normal {
+  double xx = 0, xy = 0, yy = 0;  ///< of the gradients, about their mean
+  double mean_x = 0, mean_y = 0, mean = 0, variance = 0;
+  [[nodiscard]] double smallest() const { return 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy)); }
+};
+
+}  // namespace following
+
+namespace {
+
+using following::Block, following::Normal, following::Plane;
+
+constexpr int kIterations = 25;
+constexpr double kConverged_px = 1e-3;
+constexpr double kTextureOfNoise = 4.0;  ///< gradient energy below that of this noise is no texture
 
 /// Means of squares of `factor` x `factor` pixels.
 Plane shrunk(const GreyView& view, int factor) {
   Plane plane{view.width_px / factor, view.height_px / factor, {}};
+  if (factor == 1) {
+    plane.values.assign(view.pixels.begin(), view.pixels.end());
+    return plane;
+  }
   plane.values.reserve(static_cast<std::size_t>(plane.width) *
                        static_cast<std::size_t>(plane.height));
   for (int y = 0; y < plane.height; ++y)
@@ -48,17 +67,6 @@ Plane shrunk(const GreyView& view, int factor) {
     }
   return plane;
 }
-
-/// Sums over a block: gradients of the first picture, and how it differs from the second one.
-struct Block {
-  int x0, y0, side;
-};
-
-struct Normal {
-  double xx = 0, xy = 0, yy = 0;  ///< of the gradients about their mean
-  double mean_x = 0, mean_y = 0, mean = 0, variance = 0;
-  [[nodiscard]] double smallest() const { return 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy)); }
-};
 
 double slope_x(const Plane& p, int x, int y) {
   return 0.5 * (p.at(x + 1, y) - p.at(x - 1, y));
@@ -100,16 +108,28 @@ Misfit misfit_of(const Plane& a, const Plane& b, const Block& block, const Norma
   Misfit m;
   double sum = 0, other = 0;
   const double count = static_cast<double>(block.side) * block.side;
-  for (int y = block.y0; y < block.y0 + block.side; ++y)
+  // Between pixels, linear in both directions: the same weights for the whole block.
+  const int column = static_cast<int>(std::floor(dx)), row = static_cast<int>(std::floor(dy));
+  const double u = dx - column, v = dy - row;
+  for (int y = block.y0; y < block.y0 + block.side; ++y) {
+    const float *here = a.row(y), *above = a.row(y - 1), *below = a.row(y + 1);
+    const float *first = b.row(y + row) + column, *second = b.row(y + row + 1) + column;
     for (int x = block.x0; x < block.x0 + block.side; ++x) {
-      const double value = b.between(x + dx, y + dy), e = value - a.at(x, y);
-      sum += e / count;
-      other += value / count;
-      m.x += (slope_x(a, x, y) - n.mean_x) * e;
-      m.y += (slope_y(a, x, y) - n.mean_y) * e;
-      m.variance += e * e / count;
-      m.other_variance += value * value / count;
+      const double value = (1 - v) * ((1 - u) * first[x] + u * first[x + 1]) +
+                           v * ((1 - u) * second[x] + u * second[x + 1]);
+      const double e = value - here[x];
+      sum += e;
+      other += value;
+      m.x += (0.5 * (here[x + 1] - here[x - 1]) - n.mean_x) * e;
+      m.y += (0.5 * (below[x] - above[x]) - n.mean_y) * e;
+      m.variance += e * e;
+      m.other_variance += value * value;
     }
+  }
+  sum /= count;
+  other /= count;
+  m.variance /= count;
+  m.other_variance /= count;
   m.variance = std::max(0.0, m.variance - sum * sum);
   m.other_variance = std::max(0.0, m.other_variance - other * other);
   return m;
@@ -161,51 +181,97 @@ double MotionResult::largest_px() const {
   return largest;
 }
 
-MotionResult block_motion(const GreyView& from, const GreyView& to, const MotionOptions& options) {
+struct BlockFollower::First {
+  struct Textured {
+    Block block;
+    Normal normal;
+  };
+  MotionOptions options;
+  int width_px, height_px;
+  Plane plane;
+  std::vector<Textured> blocks;
+};
+
+BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options) {
   options.check();
-  if (from.width_px != to.width_px || from.height_px != to.height_px)
-    throw usage_error("the pictures differ in size", "compare frames of one camera");
-  const Plane a = shrunk(from, options.shrink), b = shrunk(to, options.shrink);
+  First first{options, from.width_px, from.height_px, shrunk(from, options.shrink), {}};
   const int side = options.block_px / options.shrink;
-  const auto scale = static_cast<double>(options.shrink);
-  MotionResult result;
-  for (int y0 = 1; y0 + side + 1 < a.height; y0 += side)
-    for (int x0 = 1; x0 + side + 1 < a.width; x0 += side) {
+  const double scale = options.shrink;
+  for (int y0 = 1; y0 + side + 1 < first.plane.height; y0 += side)
+    for (int x0 = 1; x0 + side + 1 < first.plane.width; x0 += side) {
       const Block block{x0, y0, side};
-      const Normal n = normal_of(a, block);
+      const Normal n = normal_of(first.plane, block);
       // Noise alone gives half its variance per px to each gradient.
       const double noise = kTextureOfNoise / (scale * scale);
-      if (n.smallest() < 0.5 * noise * side * side) continue;
-      ++result.textured;
-      auto motion = follow(a, b, block, n, options);
-      if (!motion) ++result.lost;
-      if (!motion || motion->sd_px * scale > options.largest_sd_px) continue;
-      result.blocks.push_back({scale * (x0 + 0.5 * side), scale * (y0 + 0.5 * side),
-                               scale * motion->dx_px, scale * motion->dy_px,
-                               scale * motion->sd_px});
+      if (n.smallest() >= 0.5 * noise * side * side) first.blocks.push_back({block, n});
     }
+  first_ = std::make_shared<const First>(std::move(first));
+}
+
+int BlockFollower::textured() const {
+  return static_cast<int>(first_->blocks.size());
+}
+
+bool BlockFollower::has_size_of(const GreyView& other) const {
+  return first_->width_px == other.width_px && first_->height_px == other.height_px;
+}
+
+MotionResult BlockFollower::motion_to(const GreyView& to) const {
+  const MotionOptions& options = first_->options;
+  if (!has_size_of(to))
+    throw usage_error("the pictures differ in size", "compare frames of one camera");
+  const Plane now = shrunk(to, options.shrink);
+  const double scale = options.shrink;
+  MotionResult result;
+  result.textured = textured();
+  for (const auto& [block, normal] : first_->blocks) {
+    const auto motion = follow(first_->plane, now, block, normal, options);
+    if (!motion) ++result.lost;
+    if (!motion || motion->sd_px * scale > options.largest_sd_px) continue;
+    result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
+                             scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
+                             scale * motion->dy_px, scale * motion->sd_px});
+  }
   return result;
 }
 
-std::optional<double> background_shift_px(const GreyView& reference, const GreyView& now,
-                                          std::size_t least_blocks) {
+namespace {
+
+/// Faint texture rises from the noise where 4 x 4 pixels are one. A large picture has blocks of
+/// 24 x 24 of these, a small one smaller ones: about a hundred.
+MotionOptions background_options(const GreyView& reference) {
+  constexpr int kShrink = 4, kBlocks = 96, kLeastSide = 12, kLargestSide = 24;
+  const double pixels =
+      static_cast<double>(reference.width_px / kShrink) * (reference.height_px / kShrink);
   MotionOptions options;
-  options.shrink = 4;
-  options.block_px = 96;
+  options.shrink = kShrink;
+  options.block_px =
+      kShrink * std::clamp(static_cast<int>(std::sqrt(pixels / kBlocks)), kLeastSide, kLargestSide);
   options.largest_sd_px = 0.3;
-  const MotionResult motion = block_motion(reference, now, options);
-  std::array<std::vector<double>, 4> x, y;
-  for (const BlockMotion& b : motion.blocks) {
+  return options;
+}
+
+}  // namespace
+
+Background::Background(const GreyView& reference)
+    : options_(background_options(reference)), blocks_(reference, options_) {}
+
+std::optional<double> Background::shift_px(const GreyView& now) const {
+  if (!blocks_.has_size_of(now)) return std::nullopt;
+  constexpr std::size_t kQuarters = 4;  // and the whole
+  std::array<std::vector<double>, kQuarters + 1> x, y;
+  for (const BlockMotion& b : blocks_.motion_to(now).blocks) {
     const std::size_t quarter =
         (b.x_px > 0.5 * now.width_px ? 1U : 0U) + (b.y_px > 0.5 * now.height_px ? 2U : 0U);
-    x[quarter].push_back(b.dx_px);
-    y[quarter].push_back(b.dy_px);
+    for (const std::size_t part : {quarter, kQuarters}) {
+      x[part].push_back(b.dx_px);
+      y[part].push_back(b.dy_px);
+    }
   }
   std::optional<double> largest;
-  for (std::size_t q = 0; q < 4; ++q) {
-    if (x[q].size() < least_blocks) continue;
-    largest = std::max(largest.value_or(0), std::hypot(median(x[q]), median(y[q])));
-  }
+  for (std::size_t part = 0; part < x.size(); ++part)
+    if (std::ssize(x[part]) >= kLeastBlocks)
+      largest = std::max(largest.value_or(0), std::hypot(median(x[part]), median(y[part])));
   return largest;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,24 +36,51 @@ struct BlockMotion {
 struct MotionResult {
   std::vector<BlockMotion> blocks;
   int textured = 0;  ///< blocks that have something to follow
-  int lost = 0;      ///< of these, blocks that are found nowhere near; the rest is too uncertain
+  int lost = 0;      ///< of these, blocks that are found nowhere near; others are too uncertain
 
   /// Largest length of a block's motion, less three of its standard deviations; 0 without blocks.
   [[nodiscard]] double largest_px() const;
 };
 
-/// Follows every textured block from one picture to another of the same size: least squares on the
+/// Follows every textured block of one picture into others of the same size: least squares on the
 /// grey values with an unknown offset of brightness, iterated to sub-pixel convergence (Lucas and
-/// Kanade, 1981). Throws Error(usage) when the pictures differ in size.
-[[nodiscard]] MotionResult block_motion(const GreyView& from, const GreyView& to,
-                                        const MotionOptions& options);
+/// Kanade, 1981). What depends on the first picture alone is computed once: four bytes a pixel.
+class BlockFollower {
+ public:
+  BlockFollower(const GreyView& from, const MotionOptions& options);
 
-/// Shift of a static background behind a cloth: the median of the blocks' motions in each quarter
-/// of the picture, of which the largest counts, so that a turn about the axis shows, too. Blocks
-/// that the cloth covers match nothing or are outvoted. Nothing when fewer than `least_blocks`
-/// match in every quarter: then the background has no texture, or is another one.
-[[nodiscard]] std::optional<double> background_shift_px(const GreyView& reference,
-                                                        const GreyView& now,
-                                                        std::size_t least_blocks = 8);
+  /// Throws Error(usage) when the pictures differ in size.
+  [[nodiscard]] MotionResult motion_to(const GreyView& to) const;
+  [[nodiscard]] int textured() const;
+  [[nodiscard]] bool has_size_of(const GreyView& other) const;
+
+ private:
+  struct First;
+  std::shared_ptr<const First> first_;
+};
+
+/// The static background behind a cloth, as the reference set shows it.
+class Background {
+ public:
+  explicit Background(const GreyView& reference);
+
+  /// Median of the blocks' motions in each quarter of the picture and in the whole of it, of which
+  /// the largest counts, so that a turn about the axis shows, too. Blocks that the cloth covers
+  /// match nothing or are outvoted. Nothing when fewer than `kLeastBlocks` match in each of these:
+  /// then the camera moved out of reach, or the cloth covers what could be found again. Nothing
+  /// of a picture of another size either.
+  [[nodiscard]] std::optional<double> shift_px(const GreyView& now) const;
+  /// Whether the reference has enough texture that a shift can be told at all.
+  [[nodiscard]] bool is_textured() const { return blocks_.textured() >= kLeastBlocks; }
+  /// Farthest shift that is followed.
+  [[nodiscard]] double reach_px() const { return options_.shrink * options_.largest_px; }
+
+ private:
+  /// By chance hardly one is found: none of 9,168 blocks of bench1 in another camera's pictures.
+  static constexpr int kLeastBlocks = 8;
+
+  MotionOptions options_;
+  BlockFollower blocks_;
+};
 
 }  // namespace drape::capture

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "capture/recording/still.hpp"
 #include "core/error.hpp"
@@ -43,10 +44,14 @@ cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, i
   return result;
 }
 
+MotionResult motion_between(const cv::Mat& first, const cv::Mat& second) {
+  return BlockFollower(view(first), {}).motion_to(view(second));
+}
+
 TEST(Motion, ABurstOfAStillClothIsStillAndOneThatMovesIsNot) {
   const cv::Mat first = frame("drape_A", 0);
   for (const double shift : {0.0, 0.1, 0.5, 1.5}) {
-    const MotionResult motion = block_motion(view(first), view(moved(first, shift, 0)), {});
+    const MotionResult motion = motion_between(first, moved(first, shift, 0));
     EXPECT_GT(motion.blocks.size(), 60U) << shift;
     EXPECT_LT(motion.lost, motion.textured / 10) << shift;
     EXPECT_NEAR(motion.largest_px(), shift, 0.03 + 0.03 * shift);
@@ -58,20 +63,21 @@ TEST(Motion, ACornerOfTheClothThatMovesAloneIsSeen) {
   cv::Mat second = moved(first, 0, 0);
   const cv::Rect corner(640, 800, 200, 200);
   moved(first, 0.4, 0.3)(corner).copyTo(second(corner));
-  EXPECT_NEAR(block_motion(view(first), view(second), {}).largest_px(), 0.5, 0.06);
+  EXPECT_NEAR(motion_between(first, second).largest_px(), 0.5, 0.06);
 }
 
 TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
   for (int camera = 0; camera < 3; ++camera) {
-    const cv::Mat empty = frame("empty", camera), drape = frame("drape_A", camera);
-    const auto still = background_shift_px(view(empty), view(drape));
+    const Background empty(view(frame("empty", camera)));
+    const cv::Mat drape = frame("drape_A", camera);
+    const auto still = empty.shift_px(view(drape));
     ASSERT_TRUE(still);
     EXPECT_LT(*still, StillOptions{}.largest_shift_px) << camera;
-    const auto shifted = background_shift_px(view(empty), view(moved(drape, 0.9, -1.2)));
+    const auto shifted = empty.shift_px(view(moved(drape, 0.9, -1.2)));
     ASSERT_TRUE(shifted);
     EXPECT_NEAR(*shifted, 1.5, 0.25) << camera;
     // A turn of 2 mrad about the axis: 1 px at half the distance to the corners.
-    const auto turned = background_shift_px(view(empty), view(moved(drape, 0, 0, 2e-3)));
+    const auto turned = empty.shift_px(view(moved(drape, 0, 0, 2e-3)));
     ASSERT_TRUE(turned);
     EXPECT_GT(*turned, StillOptions{}.largest_shift_px) << camera;
     std::printf("cam%d: background shift %.3f px; shifted by 1.5 px: %.3f; turned: %.3f\n", camera,
@@ -79,11 +85,60 @@ TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
   }
 }
 
+/// The farther a camera was knocked, the less it may pass: found near the truth, or nowhere.
+TEST(Motion, ACameraKnockedByAnyDistanceIsNeverInItsPlace) {
+  const Background empty(view(frame("empty", 0)));
+  const cv::Mat drape = frame("drape_A", 0);
+  for (const double shift : {1.0, 3.0, 10.0, 13.0, 16.0, 24.0, 40.0, 100.0, 400.0}) {
+    for (const auto& [dx, dy] : {std::pair{shift, 0.0}, {0.0, -shift}}) {
+      const auto found = empty.shift_px(view(moved(drape, dx, dy)));
+      if (found) {
+        EXPECT_NEAR(*found, shift, StillOptions{}.largest_shift_px);
+      }
+      EXPECT_EQ(found.has_value(), shift < empty.reach_px()) << shift;
+    }
+  }
+  EXPECT_FALSE(empty.shift_px(view(frame("drape_A", 1)))) << "another camera's picture";
+}
+
+/// Cloths and targets cover up to three quarters of bench1's pictures, and nine tenths here.
+TEST(Motion, WhatIsLeftOfTheTableTellsThatTheCameraIsInPlace) {
+  for (int camera = 0; camera < 3; ++camera) {
+    const Background empty(view(frame("empty", camera)));
+    const double limit_px = StillOptions{}.largest_shift_px;
+    for (const char* set : {"empty", "drape_C", "drape_E", "pose_00", "pose_05", "stage_z090"})
+      EXPECT_LT(empty.shift_px(view(frame(set, camera))).value_or(99), limit_px)
+          << set << " " << camera;
+    cv::Mat covered = frame("empty", camera).clone();
+    cv::RNG random(7);
+    cv::Mat cloth = covered(cv::Rect(160, 0, covered.cols - 160, covered.rows));
+    random.fill(cloth, cv::RNG::UNIFORM, 60, 200);
+    EXPECT_LT(empty.shift_px(view(covered)).value_or(99), limit_px) << camera;
+    EXPECT_GT(empty.shift_px(view(moved(covered, 2, 0))).value_or(99), limit_px) << camera;
+  }
+}
+
+TEST(Motion, ASmallPictureIsFollowedInSmallerBlocks) {
+  for (const int width : {800, 640, 320}) {
+    cv::Mat empty;
+    cv::resize(frame("empty", 1), empty, {width, width * 3 / 4}, 0, 0, cv::INTER_AREA);
+    const Background background(view(empty));
+    ASSERT_TRUE(background.is_textured());
+    const double limit_px = StillOptions{}.largest_shift_px;
+    EXPECT_LT(background.shift_px(view(moved(empty, 0, 0))).value(), limit_px);
+    EXPECT_NEAR(background.shift_px(view(moved(empty, 1.5, 0))).value(), 1.5, limit_px);
+    for (const int far : {16, 24, 40, 100})
+      EXPECT_FALSE(background.shift_px(view(moved(empty, far, 0)))) << far;
+  }
+}
+
 TEST(Motion, ABackgroundWithoutTextureTellsNothing) {
   const cv::Mat flat(480, 640, CV_8U, cv::Scalar(90));
-  EXPECT_FALSE(background_shift_px(view(flat), view(flat)));
+  EXPECT_FALSE(Background(view(flat)).is_textured());
+  EXPECT_FALSE(Background(view(flat)).shift_px(view(flat)));
   const cv::Mat other(240, 320, CV_8U, cv::Scalar(90));
-  EXPECT_THROW(static_cast<void>(block_motion(view(flat), view(other), {})), Error);
+  EXPECT_THROW(static_cast<void>(motion_between(flat, other)), Error);
+  EXPECT_FALSE(Background(view(frame("empty", 0))).shift_px(view(flat))) << "of another size";
 }
 
 }  // namespace

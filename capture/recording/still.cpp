@@ -5,22 +5,20 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <utility>
 
-#include "capture/recording/motion.hpp"
 #include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/numbers/order.hpp"
+#include "core/parallel.hpp"
 #include "core/recording.hpp"
 
 namespace drape::capture {
 namespace {
 
-constexpr std::size_t kAllCompared = 8;  ///< then every frame whose number is a power of two
 constexpr std::size_t kLeastBlocks = 4;
 constexpr double kBeyondFine_px = 2.5;  ///< blocks of the full picture are followed up to 3 px
 
@@ -53,17 +51,42 @@ double median_px(const MotionResult& motion) {
   return median(std::move(lengths));
 }
 
-std::optional<double> shift_of(const LiveFrame& now, const Recording& reference,
-                               const std::string& set_name, const std::string& camera) {
-  const FrameSet& set = reference.set(set_name);
-  for (const RecordedFrame& frame : set.frames) {
-    if (frame.camera != camera) continue;
-    const cv::Mat image = cv::imdecode(read_frame(reference, set, frame),
-                                       cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-    if (image.cols != now.width_px || image.rows != now.height_px) return std::nullopt;
-    return background_shift_px({{image.data, image.total()}, image.cols, image.rows}, view(now));
-  }
-  return std::nullopt;
+/// The picture of the reference set in which a camera's background is found again.
+Background background_of(const Recording& reference, const CamerasFile& cameras,
+                         const LiveCamera& camera) {
+  const FrameSet& set = reference.set(cameras.reference->set);
+  const auto unfit = [&](std::string what) {
+    return bad_input(std::move(what),
+                     {.file = cameras.file.string(),
+                      .field = "reference.set",
+                      .camera = camera.name,
+                      .set = set.name},
+                     "record the bench without a cloth with this rig, something with texture in "
+                     "view, or leave [reference] out");
+  };
+  const auto frame = std::find_if(set.frames.begin(), set.frames.end(),
+                                  [&](const RecordedFrame& f) { return f.camera == camera.name; });
+  if (frame == set.frames.end()) throw unfit("the reference set has no picture of this camera");
+  const cv::Mat image = cv::imdecode(read_frame(reference, set, *frame),
+                                     cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  const CameraSettings& rig = camera.settings;
+  if (image.cols != rig.width_px || image.rows != rig.height_px)
+    throw unfit(fmt::format("the reference picture has {} x {} px, the rig says {} x {} px",
+                            image.cols, image.rows, rig.width_px.value_or(0),
+                            rig.height_px.value_or(0)));
+  const Background background({{image.data, image.total()}, image.cols, image.rows});
+  if (!background.is_textured())
+    throw unfit("the reference picture has no texture that tells whether the camera moved");
+  return background;
+}
+
+MotionOptions coarse_options() {
+  MotionOptions options;
+  options.shrink = 8;
+  options.block_px = 128;
+  options.largest_px = 6;
+  options.largest_sd_px = 0.5;
+  return options;
 }
 
 void keep_larger(std::optional<double>& largest, const std::optional<double>& value) {
@@ -82,40 +105,50 @@ std::optional<LiveFault> StillReport::cloth_fault() const {
 }
 
 StillWatch::StillWatch(const CamerasFile& cameras, const StillOptions& options)
-    : cameras_(cameras), options_(options) {
+    : options_(options) {
   if (options_.calibration) calibration_ = read_calibration(*options_.calibration);
-  if (cameras_.reference) reference_ = read_recording(cameras_.reference->recording);
-  for (const LiveCamera& camera : cameras_.cameras)
-    report_.cameras.push_back({camera.name, {}, {}, {}, false});
+  std::optional<Recording> reference;
+  if (cameras.reference) reference = read_recording(cameras.reference->recording);
+  for (const LiveCamera& camera : cameras.cameras) {
+    if (reference) backgrounds_.push_back(background_of(*reference, cameras, camera));
+    report_.cameras.emplace_back().name = camera.name;
+  }
 }
 
 void StillWatch::look(const LiveSet& set) {
   spread_s_ = std::max(spread_s_, set.spread_s.value_or(0));
-  const std::size_t k = seen_++;
-  const bool compared = k > 0 && (k <= kAllCompared || std::has_single_bit(k));
-  for (std::size_t c = 0; c < set.frames.size(); ++c) {
-    const LiveFrame& now = set.frames[c];
-    if (k == 0) {
-      first_.push_back({now.mark, now.width_px, now.height_px, {}, now.pixels});
-    } else if (compared && now.pixels.size() == first_[c].pixels.size()) {
-      look_at_motion(c, now);
+  std::vector<Sight> sights(set.frames.size());
+  parallel_for(sights.size(), static_cast<int>(sights.size()),
+               [&](std::size_t c) { sights[c] = see(c, set.frames[c]); });
+  const bool is_first = first_.empty();
+  for (std::size_t c = 0; c < sights.size(); ++c) {
+    if (is_first) {
+      first_.push_back(std::move(*sights[c].first));
+    } else {
+      add_motion(c, set.frames[c], sights[c]);
     }
-    if (reference_) look_at_place(c, now);
+    if (!backgrounds_.empty()) add_place(c, sights[c]);
   }
   if (report_.speed_mm_per_s) report_.sync_error_mm = *report_.speed_mm_per_s * spread_s_;
 }
 
-void StillWatch::look_at_motion(std::size_t c, const LiveFrame& now) {
+StillWatch::Sight StillWatch::see(std::size_t c, const LiveFrame& now) const {
+  Sight sight;
+  if (first_.empty()) {
+    sight.first = First{BlockFollower(view(now), {}), BlockFollower(view(now), coarse_options()),
+                        now.mark.time_s};
+  } else if (first_[c].fine.has_size_of(view(now))) {
+    sight.fine = first_[c].fine.motion_to(view(now));
+    sight.coarse = first_[c].coarse.motion_to(view(now));
+  }
+  if (!backgrounds_.empty()) sight.background_shift_px = backgrounds_[c].shift_px(view(now));
+  return sight;
+}
+
+void StillWatch::add_motion(std::size_t c, const LiveFrame& now, const Sight& sight) {
   CameraStill& camera = report_.cameras[c];
-  const LiveFrame& first = first_[c];
-  const MotionResult fine = block_motion(view(first), view(now), {});
-  // A pattern that repeats looks still when it moves by its period: its outlines do not.
-  MotionOptions far;
-  far.shrink = 8;
-  far.block_px = 128;
-  far.largest_px = 6;
-  far.largest_sd_px = 0.5;
-  const double coarse_px = median_px(block_motion(view(first), view(now), far));
+  const MotionResult& fine = sight.fine;
+  const double coarse_px = median_px(sight.coarse);
   camera.lost = camera.lost || 10 * fine.lost > fine.textured;
   std::optional<double> largest;
   if (coarse_px > kBeyondFine_px) {
@@ -128,8 +161,8 @@ void StillWatch::look_at_motion(std::size_t c, const LiveFrame& now) {
   report_.cloth_moved = report_.cloth_moved || camera.lost ||
                         camera.motion_px.value_or(0) > options_.largest_motion_px;
   const auto scale_mm = mm_per_px(calibration_, camera.name);
-  if (largest && scale_mm && first.mark.time_s && now.mark.time_s) {
-    const double passed_s = *now.mark.time_s - *first.mark.time_s;
+  if (largest && scale_mm && first_[c].time_s && now.mark.time_s) {
+    const double passed_s = *now.mark.time_s - *first_[c].time_s;
     if (passed_s > 0) keep_larger(camera.speed_mm_per_s, *largest * *scale_mm / passed_s);
   }
   keep_larger(report_.speed_mm_per_s, camera.speed_mm_per_s);
@@ -143,19 +176,33 @@ void StillWatch::look_at_motion(std::size_t c, const LiveFrame& now) {
   }
 }
 
-void StillWatch::look_at_place(std::size_t c, const LiveFrame& now) {
+void StillWatch::add_place(std::size_t c, const Sight& sight) {
   CameraStill& camera = report_.cameras[c];
-  const auto shift = shift_of(now, *reference_, cameras_.reference->set, camera.name);
-  keep_larger(camera.background_shift_px, shift);
-  keep_larger(report_.background_shift_px, shift);
-  if (shift.value_or(0) <= options_.largest_shift_px) return;
+  const auto& shift_px = sight.background_shift_px;
+  if (!shift_px) camera.background_lost = true;
+  keep_larger(camera.background_shift_px, shift_px);
+  if (camera.background_lost) camera.background_shift_px.reset();
+  report_.background_shift_px.reset();
+  const bool any_lost = std::any_of(report_.cameras.begin(), report_.cameras.end(),
+                                    [](const CameraStill& one) { return one.background_lost; });
+  for (const CameraStill& one : report_.cameras)
+    if (!any_lost) keep_larger(report_.background_shift_px, one.background_shift_px);
+  if (shift_px && *shift_px <= options_.largest_shift_px) return;
   const bool known = std::any_of(report_.moved_cameras.begin(), report_.moved_cameras.end(),
                                  [&](const LiveFault& f) { return f.camera == camera.name; });
-  if (!known)
+  if (known) return;
+  if (shift_px)
     report_.moved_cameras.push_back(
         {camera.name,
-         fmt::format("it moved since the reference set: its background by {:.2f} px", *shift),
+         fmt::format("it moved since the reference set: its background by {:.2f} px", *shift_px),
          "lock the camera and calibrate again"});
+  else
+    report_.moved_cameras.push_back(
+        {camera.name,
+         fmt::format("its background is not found again in the reference set: it moved by more "
+                     "than {:.0f} px, or the cloth covers the background",
+                     backgrounds_[c].reach_px()),
+         "lock the camera and calibrate again; or let it see more of the bench beside the cloth"});
 }
 
 StillReport look_still(const LiveResult& live, const CamerasFile& cameras,

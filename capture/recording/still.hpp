@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "capture/live/live_capture.hpp"
+#include "capture/recording/motion.hpp"
 #include "core/calibration.hpp"
-#include "core/recording.hpp"
 
 namespace drape::capture {
 
@@ -25,13 +25,16 @@ struct CameraStill {
   std::optional<double> speed_mm_per_s;  ///< of that block, at the depth of the target
   std::optional<double> background_shift_px;
   bool lost = false;  ///< more than a tenth of the blocks moved out of reach
+  /// In one frame at least the background was not found again: the shift is not known.
+  bool background_lost = false;
 };
 
 /// Whether the cloth was still during a burst, and the cameras where they were when the reference
 /// set of cameras.toml was recorded. Nothing is known without a second frame or a reference.
 struct StillReport {
   std::vector<CameraStill> cameras;
-  std::optional<double> motion_px, speed_mm_per_s, background_shift_px;  ///< largest of all
+  /// Largest of all cameras; absent where that of one is beyond reach.
+  std::optional<double> motion_px, speed_mm_per_s, background_shift_px;
   std::optional<double> sync_error_mm;  ///< that speed times the largest spread of a set
   bool cloth_moved = false;
   std::vector<LiveFault> moved_cameras;
@@ -39,24 +42,38 @@ struct StillReport {
   [[nodiscard]] std::optional<LiveFault> cloth_fault() const;
 };
 
-/// Looks at the sets of a burst as they come: each against the first. Of a long burst the first
-/// eight others, then ever fewer. Memory is that of the first set.
+/// Looks at the sets of a burst as they come: each against the first, and against the reference
+/// set of cameras.toml. Memory is four bytes for each pixel of the first set.
 class StillWatch {
  public:
+  /// Throws Error(bad_input) when the reference set lacks a camera, shows it in another size, or
+  /// has no texture that would tell whether it moved.
   StillWatch(const CamerasFile& cameras, const StillOptions& options);
   void look(const LiveSet& set);
   [[nodiscard]] const StillReport& report() const { return report_; }
 
  private:
-  void look_at_motion(std::size_t c, const LiveFrame& now);
-  void look_at_place(std::size_t c, const LiveFrame& now);
+  /// The first frame of a camera: blocks of the full picture, and outlines, which a repeating
+  /// pattern cannot deceive.
+  struct First {
+    BlockFollower fine, coarse;
+    std::optional<double> time_s;
+  };
+  /// What one frame shows against the first one and the reference.
+  struct Sight {
+    std::optional<First> first;  ///< of the first set
+    MotionResult fine, coarse;   ///< of the others
+    std::optional<double> background_shift_px;
+  };
 
-  const CamerasFile& cameras_;
+  [[nodiscard]] Sight see(std::size_t c, const LiveFrame& now) const;
+  void add_motion(std::size_t c, const LiveFrame& now, const Sight& sight);
+  void add_place(std::size_t c, const Sight& sight);
+
   StillOptions options_;
   std::optional<Calibration> calibration_;
-  std::optional<Recording> reference_;
-  std::vector<LiveFrame> first_;
-  std::size_t seen_ = 0;
+  std::vector<Background> backgrounds_;  ///< by camera; empty without a reference
+  std::vector<First> first_;             ///< by camera
   double spread_s_ = 0;
   StillReport report_;
 };

@@ -5,13 +5,16 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
+#include <array>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "capture/capture.hpp"
 #include "capture/doctor/checks.hpp"
 #include "capture/recording/record.hpp"
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "tests/support/bench1_calibration.hpp"
@@ -46,8 +49,13 @@ class Still : public testing::Test {
   }
 
   void add_set(double shift_px, double time_s) {
+    add_set(std::array{shift_px, shift_px, shift_px}, time_s);
+  }
+
+  void add_set(const std::array<double, kCameras>& shifts_px, double time_s) {
     PairedFrames set;
     for (int c = 0; c < kCameras; ++c) {
+      const double shift_px = shifts_px[static_cast<std::size_t>(c)];
       const auto file =
           test::source_root() / fmt::format("rigs/bench1/recording/drape_A/cam{}.png", c);
       cv::Mat image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
@@ -173,6 +181,90 @@ TEST_F(Still, AMovedCameraIsNamedAndItsSetNotStored) {
   EXPECT_THAT(stored.refused[0].what_to_do, HasSubstr("calibrate again"));
   EXPECT_FALSE(fs::exists(options_.folder));
   EXPECT_FALSE(stored.still.motion_px) << "one set tells nothing of the cloth";
+}
+
+/// Knocked farther than its background can be followed: the figure of the others says nothing of
+/// it.
+TEST_F(Still, ACameraThatIsNotFoundAgainIsRefusedAlone) {
+  for (const double shift_px : {16.0, 100.0, -400.0}) {
+    live_.frames.clear();
+    live_.pairing.sets.clear();
+    add_set({shift_px, 0, 0}, 0);
+    const RecordResult stored = record_live(live_, cameras_, options_);
+    ASSERT_EQ(stored.refused.size(), 1U) << shift_px;
+    EXPECT_EQ(stored.refused[0].camera, "cam0");
+    EXPECT_THAT(stored.refused[0].what, HasSubstr("not found again in the reference set"));
+    EXPECT_TRUE(stored.sets.empty());
+    EXPECT_FALSE(fs::exists(options_.folder));
+    EXPECT_FALSE(stored.still.background_shift_px) << "of three cameras one is not known";
+    EXPECT_TRUE(stored.still.cameras[1].background_shift_px);
+    const auto checks = check_still(stored.still);
+    ASSERT_EQ(checks.size(), 3U);
+    EXPECT_FALSE(checks[0].go);
+    EXPECT_EQ(checks[0].name, "place of cam0");
+    EXPECT_THAT(checks[0].to_type, HasSubstr("calibrate again"));
+    EXPECT_TRUE(checks[1].go && checks[2].go);
+  }
+}
+
+TEST_F(Still, ExchangedCamerasAreRefused) {
+  add_set(0, 0);
+  std::swap(live_.frames[0].pixels, live_.frames[1].pixels);
+  const RecordResult stored = record_live(live_, cameras_, options_);
+  ASSERT_EQ(stored.refused.size(), 2U);
+  EXPECT_EQ(stored.refused[0].camera, "cam0");
+  EXPECT_EQ(stored.refused[1].camera, "cam1");
+}
+
+/// A reference that cannot tell whether a camera moved is no reference.
+TEST_F(Still, AReferenceOfAnotherRigIsBadInput) {
+  const auto why = [&] {
+    try {
+      static_cast<void>(StillWatch(cameras_, {}));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  cameras_.file = "rigs/lab/cameras.toml";
+  EXPECT_EQ(why(), "");
+  cameras_.cameras[1].settings.width_px = 512;
+  EXPECT_THAT(why(), testing::AllOf(HasSubstr("cameras.toml"), HasSubstr("reference.set"),
+                                    HasSubstr("cam1"), HasSubstr("1600 x 1200 px"),
+                                    HasSubstr("512 x 1200 px")));
+  cameras_.cameras[1].settings.width_px = 1600;
+  cameras_.cameras[2].name = "cam7";
+  EXPECT_THAT(why(), testing::AllOf(HasSubstr("cam7"), HasSubstr("has no picture")));
+  cameras_.cameras[2].name = "cam2";
+  cameras_.reference.reset();
+  add_set(0, 0);
+  for (LiveFrame& frame : live_.frames)
+    for (std::size_t i = 0; i < frame.pixels.size(); ++i)
+      frame.pixels[i] = static_cast<std::uint8_t>(i % 1600 < 800 ? 60 : 200);
+  options_.limits.least_sharpness = 0;
+  ASSERT_EQ(record_live(live_, cameras_, options_).sets.size(), 1U);
+  cameras_.reference = ReferenceSet{options_.folder, "drape"};
+  EXPECT_THAT(why(), HasSubstr("no texture"));
+}
+
+/// Every frame is compared: it does not matter which one the cloth moved in.
+TEST_F(Still, AClothThatMovesLateOrForOneFrameOnlyHasMoved) {
+  cameras_.reference.reset();
+  constexpr int kFrames = 12;
+  for (const int moved : {10, kFrames - 1}) {
+    live_ = {};
+    for (int k = 0; k < kFrames; ++k) {
+      if (k == 0 || k == moved) {
+        add_set(k == 0 ? 0 : 0.4, 0.1 * k);
+      } else {
+        live_.pairing.sets.push_back(live_.pairing.sets[0]);
+      }
+    }
+    const StillReport still = look_still(live_, cameras_, options_.still);
+    EXPECT_TRUE(still.cloth_moved) << "in frame " << moved;
+    EXPECT_NEAR(still.motion_px.value(), 0.4, 0.1);
+  }
 }
 
 TEST_F(Still, ABurstIsAveraged) {
