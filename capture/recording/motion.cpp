@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "core/error.hpp"
@@ -45,6 +46,11 @@ using following::Block, following::Normal, following::Plane;
 constexpr int kIterations = 25;
 constexpr double kConverged_px = 1e-3;
 constexpr double kTextureOfNoise = 4.0;  ///< gradient energy below that of this noise is no texture
+constexpr double kOverNoise = 1.5;       ///< nor is it below this multiple of the block's own noise
+
+/// Noise lowers the correlation of a block of variance v to 1 - n / (2 v), n that of the difference
+/// of two pictures: to 0.7 where v is 1.7 n, to 0.94 where it is 8 n.
+constexpr double kHiddenByNoise = 8.0;
 
 /// Means of squares of `factor` x `factor` pixels.
 Plane shrunk(const GreyView& view, int factor) {
@@ -96,6 +102,20 @@ Normal normal_of(const Plane& a, const Block& b) {
   return n;
 }
 
+/// From second differences that see neither slopes nor, in the median, edges (Immerkaer, 1996).
+double noise_variance(const Plane& a, const Block& b) {
+  std::vector<double> differences;
+  for (int y = b.y0; y < b.y0 + b.side; ++y)
+    for (int x = b.x0; x < b.x0 + b.side; ++x)
+      differences.push_back(
+          std::abs(a.at(x - 1, y - 1) + a.at(x + 1, y - 1) + a.at(x - 1, y + 1) +
+                   a.at(x + 1, y + 1) + 4 * a.at(x, y) -
+                   2 * (a.at(x, y - 1) + a.at(x, y + 1) + a.at(x - 1, y) + a.at(x + 1, y))));
+  // 36 times the noise; its median is 0.6745 standard deviations.
+  const double sd = median(std::move(differences)) / (6 * 0.6745);
+  return sd * sd;
+}
+
 /// Differences of the second picture, read `dx`, `dy` farther, to the first one.
 struct Misfit {
   double x = 0, y = 0;        ///< gradient-weighted, about the means
@@ -144,6 +164,7 @@ bool inside(const Plane& p, const Block& b, double dx, double dy) {
 std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& block,
                                   const Normal& n, const MotionOptions& options) {
   BlockMotion motion;
+  motion.sd_px = std::numeric_limits<double>::infinity();  // until it has converged
   const double determinant = n.xx * n.yy - n.xy * n.xy;
   Misfit m;
   for (int i = 0; i < kIterations; ++i) {
@@ -155,14 +176,15 @@ std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& b
     motion.dy_px += step_y;
     if (std::hypot(motion.dx_px, motion.dy_px) > options.largest_px) return std::nullopt;
     if (std::hypot(step_x, step_y) > kConverged_px) continue;
-    // Variances instead of the product's sum: var(b - a) = var(a) + var(b) - 2 cov(a, b).
-    const double covariance = 0.5 * (n.variance + m.other_variance - m.variance);
-    const double correlation = covariance / std::sqrt(n.variance * m.other_variance + 1e-12);
-    if (correlation < options.least_correlation) return std::nullopt;
     motion.sd_px = std::sqrt(m.variance / n.smallest());
-    return motion;
+    break;
   }
-  return std::nullopt;
+  motion.residual_variance = m.variance;
+  // Variances instead of the product's sum: var(b - a) = var(a) + var(b) - 2 cov(a, b).
+  const double covariance = 0.5 * (n.variance + m.other_variance - m.variance);
+  const double correlation = covariance / std::sqrt(n.variance * m.other_variance + 1e-12);
+  if (correlation < options.least_correlation) return std::nullopt;
+  return motion;
 }
 
 }  // namespace
@@ -202,8 +224,10 @@ BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options)
       const Block block{x0, y0, side};
       const Normal n = normal_of(first.plane, block);
       // Noise alone gives half its variance per px to each gradient.
-      const double noise = kTextureOfNoise / (scale * scale);
-      if (n.smallest() >= 0.5 * noise * side * side) first.blocks.push_back({block, n});
+      const double energy = n.smallest() / (0.5 * side * side);
+      if (energy < kTextureOfNoise / (scale * scale)) continue;
+      if (energy < kOverNoise * noise_variance(first.plane, block)) continue;
+      first.blocks.push_back({block, n});
     }
   first_ = std::make_shared<const First>(std::move(first));
 }
@@ -224,13 +248,25 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   const double scale = options.shrink;
   MotionResult result;
   result.textured = textured();
+  std::vector<double> noises, lost;  // variances: what is left of the found, what the lost have
   for (const auto& [block, normal] : first_->blocks) {
     const auto motion = follow(first_->plane, now, block, normal, options);
-    if (!motion) ++result.lost;
-    if (!motion || motion->sd_px * scale > options.largest_sd_px) continue;
+    if (!motion) {
+      lost.push_back(normal.variance);
+      continue;
+    }
+    noises.push_back(motion->residual_variance);
+    if (motion->sd_px * scale > options.largest_sd_px) continue;
     result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
                              scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
-                             scale * motion->dy_px, scale * motion->sd_px});
+                             scale * motion->dy_px, scale * motion->sd_px,
+                             motion->residual_variance});
+  }
+  result.lost = static_cast<int>(lost.size());
+  if (!noises.empty()) {
+    const double hidden = kHiddenByNoise * median(std::move(noises));
+    result.gone = static_cast<int>(
+        std::count_if(lost.begin(), lost.end(), [&](double v) { return v > hidden; }));
   }
   return result;
 }

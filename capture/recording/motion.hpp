@@ -28,18 +28,22 @@ struct MotionOptions {
 
 /// How far the content of one block moved, px of the picture.
 struct BlockMotion {
-  double x_px = 0, y_px = 0;    ///< the block's centre
-  double dx_px = 0, dy_px = 0;  ///< where it is in the second picture, minus where it was
-  double sd_px = 0;             ///< from the noise left after matching
+  double x_px = 0, y_px = 0;     ///< the block's centre
+  double dx_px = 0, dy_px = 0;   ///< where it is in the second picture, minus where it was
+  double sd_px = 0;              ///< from the noise left after matching; infinite while it iterates
+  double residual_variance = 0;  ///< of the grey values left after matching
 };
 
 struct MotionResult {
   std::vector<BlockMotion> blocks;
-  int textured = 0;  ///< blocks that have something to follow
+  int textured = 0;  ///< blocks that have something to follow, above their noise
   int lost = 0;      ///< of these, blocks that are found nowhere near; others are too uncertain
+  int gone = 0;      ///< of the lost, those that noise as in the found ones cannot have hidden
 
   /// Largest length of a block's motion, less three of its standard deviations; 0 without blocks.
   [[nodiscard]] double largest_px() const;
+  /// Something moved out of reach: a block is gone for certain, or more than a tenth are lost.
+  [[nodiscard]] bool is_lost() const { return gone > 0 || 10 * lost > textured; }
 };
 
 /// Follows every textured block of one picture into others of the same size: least squares on the

@@ -29,7 +29,8 @@ cv::Mat frame(const std::string& set, int camera) {
 }
 
 /// The picture turned and shifted, with noise of its own.
-cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, int seed = 1) {
+cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, int seed = 1,
+              double noise_grey = 2) {
   const double c = std::cos(turn_rad), s = std::sin(turn_rad);
   const double mid_x = 0.5 * image.cols, mid_y = 0.5 * image.rows;
   const cv::Mat map = (cv::Mat_<double>(2, 3) << c, -s, mid_x - c * mid_x + s * mid_y + dx, s, c,
@@ -37,7 +38,7 @@ cv::Mat moved(const cv::Mat& image, double dx, double dy, double turn_rad = 0, i
   cv::Mat result, noise(image.size(), CV_16S);
   cv::warpAffine(image, result, map, image.size(), cv::INTER_CUBIC, cv::BORDER_REFLECT);
   cv::RNG random(static_cast<std::uint64_t>(seed));
-  random.fill(noise, cv::RNG::NORMAL, 0, 2);
+  random.fill(noise, cv::RNG::NORMAL, 0, noise_grey);
   result.convertTo(result, CV_16S);
   result += noise;
   result.convertTo(result, CV_8U);
@@ -64,6 +65,28 @@ TEST(Motion, ACornerOfTheClothThatMovesAloneIsSeen) {
   const cv::Rect corner(640, 800, 200, 200);
   moved(first, 0.4, 0.3)(corner).copyTo(second(corner));
   EXPECT_NEAR(motion_between(first, second).largest_px(), 0.5, 0.06);
+}
+
+/// A corner that swings out of reach is no tenth of the blocks, and noise is no motion.
+TEST(Motion, ACornerThatSwingsFarIsSeenAndNoiseIsNot) {
+  for (const char* set : {"drape_A", "drape_C"}) {
+    for (const double noise : {0.0, 2.0, 4.0, 7.0}) {
+      const cv::Mat first = moved(frame(set, 0), 0, 0, 0, 1, noise);
+      const MotionResult still = motion_between(first, moved(frame(set, 0), 0, 0, 0, 2, noise));
+      EXPECT_FALSE(still.is_lost()) << set << " " << noise << ": " << still.gone;
+      EXPECT_LT(still.largest_px(), StillOptions{}.largest_motion_px) << set << " " << noise;
+    }
+  }
+  const cv::Mat drape = frame("drape_A", 0);
+  for (const double noise : {0.0, 2.0, 4.0})
+    for (const double swing : {4.0, 30.0}) {
+      cv::Mat second = drape.clone();
+      const cv::Rect corner(640, 800, 100, 100);
+      moved(drape, swing, 0.5 * swing, 0, 2, 0)(corner).copyTo(second(corner));
+      const MotionResult motion =
+          motion_between(moved(drape, 0, 0, 0, 1, noise), moved(second, 0, 0, 0, 2, noise));
+      EXPECT_TRUE(motion.is_lost()) << swing << " " << noise;
+    }
 }
 
 TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {

@@ -149,7 +149,7 @@ void StillWatch::add_motion(std::size_t c, const LiveFrame& now, const Sight& si
   CameraStill& camera = report_.cameras[c];
   const MotionResult& fine = sight.fine;
   const double coarse_px = median_px(sight.coarse);
-  camera.lost = camera.lost || 10 * fine.lost > fine.textured;
+  camera.lost = camera.lost || fine.is_lost();
   std::optional<double> largest;
   if (coarse_px > kBeyondFine_px) {
     largest = coarse_px;

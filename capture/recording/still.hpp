@@ -24,7 +24,7 @@ struct CameraStill {
   std::optional<double> motion_px;
   std::optional<double> speed_mm_per_s;  ///< of that block, at the depth of the target
   std::optional<double> background_shift_px;
-  bool lost = false;  ///< more than a tenth of the blocks moved out of reach
+  bool lost = false;  ///< blocks moved out of reach
   /// In one frame at least the background was not found again: the shift is not known.
   bool background_lost = false;
 };
