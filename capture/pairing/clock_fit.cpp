@@ -94,6 +94,7 @@ std::optional<ClockFit> fit_clock(const std::vector<ClockSample>& samples,
   fit.bound_s = std::min_element(points.begin(), points.end(), [](const Point& a, const Point& b) {
                   return a.half_width_s < b.half_width_s;
                 })->half_width_s;
+  if (!fit.drift_estimated) fit.drift_bound_s = 1e-6 * options.largest_ppm * options.least_span_s;
   fit.residual_s = line.residual;
   fit.reference_device_ns = samples.front().device_ns;
   fit.reference_host_ns =

@@ -23,7 +23,10 @@ struct ClockFit {
   double drift_ppm = 0;   ///< how much faster the host counts, in parts per million
   double residual_s = 0;  ///< root of the weighted mean square of the fit, seconds
   double bound_s = 0;     ///< half the shortest round trip: the offset's error is below it
-  double span_s = 0;      ///< host time between the first and the last sample
+  /// Added to that within `least_span_s` of the samples: what an unknown drift up to `largest_ppm`
+  /// makes of it, assumed to be the most of a camera's oscillator; 0 once the drift is estimated.
+  double drift_bound_s = 0;
+  double span_s = 0;  ///< host time between the first and the last sample
   std::size_t samples = 0;
   bool drift_estimated = false;  ///< false: too short a span, drift taken as 0
 

@@ -65,6 +65,21 @@ TEST(ClockFit, AShortSpanGivesNoDrift) {
   EXPECT_EQ(fit->drift_ppm, 0);
 }
 
+/// Two free-running cameras: a drift that nobody knows yet is within the bound that is stated.
+TEST(ClockFit, TheBoundHoldsBeforeTheDriftIsKnown) {
+  for (const double drift : {-300.0, -100.0, 100.0, 300.0})
+    for (const int count : {1, 3, 9}) {
+      const auto fit = fit_clock(samples_of(0, drift, count, 0.1, 3), {});
+      ASSERT_TRUE(fit);
+      EXPECT_FALSE(fit->drift_estimated);
+      const double at_s = 0.1 * count;
+      const double error_s =
+          fit->host_time_s(std::llround(at_s * 1e9 * (1 - drift * 1e-6)), 0) - at_s;
+      EXPECT_LT(std::abs(error_s), fit->bound_s + fit->drift_bound_s) << drift << " " << count;
+    }
+  EXPECT_EQ(fit_clock(samples_of(0, 100, 30, 0.1, 3), {})->drift_bound_s, 0);
+}
+
 TEST(ClockFit, RefusesAJumpANegativeRoundTripAndNothing) {
   auto jumped = samples_of(0, 0, 10, 1.0, 1);
   for (std::size_t i = 5; i < 10; ++i) jumped[i].device_ns += kSecond;

@@ -21,7 +21,7 @@ Json json_of(const std::optional<ClockFit>& clock) {
   Json json;
   json["drift_ppm"] = clock->drift_estimated ? Json(clock->drift_ppm) : Json();
   json["residual_us"] = 1e6 * clock->residual_s;
-  json["offset_bound_us"] = 1e6 * clock->bound_s;
+  json["offset_bound_us"] = 1e6 * (clock->bound_s + clock->drift_bound_s);
   json["samples"] = clock->samples;
   return json;
 }
@@ -59,7 +59,7 @@ Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame,
 
 Json json_of(const StillReport& still, const StillOptions& options) {
   Json json;
-  json["cloth"] = still.motion_px ? Json(still.cloth_moved ? "moved" : "still") : Json();
+  json["cloth"] = still.cloth_moved ? Json("moved") : still.motion_px ? Json("still") : Json();
   json["motion_px"] = optional_json(still.motion_px);
   json["motion_limit_px"] = options.largest_motion_px;
   json["speed_mm_per_s"] = optional_json(still.speed_mm_per_s);
