@@ -74,7 +74,7 @@ class Background {
   /// then the camera moved out of reach, or the cloth covers what could be found again. Nothing
   /// of a picture of another size either.
   [[nodiscard]] std::optional<double> shift_px(const GreyView& now) const;
-  /// Whether the reference has enough texture that a shift can be told at all.
+  /// Whether the reference has enough texture to show a shift at all.
   [[nodiscard]] bool is_textured() const { return blocks_.textured() >= kLeastBlocks; }
   /// Farthest shift that is followed.
   [[nodiscard]] double reach_px() const { return options_.shrink * options_.largest_px; }
