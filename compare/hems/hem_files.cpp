@@ -7,22 +7,20 @@
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <regex>
 #include <set>
 
+#include "compare/hems/hem_checks.hpp"
+#include "compare/hems/hem_csv.hpp"
 #include "compare/hems/shadow.hpp"
 #include "compare/repeats/student.hpp"
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
 #include "core/parallel.hpp"
-#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
 
 namespace fs = std::filesystem;
-using units::mm;
 
 const std::set<std::string> kPictures = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm"};
 const std::set<std::string> kMeshes = {".ply", ".obj", ".json"};
@@ -102,65 +100,6 @@ std::vector<Input> files_of(const fs::path& input) {
   return found;
 }
 
-/// Cloth strains, and scales err: the widest of 304 published hems is 2.3 % wider than its
-/// specimen.
-constexpr double kTolerance = 0.03;
-
-/// The disc lies in the shadow and the shadow in the flat specimen: else a length is in another
-/// unit, or of another test.
-void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
-  const double more = 1 + kTolerance + 2 * scale_u;
-  const auto circle_m2 = [](double diameter_m) {
-    return std::numbers::pi / 4 * diameter_m * diameter_m;
-  };
-  const Hem& hem = record.hem;
-  std::string wrong;
-  if (hem.area_m2 * more * more < circle_m2(geometry.disc_m))
-    wrong = fmt::format("smaller than the disc of {:g} mm", geometry.disc_m / mm);
-  else if (hem.area_m2 > more * more * hem.flat_area_m2.value_or(circle_m2(geometry.specimen_m)))
-    wrong = hem.flat_area_m2
-                ? std::string("larger than the flat specimen")
-                : fmt::format("larger than the specimen of {:g} mm", geometry.specimen_m / mm);
-  const std::size_t half = hem.radius_m.size() / 2;
-  for (std::size_t i = 0; i < half && !hem.flat_area_m2; ++i) {
-    const double width_m = hem.radius_m[i] + hem.radius_m[i + half];
-    if (wrong.empty() && width_m > more * geometry.specimen_m)
-      wrong = fmt::format("{:.1f} mm wide, the specimen {:g} mm", width_m / mm,
-                          geometry.specimen_m / mm);
-  }
-  if (wrong.empty()) return;
-  throw bad_input(fmt::format("the drape is {} (area {:.4g} mm2)", wrong, hem.area_m2 / (mm * mm)),
-                  {.file = record.file},
-                  "give lengths in mm, and the test's own --disc-mm and --specimen-mm");
-}
-
-void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options) {
-  if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
-  require_possible(record, errors.scale_u.value_or(0), options.geometry);
-  record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
-  record.nodes = nodes_of(record.hem, options.hem);
-}
-
-/// A coefficient by another disc or specimen than the drape was made with would look like any
-/// other.
-void require_geometry(const ShadowMesh& mesh, const HemReadOptions& options, const fs::path& file) {
-  if (!mesh.material_m.empty() && !options.disc_stated)
-    throw bad_input(
-        "a sheet does not say over which disc it hangs", {.file = file.string()},
-        "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
-  if (!mesh.disc_m || !mesh.specimen_m) return;
-  const DrapemeterGeometry& asked = options.geometry;
-  const auto same = [](double a_m, double b_m) { return std::abs(a_m - b_m) < 1e-3 * mm; };
-  if (same(*mesh.disc_m, asked.disc_m) && same(*mesh.specimen_m, asked.specimen_m)) return;
-  throw bad_input(fmt::format("this specimen of {:g} mm hangs over a disc of {:g} mm, not {:g} mm "
-                              "over {:g} mm",
-                              *mesh.specimen_m / mm, *mesh.disc_m / mm, asked.specimen_m / mm,
-                              asked.disc_m / mm),
-                  {.file = file.string()},
-                  fmt::format("give --disc-mm {:g} --specimen-mm {:g}", *mesh.disc_m / mm,
-                              *mesh.specimen_m / mm));
-}
-
 void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord& record) {
   if (!options.scale)
     throw bad_input("a picture has no scale of its own", {.file = file.string()},
@@ -179,75 +118,21 @@ void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord
            options);
 }
 
-/// The columns r000 .. of a table, by angle.
-std::vector<std::string> columns_of_radii(const CsvText& table) {
-  static const std::regex radius("r[0-9]{3}");
-  std::vector<std::string> angles;
-  for (const std::string& name : table.names)
-    if (std::regex_match(name, radius)) angles.push_back(name);
-  std::sort(angles.begin(), angles.end());
-  const std::string asked = "give r000, r005 .. r355 in mm, or other equal steps all round";
-  if (angles.size() < 36)
-    throw bad_input(fmt::format("{} columns of radii", angles.size()),
-                    {.file = table.file.string()}, asked);
-  for (std::size_t i = 0; i < angles.size(); ++i) {
-    const double expected = 360.0 * static_cast<double>(i) / static_cast<double>(angles.size());
-    if (std::abs(std::stoi(angles[i].substr(1)) - expected) > 0.5)  // names are whole degrees
-      throw bad_input(
-          fmt::format("the {} columns of radii do not go round in equal steps: at {:.1f} "
-                      "degrees stands {}",
-                      angles.size(), expected, angles[i]),
-          {.file = table.file.string(), .field = angles[i]}, asked);
-  }
-  return angles;
-}
-
-std::vector<HemRecord> read_table(const fs::path& file, const HemReadOptions& options) {
-  const CsvText table = read_csv_text(file);
-  const std::vector<std::string> angles = columns_of_radii(table);
-  std::vector<HemRecord> records;
-  for (std::size_t row = 0; row < table.rows.size(); ++row) {
-    const auto text = [&](const std::string& name) {
-      return table.has(name) ? table.rows[row][table.column(name)] : std::string();
-    };
-    if (table.has("series") && text("series") != "repeat") continue;
-    HemRecord record{fmt::format("{}:{}", file.string(), table.lines[row]),
-                     text("fabric"),
-                     text("sample"),
-                     text("face"),
-                     text("repeat"),
-                     {},
-                     {},
-                     {},
-                     {},
-                     {}};
-    std::vector<double> radius_m;
-    for (const std::string& name : angles) {
-      const std::optional<double> r = table.number(row, name);
-      if (!r || *r <= 0)
-        throw bad_input("a hem's radius is missing or not above 0",
-                        {.file = file.string(), .line = table.lines[row], .field = name},
-                        "give every radius in mm");
-      radius_m.push_back(*r * mm);
-    }
-    record.hem = hem_of_radii(radius_m);
-    evaluate(record, {}, options);
-    records.push_back(std::move(record));
-  }
-  return records;
-}
-
 std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,
                                   const NamePattern* names) {
   const std::string ending = ending_of(input.file);
-  if (ending == ".csv") return read_table(input.file, options);
+  if (ending == ".csv") return read_hems_csv(input.file, options);
   HemRecord record;
   record.file = input.file.string();
   record.fabric = input.name;
   if (names != nullptr) names->apply(input.name, record);
   if (kMeshes.contains(ending)) {
     const ShadowMesh mesh = read_shadow_mesh(input.file);
-    require_geometry(mesh, options, input.file);
+    if (!mesh.material_m.empty() && !options.disc_stated)
+      throw bad_input(
+          "a sheet does not say over which disc it hangs", {.file = record.file},
+          "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
+    require_geometry(mesh.disc_m, mesh.specimen_m, options.geometry, {.file = record.file});
     record.hem = shadow_of(mesh);
     record.go = mesh.status.empty() || mesh.status == "at rest";
     if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);

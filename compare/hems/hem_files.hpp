@@ -53,10 +53,11 @@ struct HemSet {
 
 /// Pictures, sheets and meshes (PLY, OBJ, sheet.json), tables of radii (CSV) and folders of all of
 /// these, in the order given, folders by name. A table has the columns r000 .. in mm, in any order,
-/// one per equal step of angle all round, and may have fabric, sample, face, repeat and
-/// series (then only "repeat" rows are read). A file that cannot be read is refused with its
-/// reason, not thrown, and so are a hem that no drape of the geometry can have, a sheet without a
-/// stated disc, and the second of two equal hems. Throws Error(usage) when nothing is named.
+/// one per equal step of angle all round, and may have those of hems.csv; it is refused with any
+/// other column, without a row, and when its geometry is another. A file that cannot be read is
+/// refused with its reason, not thrown, and so are a hem that no drape of the geometry can have, a
+/// sheet without a stated disc, and the second of two equal hems. Throws Error(usage) when nothing
+/// is named.
 [[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
                                const HemReadOptions& options);
 
@@ -92,8 +93,11 @@ struct MatchOptions {
                                                const std::vector<HemRecord>& virtual_hems,
                                                const MatchOptions& options);
 
-/// hems.csv: a row per hem; `u_` before a name is its expanded uncertainty.
-[[nodiscard]] std::string hems_csv(const std::vector<HemRecord>& hems);
+/// hems.csv: a row per hem, which is an input again: its test (disc_mm, specimen_mm, the specimen's
+/// flat area where that is known better), why it is NO-GO (else empty), its numbers; `u_` before a
+/// name is its expanded uncertainty.
+[[nodiscard]] std::string hems_csv(const DrapemeterGeometry& geometry,
+                                   const std::vector<HemRecord>& hems);
 
 /// hems.json, "drapebench/hems/1".
 [[nodiscard]] Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,

@@ -117,6 +117,74 @@ TEST_F(HemFiles, ACopyIsNoRepeat) {
   EXPECT_EQ(read_hems({file, file}, {}).hems.size(), 2U);
 }
 
+TEST_F(HemFiles, HemsCsvKeepsTheVerdictTheTestTheAreasAndU) {
+  HemReadOptions options;
+  options.geometry = drapemeter_geometry("jis-254");
+  options.scale_u = 0.01;
+  HemSet set = read(table(every(5), {times(0.9), times(0.95)}), options);
+  ASSERT_EQ(set.hems.size(), 2U) << set.refused.front();
+  HemRecord& moving = set.hems[1];
+  moving.hem.flat_area_m2 = 0.049;
+  moving.hem.area_m2 *= 0.98;  // a fold overhangs
+  moving.numbers = numbers_with_u(moving.hem, {{}, options.scale_u}, options.geometry, {});
+  moving.go = false;
+  moving.warnings = {"not at rest, # of steps\nused up"};
+  const std::string text = hems_csv(options.geometry, set.hems);
+
+  HemReadOptions same;
+  same.geometry = options.geometry;
+  const HemSet again = read(text, same);
+  ASSERT_EQ(again.hems.size(), 2U) << again.refused.front();
+  EXPECT_TRUE(again.hems[0].go);
+  EXPECT_FALSE(again.hems[1].go);
+  EXPECT_THAT(again.hems[1].warnings, testing::ElementsAre("not at rest, # of steps used up"));
+  for (const int i : {0, 1}) {
+    const HemNumber &before = set.hems[i].numbers.front(), &after = again.hems[i].numbers.front();
+    EXPECT_NEAR(after.value, before.value, 1e-3);
+    ASSERT_TRUE(before.u && after.u);
+    EXPECT_NEAR(*after.u, *before.u, 0.005 * *before.u) << "three digits";
+  }
+  const HemSet other = read(text);
+  EXPECT_TRUE(other.hems.empty());
+  ASSERT_EQ(other.refused.size(), 1U);
+  EXPECT_THAT(other.refused[0], HasSubstr("--disc-mm 127 --specimen-mm 254"));
+
+  HemRecord silent = set.hems[0];
+  silent.go = false;
+  EXPECT_FALSE(read(hems_csv(same.geometry, {silent}), same).hems.at(0).go) << "without a reason";
+}
+
+TEST_F(HemFiles, AnAreaThatIsNotThatOfTheRadiiIsRefused) {
+  std::string text = hems_csv({"", 0.180, 0.300}, read(table(every(5), {kHem})).hems);
+  EXPECT_EQ(read(text).hems.size(), 1U);
+  const std::size_t line = text.find('\n');
+  text.insert(line, ",area_mm2");
+  text.insert(text.size() - 1, ",30000");
+  expect_refused(text, "`area_mm2` stands there twice");
+  text = table(every(5), {kHem});
+  text.insert(text.find('\n'), ",area_mm2");
+  text.insert(text.size() - 1, ",30000");
+  expect_refused(text, "the area is 3e+04 mm2");
+}
+
+TEST_F(HemFiles, ATableWithoutAHemIsRefused) {
+  expect_refused(table(every(5), {}), "no row");
+}
+
+TEST_F(HemFiles, AColumnThatIsPassedOverCouldTellFabricsApart) {
+  const std::string text = table(every(5), {kHem});
+  const auto renamed = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    return other.replace(other.find(from), from.size(), to);
+  };
+  expect_refused(renamed("fabric", "Fabric"), "`Fabric`: did you mean `fabric`?");
+  expect_refused(renamed("repeat", "Repeat"), "did you mean `repeat`?");
+  expect_refused(renamed("repeat", "specimen"), "no column `specimen`");
+  expect_refused(renamed("repeat", "series"), "no column `series`");
+  expect_refused(renamed("repeat", "fabric"), "`fabric` stands there twice");
+  EXPECT_EQ(read(renamed("repeat", "nodes")).hems.size(), 1U) << "a number";
+}
+
 /// A flat square of 200 mm out of cloth of 250 mm, which may hang over anything.
 std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
   Sheet sheet;

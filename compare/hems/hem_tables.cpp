@@ -4,7 +4,6 @@
 #include <map>
 
 #include "compare/hems/hem_files.hpp"
-#include "core/files/csv.hpp"
 #include "core/units.hpp"
 
 namespace drape::compare {
@@ -76,36 +75,7 @@ Json variance_json(const std::string& fabric, const std::vector<const HemRecord*
   return json;
 }
 
-/// A cell that no reader takes for a note.
-std::string quoted(const std::string& text) {
-  const std::string cell = csv_cell(text);
-  const bool plain = cell.find('#') == std::string::npos || cell.front() == '"';
-  return plain ? cell : '"' + cell + '"';
-}
-
 }  // namespace
-
-std::string hems_csv(const std::vector<HemRecord>& hems) {
-  constexpr int kAngles = 72;
-  std::string text = "fabric,sample,face,repeat,file";
-  if (!hems.empty())
-    for (const HemNumber& number : hems.front().numbers)
-      text += fmt::format(",{0},u_{0}", number.name);
-  for (int i = 0; i < kAngles; ++i) text += fmt::format(",r{:03d}", 360 / kAngles * i);
-  text += '\n';
-  for (const HemRecord& hem : hems) {
-    text += fmt::format("{},{},{},{},{}", quoted(hem.fabric), quoted(hem.sample), quoted(hem.face),
-                        quoted(hem.repeat), quoted(hem.file));
-    for (const HemNumber& number : hem.numbers)
-      text +=
-          fmt::format(",{:.6g},{}", number.value, number.u ? fmt::format("{:.3g}", *number.u) : "");
-    const std::size_t step = hem.hem.radius_m.size() / kAngles;
-    for (std::size_t i = 0; i < kAngles; ++i)
-      text += fmt::format(",{:.4f}", hem.hem.radius_m[i * step] / mm);
-    text += '\n';
-  }
-  return text;
-}
 
 Json hems_json(const DrapemeterGeometry& geometry, const HemSet& real,
                const std::vector<HemMatch>& matches, const MatchOptions& options) {

@@ -9,6 +9,7 @@
 
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/shadow.hpp"
+#include "compare/hems/test_published.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -192,7 +193,7 @@ TEST_F(Pictures, AFolderIsReadWithItsNames) {
   EXPECT_EQ(set.hems[0].sample, "2");
   EXPECT_EQ(set.hems[2].repeat, "2");
   // hems.csv is an input again.
-  write_durable(folder_.path() / "hems.csv", hems_csv(set.hems));
+  write_durable(folder_.path() / "hems.csv", hems_csv(given.geometry, set.hems));
   const HemSet again = read_hems({folder_.path() / "hems.csv"}, {});
   ASSERT_EQ(again.hems.size(), 3U);
   EXPECT_EQ(again.hems[2].fabric, "wool");
@@ -308,7 +309,7 @@ struct Published {
 };
 Published published(const std::filesystem::path& folder) {
   Published result;
-  result.hems = read_hems({folder / "silhouettes.csv"}, {});
+  result.hems = published_hems();
   const CsvText table = read_csv_text(folder / "silhouettes.csv");
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     if (table.rows[row][table.column("series")] != "repeat") continue;

@@ -7,6 +7,7 @@
 #include "core/program/command.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
+#include "core/units.hpp"
 
 using namespace drape;
 using namespace drape::compare;
@@ -32,12 +33,14 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
   Ending ending = ending_of(real, compared, matches);
   if (arguments.out) {
     const auto csv = *arguments.out / "hems.csv", json = *arguments.out / "hems.json";
-    write_durable(csv, hems_csv(real.hems));
+    write_durable(csv, hems_csv(options.geometry, real.hems));
     write_json(json, hems_json(options.geometry, real, matches, match_options));
     record.output(csv);
     record.output(json);
     ending.next_command =
-        fmt::format("drape drapemeter {} --compare SHEET", shell_word(csv.string()));
+        fmt::format("drape drapemeter {} --disc-mm {:.10g} --specimen-mm {:.10g} --compare SHEET",
+                    shell_word(csv.string()), options.geometry.disc_m / units::mm,
+                    options.geometry.specimen_m / units::mm);
   }
   return finish(ending, common, record);
 }

@@ -9,11 +9,10 @@
 #include <numeric>
 #include <random>
 
-#include "compare/hems/hem_files.hpp"
+#include "compare/hems/test_published.hpp"
 #include "compare/repeats/mark_repeats.hpp"
 #include "compare/repeats/student.hpp"
 #include "compare/repeats/test_prior.hpp"
-#include "tests/support/paths.hpp"
 
 namespace drape::compare {
 namespace {
@@ -94,8 +93,7 @@ struct Library {
   Groups groups;
   std::map<std::pair<std::string, std::string>, Table> distances;
 
-  explicit Library(const std::filesystem::path& folder)
-      : set(read_hems({folder / "silhouettes.csv"}, {})), groups(groups_of(set)) {
+  Library() : set(published_hems()), groups(groups_of(set)) {
     for (const auto& [name, hems] : groups) distances[name] = distances_of(hems);
   }
   /// From all fabrics but one, so that no fabric judges itself.
@@ -113,8 +111,7 @@ struct Library {
 };
 
 TEST(Repeats, ThePublishedPriorsAreThoseOfTheData) {
-  const std::filesystem::path folder = test::test_data("real-drapes");
-  const RepeatPriors found = Library(folder).priors("");
+  const RepeatPriors found = Library().priors("");
   const RepeatPriors& kept = published_priors();
   EXPECT_NEAR(kept.drape_coefficient.dof / found.drape_coefficient.dof, 1, 0.02);
   EXPECT_NEAR(kept.drape_coefficient.variance / found.drape_coefficient.variance, 1, 0.02);
@@ -146,8 +143,7 @@ std::array<std::optional<double>, 3> left_out_p(const Library& library,
 }
 
 TEST(Repeats, ALeftOutRepeatIsOutsideAsOftenAsTheSignificanceSays) {
-  const std::filesystem::path folder = test::test_data("real-drapes");
-  const Library library(folder);
+  const Library library;
   std::array<int, 3> alarms{};
   int n = 0, found = 0;
   for (const auto& [name, hems] : library.groups) {
@@ -172,8 +168,7 @@ TEST(Repeats, ALeftOutRepeatIsOutsideAsOftenAsTheSignificanceSays) {
 }
 
 TEST(Repeats, AnotherFabricTenPointsAwayIsFound) {
-  const std::filesystem::path folder = test::test_data("real-drapes");
-  const Library library(folder);
+  const Library library;
   int n = 0, near = 0, found = 0, near_found = 0;
   const auto mean = [](const std::vector<const HemRecord*>& hems) {
     double sum = 0;
@@ -252,8 +247,7 @@ Sheet cloth_of(const Hem& hem) {
 
 // The same statistics through what `drape run` does: sheets in, marks, hem and spectrum judged.
 TEST(Repeats, OfSheetsAreOutsideAsOftenAsTheSignificanceSays) {
-  const std::filesystem::path folder = test::test_data("real-drapes");
-  const Library library(folder);
+  const Library library;
   std::map<std::string, int> alarms;
   int n = 0;
   for (const auto& [name, hems] : library.groups) {
@@ -275,8 +269,7 @@ TEST(Repeats, OfSheetsAreOutsideAsOftenAsTheSignificanceSays) {
 }
 
 TEST(Repeats, ASheetOfAnotherFabricTenPointsAwayIsFound) {
-  const std::filesystem::path folder = test::test_data("real-drapes");
-  const Library library(folder);
+  const Library library;
   const auto mean = [](const std::vector<const HemRecord*>& hems) {
     double sum = 0;
     for (const HemRecord* hem : hems) sum += hem->drape_coefficient();

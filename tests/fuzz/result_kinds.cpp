@@ -61,7 +61,7 @@ constexpr const char* kLab =
 
 /// A row of radii in mm every 10 degrees.
 fs::path make_radii(const fs::path& folder) {
-  std::string names = "fabric,sample,face,repeat,series", values = "1,1,1,1,repeat";
+  std::string names = "fabric,sample,face,repeat,disc_mm", values = "1,1,1,1,180";
   for (int degrees = 0; degrees < 360; degrees += 10) {
     names += fmt::format(",r{:03}", degrees);
     values += fmt::format(",{}", 100 + degrees % 40);

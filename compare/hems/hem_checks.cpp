@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "compare/hems/hem_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/units.hpp"
+
+namespace drape::compare {
+namespace {
+
+using units::mm;
+
+/// The disc lies in the shadow and the shadow in the flat specimen: else a length is in another
+/// unit, or of another test.
+void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
+  const double more = 1 + kLengthTolerance + 2 * scale_u;
+  const auto circle_m2 = [](double diameter_m) {
+    return std::numbers::pi / 4 * diameter_m * diameter_m;
+  };
+  const Hem& hem = record.hem;
+  std::string wrong;
+  if (hem.area_m2 * more * more < circle_m2(geometry.disc_m))
+    wrong = fmt::format("smaller than the disc of {:g} mm", geometry.disc_m / mm);
+  else if (hem.area_m2 > more * more * hem.flat_area_m2.value_or(circle_m2(geometry.specimen_m)))
+    wrong = hem.flat_area_m2
+                ? std::string("larger than the flat specimen")
+                : fmt::format("larger than the specimen of {:g} mm", geometry.specimen_m / mm);
+  const std::size_t half = hem.radius_m.size() / 2;
+  for (std::size_t i = 0; i < half && !hem.flat_area_m2; ++i) {
+    const double width_m = hem.radius_m[i] + hem.radius_m[i + half];
+    if (wrong.empty() && width_m > more * geometry.specimen_m)
+      wrong = fmt::format("{:.1f} mm wide, the specimen {:g} mm", width_m / mm,
+                          geometry.specimen_m / mm);
+  }
+  if (wrong.empty()) return;
+  throw bad_input(fmt::format("the drape is {} (area {:.4g} mm2)", wrong, hem.area_m2 / (mm * mm)),
+                  {.file = record.file},
+                  "give lengths in mm, and the test's own --disc-mm and --specimen-mm");
+}
+
+}  // namespace
+
+void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options) {
+  if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
+  require_possible(record, errors.scale_u.value_or(0), options.geometry);
+  record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
+  record.nodes = nodes_of(record.hem, options.hem);
+}
+
+void require_geometry(const std::optional<double>& disc_m, const std::optional<double>& specimen_m,
+                      const DrapemeterGeometry& asked, const Where& where) {
+  const double disc = disc_m.value_or(asked.disc_m);
+  const double specimen = specimen_m.value_or(asked.specimen_m);
+  const auto same = [](double a_m, double b_m) { return std::abs(a_m - b_m) < 1e-3 * mm; };
+  if (same(disc, asked.disc_m) && same(specimen, asked.specimen_m)) return;
+  throw bad_input(
+      fmt::format("this specimen of {:g} mm hangs over a disc of {:g} mm, not {:g} mm over {:g} mm",
+                  specimen / mm, disc / mm, asked.specimen_m / mm, asked.disc_m / mm),
+      where, fmt::format("give --disc-mm {:g} --specimen-mm {:g}", disc / mm, specimen / mm));
+}
+
+}  // namespace drape::compare
