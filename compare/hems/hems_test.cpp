@@ -267,6 +267,22 @@ TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
   EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
 }
 
+TEST(Shadow, AMeshThatTheListBesideItDoesNotNameIsRefused) {
+  const test::TemporaryFolder folder;
+  write_square(folder.path() / "start-00.ply");
+  write_square(folder.path() / "start-01.ply", "119");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet set = read_hems({folder.path()}, {});
+  EXPECT_EQ(set.hems.size(), 1U);
+  ASSERT_EQ(set.refused.size(), 1U);
+  EXPECT_THAT(set.refused[0], testing::HasSubstr("start-01.ply"));
+  EXPECT_THAT(set.refused[0], testing::HasSubstr("does not name it"));
+}
+
 TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
   const test::TemporaryFolder folder;
   write_square(folder.path() / "start-00.ply");

@@ -117,7 +117,11 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
     mesh.flat_area_m2 = start.number("specimen_area_mm2") * units::mm * units::mm;
     if (root.has("disc_mm")) mesh.disc_m = root.number("disc_mm") * units::mm;
     if (root.has("specimen_mm")) mesh.specimen_m = root.number("specimen_mm") * units::mm;
+    return;
   }
+  throw bad_input("the list beside the mesh does not name it",
+                  {.file = list.string(), .field = name},
+                  "remove a drape of an earlier run; keep other meshes in a folder of their own");
 }
 
 }  // namespace

@@ -25,8 +25,8 @@ struct ShadowMesh {
 };
 
 /// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up; where a
-/// cusick.json beside it names the file, with its status and specimen. Throws Error(bad_input)
-/// naming the file.
+/// cusick.json stands beside it, with the status and specimen that this has for the file. Throws
+/// Error(bad_input) naming the file, also of a mesh that the list does not name.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
 /// What light from straight above leaves on the table: the area of the union of all triangles

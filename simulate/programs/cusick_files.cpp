@@ -62,10 +62,28 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
   return judged;
 }
 
+namespace {
+
+std::string file_of_start(std::size_t start) {
+  return fmt::format("start-{:02d}.ply", start);
+}
+
+/// Drapes that the new list does not name would be taken for those of its fabric.
+void remove_drapes(const std::filesystem::path& folder) {
+  for (std::size_t i = 0; i < kMostStarts; ++i) {
+    const auto file = folder / file_of_start(i);
+    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(file)))
+      std::filesystem::remove(file);
+  }
+}
+
+}  // namespace
+
 Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                     const std::vector<JudgedDrape>& drapes, RunRecord& record) {
   using units::mm;
   const std::filesystem::path out = arguments.out;
+  remove_drapes(out);
   Ending ending;
   Json json;
   json["schema"] = "drapebench/cusick/1";
@@ -77,9 +95,7 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
   for (std::size_t i = 0; i < drapes.size(); ++i) {
     const CusickDrape& drape = drapes[i].drape;
     const RelaxationReport& found = drape.report;
-    const std::string name = fmt::format("start-{:02d}.ply", i);
-    write_durable(out / name, ply_text(drape));
-    record.output(out / name);
+    const std::string name = file_of_start(i);
     resting += drapes[i].go() ? 1 : 0;
     json["starts"].push_back({{"file", name},
                               {"points", drape.mesh.points_m.size()},
@@ -111,7 +127,12 @@ Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
           name, drape.hurried_loads));
     }
   }
+  // The list first: whenever a run may end, no drape lies beside a list that speaks of another.
   write_json(out / "cusick.json", json);
+  for (std::size_t i = 0; i < drapes.size(); ++i) {
+    write_durable(out / file_of_start(i), ply_text(drapes[i].drape));
+    record.output(out / file_of_start(i));
+  }
   record.output(out / "cusick.json");
   ending.go = resting == drapes.size();
   ending.verdict = fmt::format("{} of {} drapes of {} at rest and accepted by the checker", resting,

@@ -13,7 +13,8 @@
 
 namespace drape::simulate {
 
-constexpr double ms = 1e-3;  // s
+constexpr double ms = 1e-3;      // s
+constexpr int kMostStarts = 99;  // two digits in the files' names
 
 /// What `drape cusick` was asked for, in people's units.
 struct CusickArguments {
@@ -41,8 +42,9 @@ struct JudgedDrape {
 /// Drapes a specimen and puts what rests before the checker.
 [[nodiscard]] JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options);
 
-/// Writes start-NN.ply and cusick.json (schema drapebench/cusick/1) into `out`, books them in the
-/// record, and says how many drapes the checker takes for rests.
+/// Writes start-NN.ply and cusick.json (schema drapebench/cusick/1) into `out`, where no drape of
+/// an earlier run remains, books them in the record, and says how many drapes the checker takes for
+/// rests.
 [[nodiscard]] Ending write_cusick(const CusickArguments& arguments, const std::string& fabric,
                                   const std::vector<JudgedDrape>& drapes, RunRecord& record);
 

@@ -139,5 +139,23 @@ TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
                    out("split/sensitivity.run.json"));
 }
 
+TEST_F(Records, ACusickFolderHoldsTheDrapesOfItsListAlone) {
+  const auto drape = [&](const std::string& starts) {
+    const std::string line = test::program("drape-cusick").string() + " " +
+                             out("fabrics/A.toml").string() + " --spacing-mm 30 --max-steps 1" +
+                             " --starts " + starts + " --out " + out("m").string();
+    const int ended = std::system((line + " > /dev/null 2>&1").c_str());
+    EXPECT_TRUE(WIFEXITED(ended) && WEXITSTATUS(ended) == 1) << line;
+  };
+  drape("3");
+  EXPECT_TRUE(fs::exists(out("m/start-02.ply")));
+  write_durable(out("m/start-note.ply"), "of a person");
+  drape("1");
+  EXPECT_TRUE(fs::exists(out("m/start-00.ply")));
+  EXPECT_FALSE(fs::exists(out("m/start-01.ply")));
+  EXPECT_FALSE(fs::exists(out("m/start-02.ply")));
+  EXPECT_TRUE(fs::exists(out("m/start-note.ply")));
+}
+
 }  // namespace
 }  // namespace drape::simulate
