@@ -78,6 +78,48 @@ TEST_F(Outlines, UnitsAndViewBoxGiveMillimetres) {
     EXPECT_THROW((void)side(size), Error) << size;
 }
 
+TEST_F(Outlines, WhatIsNotSeenAsItIsDrawnIsRefused) {
+  const std::string piece = "<rect id='piece' x='50' y='50' width='100' height='100'/>";
+  const std::string frame = "<rect width='200' height='200'/>";
+  for (const char* hidden :
+       {"style='display:none'", "style='opacity:1; DISPLAY : None !important'", "display='none'",
+        "style='/* layer 2 */display:none'", "style='/*/ 2 */display:none/* a */'",
+        "visibility='hidden'", "style='visibility:collapse'", "opacity='0'",
+        "style='transform:scale(2)'", "style='stroke:red;rotate:5deg'", "clip-path='url(#a)'",
+        "style='mask:url(#a)'"})
+    for (const std::string& layer :
+         {"<g id='frame' " + std::string(hidden) + ">" + frame + "</g>",
+          "<rect id='frame' " + std::string(hidden) + " width='200' height='200'/>"})
+      EXPECT_THAT(refusal(piece + layer),
+                  testing::AllOf(HasSubstr("id=frame"), HasSubstr("not seen as it is drawn")));
+  for (const char* sheet : {".st0{display:none;}", "rect:hover{display:none}",
+                            "<![CDATA[ @media all { g { x: 5px } }]]>",
+                            ".a{fill:red} .b { visibility : hidden }", "@import url(other.css);"})
+    for (const char* place : {"<style>", "<defs><style type='text/css'>"}) {
+      const std::string close = place[1] == 'd' ? "</style></defs>" : "</style>";
+      EXPECT_THAT(refusal(place + std::string(sheet) + close + piece), HasSubstr("`style`"));
+    }
+  EXPECT_THROW((void)read("<?xml version='1.0'?><?xml-stylesheet href='a.css'?><svg width='9mm' "
+                          "height='9mm'>" +
+                          piece + "</svg>"),
+               Error);
+  EXPECT_THROW((void)read("<svg width='9mm' height='9mm' transform='scale(2)'>" + piece + "</svg>"),
+               Error);
+  // What editors write of every layer and shape.
+  const ClothOutline shown = drawn(
+      "<style>/* display:none */ .st0{fill:none;stroke-width:2;display:inline}</style>"
+      "<g style='display:inline;opacity:0.5' visibility='visible' mask='none'>" +
+      piece + "</g>");
+  EXPECT_NEAR(area_mm2(shown.outer), 10000, 1e-6);
+}
+
+TEST_F(Outlines, ATransformOfMoreThanNumbersIsRefused) {
+  for (const char* transform : {"translate(50px,80px)", "translate(5 6 7)", "rotate(90deg)",
+                                "scale(2x)", "matrix(1 0 0 1 5 6mm)", "translate(5%)"})
+    EXPECT_THAT(refusal("<rect transform='" + std::string(transform) + "' width='9' height='9'/>"),
+                HasSubstr("is no transform"));
+}
+
 /// Every command of a path, absolute and relative, draws the same disc or square.
 TEST_F(Outlines, PathsDrawWhatTheyShould) {
   const double disc = std::numbers::pi * 30 * 30;

@@ -2,6 +2,8 @@
 // Shapes of an SVG file, which pugixml reads.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <pugixml.hpp>
@@ -24,8 +26,61 @@ using units::mm;
 constexpr int kDeepest = 100;           // groups within each other
 constexpr std::size_t kLongest = 1000;  // characters of a size or transform
 
+constexpr const char* kHidden =
+    "delete hidden layers, apply transforms, clips and masks, and export as plain SVG";
+
 /// Elements that draw nothing.
 const std::set<std::string> kSilent = {"title", "desc", "metadata", "defs", "style"};
+
+/// What in a style moves, cuts or redraws a shape (CSS Transforms 1 and 2, CSS Masking 1, SVG 2).
+const std::set<std::string> kReshaping = {"transform",
+                                          "transform-origin",
+                                          "transform-box",
+                                          "translate",
+                                          "rotate",
+                                          "scale",
+                                          "clip-path",
+                                          "clip",
+                                          "mask",
+                                          "d",
+                                          "x",
+                                          "y",
+                                          "cx",
+                                          "cy",
+                                          "r",
+                                          "rx",
+                                          "ry",
+                                          "width",
+                                          "height"};
+
+std::string in_small_letters(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+std::string without_comments(const std::string& text) {
+  std::string plain;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t from = std::min(text.find("/*", at), text.size());
+    plain += text.substr(at, from - at);
+    const std::size_t to = text.find("*/", from + 2);
+    at = to == std::string::npos ? text.size() : to + 2;
+  }
+  return plain;
+}
+
+std::string first_word(const std::string& text) {
+  const std::size_t from = std::min(text.find_first_not_of(" \t\r\n"), text.size());
+  return text.substr(from, text.find_first_of(" \t\r\n!", from) - from);
+}
+
+/// Whether a shape with this property is not seen, or in another form than its element states.
+bool hides_or_reshapes(const std::string& property, const std::string& value) {
+  if (property == "display") return value == "none";
+  if (property == "visibility") return value == "hidden" || value == "collapse";
+  if (property == "opacity") return NumberReader(value).next().value_or(1) == 0;
+  return kReshaping.contains(property) && value != "none";
+}
 
 class SvgReader {
  public:
@@ -42,6 +97,16 @@ class SvgReader {
                       {.file = file_.string()}, "export the outline as plain SVG");
     const pugi::xml_node svg = document.child("svg");
     if (!svg) refuse(svg, "the file has no <svg>", "export the outline as plain SVG");
+    svg.find_node([this](const pugi::xml_node& node) {
+      if (std::string(node.name()) != "style") return false;
+      std::string sheet;
+      for (const pugi::xml_node& part : node.children()) sheet += part.value();
+      require_plain_style(node, sheet);
+      return false;
+    });
+    if (text.find("<?xml-stylesheet") != std::string::npos)
+      refuse(svg, "its style stands in another file", kHidden);
+    if (svg.attribute("transform")) refuse(svg, "its transform is not read", kHidden);
     visit(svg, scale_of(svg), 0);
     return builder_.rings();
   }
@@ -52,6 +117,32 @@ class SvgReader {
     std::string name = node.name();
     if (const std::string id = node.attribute("id").value(); !id.empty()) name += " id=" + id;
     throw bad_input(why, {.file = file_.string(), .field = name}, what_to_do);
+  }
+
+  /// Of declarations alone, or of a sheet of rules, whatever they select.
+  void require_plain_style(const pugi::xml_node& node, const std::string& style) const {
+    const std::string text = without_comments(in_small_letters(style));
+    if (text.find("@import") != std::string::npos)
+      refuse(node, "its style stands in another file", kHidden);
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find_first_of("{};", at), text.size());
+      const std::string part = text.substr(at, end - at);
+      if (const std::size_t colon = part.find(':'); colon != std::string::npos)
+        require_plain(node, first_word(part.substr(0, colon)), first_word(part.substr(colon + 1)));
+      at = end + 1;
+    }
+  }
+  void require_plain(const pugi::xml_node& node, const std::string& property,
+                     const std::string& value) const {
+    if (hides_or_reshapes(property, value))
+      refuse(node, fmt::format("it is not seen as it is drawn ({}: {})", property, value), kHidden);
+  }
+  /// What a viewer hides is no cloth, and what it moves stands elsewhere.
+  void require_shown(const pugi::xml_node& node) const {
+    for (const char* name : {"display", "visibility", "opacity", "clip-path", "mask"})
+      if (const pugi::xml_attribute attribute = node.attribute(name))
+        require_plain(node, name, in_small_letters(attribute.value()));
+    require_plain_style(node, node.attribute("style").value());
   }
 
   /// A length with its unit, in metres; nothing without one.
@@ -88,6 +179,7 @@ class SvgReader {
       if (!next) refuse(svg, "its viewBox has not four numbers", remedy);
       value = *next;
     }
+    if (!numbers.at_end()) refuse(svg, "its viewBox has not four numbers", remedy);
     if (!(box[2] > 0 && box[3] > 0)) refuse(svg, "its viewBox has no area", remedy);
     const double along_x = *width / box[2], along_y = *height / box[3];
     if (std::abs(along_x / along_y - 1) > 1e-4)
@@ -111,6 +203,7 @@ class SvgReader {
       NumberReader numbers((*it)[2].str());
       std::vector<double> v;
       while (const auto value = numbers.next()) v.push_back(*value);
+      if (!numbers.at_end()) v.clear();  // a unit, or no number
       const std::string name = (*it)[1];
       Affine2d t = Affine2d::Identity();
       if (name == "matrix" && v.size() == 6) {
@@ -148,6 +241,7 @@ class SvgReader {
 
   void visit(const pugi::xml_node& node, const Affine2d& outer, int depth) {
     if (depth > kDeepest) refuse(node, "groups lie too deep in each other", "ungroup the outline");
+    require_shown(node);
     const Affine2d here = depth == 0 ? outer : outer * transform_of(node);
     for (const pugi::xml_node& child : node.children()) {
       if (child.type() != pugi::node_element) continue;
@@ -157,6 +251,7 @@ class SvgReader {
       if (name == "g") {
         visit(child, here, depth + 1);
       } else {
+        require_shown(child);
         builder_.to_metres = here * transform_of(child);
         draw(child, name);
         if (builder_.is_beyond_limits())
