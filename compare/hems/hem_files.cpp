@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <regex>
 #include <set>
 
@@ -163,6 +164,12 @@ void tell_apart(std::vector<Input>& files) {
     if (named[file.name].size() > 1) file.name = fs::path(file.file).replace_extension().string();
 }
 
+constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 /// A copy is no repeat: of hems that are equal to the last bit the first is kept.
 void refuse_copies(HemSet& set) {
   std::map<std::vector<double>, std::string> seen;
@@ -211,27 +218,50 @@ HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& opti
   return set;
 }
 
+void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
+  std::vector<HemRecord> kept;
+  for (HemRecord& record : virtual_hems.hems) {
+    const auto same = std::find_if(real.hems.begin(), real.hems.end(), [&](const HemRecord& other) {
+      return hem_distance_m(other.hem, record.hem) < kLeast_m;
+    });
+    if (same == real.hems.end())
+      kept.push_back(std::move(record));
+    else
+      virtual_hems.refused.push_back(fmt::format(
+          "{}: its hem is that of {}, a copy; name virtual drapes", record.file, same->file));
+  }
+  virtual_hems.hems = std::move(kept);
+}
+
 std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
+  std::map<std::string, std::vector<double>> samples;
+  EnsembleBand band;
+  for (const HemRecord* hem : hems) {
+    if (!hem->go) continue;
+    samples[hem->sample].push_back(hem->drape_coefficient());
+    ++band.drapes;
+  }
+  band.samples = static_cast<int>(samples.size());
   std::vector<double> values;
-  for (const HemRecord* hem : hems)
-    if (hem->go) values.push_back(hem->drape_coefficient());
-  const auto n = static_cast<double>(values.size());
+  if (band.samples == 1) values = samples.begin()->second;
+  for (const auto& [name, own] : samples)
+    if (band.samples > 1) values.push_back(mean_of(own));
   if (values.size() < 2) return std::nullopt;
-  EnsembleBand band{static_cast<int>(values.size()), 0, 0, 0, 0};
-  for (const double value : values) band.mean += value / n;
+  const auto n = static_cast<double>(values.size());
+  band.mean = mean_of(values);
   double squares = 0;
   for (const double value : values) squares += (value - band.mean) * (value - band.mean);
-  const double sd = std::sqrt(squares / (n - 1)), t = student_quantile(0.975, n - 1);
-  band.mean_u = t * sd / std::sqrt(n);
-  band.low = band.mean - t * sd * std::sqrt(1 + 1 / n);
-  band.high = band.mean + t * sd * std::sqrt(1 + 1 / n);
+  const double reach = student_quantile(0.975, n - 1) * std::sqrt(squares / (n - 1));
+  band.mean_u = reach / std::sqrt(n);
+  if (static_cast<int>(values.size()) == band.drapes)
+    band.next = {band.mean - reach * std::sqrt(1 + 1 / n),
+                 band.mean + reach * std::sqrt(1 + 1 / n)};
   return band;
 }
 
 std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
                                  const std::vector<HemRecord>& virtual_hems,
                                  const MatchOptions& options) {
-  constexpr double kLeast_m = 1e-6;  // hems that are nearer are copies
   std::map<std::pair<std::string, std::string>, std::vector<const HemRecord*>> groups;
   for (const HemRecord& hem : real) groups[{hem.fabric, hem.face}].push_back(&hem);
   std::vector<HemMatch> matches;

@@ -61,14 +61,20 @@ struct HemSet {
 [[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
                                const HemReadOptions& options);
 
-/// Mean of an ensemble, and where its drapes lie: t of n - 1 degrees of freedom.
+/// A copy of a real hem, turned or mirrored, is no virtual one: moves such to what is refused.
+void refuse_copies_of(const HemSet& real, HemSet& virtual_hems);
+
+/// Mean of drapes that are alike, and where they lie: t of n - 1 degrees of freedom, n the drapes
+/// of an ensemble or of one sample, else the samples, whose own difference the drapes of one have
+/// in common.
 struct EnsembleBand {
-  int drapes = 0;
-  double mean = 0;
-  double mean_u = 0;         ///< expanded, 95 %
-  double low = 0, high = 0;  ///< one more drape lies between them in 95 of 100 cases
+  int drapes = 0, samples = 0;
+  double mean = 0;    ///< of samples: of their means
+  double mean_u = 0;  ///< expanded, 95 %
+  /// One more drape lies between them in 95 of 100 cases; absent where samples have several drapes.
+  std::optional<std::pair<double, double>> next;
 };
-/// Of the coefficients of the hems of one fabric that rest; nothing below two.
+/// Of the coefficients of the hems of one fabric and face that rest; nothing below two.
 [[nodiscard]] std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems);
 
 /// A virtual hem beside the repeats of one fabric and face.

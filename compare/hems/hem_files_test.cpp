@@ -117,6 +117,24 @@ TEST_F(HemFiles, ACopyIsNoRepeat) {
   EXPECT_EQ(read_hems({file, file}, {}).hems.size(), 2U);
 }
 
+TEST_F(HemFiles, ACopyOfARealHemIsNoVirtualOne) {
+  const HemSet real = read(table(every(5), {kHem, times(1.02)}));
+  const Radius turned = [](int angle) { return radius_mm(angle - 35); };
+  const Radius mirrored = [](int angle) { return radius_mm(360 - angle); };
+  const Radius near = [](int angle) { return radius_mm(angle) + 0.01; };
+  HemSet compared = read(table(every(5), {kHem, turned, mirrored, near}));
+  ASSERT_EQ(compared.hems.size(), 4U);
+  refuse_copies_of(real, compared);
+  ASSERT_EQ(compared.hems.size(), 1U);
+  EXPECT_THAT(compared.hems[0].file, HasSubstr("hems.csv:5"));
+  EXPECT_EQ(compared.refused.size(), 3U);
+  EXPECT_THAT(compared.refused[0], HasSubstr("hems.csv:2, a copy"));
+  // hems.csv keeps radii to 0.1 um.
+  HemSet stored = read(hems_csv({"", 0.180, 0.300}, real.hems));
+  refuse_copies_of(real, stored);
+  EXPECT_TRUE(stored.hems.empty());
+}
+
 TEST_F(HemFiles, HemsCsvKeepsTheVerdictTheTestTheAreasAndU) {
   HemReadOptions options;
   options.geometry = drapemeter_geometry("jis-254");

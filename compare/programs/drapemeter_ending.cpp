@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "compare/programs/drapemeter_options.hpp"
 
@@ -11,6 +12,15 @@ namespace {
 std::string with_u(const HemNumber& number) {
   return number.u ? fmt::format("{:.2f}, U {:.2f} (k = 2)", number.value, *number.u)
                   : fmt::format("{:.2f}", number.value);
+}
+
+std::string text_of(const EnsembleBand& band) {
+  std::string text = fmt::format("{:.1f} %, U {:.1f} (95 %)", band.mean, band.mean_u);
+  if (band.samples > 1) text += fmt::format(" by the means of {} samples", band.samples);
+  if (band.next)
+    text += fmt::format("; 95 of 100 drapes lie from {:.1f} to {:.1f} %", band.next->first,
+                        band.next->second);
+  return text + fmt::format("; n {}", band.drapes);
 }
 
 void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
@@ -26,10 +36,10 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
   for (const std::string& fabric : fabrics) {
     std::vector<RepeatKey> keys;
     std::vector<double> values;
-    std::vector<const HemRecord*> of_fabric;
+    std::map<std::string, std::vector<const HemRecord*>> faces;
     for (const HemRecord& hem : hems) {
       if (hem.fabric != fabric) continue;
-      of_fabric.push_back(&hem);
+      faces[hem.face].push_back(&hem);
       keys.push_back(hem.key());
       values.push_back(hem.drape_coefficient());
     }
@@ -40,12 +50,11 @@ void add_numbers(const std::vector<HemRecord>& hems, Ending& ending) {
     if (found.repeat_sd) text += fmt::format(", repeat sd {:.2f}", *found.repeat_sd);
     if (found.sample_sd) text += fmt::format(", sample sd {:.2f}", *found.sample_sd);
     ending.numbers.emplace_back("drape coefficient " + fabric, text);
-    if (const auto band = band_of(of_fabric))
-      ending.numbers.emplace_back(
-          "mean and band " + fabric,
-          fmt::format("{:.1f} %, U {:.1f} (95 %); 95 of 100 drapes lie from {:.1f} to {:.1f} %; n "
-                      "{}",
-                      band->mean, band->mean_u, band->low, band->high, band->drapes));
+    for (const auto& [face, of_face] : faces)
+      if (const auto band = band_of(of_face))
+        ending.numbers.emplace_back(fmt::format("mean{} {}{}", band->next ? " and band" : "",
+                                                fabric, face.empty() ? "" : " face " + face),
+                                    text_of(*band));
   }
 }
 

@@ -25,6 +25,7 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
   virtual_options.names.clear();
   HemSet compared;
   if (!arguments.compared.empty()) compared = read_hems(arguments.compared, virtual_options);
+  refuse_copies_of(real, compared);
   MatchOptions match_options;
   match_options.significance = arguments.significance;
   const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, match_options);

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 #include "compare/repeats/student.hpp"
 #include "core/error.hpp"
@@ -155,6 +156,9 @@ VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
   VarianceComponents result;
   result.drapes = static_cast<int>(values.size());
   result.faces = static_cast<int>(faces.size());
+  std::set<std::string> names;  // a sample has two faces
+  for (const RepeatKey& key : keys) names.insert(key.sample);
+  result.samples = static_cast<int>(names.size());
   double within = 0, between = 0, effective = 0;
   int within_dof = 0, between_dof = 0;
   for (const auto& [face, samples] : faces) {
@@ -171,7 +175,6 @@ VarianceComponents variance_components(const std::vector<RepeatKey>& keys,
       between += static_cast<double>(repeats.size()) * std::pow(mean_of(repeats) - mean_of(all), 2);
     between_dof += static_cast<int>(samples.size()) - 1;
     effective += n - squared_counts / n;
-    result.samples += static_cast<int>(samples.size());
     result.face_means.emplace_back(face, mean_of(all));
   }
   if (within_dof > 0) result.repeat_sd = std::sqrt(within / within_dof);
