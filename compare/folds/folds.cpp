@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -247,6 +248,19 @@ SheetShape shape_of(const Sheet& sheet, const FoldOptions& options, const std::s
   add_power(mean, grid.step(), shape.bands, &WaveBand::curvature_per_m2);
   shape.folds = FoldFinder(grid, std::move(principal), options).folds();
   return shape;
+}
+
+void require_no_copies(const std::vector<std::pair<std::string, Sheet>>& sheets) {
+  std::map<std::vector<double>, std::string> seen;
+  for (const auto& [file, sheet] : sheets) {
+    std::vector<double> places;
+    for (const SheetMark& mark : sheet.marks)
+      places.insert(places.end(), mark.point_in_world.begin(), mark.point_in_world.end());
+    const auto [first, is_new] = seen.emplace(std::move(places), file);
+    if (!is_new)
+      throw bad_input("the sheet is that of " + first->second + ", a copy", {.file = file},
+                      "give each drape once");
+  }
 }
 
 double area_under_curve(const std::vector<double>& low, const std::vector<double>& high) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/sheet.hpp"
@@ -42,6 +43,10 @@ struct SheetShape {
 /// of at least 5 x 5 points at equal steps; throws Error(bad_input) naming `file` otherwise.
 [[nodiscard]] SheetShape shape_of(const Sheet& sheet, const FoldOptions& options,
                                   const std::string& file);
+
+/// Throws Error(bad_input) naming both files where two sheets are equal to the last bit: a copy
+/// says nothing of how drapes vary.
+void require_no_copies(const std::vector<std::pair<std::string, Sheet>>& sheets);
 
 /// Area under the curve of true over false alarms of a score: the part of pairs in which the one of
 /// `high` is above that of `low`; equal ones count half (Mann and Whitney 1947).

@@ -47,8 +47,9 @@ std::string text_of(const DescriptorSpread& spread) {
   };
   std::string text = fmt::format("{:.4g}{}", spread.mean, part(spread.variation));
   if (spread.mean_against)
-    text += fmt::format(", against {:.4g}{}: more in {:.1f} % of the pairs", *spread.mean_against,
-                        part(spread.variation_against), 100 * *spread.area_under_curve);
+    text += fmt::format(", against {:.4g}{}, which has more in {:.1f} % of the pairs",
+                        *spread.mean_against, part(spread.variation_against),
+                        100 * *spread.area_under_curve);
   return text;
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "compare/folds/folds_json.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {
@@ -110,6 +111,25 @@ TEST(Folds, AreaUnderTheCurveCountsPairs) {
   EXPECT_EQ(area_under_curve({1, 2}, {3, 4}), 1);
   EXPECT_EQ(area_under_curve({1, 2}, {1, 2}), 0.5);
   EXPECT_EQ(area_under_curve({1, 4}, {2, 3}), 0.5);
+}
+
+TEST(Folds, ACopyIsRefused) {
+  const auto bent = [](double curvature) {
+    return sheet_of(9,
+                    [=](double u, double v) { return Eigen::Vector3d(v, u, curvature * u * u); });
+  };
+  EXPECT_NO_THROW(require_no_copies({{"a", bent(1)}, {"b", bent(2)}}));
+  try {
+    require_no_copies({{"a", bent(1)}, {"b", bent(2)}, {"c", bent(1)}});
+    ADD_FAILURE() << "a copy is taken";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("that of a, a copy"), std::string::npos);
+  }
+}
+
+TEST(Folds, TheTextSaysWhichGroupHasMore) {
+  const DescriptorSpread spread{"rms_curvature_per_m", 31.01, {}, 28.22, {}, 0.0};
+  EXPECT_EQ(text_of(spread), "31.01, against 28.22, which has more in 0.0 % of the pairs");
 }
 
 TEST(Folds, ASheetThatLiesOnItselfHasTheCurvatureOfItsTurn) {

@@ -30,12 +30,14 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   Ending ending;
   Json json;
   json["schema"] = "drapebench/folds/1";
+  std::vector<std::pair<std::string, Sheet>> read;
   const auto read_group = [&](const std::vector<std::filesystem::path>& files, const char* key) {
     std::vector<SheetShape> shapes;
     json[key] = Json::array();
     for (const auto& file : files) {
       record.input(file);
-      const Sheet sheet = read_sheet(file);
+      read.emplace_back(file.string(), read_sheet(file));
+      const Sheet& sheet = read.back().second;
       shapes.push_back(shape_of(sheet, options, file.string()));
       const SheetShape& shape = shapes.back();
       json[key].push_back(json_of(file.string(), shape));
@@ -55,6 +57,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   };
   const std::vector<SheetShape> sheets = read_group(arguments.sheets, "sheets");
   const std::vector<SheetShape> against = read_group(arguments.against, "against");
+  require_no_copies(read);
   json["descriptors"] = Json::array();
   for (const DescriptorSpread& spread : spreads_of(sheets, against)) {
     json["descriptors"].push_back(json_of(spread));
