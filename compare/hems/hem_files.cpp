@@ -101,22 +101,48 @@ std::vector<Input> files_of(const fs::path& input) {
   return found;
 }
 
+/// Of a camera whose picture is so wide: a lens sees at most 90 degrees along its longer side.
+double least_distance_m(const Silhouette& silhouette, const PictureScale& scale) {
+  const Eigen::Vector2d corner = scale.metres_of({0, 0});
+  const double across_m = (scale.metres_of({silhouette.width_px, 0}) - corner).norm();
+  const double down_m = (scale.metres_of({0, -silhouette.height_px}) - corner).norm();
+  return std::max(across_m, down_m) / 2;
+}
+
+/// The hem if lengths grow by the part `per_m` for each metre along it.
+Hem in_perspective(Outline outline_m, const Eigen::Vector2d& centre_m,
+                   const Eigen::Vector2d& per_m) {
+  for (Eigen::Vector2d& p : outline_m) {
+    const Eigen::Vector2d from_centre = p - centre_m;
+    p = centre_m + (1 + per_m.dot(from_centre)) * from_centre;
+  }
+  return hem_of_outline(outline_m);
+}
+
 void read_picture(const fs::path& file, const HemReadOptions& options, HemRecord& record) {
   if (!options.scale)
     throw bad_input("a picture has no scale of its own", {.file = file.string()},
                     "give --mm-per-px, --ruler, --disc-picture or --disc-hole");
   const Silhouette silhouette = read_silhouette(file);
   const PictureScale scale = options.scale(silhouette, file);
-  const auto hem = [&](const Outline& outline_px) {
+  const auto metres_of = [&](const Outline& outline_px) {
     Outline outline_m;
     for (const auto& p : outline_px) outline_m.push_back(scale.metres_of(p));
-    return hem_of_outline(outline_m);
+    return outline_m;
   };
-  record.hem = hem(silhouette.half);
+  const Outline half = metres_of(silhouette.half);
+  record.hem = hem_of_outline(half);
   record.basis = scale.basis;
   record.warnings = silhouette.warnings;
-  evaluate(record, {{{hem(silhouette.quarter), hem(silhouette.three_quarters)}}, scale.relative_u},
-           options);
+  HemErrors errors{{{hem_of_outline(metres_of(silhouette.quarter)),
+                     hem_of_outline(metres_of(silhouette.three_quarters))}},
+                   scale.relative_u};
+  if (!scale.tilt.isZero()) {
+    const Eigen::Vector2d per_m = scale.tilt / least_distance_m(silhouette, scale);
+    errors.tilts = {in_perspective(half, record.hem.centre_m, per_m),
+                    in_perspective(half, record.hem.centre_m, -per_m)};
+  }
+  evaluate(record, errors, options);
 }
 
 std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& options,

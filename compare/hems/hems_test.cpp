@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "compare/hems/hem_files.hpp"
 #include "compare/hems/shadow.hpp"
@@ -45,26 +48,41 @@ struct Shape {
   }
 };
 
+/// The place on the table, mm, that is seen `x` to the right and `y` up of the shape's centre.
+using View = std::function<cv::Point2d(cv::Point2d seen)>;
+/// Narrower along the first diagonal, as a tilted camera far away sees it.
+View squeezed(double squeeze) {
+  return [=](cv::Point2d seen) {
+    const double along = (seen.x + seen.y) / 2 * (1 / squeeze - 1);
+    return seen + cv::Point2d(along, along);
+  };
+}
+/// By a camera whose distance is that from the centre, tilted about x.
+View tilted(double tilt_deg, double distance_mm) {
+  const double sine = std::sin(tilt_deg * units::deg), cosine = std::cos(tilt_deg * units::deg);
+  return [=](cv::Point2d seen) {
+    const double y = seen.y * distance_mm / (distance_mm * cosine - seen.y * sine);
+    return cv::Point2d(seen.x * (1 + y * sine / distance_mm), y);
+  };
+}
+
 /// Coverage of each pixel by 8 x 8 samples, by one sample far from the hem; the shape's centre lies
-/// at `centre` px. `squeeze` narrows the picture along its first diagonal, as a tilted camera far
-/// away does.
+/// at `centre` px.
 cv::Mat rendered(const Shape& shape, int size = 256, const cv::Point2d& centre = {127.3, 128.6},
-                 double squeeze = 1) {
+                 const View& place = squeezed(1)) {
   constexpr int kSamples = 8;
   cv::Mat grey(size, size, CV_8U);
   for (int v = 0; v < size; ++v) {
     for (int u = 0; u < size; ++u) {
-      const double x0 = kPixel * (u - centre.x), y0 = kPixel * (centre.y - v);
-      const double gap = std::hypot(x0, y0) - shape.at(std::atan2(y0, x0));
+      const cv::Point2d middle = place({kPixel * (u - centre.x), kPixel * (centre.y - v)});
+      const double gap = std::hypot(middle.x, middle.y) - shape.at(std::atan2(middle.y, middle.x));
       const bool far = std::abs(gap) > 12 * kPixel;
       int inside = far && gap < 0 ? kSamples * kSamples : 0;
       for (int k = 0; k < kSamples * kSamples && !far; ++k) {
-        double x = u - centre.x + (k % kSamples + 0.5) / kSamples - 0.5;
-        double y = centre.y - v - (int{k / kSamples} + 0.5) / kSamples + 0.5;
-        const double along = (x + y) / 2 * (1 / squeeze - 1);
-        x = kPixel * (x + along);
-        y = kPixel * (y + along);
-        inside += std::hypot(x, y) < shape.at(std::atan2(y, x));
+        const cv::Point2d p =
+            place({kPixel * (u - centre.x + (k % kSamples + 0.5) / kSamples - 0.5),
+                   kPixel * (centre.y - v - (int{k / kSamples} + 0.5) / kSamples + 0.5)});
+        inside += std::hypot(p.x, p.y) < shape.at(std::atan2(p.y, p.x));
       }
       grey.at<unsigned char>(v, u) = static_cast<unsigned char>(
           std::lround(255.0 * (1 - inside / double(kSamples * kSamples))));
@@ -144,13 +162,13 @@ TEST_F(Pictures, TheOrdersAreThoseOfTheShape) {
 TEST_F(Pictures, ADiscOfKnownSizeGivesTheScaleAndTakesOutATilt) {
   const Shape shape{118, {{6, 8, 1.0}}};
   for (const double squeeze : {1.0, 0.97}) {
-    const auto disc = write(rendered({90, {}}, 256, {128.2, 127.9}, squeeze), "disc.png");
+    const auto disc = write(rendered({90, {}}, 256, {128.2, 127.9}, squeezed(squeeze)), "disc.png");
     const Silhouette found = read_silhouette(disc);
     HemReadOptions given;
     given.scale = [&](const Silhouette&, const std::filesystem::path&) {
       return scale_of_disc(found.quarter, found.half, found.three_quarters, 0.180, disc.string());
     };
-    const HemRecord record = measured(rendered(shape, 256, {127, 127}, squeeze), given);
+    const HemRecord record = measured(rendered(shape, 256, {127, 127}, squeezed(squeeze)), given);
     const HemNumber& coefficient = record.numbers.front();
     EXPECT_NEAR(coefficient.value, shape.coefficient(), 0.1) << squeeze;
     ASSERT_TRUE(coefficient.u);
@@ -159,6 +177,54 @@ TEST_F(Pictures, ADiscOfKnownSizeGivesTheScaleAndTakesOutATilt) {
   EXPECT_THROW((void)scale_of_disc({}, read_silhouette(write(rendered(shape), "no.png")).half, {},
                                    0.18, "no.png"),
                Error);
+}
+
+TEST_F(Pictures, ADiscOnTheClothIsSeenWhereItsGreyIsNearerToTheTables) {
+  const Shape shape{118, {{6, 8, 1.0}}};
+  for (const int disc : {120, 130}) {  // half between cloth and table is 125
+    cv::Mat grey = rendered(shape);
+    grey.convertTo(grey, CV_8U, 210.0 / 255, 20);
+    cv::circle(grey, {127, 129}, 40, cv::Scalar(disc), -1);
+    HemReadOptions given;
+    given.scale = [&](const Silhouette& found, const std::filesystem::path& file) {
+      return scale_of_disc(found.hole, found.hole, found.hole, 0.112, file.string());
+    };
+    const HemSet set = read_hems({write(grey, "hem.png")}, given);
+    EXPECT_EQ(set.hems.size(), disc == 130 ? 1U : 0U);
+    for (const std::string& reason : set.refused)
+      EXPECT_NE(reason.find("nearer to the table's than to the cloth's"), std::string::npos);
+  }
+}
+
+TEST_F(Pictures, UHoldsThePerspectiveThatATiltLeaves) {
+  const Shape shape{118, {{6, 10, 1.0}, {7, 1.5, 0.3}}};
+  double most = 0, least = 1e9;
+  for (int degree = 0; degree < 3600; ++degree) {
+    most = std::max(most, shape.at(kTurn * degree / 3600));
+    least = std::min(least, shape.at(kTurn * degree / 3600));
+  }
+  for (const double tilt_deg : {3.0, 10.0, 18.0}) {
+    const View view = tilted(tilt_deg, 800);
+    const auto disc = write(rendered({90, {}}, 256, {128.2, 127.9}, view), "disc.png");
+    const Silhouette found = read_silhouette(disc);
+    HemReadOptions given;
+    given.scale = [&](const Silhouette&, const std::filesystem::path&) {
+      return scale_of_disc(found.quarter, found.half, found.three_quarters, 0.180, disc.string());
+    };
+    const HemRecord record = measured(rendered(shape, 256, {128.2, 127.9}, view), given);
+    const std::map<std::string, double> truth = {{"drape_coefficient_percent", shape.coefficient()},
+                                                 {"fold_depth_index_percent", (most - least) / 0.6},
+                                                 {"order_06_mm", 10},
+                                                 {"order_07_mm", 1.5}};
+    for (const auto& [name, value] : truth) {
+      const auto number =
+          std::find_if(record.numbers.begin(), record.numbers.end(),
+                       [name = name](const HemNumber& one) { return one.name == name; });
+      ASSERT_NE(number, record.numbers.end());
+      EXPECT_LT(std::abs(number->value - value), number->u.value_or(0))
+          << name << " at " << tilt_deg << " degrees";
+    }
+  }
 }
 
 TEST_F(Pictures, UCoversAScaleThatIsWrongByItsUncertainty) {
@@ -237,71 +303,6 @@ TEST(Shadow, OfAMeshOfKnownShape) {
   folded.triangles.push_back({0, 5, folded.points_m.size() - 1});
   folded.material_m.clear();
   EXPECT_NEAR(shadow_of(folded).area_m2, hem.area_m2, 1e-12);
-}
-
-/// A flat square whose corners lie 120 mm from its middle, one of them `corner`.
-void write_square(const std::filesystem::path& file, const std::string& corner = "120") {
-  write_durable(file,
-                "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
-                "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
-                "end_header\n0 0 0\n" +
-                    corner +
-                    " 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n3 0 3 4\n3 0 4 1\n");
-}
-
-TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
-  const test::TemporaryFolder folder;
-  write_square(folder.path() / "start-00.ply");
-  write_square(folder.path() / "start-01.ply", "119");
-  Json list;
-  list["schema"] = "drapebench/cusick/1";
-  list["fabric"] = "wool";
-  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}},
-                    {{"file", "start-01.ply"}, {"at_rest", false}, {"specimen_area_mm2", 70000}}};
-  write_json(folder.path() / "cusick.json", list);
-  const HemSet set = read_hems({folder.path()}, {});
-  ASSERT_EQ(set.hems.size(), 2U) << (set.refused.empty() ? "" : set.refused.front());
-  EXPECT_TRUE(set.hems[0].go);
-  EXPECT_FALSE(set.hems[1].go);
-  const double disc = std::numbers::pi * 8100;
-  EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
-}
-
-TEST(Shadow, AMeshThatTheListBesideItDoesNotNameIsRefused) {
-  const test::TemporaryFolder folder;
-  write_square(folder.path() / "start-00.ply");
-  write_square(folder.path() / "start-01.ply", "119");
-  Json list;
-  list["schema"] = "drapebench/cusick/1";
-  list["fabric"] = "wool";
-  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}}};
-  write_json(folder.path() / "cusick.json", list);
-  const HemSet set = read_hems({folder.path()}, {});
-  EXPECT_EQ(set.hems.size(), 1U);
-  ASSERT_EQ(set.refused.size(), 1U);
-  EXPECT_THAT(set.refused[0], testing::HasSubstr("start-01.ply"));
-  EXPECT_THAT(set.refused[0], testing::HasSubstr("does not name it"));
-}
-
-TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
-  const test::TemporaryFolder folder;
-  write_square(folder.path() / "start-00.ply");
-  Json list;
-  list["schema"] = "drapebench/cusick/1";
-  list["fabric"] = "wool";
-  list["disc_mm"] = 127;
-  list["specimen_mm"] = 254;
-  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 50670}}};
-  write_json(folder.path() / "cusick.json", list);
-  const HemSet usual = read_hems({folder.path()}, {});
-  EXPECT_TRUE(usual.hems.empty());
-  ASSERT_EQ(usual.refused.size(), 1U);
-  EXPECT_THAT(usual.refused[0], testing::HasSubstr("--disc-mm 127 --specimen-mm 254"));
-  HemReadOptions options;
-  options.geometry.disc_m = 0.127;
-  options.geometry.specimen_m = 0.254;
-  const HemSet fitting = read_hems({folder.path()}, options);
-  ASSERT_EQ(fitting.hems.size(), 1U) << (fitting.refused.empty() ? "" : fitting.refused.front());
 }
 
 TEST(Hems, ABestTurnAndAMirrorAreNoDistance) {

@@ -321,7 +321,9 @@ PictureScale scale_of_ruler(const Vector2d& from_px, const Vector2d& to_px, doub
 PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
                            const Outline& three_quarters, double diameter_m,
                            const std::string& file) {
-  if (half.size() < 16) refuse(file, "there is no disc in the picture", "give --mm-per-px instead");
+  if (half.size() < 16)
+    refuse(file, "there is no disc whose grey is nearer to the table's than to the cloth's",
+           "lay such a disc on the cloth, or give --mm-per-px instead");
   const EllipseFit fit = ellipse_of(half);
   if (!(fit.misfit <= kMostMisfit))
     refuse(file,
@@ -343,7 +345,8 @@ PictureScale scale_of_disc(const Outline& quarter, const Outline& half,
   return {[m_per_px](const Vector2d& p) { return Vector2d(m_per_px * p); }, std::hypot(edge, fit_u),
           fmt::format("{:.6g} mm/px from a disc of {:g} mm, ellipse {:.2f} % from round",
                       diameter_m / 2 / fit.semi_axes.mean() / units::mm, diameter_m / units::mm,
-                      100 * tilt)};
+                      100 * tilt),
+          std::sqrt(tilt * (2 - tilt)) * fit.axes.col(1)};
 }
 
 }  // namespace drape::compare

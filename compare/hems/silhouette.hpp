@@ -43,6 +43,9 @@ struct PictureScale {
   std::function<Eigen::Vector2d(const Eigen::Vector2d&)> metres_of;  ///< of (u, -v) in px
   std::optional<double> relative_u;  ///< standard uncertainty of lengths
   std::string basis;                 ///< one phrase for the report
+  /// Along the slope that a tilted camera sees, of length sin(tilt): what an affine map takes out
+  /// of it leaves perspective, points farther off being seen smaller.
+  Eigen::Vector2d tilt = Eigen::Vector2d::Zero();
 };
 
 [[nodiscard]] PictureScale scale_of_pixel(double m_per_px, std::optional<double> relative_u);
@@ -51,7 +54,7 @@ struct PictureScale {
 [[nodiscard]] PictureScale scale_of_ruler(const Eigen::Vector2d& from_px,
                                           const Eigen::Vector2d& to_px, double length_m);
 
-/// A disc of known diameter: its ellipse is made round, which takes out a small tilt of the camera.
+/// A disc of known diameter: its ellipse is made round, which takes out a tilt but for perspective.
 /// The three outlines are those of a silhouette (for a hole: the hole three times). Throws
 /// Error(bad_input) when it is no disc (misfit above 2 %) or tilted by more than 20 degrees.
 [[nodiscard]] PictureScale scale_of_disc(const Outline& quarter, const Outline& half,

@@ -105,8 +105,10 @@ void add_options(Command& app, DrapemeterArguments& arguments) {
   app.add_option("--disc-picture", arguments.disc_picture,
                  "scale by a picture of the bare disc from the same place (a small tilt is taken "
                  "out)");
-  app.add_flag("--disc-hole", arguments.disc_hole,
-               "scale by the disc on top of the cloth, seen as a round hole in each silhouette");
+  app.add_flag(
+      "--disc-hole", arguments.disc_hole,
+      "scale by the disc on top of the cloth, seen as a round hole in each silhouette: its "
+      "grey must be nearer to the table's than to the cloth's");
   app.add_option("--calibration", arguments.calibration,
                  "scale by calibration.json (takes out lens and tilt), with --camera and "
                  "--plane-z-mm");

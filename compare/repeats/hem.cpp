@@ -218,7 +218,7 @@ std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
                                       const DrapemeterGeometry& geometry,
                                       const HemOptions& options) {
   std::vector<HemNumber> numbers = numbers_of(hem, geometry, options);
-  if (!errors.edges && !errors.scale_u) return numbers;
+  if (!errors.edges && !errors.scale_u && !errors.tilts) return numbers;
   std::vector<double> squares(numbers.size(), 0.0);
   const auto add = [&](const Hem& low, const Hem& high, double divisor) {
     const auto a = numbers_of(low, geometry, options), b = numbers_of(high, geometry, options);
@@ -227,6 +227,15 @@ std::vector<HemNumber> numbers_with_u(const Hem& hem, const HemErrors& errors,
   };
   if (errors.edges) add(errors.edges->first, errors.edges->second, 2 * std::sqrt(3.0));
   if (errors.scale_u) add(scaled(hem, 1 - *errors.scale_u), scaled(hem, 1 + *errors.scale_u), 2);
+  if (errors.tilts) {
+    const auto a = numbers_of(errors.tilts->first, geometry, options);
+    const auto b = numbers_of(errors.tilts->second, geometry, options);
+    for (std::size_t i = 0; i < squares.size(); ++i) {
+      const double value = numbers[i].value;  // of an amplitude, both sides may be above it
+      squares[i] +=
+          std::pow(std::max(std::abs(a[i].value - value), std::abs(b[i].value - value)), 2) / 3;
+    }
+  }
   for (std::size_t i = 0; i < squares.size(); ++i) numbers[i].u = 2 * std::sqrt(squares[i]);
   return numbers;
 }

@@ -78,6 +78,9 @@ struct HemErrors {
   /// them, rectangular distribution.
   std::optional<std::pair<Hem, Hem>> edges;
   std::optional<double> scale_u;  ///< relative standard uncertainty of lengths
+  /// The hem if the camera is tilted to one side or the other, the most that is possible:
+  /// rectangular distribution.
+  std::optional<std::pair<Hem, Hem>> tilts = {};
 };
 
 /// The same numbers with U: each source is moved, the numbers' differences are added in squares

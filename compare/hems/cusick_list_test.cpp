@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Virtual drapes and the list beside them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "compare/hems/hem_files.hpp"
+#include "core/files/files.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+/// A flat square whose corners lie 120 mm from its middle, one of them `corner`.
+void write_square(const std::filesystem::path& file, const std::string& corner = "120") {
+  write_durable(file,
+                "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\n"
+                "property double z\nelement face 4\nproperty list uchar int vertex_indices\n"
+                "end_header\n0 0 0\n" +
+                    corner +
+                    " 0 0\n0 120 0\n-120 0 0\n0 -120 0\n3 0 1 2\n3 0 2 3\n3 0 3 4\n3 0 4 1\n");
+}
+
+TEST(Shadow, AVirtualDrapeThatIsNotAtRestIsNoGo) {
+  const test::TemporaryFolder folder;
+  write_square(folder.path() / "start-00.ply");
+  write_square(folder.path() / "start-01.ply", "119");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}},
+                    {{"file", "start-01.ply"}, {"at_rest", false}, {"specimen_area_mm2", 70000}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet set = read_hems({folder.path()}, {});
+  ASSERT_EQ(set.hems.size(), 2U) << (set.refused.empty() ? "" : set.refused.front());
+  EXPECT_TRUE(set.hems[0].go);
+  EXPECT_FALSE(set.hems[1].go);
+  const double disc = std::numbers::pi * 8100;
+  EXPECT_NEAR(set.hems[0].drape_coefficient(), 100 * (28800 - disc) / (70000 - disc), 1e-3);
+}
+
+TEST(Shadow, AMeshThatTheListBesideItDoesNotNameIsRefused) {
+  const test::TemporaryFolder folder;
+  write_square(folder.path() / "start-00.ply");
+  write_square(folder.path() / "start-01.ply", "119");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet set = read_hems({folder.path()}, {});
+  EXPECT_EQ(set.hems.size(), 1U);
+  ASSERT_EQ(set.refused.size(), 1U);
+  EXPECT_THAT(set.refused[0], testing::HasSubstr("start-01.ply"));
+  EXPECT_THAT(set.refused[0], testing::HasSubstr("does not name it"));
+}
+
+TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {
+  const test::TemporaryFolder folder;
+  write_square(folder.path() / "start-00.ply");
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["disc_mm"] = 127;
+  list["specimen_mm"] = 254;
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 50670}}};
+  write_json(folder.path() / "cusick.json", list);
+  const HemSet usual = read_hems({folder.path()}, {});
+  EXPECT_TRUE(usual.hems.empty());
+  ASSERT_EQ(usual.refused.size(), 1U);
+  EXPECT_THAT(usual.refused[0], testing::HasSubstr("--disc-mm 127 --specimen-mm 254"));
+  HemReadOptions options;
+  options.geometry.disc_m = 0.127;
+  options.geometry.specimen_m = 0.254;
+  const HemSet fitting = read_hems({folder.path()}, options);
+  ASSERT_EQ(fitting.hems.size(), 1U) << (fitting.refused.empty() ? "" : fitting.refused.front());
+}
+
+}  // namespace
+}  // namespace drape::compare
