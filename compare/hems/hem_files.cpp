@@ -245,16 +245,27 @@ HemSet read_hems(const std::vector<fs::path>& inputs, const HemReadOptions& opti
 }
 
 void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
+  // By the radii and orders that hems.csv keeps, so that a copy may have gone through it.
+  const auto as_stored = [](const HemRecord& record) {
+    const std::vector<double>& all = record.hem.radius_m;
+    std::vector<double> kept;
+    for (std::size_t i = 0; i < all.size(); i += all.size() / 72) kept.push_back(all[i]);
+    return hem_of_radii(kept);
+  };
+  std::vector<Hem> known;
+  for (const HemRecord& record : real.hems) known.push_back(as_stored(record));
   std::vector<HemRecord> kept;
   for (HemRecord& record : virtual_hems.hems) {
-    const auto same = std::find_if(real.hems.begin(), real.hems.end(), [&](const HemRecord& other) {
-      return hem_distance_m(other.hem, record.hem) < kLeast_m;
+    const Hem own = as_stored(record);
+    const auto same = std::find_if(known.begin(), known.end(), [&](const Hem& other) {
+      return hem_distance_m(other, own) < kLeast_m;
     });
-    if (same == real.hems.end())
+    if (same == known.end())
       kept.push_back(std::move(record));
     else
-      virtual_hems.refused.push_back(fmt::format(
-          "{}: its hem is that of {}, a copy; name virtual drapes", record.file, same->file));
+      virtual_hems.refused.push_back(
+          fmt::format("{}: its hem is that of {}, a copy; name virtual drapes", record.file,
+                      real.hems[same - known.begin()].file));
   }
   virtual_hems.hems = std::move(kept);
 }
