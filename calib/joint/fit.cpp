@@ -281,7 +281,7 @@ std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
 }
 
 LensTerms choose_lens(const std::vector<HeldOut>& table) {
-  constexpr double kSure = 0.975;
+  constexpr double kSure = 0.8413;  // of a normal distribution above minus one standard deviation
   const auto draws = drawn_errors(table);
   std::size_t best = 0;
   for (std::size_t lens = 1; lens < table.size(); ++lens) {

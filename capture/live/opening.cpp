@@ -75,11 +75,12 @@ std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFi
     cameras[c].host->launch();
   }
   const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(opening_s);
+  // By then a host has listed the network and named two devices of one serial number itself.
+  const auto listed = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   for (;;) {
     wait_for_hosts(cameras, 0.02);
     bool all = true;
     for (const Running& camera : cameras) camera.host->pump();
-    if (const auto twice = one_device_twice(cameras, file)) return twice;
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const CameraHost& host = *cameras[c].host;
       all = all && host.ready();
@@ -88,6 +89,8 @@ std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFi
         return LiveFault{file.cameras[c].name, "it does not open",
                          "check cable and power of the camera"};
     }
+    if (std::chrono::steady_clock::now() > listed)
+      if (const auto twice = one_device_twice(cameras, file)) return twice;
     if (all) return without_clock(cameras, file, method);
   }
 }

@@ -90,7 +90,8 @@ std::string key_of(const DrapeInput& input, const RealVirtual& row) {
   return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
-/// What makes a run another run: everything but its number and date.
+/// What makes a run another run: everything but its number, its date, and what is warned of, which
+/// an import of the same sheets cannot know.
 std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
                        const std::vector<RunValue>& values) {
   std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,
@@ -104,7 +105,8 @@ std::string content_of(const Session& session, const Outcome& outcome, const Run
     for (const SheetFile& repeat : input.repeats) text += "repeat " + repeat.sha256 + "\n";
   }
   for (const RunValue& value : values)
-    text += fmt::format("{}\t{}\t{}\t{}\n", value.owner, value.key, value.value, value.stand_in);
+    if (value.key != "warning")
+      text += fmt::format("{}\t{}\t{}\t{}\n", value.owner, value.key, value.value, value.stand_in);
   return sha256_of(std::string_view(text));
 }
 

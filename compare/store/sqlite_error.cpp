@@ -31,6 +31,11 @@ Error store_error(const std::filesystem::path& file, const SQLite::Exception& ex
     case SQLITE_CORRUPT:
       return bad_input("this is not a readable results store: " + reason, where,
                        "name another file with --store, or restore this one from a backup");
+    case SQLITE_CONSTRAINT:
+      if (exception.getExtendedErrorCode() == SQLITE_CONSTRAINT_TRIGGER)
+        return bad_input("the results store does not take these rows: " + reason, where,
+                         "a trigger of another hand may be in it: run drape results verify");
+      [[fallthrough]];
     default:
       return internal_error("the results store answered: " + reason, where);
   }

@@ -31,6 +31,13 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
     EXPECT_THAT(report, HasSubstr(warning));
     EXPECT_THAT(warnings, HasSubstr(warning));
   }
+  // What is warned of makes no other run of the same sheets.
+  const std::string store = (out / "results.sqlite").string();
+  EXPECT_EQ(
+      run_line(program("drape-results").string() + " import " + out.string() + " --store " + store)
+          .exit_code,
+      0);
+  EXPECT_EQ(answer("SELECT count(*) FROM run"), "count(*)\n1\n");
   // An acceptance that says NO-GO of this very calibration.
   Json refused = {{"schema", "drapebench/acceptance/1"},
                   {"rig", "bench1"},
@@ -46,8 +53,7 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   const std::string verdicts = "SELECT measurement, cause FROM run ORDER BY number DESC LIMIT 1";
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
   const std::string import = "SOURCE_DATE_EPOCH=0 " + program("drape-results").string() +
-                             " import " + out.string() + " --store " +
-                             (out / "results.sqlite").string();
+                             " import " + out.string() + " --store " + store;
   EXPECT_EQ(run_line(import).exit_code, 0);
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
   fs::remove(acceptance);
