@@ -20,6 +20,7 @@
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
 #include "compare/store/sheet_folders.hpp"
+#include "compare/store/store.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/program/command.hpp"
@@ -76,6 +77,8 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
       arguments.calibration.empty() ? calibration_in(arguments.sheets) : arguments.calibration;
   const Session session = read_session(sheets_in(arguments.sheets), calibration);
   Outcome outcome;
+  // A store whose creation was cut off is completed; a reader would refuse it.
+  if (fs::is_regular_file(arguments.store)) Store(arguments.store).close();
   outcome.not_accepted = reason_in_store(arguments.store, session);
   compare_session(session, {}, outcome);
   const StoreLock lock(arguments.store, StoreLock::Kind::alone);
