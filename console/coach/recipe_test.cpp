@@ -30,6 +30,7 @@ constexpr double kNoise_px = 0.02;
 constexpr int kHeldOut = 20, kFirst = 3, kMost = 10;
 // What the coach's own goal allows: further poses make a measured point better by 5 % at most.
 constexpr double kReached = 1.05;
+constexpr double kPart = 0.1;  ///< of the whole error; squared, it adds a hundredth
 
 struct Taken {
   std::string set;
@@ -178,7 +179,7 @@ TEST_F(Recipe, TheCoachReachesItWithTenPoses) {
       coach_mm = held_out_mm(now, seed);
       coach_alone_mm = held_out_mm(now, seed, 0);
       if (enough == 0 && coach_mm <= kReached * recipe_mm) enough = taken.size();
-      if (enough_alone == 0 && coach_alone_mm <= recipe_alone_mm) enough_alone = taken.size();
+      if (enough_alone == 0 && coach_alone_mm <= kPart * coach_mm) enough_alone = taken.size();
       if (taken.size() == kMost) break;
       const auto next = Coach(now, target_, volume, {kNoise_px, kNoise_px, kNoise_px}).next();
       if (!next) break;
@@ -194,8 +195,8 @@ TEST_F(Recipe, TheCoachReachesItWithTenPoses) {
         seed, recipe_mm, recipe_alone_mm, taken.size(), coach_mm, coach_alone_mm, enough,
         enough_alone);
   }
-  std::printf("as good as the recipe with 10 poses: %u of %u, calibration alone %u\n", reached,
-              seeds, alone);
+  std::printf("as good as the recipe with 10 poses: %u of %u, calibration a tenth of it in %u\n",
+              reached, seeds, alone);
   EXPECT_GE(10 * reached, 9 * seeds);
   EXPECT_GE(10 * alone, 9 * seeds);
 }

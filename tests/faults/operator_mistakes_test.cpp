@@ -63,11 +63,10 @@ TEST_P(OperatorMistake, IsNamedBeforeItCostsADay) {
                               drape::test::program("drape-results").string() +
                               " --store out/results.sqlite ";
   EXPECT_THAT(drape::test::run_line(results + "runs").text, HasSubstr("NO-GO"));
-  // A run in which nothing could be simulated has no comparison.
-  const std::string count = "--csv sql 'SELECT count(*) FROM v_comparison'";
-  if (drape::test::run_line(results + count).text == "count(*)\n0\n") return;
+  const std::string tables = drape::test::run_line(results + "tables").text;
+  if (tables.starts_with("nothing in ")) return;  // nothing could be simulated, nothing is current
+  EXPECT_THAT(tables, HasSubstr("measurement NO-GO"));
   EXPECT_THAT(drape::test::run_line(results + "list").text, HasSubstr("NO-GO"));
-  EXPECT_THAT(drape::test::run_line(results + "tables").text, HasSubstr("measurement NO-GO"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Bench1, OperatorMistake,
