@@ -269,6 +269,23 @@ std::vector<std::vector<double>> drawn_errors(const std::vector<HeldOut>& table)
   return draws;
 }
 
+/// Takes the next larger lens where its error is lower by more than the standard error of that.
+std::size_t choice(const std::vector<double>& errors,
+                   const std::vector<std::vector<double>>& draws) {
+  std::size_t best = 0;
+  for (std::size_t lens = 1; lens < errors.size(); ++lens) {
+    double sum = 0, squares = 0;
+    for (const std::vector<double>& drawn : draws) {
+      const double gain = drawn[best] - drawn[lens];
+      sum += gain;
+      squares += gain * gain;
+    }
+    const double variance = (squares - sum * sum / kDraws) / (kDraws - 1);
+    if (errors[best] - errors[lens] > std::sqrt(std::max(variance, 0.0))) best = lens;
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
@@ -281,16 +298,9 @@ std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
 }
 
 LensTerms choose_lens(const std::vector<HeldOut>& table) {
-  constexpr double kSure = 0.8413;  // of a normal distribution above minus one standard deviation
-  const auto draws = drawn_errors(table);
-  std::size_t best = 0;
-  for (std::size_t lens = 1; lens < table.size(); ++lens) {
-    const auto better = std::count_if(draws.begin(), draws.end(), [&](const auto& errors) {
-      return errors[lens] < errors[best];
-    });
-    if (static_cast<double>(better) >= kSure * kDraws) best = lens;
-  }
-  return table[best].lens;
+  std::vector<double> errors;
+  for (const HeldOut& lens : table) errors.push_back(lens.rms_px * lens.rms_px);
+  return table[choice(errors, drawn_errors(table))].lens;
 }
 
 }  // namespace drape::calib

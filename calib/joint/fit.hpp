@@ -53,13 +53,15 @@ void clear_unused(JointModel& model, LensTerms terms);
 /// Leaves out one group of placements after the other (`groups` of them, the world's stays).
 [[nodiscard]] HeldOut held_out_error(const JointModel& solved, JointFit fit, int groups);
 
-/// The smallest lens whose held-out error no larger one betters by more than its standard error
-/// (Breiman et al. 1984): in 84 % of the draws of the placements with replacement (bootstrap, fixed
-/// seed). A term that is real is taken, however small it is against the noise of one point, for its
-/// bias is common to thousands of them.
+/// The smallest lens whose held-out error no larger one betters by more than the standard error of
+/// the difference (Breiman et al. 1984; bootstrap over placements, fixed seed). A term that is real
+/// is taken, however small it is against the noise of one point, for its bias is common to
+/// thousands of them.
 [[nodiscard]] LensTerms choose_lens(const std::vector<HeldOut>& table);
 
-/// How often each lens has the least held-out error in these draws; by the order of `table`, sum 1.
+/// How often each lens has the least held-out error, were the placements drawn again from those
+/// there are; by the order of `table`, sum 1. Not how often choose_lens() would take it: on real
+/// boards the intervals of that hold less (half_split_test).
 [[nodiscard]] std::vector<double> lens_probabilities(const std::vector<HeldOut>& table);
 
 /// Distance (px) of a point from its image; infinite where it does not project.
