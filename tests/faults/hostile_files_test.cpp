@@ -36,6 +36,7 @@ class Hostile : public testing::TestWithParam<HostileFile> {};
 TEST_P(Hostile, DoesNoHarm) {
   const HostileBench bench;
   GetParam().make(bench);
+  bench.forge_records();
   const HostileBench::Met outcome = bench.run(GetParam().line);
   EXPECT_TRUE(outcome.exit_code >= 0 && outcome.exit_code <= 3)
       << "exit " << outcome.exit_code << ": " << outcome.text;
@@ -73,6 +74,7 @@ TEST_P(HostilePage, RunsNoScriptInABrowser) {
   ASSERT_NE(file, files.end());
   const HostileBench bench;
   file->make(bench);
+  bench.forge_records();
   const Outcome outcome = bench.run(file->line);
   const fs::path page = bench.lab() / GetParam().file;
   ASSERT_TRUE(fs::is_regular_file(page)) << outcome.text;

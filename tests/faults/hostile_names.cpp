@@ -36,10 +36,11 @@ void rename_everywhere(const HostileBench& bench, const std::string& name, const
   }
 }
 
-/// Every text of a JSON file but schemas and hashes becomes the name.
+/// Every text of a JSON file but schemas, hashes and the scene that was asked about, by which a
+/// sheet finds its simulations, becomes the name.
 void rename_texts(Json& json, const std::string& to) {
   for (auto& [key, value] : json.items()) {
-    if (value.is_structured()) rename_texts(value, to);
+    if (value.is_structured() && key != "asked_scene") rename_texts(value, to);
     const bool fixed = key == "schema" || key == "kind" || key.find("sha256") != std::string::npos;
     if (value.is_string() && !fixed) value = to;
   }
@@ -60,7 +61,7 @@ HostileFile named(const std::string& name, const std::string& old, const std::st
 
 std::string other_mesh(const std::string& name, const std::string& mesh) {
   return "schema = \"drapebench/mesh/1\"\nname = " + toml_text(name) + "\nmesh = \"" + mesh +
-         "\"\nscene = " + toml_text(name) + "\nfabric = " + toml_text(name) +
+         "\"\nscene = 'C'\nfabric = " + toml_text(name) +
          "\nunit_mm = 1.0\n[grid]\ninner = \"weft\"\ninner_count = 11\nwarp_from_mm = 0.0\n"
          "warp_to_mm = 220.0\nweft_from_mm = 0.0\nweft_to_mm = 220.0\n";
 }
