@@ -90,7 +90,7 @@ std::optional<LiveFault> open_all(std::vector<Running>& cameras, const CamerasFi
                          "check cable and power of the camera"};
     }
     if (std::chrono::steady_clock::now() > listed)
-      if (const auto twice = one_device_twice(cameras, file)) return twice;
+      if (auto twice = one_device_twice(cameras, file)) return twice;
     if (all) return without_clock(cameras, file, method);
   }
 }

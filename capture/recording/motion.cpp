@@ -277,8 +277,8 @@ namespace {
 /// 24 x 24 of these, a small one smaller ones: about a hundred.
 MotionOptions background_options(const GreyView& reference) {
   constexpr int kShrink = 4, kBlocks = 96, kLeastSide = 12, kLargestSide = 24;
-  const double pixels =
-      static_cast<double>(reference.width_px / kShrink) * (reference.height_px / kShrink);
+  const int cols = reference.width_px / kShrink, rows = reference.height_px / kShrink;
+  const double pixels = static_cast<double>(cols) * rows;
   MotionOptions options;
   options.shrink = kShrink;
   options.block_px =

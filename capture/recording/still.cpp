@@ -74,7 +74,7 @@ Background background_of(const Recording& reference, const CamerasFile& cameras,
     throw unfit(fmt::format("the reference picture has {} x {} px, the rig says {} x {} px",
                             image.cols, image.rows, rig.width_px.value_or(0),
                             rig.height_px.value_or(0)));
-  const Background background({{image.data, image.total()}, image.cols, image.rows});
+  Background background({{image.data, image.total()}, image.cols, image.rows});
   if (!background.is_textured())
     throw unfit("the reference picture has no texture that tells whether the camera moved");
   return background;

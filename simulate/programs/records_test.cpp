@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the run records of the programs name: a changed file makes the next run a new one. The mesh
 // stands beside the cloth, so that the drapes take no time.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -98,13 +99,15 @@ TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   write_sheet(sheet_file, sheet);
   const std::string start = " --start-from " + sheet_file + " --out ";
   for (const auto& [code, text] :
-       {run("drape-branches", scene_file + " --grid 6 --starts 1 --kicks 0 --fit whole" + start +
-                                  out("starts").string()),
-        run("drape-sensitivity", scene_file + " --grid 6 --only-first-order --reference " +
-                                     sheet_file + " --out " + out("split").string()),
+       {run("drape-branches", fmt::format("{} --grid 6 --starts 1 --kicks 0 --fit whole{}{}",
+                                          scene_file, start, out("starts").string())),
+        run("drape-sensitivity",
+            fmt::format("{} --grid 6 --only-first-order --reference {} --out {}", scene_file,
+                        sheet_file, out("split").string())),
         run("drape-refine", out("drape").string() + " --scene " + scene_file +
                                 " --finest 11 --out " + out("fine").string()),
-        run("drape-piece", scene_file + " --spacing-mm 50" + start + out("piece").string()),
+        run("drape-piece",
+            fmt::format("{} --spacing-mm 50{}{}", scene_file, start, out("piece").string())),
         run("drape-certify", out("drape").string() + " --scene " + scene_file)}) {
     EXPECT_EQ(code, 1) << text;
     EXPECT_NE(text.find("NO-GO: placed by a measured sheet that is NO-GO: cam1 moved"),

@@ -39,7 +39,7 @@ TEST(Sources, NoFileIsLongerThan400Lines) {
 
 TEST(Sources, PublicHeadersStayUnder150Lines) {
   for (const std::string stage : stages)
-    EXPECT_LE(read_source(stage + "/" + stage + ".hpp").lines.size(), max_public_header_lines)
+    EXPECT_LE(read_source(fmt::format("{0}/{0}.hpp", stage)).lines.size(), max_public_header_lines)
         << stage;
 }
 

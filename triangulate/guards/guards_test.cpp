@@ -283,7 +283,7 @@ fs::path box_file(const drape::test::TemporaryFolder& folder, double side_mm) {
     text += fmt::format("v {} {} {}\n", (i & 1) != 0 ? side_mm / 2 : -side_mm / 2,
                         (i & 2) != 0 ? side_mm / 2 : -side_mm / 2, (i & 4) != 0 ? side_mm : 0);
   text += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-  const fs::path file = folder.path() / fmt::format("box_{}.obj", side_mm);
+  fs::path file = folder.path() / fmt::format("box_{}.obj", side_mm);
   write_durable(file, text);
   return file;
 }
