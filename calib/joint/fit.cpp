@@ -299,6 +299,7 @@ std::vector<double> lens_probabilities(const std::vector<HeldOut>& table) {
 
 LensTerms choose_lens(const std::vector<HeldOut>& table) {
   std::vector<double> errors;
+  errors.reserve(table.size());
   for (const HeldOut& lens : table) errors.push_back(lens.rms_px * lens.rms_px);
   return table[choice(errors, drawn_errors(table))].lens;
 }

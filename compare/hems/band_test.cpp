@@ -19,6 +19,7 @@ HemRecord hem_of_percent(const std::string& sample, double percent) {
 
 std::optional<EnsembleBand> band_of_all(const std::vector<HemRecord>& records) {
   std::vector<const HemRecord*> hems;
+  hems.reserve(records.size());
   for (const HemRecord& record : records) hems.push_back(&record);
   return band_of(hems);
 }

@@ -69,8 +69,8 @@ Radius times(double factor) {
 TEST_F(HemFiles, ColumnsStandInAnyOrderAndGoAllRound) {
   const HemSet usual = read(table(every(5), {kHem}));
   ASSERT_EQ(usual.hems.size(), 1U) << usual.refused.front();
-  std::vector<int> mixed;
-  for (int i = 0; i < 72; ++i) mixed.push_back(5 * (i * 29 % 72));
+  std::vector<int> mixed(72);
+  for (int i = 0; i < 72; ++i) mixed[i] = 5 * (i * 29 % 72);
   const HemSet other = read(table(mixed, {kHem}));
   ASSERT_EQ(other.hems.size(), 1U);
   EXPECT_EQ(other.hems[0].nodes.size(), 5U);
@@ -78,8 +78,8 @@ TEST_F(HemFiles, ColumnsStandInAnyOrderAndGoAllRound) {
   EXPECT_NEAR(read(table(every(10), {kHem})).hems.at(0).drape_coefficient(),
               usual.hems[0].drape_coefficient(), 1e-3);
   // 50 steps of 7.2 degrees, in whole degrees.
-  std::vector<int> fifty;
-  for (int i = 0; i < 50; ++i) fifty.push_back(static_cast<int>(std::lround(7.2 * i)));
+  std::vector<int> fifty(50);
+  for (int i = 0; i < 50; ++i) fifty[i] = static_cast<int>(std::lround(7.2 * i));
   EXPECT_EQ(read(table(fifty, {kHem})).hems.size(), 1U);
   expect_refused(table(every(5, 180), {kHem}), "equal steps");
   for (const int missing : {5, 180, 355}) {
@@ -244,7 +244,7 @@ TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
 
 TEST_F(HemFiles, FilesOfOneNameInSeveralFoldersAreSeveralFabrics) {
   const auto square = [&](const std::string& folder, double half_mm) {
-    const auto file = folder_.path() / folder / "sheet.obj";
+    auto file = folder_.path() / folder / "sheet.obj";
     write_durable(file, fmt::format("v {0} {0} 0\nv -{0} {0} 0\nv -{0} -{0} 0\nv {0} -{0} 0\n"
                                     "f 1 2 3 4\n",
                                     half_mm));

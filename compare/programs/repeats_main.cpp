@@ -30,6 +30,7 @@ std::vector<RepeatSheet> sheets_of(const std::vector<std::filesystem::path>& fil
 
 std::vector<NamedSheet> named(const std::vector<RepeatSheet>& sheets) {
   std::vector<NamedSheet> all;
+  all.reserve(sheets.size());
   for (const RepeatSheet& sheet : sheets) all.push_back(sheet.named);
   return all;
 }

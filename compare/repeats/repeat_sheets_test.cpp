@@ -100,13 +100,14 @@ TEST(RepeatSheets, AreReadWithWhatTheirFilesSay) {
   Sheet sheet;
   sheet.rows = sheet.cols = 2;
   sheet.patch_m = {220 * mm, 220 * mm};
-  for (int i = 0; i < 4; ++i)
-    sheet.marks.push_back({{i / 2, i % 2},
-                           {i / 2 * 220 * mm, i % 2 * 220 * mm},
-                           {i / 2 * 0.2, i % 2 * 0.2, 0},
-                           1e-9 * Eigen::Matrix3d::Identity(),
-                           3,
-                           0.1});
+  for (int row = 0; row < 2; ++row)
+    for (int col = 0; col < 2; ++col)
+      sheet.marks.push_back({{row, col},
+                             {row * 220 * mm, col * 220 * mm},
+                             {row * 0.2, col * 0.2, 0},
+                             1e-9 * Eigen::Matrix3d::Identity(),
+                             3,
+                             0.1});
   sheet.source = MeasuredSource{"rig", "C_2", {"cam0"}, std::string(64, 'a'), std::string(64, 'b')};
   write_sheet(file, sheet);
   const RepeatSheet own = read_repeat_sheet(file);

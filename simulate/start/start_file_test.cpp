@@ -57,8 +57,9 @@ struct Hang {
     std::string obj;
     for (int k = 0; k < kMarks * kMarks; ++k) {
       const Vector3d& p = points_mm[k];
-      obj += fmt::format("v {} {} {}\nvt {} {}\n", p.x(), p.z(), -p.y(), k % kMarks / 40.0,
-                         1 - k / kMarks / 40.0);
+      const int row = k / kMarks, col = k % kMarks;
+      obj +=
+          fmt::format("v {} {} {}\nvt {} {}\n", p.x(), p.z(), -p.y(), col / 40.0, 1 - row / 40.0);
     }
     for (int row = 0; row + (whole ? 1 : 2) < kMarks; ++row) {
       for (int col = 0; col + 1 < kMarks; ++col) {

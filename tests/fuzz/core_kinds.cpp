@@ -110,7 +110,7 @@ std::vector<Kind> core_kinds() {
        [](const fs::path& f) { static_cast<void>(read_scene(f)); }},
       {"clamped_scene",
        [](const fs::path& folder) {
-         const fs::path file = copied("scenes/A.toml")(folder);
+         fs::path file = copied("scenes/A.toml")(folder);
          write_durable(file,
                        read_text(file) +
                            "\n[[clamp]]\nfrom_material_mm = [0, 0]\nto_material_mm = [0, 200]\n"

@@ -113,6 +113,7 @@ std::optional<Length> length_of(const std::vector<Place>& places, double factor,
                                 double scale_sd) {
   if (places.size() < kLeastPlaces) return std::nullopt;
   std::vector<double> ratios;
+  ratios.reserve(places.size());
   for (const Place& place : places) ratios.push_back(place.chord * (1 + factor * place.bend()));
   return Length{quantile(ratios, part), median_sd(places, scale_sd), places.size()};
 }
