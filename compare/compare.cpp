@@ -289,14 +289,10 @@ void measure_drapes(const DrapeInput& input, Report& report) {
     report.drapemeters.push_back(drapemeter(simulation.sheet.sheet, *input.scene, {}));
 }
 
-/// See Report::headline. Another simulator speaks for the drape only where it is alone.
+/// See Report::headline.
 std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
-  constexpr int kSegments = 5;  // as far as the paper goes
   const auto rank = [&](const RealVirtual& row) {
-    const Simulation& simulation = input.simulations[row.simulation];
-    const int segments = simulation.segments().value_or(0);
-    return std::tuple(!simulation.other_simulator, simulation.sheet.sheet.rows,
-                      segments == kSegments, segments);
+    return input.simulations[row.simulation].rank();
   };
   std::optional<std::size_t> chosen;
   for (std::size_t row = 0; row < report.real_virtual.size(); ++row) {

@@ -37,6 +37,12 @@ std::string Simulation::segments_text() const {
   return other_simulator ? std::string() : std::to_string(source().segments);
 }
 
+std::tuple<bool, bool, int, bool, int> Simulation::rank() const {
+  constexpr int kSegments = 5;  // as far as the paper goes
+  const int count = segments().value_or(0);
+  return {!other_simulator, !branch, sheet.sheet.rows, count == kSegments, count};
+}
+
 std::string DrapeInput::name() const {
   if (!simulations.empty()) return simulations.front().source().scene;
   if (!surfaces.empty()) return surfaces.front().scene;

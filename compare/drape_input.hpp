@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,9 @@ struct Simulation {
   /// Line segments per Kawabata curve; another simulator has none.
   [[nodiscard]] std::optional<int> segments() const;
   [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
+  /// The greatest speaks for its drape: a branch where there is no run, another simulator where it
+  /// is alone.
+  [[nodiscard]] std::tuple<bool, bool, int, bool, int> rank() const;
 };
 
 /// A mesh of another simulator that does not say which material point a vertex is: nothing in it

@@ -67,7 +67,7 @@ Sheet simulated_sheet(int n, int segments, const Shape& shape) {
   source.scene = "A";
   source.fabric = "cotton-like";
   source.scene_sha256 = sha256_of(std::string_view("scene"));
-  source.fabric_sha256 = sha256_of(std::string_view("fabric"));
+  source.fabric_sha256 = sha256_of(sha256_of(std::string_view("fabric")) + "\n");
   source.segments = segments;
   source.model = "consistent";
   source.solver = "rk4";

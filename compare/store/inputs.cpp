@@ -152,32 +152,32 @@ void read_detections_beside(DrapeFiles& drape, Session& session) {
   if (drape.detected_by) find_recording(drape);
 }
 
-/// `drape sensitivity` writes what it found beside the sheet that it measured distances from; a
-/// file that was made for another sheet says nothing of this one.
+/// `drape sensitivity` writes what it found beside the sheet that it measured distances from.
 void read_error_split_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
   if (!fs::is_regular_file(file)) return;
   const auto made_by = read_made_by(file);
-  const bool of_this_sheet =
-      made_by && std::any_of(made_by->inputs.begin(), made_by->inputs.end(),
-                             [&](const auto& input) { return input.second == measured.sha256; });
-  if (!of_this_sheet) {
-    session.warnings.push_back(fmt::format(
-        "{} was not made from the measured sheet of set {} as it is now, so it is left out; run "
-        "drape sensitivity again",
-        file.string(), std::get<MeasuredSource>(measured.sheet.source).set));
-    return;
+  std::string why;
+  if (const auto other = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input)) {
+    why = "was not made from " + *other;
+  } else {
+    ErrorSplitFile split = read_error_split(file);
+    if (!split.no_go || split.no_go == measured.sheet.no_go) {
+      session.read.emplace_back(file, split.sha256);
+      drape.error_split = std::move(split);
+      return;
+    }
+    why = "rests on a measurement that is NO-GO: " + *split.no_go;
   }
-  drape.error_split = read_error_split(file);
-  session.read.emplace_back(file, drape.error_split->sha256);
+  session.warnings.push_back(
+      fmt::format("{} {}; it is left out, run drape sensitivity again", file.string(), why));
 }
 
 DrapeFiles read_measured(SheetFile sheet, Session& session) {
   DrapeFiles drape;
   drape.input.measured = std::move(sheet);
   read_detections_beside(drape, session);
-  read_error_split_beside(drape, session);
   drape.measured_by = read_made_by(drape.input.measured.file);
   return drape;
 }
@@ -390,6 +390,7 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
   }
   if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
+  for (DrapeFiles& drape : session.drapes) read_error_split_beside(drape, session);
   for (DrapeFiles& drape : session.drapes) find_scene_of_marks(drape, session);
   for (const fs::path& file : repeats) add_repeat(file, session);
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
@@ -17,6 +18,7 @@ namespace {
 using units::mm;
 
 constexpr int kSensitivityVersion = 1;
+constexpr std::size_t kFabricFiles = 7;  // the fabric's own, two curves each of three kinds
 
 /// Place of the greatest change among the variants at rest.
 std::optional<std::size_t> greatest(const std::vector<VariantEffect>& variants) {
@@ -30,6 +32,23 @@ std::optional<std::size_t> greatest(const std::vector<VariantEffect>& variants) 
 
 std::string from_text(const VariantEffect& variant) {
   return variant.continued ? "the drape" : "the start";
+}
+
+bool holds(const HashedFiles& inputs, const std::string& sha256) {
+  return std::any_of(inputs.begin(), inputs.end(),
+                     [&](const auto& input) { return input.second == sha256; });
+}
+
+/// A sheet states the hash of its fabric's files together, which a record lists side by side.
+bool hold_fabric(const HashedFiles& inputs, const std::string& sha256) {
+  for (std::size_t first = 0; first < inputs.size(); ++first) {
+    std::string all;
+    for (std::size_t i = first; i < std::min(inputs.size(), first + kFabricFiles); ++i) {
+      all += inputs[i].second + "\n";
+      if (sha256_of(std::string_view(all)) == sha256) return true;
+    }
+  }
+  return false;
 }
 
 /// Nothing where the file has none: it was written before, or the cloth did not come to rest.
@@ -48,6 +67,21 @@ std::optional<MarkMoves> moves_of(const JsonNode& entry, const ErrorSplitFile& s
 
 }  // namespace
 
+std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeInput& drape) {
+  if (!holds(inputs, drape.measured.sha256))
+    return "the measured sheet of set " +
+           std::get<MeasuredSource>(drape.measured.sheet.source).set + " as it is now";
+  const auto first = std::max_element(
+      drape.simulations.begin(), drape.simulations.end(),
+      [](const Simulation& a, const Simulation& b) { return a.rank() < b.rank(); });
+  if (first == drape.simulations.end() || first->other_simulator) return std::nullopt;
+  const SimulatedSource& source = first->source();
+  for (const auto& [is_it, what] : {std::pair(holds(inputs, source.scene_sha256), "scene"),
+                                    std::pair(hold_fabric(inputs, source.fabric_sha256), "fabric")})
+    if (!is_it) return fmt::format("the {} that was simulated ({})", what, first->label());
+  return std::nullopt;
+}
+
 ErrorSplitFile read_error_split(const std::filesystem::path& file) {
   const JsonNode root = JsonNode::open(file, "sensitivity", kSensitivityVersion);
   ErrorSplitFile split;
@@ -55,6 +89,7 @@ ErrorSplitFile read_error_split(const std::filesystem::path& file) {
   split.sha256 = sha256_of_file(file);
   split.distance_m = root.number("mean_distance_mm") * mm;
   split.marks = root.integer("marks");
+  if (root.has("no_go")) split.no_go = root.text("no_go");
   if (root.has("marks_at")) {
     const Eigen::MatrixXd places = root.matrix("marks_at");
     if (places.cols() != 2) root.reject("marks_at", "must hold pairs of row and column");

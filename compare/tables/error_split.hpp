@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compare/tables/tables.hpp"
@@ -54,7 +55,14 @@ struct ErrorSplitFile {
   std::vector<ValueEffect> values;  ///< empty when the base has no first-order answer
   std::vector<SceneEffect> scene;
   std::vector<VariantEffect> variants;
+  std::optional<std::string> no_go = std::nullopt;  ///< of the measurement of reference or start
 };
+
+using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;
+/// What a run with these inputs was made from instead of the drape's measured sheet and of scene
+/// and fabric of the simulation that speaks for it; nothing where it was made from them.
+[[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
+                                                      const DrapeInput& drape);
 
 /// Reads sensitivity.json ("drapebench/sensitivity/1"). Throws Error(bad_input).
 [[nodiscard]] ErrorSplitFile read_error_split(const std::filesystem::path& file);

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "compare/report/report.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/test_sheets.hpp"
@@ -30,7 +32,8 @@ Json variant(const char* what, const char* from, bool at_rest, double change_mm)
 }
 
 /// A run of drape-sensitivity as it leaves its files beside a measured sheet.
-fs::path write_split(const fs::path& measured) {
+fs::path write_split(const fs::path& measured, const std::string& scene = "scene",
+                     const std::string& fabric = "fabric", const std::string& no_go = {}) {
   fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
   Json json = {
       {"schema", "drapebench/sensitivity/1"},
@@ -46,6 +49,7 @@ fs::path write_split(const fs::path& measured) {
          {"mean_distance_mm_per_percent", value[0] == 'b' ? 0.01 : -0.02},
          {"mean_way_of_marks_mm_per_percent", 0.05}});
   }
+  if (!no_go.empty()) json["no_go"] = no_go;
   json["marks_at"] = {{0, 0}, {0, 1}};
   Json& bending = json["sensitivities"][0];
   bending["step"] = bending["half_width"] = 50;
@@ -54,6 +58,8 @@ fs::path write_split(const fs::path& measured) {
   write_json(file, json);
   RunRecord record("drape-sensitivity", {"A.toml", "--reference", "sheet.ply"},
                    run_record_path(file));
+  record.input("A.toml", sha256_of(std::string_view(scene)));
+  record.input("fabric.toml", sha256_of(std::string_view(fabric)));
   record.input(fs::path(measured).replace_extension(".json"));
   record.output(file);
   record.write(0, "GO: an example\n");
@@ -91,6 +97,32 @@ TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {
   const Session session = read_session(example.sheets, {});
   EXPECT_FALSE(session.drapes.front().error_split);
   EXPECT_THAT(session.warnings, testing::Contains(HasSubstr("run drape sensitivity again")));
+}
+
+TEST(ErrorSplit, OfAnotherSceneOrFabricOrOfANoGoIsLeftOutWithAWarning) {
+  const Example example;
+  const auto read = [&](const char* scene, const char* fabric, const char* no_go) {
+    write_split(example.sheets.front(), scene, fabric, no_go);
+    Session session = read_session(example.sheets, {});
+    const bool used = session.drapes.front().error_split.has_value();
+    const bool hashed = std::any_of(session.read.begin(), session.read.end(),
+                                    [&](const auto& one) { return one.first == example.split; });
+    EXPECT_EQ(used, hashed) << "what is left out is not behind the numbers";
+    return used ? std::vector<std::string>{"used"} : session.warnings;
+  };
+  EXPECT_THAT(read("scene", "fabric", ""), testing::ElementsAre("used"));
+  EXPECT_THAT(
+      read("scene", "fabric of 100 g/m2", ""),
+      testing::Contains(HasSubstr("not made from the fabric that was simulated (21x21, 5")));
+  EXPECT_THAT(read("scene, edited", "fabric", ""),
+              testing::Contains(HasSubstr("not made from the scene that was simulated (21x21, 5")));
+  EXPECT_THAT(read("scene", "fabric", "cam1 moved"),
+              testing::Contains(HasSubstr("a measurement that is NO-GO: cam1 moved")));
+  Sheet measured = read_sheet(example.sheets.front());
+  measured.no_go = "cam1 moved";
+  write_sheet(example.sheets.front(), measured);
+  EXPECT_THAT(read("scene", "fabric", "cam1 moved"), testing::ElementsAre("used"))
+      << "the drape is NO-GO by the same cause";
 }
 
 TEST(ErrorSplit, ADamagedFileIsRefusedByName) {
