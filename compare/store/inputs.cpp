@@ -158,10 +158,8 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
   if (!fs::is_regular_file(file)) return;
   const auto made_by = read_made_by(file);
-  std::string why;
-  if (const auto other = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input)) {
-    why = "was not made from " + *other;
-  } else {
+  auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
+  if (!why) {
     ErrorSplitFile split = read_error_split(file);
     if (!split.no_go || split.no_go == measured.sheet.no_go) {
       session.read.emplace_back(file, split.sha256);
@@ -171,7 +169,9 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
     why = "rests on a measurement that is NO-GO: " + *split.no_go;
   }
   session.warnings.push_back(
-      fmt::format("{} {}; it is left out, run drape sensitivity again", file.string(), why));
+      fmt::format("the sensitivity.json beside the measured sheet of set {} {}, so it is left out; "
+                  "run drape sensitivity again",
+                  std::get<MeasuredSource>(measured.sheet.source).set, *why));
 }
 
 DrapeFiles read_measured(SheetFile sheet, Session& session) {

@@ -68,9 +68,7 @@ std::optional<MarkMoves> moves_of(const JsonNode& entry, const ErrorSplitFile& s
 }  // namespace
 
 std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeInput& drape) {
-  if (!holds(inputs, drape.measured.sha256))
-    return "the measured sheet of set " +
-           std::get<MeasuredSource>(drape.measured.sheet.source).set + " as it is now";
+  if (!holds(inputs, drape.measured.sha256)) return "was not made from the sheet as it is now";
   const auto first = std::max_element(
       drape.simulations.begin(), drape.simulations.end(),
       [](const Simulation& a, const Simulation& b) { return a.rank() < b.rank(); });
@@ -78,7 +76,8 @@ std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeIn
   const SimulatedSource& source = first->source();
   for (const auto& [is_it, what] : {std::pair(holds(inputs, source.scene_sha256), "scene"),
                                     std::pair(hold_fabric(inputs, source.fabric_sha256), "fabric")})
-    if (!is_it) return fmt::format("the {} that was simulated ({})", what, first->label());
+    if (!is_it)
+      return fmt::format("was not made from the {} that was simulated ({})", what, first->label());
   return std::nullopt;
 }
 

@@ -59,8 +59,8 @@ struct ErrorSplitFile {
 };
 
 using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;
-/// What a run with these inputs was made from instead of the drape's measured sheet and of scene
-/// and fabric of the simulation that speaks for it; nothing where it was made from them.
+/// Which of these a run with such inputs was not made from, in a sentence, if any: the drape's
+/// measured sheet, scene and fabric of the simulation that speaks for it.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
                                                       const DrapeInput& drape);
 
