@@ -6,6 +6,8 @@
 #include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -151,8 +153,44 @@ TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {
   EXPECT_EQ(found[1], folder.path() / "paper/C/consistent/11-5/sheet.ply");
   EXPECT_EQ(std::vector<fs::path>(found.begin() + 2, found.end()), sheets);
   EXPECT_TRUE(calibration_in({folder.path()}).empty());
+  EXPECT_TRUE(repeats_in({folder.path()}).empty());
   fs::create_directories(folder.path() / "nothing");
   EXPECT_THROW((void)sheets_in({folder.path() / "nothing"}), Error);
+}
+
+/// As `drape run` leaves a folder: with other grids and branches than its lists name.
+TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path drape = folder.path() / "C";
+  auto expected = test::write_example(drape);
+  for (const char* name : {"15x15", "23x23", "31x31"})
+    write_sheet(drape / "refined" / name / "sheet.ply", test::simulated_sheet(31, 5));
+  for (const char* name : {"branch-01", "branch-02", "branch-03"})
+    write_sheet(drape / "ensemble" / name / "sheet.ply", test::simulated_sheet(11, 5));
+  write_sheet(drape / "repeats" / "second" / "sheet.ply", test::measured_sheet());
+  const fs::path grids = drape / "refined" / "refinement.json",
+                 branches = drape / "ensemble" / "branches.json";
+  write_json(grids, {{"schema", "drapebench/refinement/1"},
+                     {"used", 1},
+                     {"grids", {{{"sheet", "15x15/sheet.ply"}}, {{"sheet", "23x23/sheet.ply"}}}}});
+  write_json(
+      branches,
+      {{"schema", "drapebench/branches/1"},
+       {"branches", {{{"sheet", "branch-02/sheet.ply"}}, {{"sheet", "branch-01/sheet.ply"}}}}});
+  EXPECT_EQ(sheets_in({folder.path()}), expected) << "neither run has ended";
+  for (const fs::path& list : {grids, branches}) {
+    RunRecord record("drape-refine", {}, run_record_path(list));
+    record.output(list);
+    record.write(0, "");
+  }
+  expected.push_back(drape / "refined" / "23x23" / "sheet.ply");
+  expected.push_back(drape / "ensemble" / "branch-02" / "sheet.ply");
+  expected.push_back(drape / "ensemble" / "branch-01" / "sheet.ply");
+  EXPECT_EQ(sheets_in({folder.path()}), expected);
+  EXPECT_EQ(repeats_in({folder.path()}),
+            std::vector<fs::path>{drape / "repeats" / "second" / "sheet.ply"});
+  fs::remove(drape / "ensemble" / "branch-01" / "sheet.json");
+  EXPECT_THROW((void)sheets_in({folder.path()}), Error);
 }
 
 }  // namespace

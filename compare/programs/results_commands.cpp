@@ -75,11 +75,13 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   if (arguments.apart) return import_apart(arguments, common);
   const fs::path calibration =
       arguments.calibration.empty() ? calibration_in(arguments.sheets) : arguments.calibration;
-  const Session session = read_session(sheets_in(arguments.sheets), calibration);
+  const Session session =
+      read_session(sheets_in(arguments.sheets), calibration, repeats_in(arguments.sheets));
   Outcome outcome;
   // A store whose creation was cut off is completed; a reader would refuse it.
   if (fs::is_regular_file(arguments.store)) Store(arguments.store).close();
   outcome.not_accepted = reason_in_store(arguments.store, session);
+  outcome.warnings = session.warnings;
   compare_session(session, {}, outcome);
   const StoreLock lock(arguments.store, StoreLock::Kind::alone);
   const ImportCounts counts = import_session(arguments.store, session, outcome, arguments.label);
