@@ -35,12 +35,24 @@ std::set<std::string> sheets_of(const StoreReader& store, std::optional<int> run
       "(SELECT measured_sha256 FROM run_drape WHERE run = CAST(?1 AS INTEGER)) SELECT sha256 FROM "
       "sheet WHERE ?1 = '' OR sha256 IN (SELECT simulated_sha256 FROM of_run UNION SELECT "
       "measured_sha256 FROM of_run UNION SELECT measured_sha256 FROM drapes) UNION SELECT "
+      "q.sheet_sha256 FROM real_repeat AS q JOIN run_match AS m ON m.sha256 = q.match_sha256 JOIN "
+      "run AS n ON n.sha256 = m.run_sha256 WHERE n.number = CAST(?1 AS INTEGER) UNION SELECT "
       "mesh_sha256 FROM surface_comparison WHERE ?1 = '' OR measured_sha256 IN (SELECT "
       "measured_sha256 FROM drapes)",
       {number});
   std::set<std::string> all;
   for (const auto& row : sheets.rows) all.insert(row.at(0));
   return all;
+}
+
+/// What U rests on beside the sheets: files of a drape's sensitivities, where they were sealed.
+void add_sensitivities(const std::map<fs::path, std::string>& sealed,
+                       std::vector<fs::path>& starts) {
+  const std::vector<fs::path> sheets = starts;
+  for (const fs::path& sheet : sheets) {
+    const fs::path file = sheet.parent_path() / "sensitivity" / "sensitivity.json";
+    if (sealed.contains(file)) starts.push_back(file);
+  }
 }
 
 /// A measured sheet's record of today can name a scene that was edited since it was simulated.
@@ -91,12 +103,15 @@ Stated crate_files(const StoreReader& store, std::optional<int> run, RecordBook&
     }
     starts.push_back(file);
   }
+  const fs::path folder = fs::absolute(folder_of(store.file()));
+  std::map<fs::path, std::string> sealed;
+  for (const auto& [name, sha256] : read_seal(store.file()).files)
+    sealed[(folder / name).lexically_normal()] = sha256;
+  add_sensitivities(sealed, starts);
   Stated files = files_behind(book, starts);
   files.merge(meshes);
-  const fs::path folder = fs::absolute(folder_of(store.file()));
-  for (const auto& [name, sha256] : read_seal(store.file()).files)
-    if (const auto known = files.find((folder / name).lexically_normal()); known != files.end())
-      known->second.insert(sha256);
+  for (const auto& [file, sha256] : sealed)
+    if (const auto known = files.find(file); known != files.end()) known->second.insert(sha256);
   expect_scenes(store, sheets, book, files, findings);
   return files;
 }

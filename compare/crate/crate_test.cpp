@@ -116,6 +116,30 @@ TEST_F(CrateOf, AnUntouchedRunIsWholeWithItsUncertaintyAsItIs) {
   EXPECT_THAT(text("drapes.csv"), HasSubstr(u + ",at least"));
 }
 
+TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
+  const fs::path split = sheets_[0].parent_path() / "sensitivity" / "sensitivity.json",
+                 fabric = folder_.path() / "fabric.toml";
+  write_durable(fabric, "fabric");
+  write_json(split, {{"schema", "drapebench/sensitivity/1"},
+                     {"marks", 0},
+                     {"mean_distance_mm", 1.5},
+                     {"sensitivities", nullptr}});
+  RunRecord record("drape-sensitivity", {}, run_record_path(split));
+  for (const fs::path& file : {scene_, fabric, fs::path(sheets_[0]).replace_extension(".json")})
+    record.input(file);
+  record.output(split);
+  record.write(0, "");
+  EXPECT_THAT(findings(), IsEmpty());
+  EXPECT_FALSE(fs::exists(out() / "files" / "A" / "sensitivity")) << "not in U yet";
+  import();
+  EXPECT_THAT(findings(), IsEmpty());
+  for (const char* name :
+       {"A/sensitivity/sensitivity.json", "A/sensitivity/sensitivity.run.json", "fabric.toml"})
+    EXPECT_TRUE(fs::exists(out() / "files" / name)) << name;
+  fs::remove(split);
+  EXPECT_THAT(findings(), Contains("gone: " + split.string()));
+}
+
 TEST_F(CrateOf, ARunWhoseSheetWasMadeAgainIsNotTraced) {
   first_key_ = key_of_first();
   make(sheets_[1], another());

@@ -89,9 +89,13 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   for (fs::path& copy : keep_copies(arguments.store, session)) files.push_back(std::move(copy));
   seal_store(lock, arguments.store, files);
   Ending ending;
-  ending.verdict =
+  ending.go = outcome.go();
+  const std::string added =
       fmt::format("{} comparisons added, {} were there already", counts.added, counts.present);
+  ending.verdict = ending.go ? added : outcome.sentence();
   ending.numbers = {{"store", arguments.store}};
+  if (!ending.go) ending.numbers.emplace_back("comparisons", added);
+  ending.warnings = outcome.warnings;
   ending.next_command = "drape results list --store " + shell_word(arguments.store);
   return finish(ending, common);
 }

@@ -54,7 +54,9 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
   const std::string import = "SOURCE_DATE_EPOCH=0 " + program("drape-results").string() +
                              " import " + out.string() + " --store " + store;
-  EXPECT_EQ(run_line(import).exit_code, 0);
+  const Outcome imported = run_line(import);
+  EXPECT_EQ(imported.exit_code, 1);
+  EXPECT_THAT(imported.text, HasSubstr("NO-GO: C: the acceptance of this calibration"));
   EXPECT_THAT(answer(verdicts), HasSubstr("NO-GO,C: the acceptance of this calibration"));
   fs::remove(acceptance);
   // A box in which no simulation can start: nothing is compared, and what was GO is so no more.
