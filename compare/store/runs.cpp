@@ -90,8 +90,8 @@ std::string key_of(const DrapeInput& input, const RealVirtual& row) {
   return comparison_key({input.measured.sha256, input.simulations[row.simulation].sheet.sha256});
 }
 
-/// What makes a run another run: everything but its number, its date, and what is warned of, which
-/// an import of the same sheets cannot know.
+/// What makes a run another run: everything but its number, its date, and what is warned of: an
+/// import of the same sheets knows less of that.
 std::string content_of(const Session& session, const Outcome& outcome, const RunLabel& label,
                        const std::vector<RunValue>& values) {
   std::string text = fmt::format("drapebench/run-content/1\n{}\n{}\n{}\n{}\n", label.label,
@@ -108,6 +108,37 @@ std::string content_of(const Session& session, const Outcome& outcome, const Run
     if (value.key != "warning")
       text += fmt::format("{}\t{}\t{}\t{}\n", value.owner, value.key, value.value, value.stand_in);
   return sha256_of(std::string_view(text));
+}
+
+using Warnings = std::set<std::string>;
+
+/// The key of a run of the same content as one before, but warned of more.
+std::string warned_content(const std::string& content, const Warnings& warnings) {
+  std::string text = content + "\n";
+  for (const std::string& warning : warnings) text += warning + "\n";
+  return sha256_of(std::string_view(text));
+}
+
+/// The last run of this content that is warned of all of this, so that no warning is lost; else the
+/// key of one more.
+std::string key_of_run(Writer& writer, const std::string& content, const Session& session,
+                       const Outcome& outcome) {
+  if (!writer.has("run", content)) return content;
+  const Warnings own(outcome.warnings.begin(), outcome.warnings.end());
+  for (const std::string& run :
+       writer.texts("SELECT r.sha256 FROM run AS r JOIN run_drape AS d ON d.run = r.number WHERE "
+                    "d.measured_sha256 = ? ORDER BY r.number DESC",
+                    session.drapes.front().input.measured.sha256)) {
+    Warnings all;
+    for (std::string& warning : writer.texts(
+             "SELECT value FROM run_value WHERE run = (SELECT number FROM run WHERE sha256 = ?) "
+             "AND key = 'warning'",
+             run))
+      all.insert(std::move(warning));
+    const bool same = run == content || run == warned_content(content, all);
+    if (same && std::includes(all.begin(), all.end(), own.begin(), own.end())) return run;
+  }
+  return warned_content(content, own);
 }
 
 void insert_drape(Writer& writer, int run, const DrapeFiles& drape, const Report& report) {
@@ -211,9 +242,10 @@ std::vector<RunValue> values_of(const Session& session, const Outcome& outcome) 
 StoredRun add_run(Store& store, const Session& session, const Outcome& outcome,
                   const RunLabel& label, const std::string& date) {
   const std::vector<RunValue> values = values_of(session, outcome);
-  const std::string content = content_of(session, outcome, label, values);
   StoredRun run;
   store.write([&](Writer& writer) {
+    const std::string content =
+        key_of_run(writer, content_of(session, outcome, label, values), session, outcome);
     if (const auto known = writer.id_of("run", "number", content)) {
       run = {*known, writer.text_of("run", "date", content)};
       repeat_run(writer, run, content, date);

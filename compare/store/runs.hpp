@@ -23,8 +23,9 @@ struct RunValue {
 [[nodiscard]] std::vector<RunValue> values_of(const Session& session, const Outcome& outcome);
 
 /// Adds the run as one row with its drapes, comparisons and values, in one transaction: it is there
-/// or not. A run with the same content (all but the date) is the same run; it adds nothing but the
-/// date at which it is the last word on its photographs again, where another run was since.
+/// or not. A run with the same content (all but the date) and no further warning is the same
+/// run; it adds nothing but the date at which it is the last word on its photographs again, where
+/// another run was since.
 struct StoredRun {
   int number = 0;
   std::string date;

@@ -13,6 +13,8 @@
 #include <map>
 
 #include "compare/history/results.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -315,6 +317,32 @@ TEST(Store, KilledAtAnyMomentItHoldsWholeComparisonsAndIsCompletedByTheNextRun) 
     EXPECT_EQ(content(file), expected) << "killed at write " << at << " of " << whole;
   }
   vfs->xSetSystemCall(vfs, "pwrite64", nullptr);
+}
+
+TEST(Store, AWarningIsStoredThoughTheSheetsAreAndTheNextImportKeepsIt) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "results.sqlite";
+  Session session = read_session(test::write_example(folder.path() / "A"), {});
+  session.drapes[0].recording = RecordingId{sha256_of("recording.json"), "2026-02-28", "recording"};
+  const auto run = [&](const std::vector<std::string>& warnings) {
+    Outcome outcome;
+    outcome.warnings = warnings;
+    compare_session(session, {}, outcome);
+    static_cast<void>(import_session(file, session, outcome, {}));
+    return outcome.run;
+  };
+  const auto one = [&](const char* sql) { return StoreReader(file).query(sql).rows.at(0).at(0); };
+  EXPECT_EQ(run({}), 1);
+  for (int time = 0; time < 2; ++time) EXPECT_EQ(run({"detect (drape A): cam1 is dim"}), 2);
+  EXPECT_EQ(one("SELECT value FROM run_value WHERE run = 2 AND owner = 'warning 01'"),
+            "detect (drape A): cam1 is dim");
+  EXPECT_EQ(run({"detect (drape A): cam2 is dim"}), 3);
+  EXPECT_EQ(run({}), 3) << "an import knows of no warning: it is the last run";
+  EXPECT_EQ(run({"detect (drape A): cam1 is dim"}), 2);
+  EXPECT_EQ(one("SELECT count(*) FROM run"), "3");
+  EXPECT_EQ(one("SELECT count(DISTINCT sha256) FROM run"), "3");
+  EXPECT_EQ(one("SELECT last_run FROM v_run_last WHERE run = 1"), "2") << "stored last";
+  EXPECT_TRUE(check_ledger(StoreReader(file)).findings.empty());
 }
 
 }  // namespace

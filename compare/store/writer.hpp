@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "compare/store/ledger.hpp"
 
@@ -76,6 +77,14 @@ class Writer {
     query.bind(1, parameter);
     if (!query.executeStep() || query.isColumnNull(0)) return std::nullopt;
     return query.getColumn(0).getInt();
+  }
+  /// What a query with one text in it gives, a text in each row.
+  [[nodiscard]] std::vector<std::string> texts(const char* sql, const std::string& parameter) {
+    SQLite::Statement query(database_, sql);
+    query.bind(1, parameter);
+    std::vector<std::string> all;
+    while (query.executeStep()) all.push_back(query.getColumn(0).getString());
+    return all;
   }
   [[nodiscard]] int last_id() const { return static_cast<int>(database_.getLastInsertRowid()); }
   void commit() {
