@@ -192,13 +192,19 @@ TEST_F(Scenes, ASheetThatIsNoGoMakesFoldsAndHemsNoGo) {
   const std::string hem = "--disc-mm 90 --specimen-mm 240";
   EXPECT_EQ(run("drape-folds", "").first, 0);
   EXPECT_EQ(run("drape-drapemeter", hem).first, 0);
-  Sheet sheet = read_sheet(files[1]);
-  sheet.no_go = "cam1 moved";
-  write_sheet(files[1], sheet);
-  for (const auto& [code, text] : {run("drape-folds", ""), run("drape-drapemeter", hem)}) {
-    EXPECT_EQ(code, 1) << text;
-    EXPECT_THAT(text, HasSubstr("NO-GO: cam1 moved"));
-  }
+  const auto expect_no_go = [&](const Sheet& sheet, const std::string& why) {
+    write_sheet(files[1], sheet);
+    for (const auto& [code, text] : {run("drape-folds", ""), run("drape-drapemeter", hem)}) {
+      EXPECT_EQ(code, 1) << text;
+      EXPECT_THAT(text, HasSubstr("NO-GO: " + files[1].string() + ": " + why)) << "the verdict";
+    }
+  };
+  const Sheet sheet = read_sheet(files[1]);
+  Sheet moved = sheet, moving = sheet;
+  moved.no_go = "cam1 moved";
+  expect_no_go(moved, "what made or placed it is NO-GO: cam1 moved");
+  std::get<SimulatedSource>(moving.source).status = "the step limit is reached";
+  expect_no_go(moving, "the simulation is not at rest: the step limit is reached");
 }
 
 }  // namespace

@@ -250,6 +250,13 @@ SheetShape shape_of(const Sheet& sheet, const FoldOptions& options, const std::s
   return shape;
 }
 
+std::optional<std::string> why_no_go(const Sheet& sheet) {
+  if (sheet.no_go) return "what made or placed it is NO-GO: " + *sheet.no_go;
+  const auto* source = std::get_if<SimulatedSource>(&sheet.source);
+  if (source == nullptr || source->status == "at rest") return std::nullopt;
+  return "the simulation is not at rest: " + source->status;
+}
+
 void require_no_copies(const std::vector<std::pair<std::string, Sheet>>& sheets) {
   std::map<std::vector<double>, std::string> seen;
   for (const auto& [file, sheet] : sheets) {

@@ -44,6 +44,10 @@ struct SheetShape {
 [[nodiscard]] SheetShape shape_of(const Sheet& sheet, const FoldOptions& options,
                                   const std::string& file);
 
+/// Why the sheet's shape says nothing: the cause of the measurement that made or placed it, else
+/// that it does not rest.
+[[nodiscard]] std::optional<std::string> why_no_go(const Sheet& sheet);
+
 /// Throws Error(bad_input) naming both files where two sheets are equal to the last bit: a copy
 /// says nothing of how drapes vary.
 void require_no_copies(const std::vector<std::pair<std::string, Sheet>>& sheets);

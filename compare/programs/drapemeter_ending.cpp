@@ -74,17 +74,20 @@ void add_matches(const std::vector<HemMatch>& matches, Ending& ending) {
 
 Ending ending_of(const HemSet& real, const HemSet& compared, const std::vector<HemMatch>& matches) {
   Ending ending;
+  std::vector<std::string> causes;
   for (const HemSet* set : {&real, &compared}) {
     for (const std::string& reason : set->refused) ending.rejected.push_back(reason);
+    causes.insert(causes.end(), set->refused.begin(), set->refused.end());
     for (const HemRecord& hem : set->hems) {
       for (const std::string& warning : hem.warnings)
         ending.rejected.push_back(hem.file + ": " + warning);
-      ending.go = ending.go && hem.go;
+      if (!hem.go) causes.push_back(ending.rejected.back());
     }
-    ending.go = ending.go && set->refused.empty();
   }
-  ending.verdict = fmt::format("{} hems measured, {} files refused", real.hems.size(),
-                               real.refused.size() + compared.refused.size());
+  ending.go = causes.empty();
+  if (!ending.go) ending.verdict = causes.front() + "; ";
+  ending.verdict += fmt::format("{} hems measured, {} files refused", real.hems.size(),
+                                real.refused.size() + compared.refused.size());
   add_numbers(real.hems, ending);
   add_matches(matches, ending);
   return ending;

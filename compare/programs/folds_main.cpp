@@ -41,10 +41,9 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
       shapes.push_back(shape_of(sheet, options, file.string()));
       const SheetShape& shape = shapes.back();
       json[key].push_back(json_of(file.string(), shape));
-      if (sheet.no_go) {
-        json[key].back()["no_go"] = *sheet.no_go;
-        ending.rejected.push_back(
-            fmt::format("{}: what made or placed it is NO-GO: {}", file.string(), *sheet.no_go));
+      if (const auto why = why_no_go(sheet)) {
+        json[key].back()["no_go"] = sheet.no_go.value_or(*why);
+        ending.rejected.push_back(fmt::format("{}: {}", file.string(), *why));
       }
       const auto ridges = std::count_if(shape.folds.begin(), shape.folds.end(),
                                         [](const Fold& fold) { return fold.curvature_per_m > 0; });
@@ -64,7 +63,8 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     ending.numbers.emplace_back(spread.name, text_of(spread));
   }
   ending.go = ending.rejected.empty();
-  ending.verdict = fmt::format("{} sheets", sheets.size());
+  if (!ending.go) ending.verdict = ending.rejected.front() + "; ";
+  ending.verdict += fmt::format("{} sheets", sheets.size());
   if (!against.empty()) ending.verdict += fmt::format(" against {}", against.size());
   if (arguments.out) {
     write_json(*arguments.out, json);
