@@ -43,9 +43,12 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
 
 }  // namespace
 
-void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options) {
+void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
+              double area_u_m2) {
   if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
-  require_possible(record, errors.scale_u.value_or(0), options.geometry);
+  // U is 2 standard uncertainties, and an area errs by twice what its scale does.
+  const double within_u = area_u_m2 / (4 * record.hem.area_m2);
+  require_possible(record, std::hypot(errors.scale_u.value_or(0), within_u), options.geometry);
   record.numbers = numbers_with_u(record.hem, errors, options.geometry, options.hem);
   record.nodes = nodes_of(record.hem, options.hem);
 }

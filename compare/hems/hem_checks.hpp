@@ -13,8 +13,9 @@ namespace drape::compare {
 inline constexpr double kLengthTolerance = 0.03;
 
 /// The numbers and nodes of `record.hem`. Throws Error(bad_input) for a hem that no drape of the
-/// geometry can have.
-void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options);
+/// geometry can have, with a scale that errs by `errors` and by what U of its area holds already.
+void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
+              double area_u_m2 = 0);
 
 /// A coefficient by another disc or specimen than the drape was made with would look like any
 /// other: throws Error(bad_input) with the options that fit. What is absent is not known.

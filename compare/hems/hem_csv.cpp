@@ -95,6 +95,13 @@ class Row {
       throw bad_input(fmt::format("{:g} is not above 0", *value), where(name), "correct it");
     return *value * unit;
   }
+  /// U of a number.
+  [[nodiscard]] std::optional<double> u(const std::string& of) const {
+    const auto value = number("u_" + of);
+    if (value && *value < 0)
+      throw bad_input("an uncertainty is below 0", where("u_" + of), "correct it");
+    return value;
+  }
 
  private:
   const CsvText& table_;
@@ -116,11 +123,7 @@ void take_areas(const Row& row, Hem& hem) {
 /// U of the measurement; what is given now comes on top.
 void add_u(const Row& row, std::vector<HemNumber>& numbers) {
   for (HemNumber& number : numbers) {
-    const std::string name = "u_" + number.name;
-    const auto u = row.number(name);
-    if (!u) continue;
-    if (*u < 0) throw bad_input("an uncertainty is below 0", row.where(name), "correct it");
-    number.u = std::hypot(*u, number.u.value_or(0));
+    if (const auto u = row.u(number.name)) number.u = std::hypot(*u, number.u.value_or(0));
   }
 }
 
@@ -167,7 +170,7 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
     }
     record.hem = hem_of_radii(radius_m);
     take_areas(row, record.hem);
-    evaluate(record, {}, options);
+    evaluate(record, {}, options, row.u("area_mm2").value_or(0) * mm * mm);
     add_u(row, record.numbers);
     if (const std::string reason = row.text("no_go"); !reason.empty()) {
       record.go = false;

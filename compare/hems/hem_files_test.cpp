@@ -103,7 +103,14 @@ TEST_F(HemFiles, AHemThatNoDrapeOfTheGeometryCanHaveIsRefused) {
       EXPECT_EQ(read(table(every(5), {[=](int) { return scale * radius; }})).hems.size(), 1U);
   HemReadOptions uncertain;
   uncertain.scale_u = 0.05;
-  EXPECT_EQ(read(table(every(5), {[](int) { return 165; }}), uncertain).hems.size(), 1U);
+  const std::string wide = table(every(5), {[](int) { return 165; }});
+  const HemSet taken = read(wide, uncertain);
+  ASSERT_EQ(taken.hems.size(), 1U);
+  EXPECT_EQ(read(hems_csv(uncertain.geometry, taken.hems)).hems.size(), 1U)
+      << "hems.csv is an input again: U of its area tells how far its scale errs";
+  uncertain.scale_u = 0.03;
+  EXPECT_EQ(read(wide, uncertain).refused.size(), 1U);
+  expect_refused(wide, "larger than the specimen");
 }
 
 TEST_F(HemFiles, ACopyIsNoRepeat) {
