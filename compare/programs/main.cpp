@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "compare/history/acceptance.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
@@ -26,6 +28,11 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
+  // One that was left out counts too: made again, it is used.
+  for (const auto& file : arguments.sensitivities)
+    if (std::none_of(session.read.begin(), session.read.end(),
+                     [&](const auto& one) { return one.first == file; }))
+      record.input(file);
   Outcome outcome;
   outcome.warnings = arguments.warnings;
   outcome.warnings.insert(outcome.warnings.end(), session.warnings.begin(), session.warnings.end());

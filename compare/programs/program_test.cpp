@@ -62,6 +62,19 @@ TEST_F(Program, JsonSaysTheSame) {
   EXPECT_EQ(json["drapes"][0]["virtual_vs_virtual"].size(), 4U);
 }
 
+TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
+  const std::string split = path("A/sensitivity/sensitivity.json");
+  write_json(split, {{"schema", "drapebench/sensitivity/1"}});
+  for (int time = 0; time < 2; ++time) {
+    ASSERT_EQ(compare("--sensitivity " + split), 0) << output_;
+    EXPECT_THAT(output_, HasSubstr("so it is left out; run drape sensitivity again"));
+    EXPECT_THAT(read_text(path("report.run.json")), HasSubstr(sha256_of_file(split)));
+    write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
+  }
+  fs::remove(split);
+  EXPECT_EQ(compare("--sensitivity " + split), 3) << output_;
+}
+
 TEST_F(Program, WarningsOfTheStagesAreSaidAndStored) {
   ASSERT_EQ(compare("--warning='detect (drape A): cam1 is dim'"), 0) << output_;
   EXPECT_THAT(output_, HasSubstr("  warning: detect (drape A): cam1 is dim"));
