@@ -112,6 +112,7 @@ class Bench {
       std::filesystem::path file, marks;
       std::string set;
     };
+    std::string set;  ///< of the cloth
     std::filesystem::path target_marks, calibration, marks, sheet;
     std::vector<Object> objects;  ///< by their plates
   };
@@ -212,6 +213,7 @@ class Bench {
   [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
   [[nodiscard]] Chain own_chain(const Drape& drape) const;
   [[nodiscard]] Chain run_chain(const Drape& drape) const;
+  [[nodiscard]] Chain run_chain(const Drape& drape, const Laying& laying) const;  ///< a further one
   [[nodiscard]] bool is_made_of(const std::filesystem::path& output,
                                 const std::filesystem::path& input) const;
   /// Why the file is superseded, for people; nothing where it belongs to the pictures.
@@ -221,9 +223,10 @@ class Bench {
       const std::filesystem::path& calibration, const std::filesystem::path& target_marks) const;
   [[nodiscard]] std::optional<std::string> against_object(const Chain& chain,
                                                           const Chain::Object& object) const;
-  [[nodiscard]] std::optional<std::string> against_sheet(const Drape& drape,
-                                                         const Chain& chain) const;
+  [[nodiscard]] std::optional<std::string> against_sheet(const Chain& chain) const;
   [[nodiscard]] Json comparisons(const Drape& drape, const Json& run) const;
+  [[nodiscard]] std::optional<std::string> against_layings(const Drape& drape,
+                                                           const Json& run) const;
   [[nodiscard]] std::optional<std::string> against_result(const Drape& drape,
                                                           const Json& row) const;
 

@@ -109,7 +109,7 @@ std::shared_ptr<const Calibration> Bench::calibration() const {
 
 std::shared_ptr<const Sheet> Bench::measured_sheet(const Drape& drape) const {
   for (const Chain& chain : {own_chain(drape), run_chain(drape)})
-    if (!against_sheet(drape, chain)) return sheet_in(chain.sheet);
+    if (!against_sheet(chain)) return sheet_in(chain.sheet);
   return nullptr;
 }
 
@@ -119,7 +119,8 @@ std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
 }
 
 Bench::Chain Bench::own_chain(const Drape& drape) const {
-  Chain chain{target_detections_file(),
+  Chain chain{drape.scene.set,
+              target_detections_file(),
               calibration_file(),
               detections_file(drape.scene.set),
               sheet_file(drape.scene.name),
@@ -133,15 +134,22 @@ Bench::Chain Bench::own_chain(const Drape& drape) const {
 /// As `drape run` lays them out.
 Bench::Chain Bench::run_chain(const Drape& drape) const {
   const fs::path folder = out_ / drape.scene.name;
-  Chain chain{out_ / "target-detections.json",
-              out_ / "calibration.json",
-              folder / "detections.json",
-              folder / "sheet.json",
-              {}};
+  Chain chain{drape.scene.set,           out_ / "target-detections.json",
+              out_ / "calibration.json", folder / "detections.json",
+              folder / "sheet.json",     {}};
   for (const Plate& plate : drape.plates)
     chain.objects.push_back({folder / fmt::format("object_{}.json", plate.object),
                              folder / fmt::format("object_{}-detections.json", plate.object),
                              plate.set});
+  return chain;
+}
+
+Bench::Chain Bench::run_chain(const Drape& drape, const Laying& laying) const {
+  Chain chain = run_chain(drape);
+  const fs::path folder = out_ / drape.scene.name / "repeats" / laying.repeat;
+  chain.set = laying.set;
+  chain.marks = folder / "detections.json";
+  chain.sheet = folder / "sheet.json";
   return chain;
 }
 
@@ -182,9 +190,9 @@ std::optional<std::string> Bench::against_object(const Chain& chain,
   return std::nullopt;
 }
 
-std::optional<std::string> Bench::against_sheet(const Drape& drape, const Chain& chain) const {
+std::optional<std::string> Bench::against_sheet(const Chain& chain) const {
   if (!sheet_in(chain.sheet)) return "it is not measured";
-  if (auto why = against_marks(chain.marks, drape.scene.set)) return why;
+  if (auto why = against_marks(chain.marks, chain.set)) return why;
   if (auto why = against_calibration(chain.calibration, chain.target_marks))
     return "its calibration: " + *why;
   if (!is_made_of(chain.sheet, chain.calibration)) return "the cameras were calibrated again";
@@ -211,10 +219,36 @@ Json Bench::comparisons(const Drape& drape, const Json& run) const {
   return some;
 }
 
-std::optional<std::string> Bench::against_result(const Drape& drape, const Json& row) const {
-  if (auto why = against_sheet(drape, run_chain(drape))) return why;
-  if (comparisons(drape, row["run"]).empty()) return "the drape was measured again";
+/// The match of a run is judged by the further layings too that it was given.
+std::optional<std::string> Bench::against_layings(const Drape& drape, const Json& run) const {
+  const auto own = kept<std::string>(facts_, run_chain(drape).sheet, sha256_of_file);
+  const Json given = results(
+      {"sql", fmt::format("SELECT l.set_name, l.repeat, l.sheet_sha256 FROM real_repeat AS l JOIN "
+                          "run_match AS m ON m.sha256 = l.match_sha256 JOIN run AS r ON r.sha256 = "
+                          "m.run_sha256 WHERE r.number = {} AND m.measured_sha256 = '{}' AND "
+                          "l.sheet_sha256 != m.measured_sha256",
+                          run.dump(), own ? *own : "")});
+  if (!given.is_array()) return "the results cannot be read now";
+  const std::vector<Laying> known = layings(drape.scene.name);
+  for (const Json& one : given) {
+    const auto laying = std::find_if(known.begin(), known.end(), [&](const Laying& of) {
+      return of.set == one["set_name"] && of.repeat == one["repeat"];
+    });
+    const std::string set = one["set_name"];
+    if (laying == known.end()) return fmt::format("`{}` is no laying of the rig now", set);
+    const Chain chain = run_chain(drape, *laying);
+    if (const auto why = against_sheet(chain)) return fmt::format("its laying `{}`: {}", set, *why);
+    const auto content = kept<std::string>(facts_, chain.sheet, sha256_of_file);
+    if (!content || *content != one["sheet_sha256"])
+      return fmt::format("its laying `{}` was measured again", set);
+  }
   return std::nullopt;
+}
+
+std::optional<std::string> Bench::against_result(const Drape& drape, const Json& row) const {
+  if (auto why = against_sheet(run_chain(drape))) return why;
+  if (comparisons(drape, row["run"]).empty()) return "the drape was measured again";
+  return against_layings(drape, row["run"]);
 }
 
 }  // namespace drape::console

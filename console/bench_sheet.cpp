@@ -90,7 +90,7 @@ Json Bench::sheet(const std::string& name) const {
   std::map<std::pair<int, int>, double> distances;
   const Json headline = results({"trend", "--by", "fabric"});
   const Json* row = of_scene(headline, name);
-  const auto simulated = against_sheet(one, run_chain(one))
+  const auto simulated = against_sheet(run_chain(one))
                              ? nullptr
                              : sheet_in(best_simulation(out_ / name / "simulations", rig_));
   if (simulated) json["virtual"] = quads_json(*simulated);

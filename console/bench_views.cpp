@@ -163,7 +163,7 @@ Json Bench::drape_json(const Drape& one) const {
   Json json = {{"name", name}, {"set", one.scene.set}, {"stand_ins", one.scene.stand_ins}};
   json["fabric"] = one.scene.fabric_file.stem().string();
   const Chain chain = own_chain(one);
-  const auto why = against_sheet(one, chain);
+  const auto why = against_sheet(chain);
   json["sheet"] = json["sheet_superseded"] = Json();
   if (const auto measured = sheet_in(sheet_file(name)); measured && why) {
     json["sheet_superseded"] = *why;
@@ -191,7 +191,7 @@ Json Bench::drape_json(const Drape& one) const {
          {"sentence", ending.is_object() ? ending.value("sentence", "") : ""}});
   }
   json["simulations"] = Json::array();
-  const bool simulated = !against_sheet(one, run_chain(one));
+  const bool simulated = !against_sheet(run_chain(one));
   for (const int grid : rig_.grids)
     for (const int segment : rig_.segments) {
       const fs::path file =

@@ -6,13 +6,20 @@
 #include <algorithm>
 
 #include "console/running_bench.hpp"
+#include "core/files/files.hpp"
 #include "core/recording.hpp"
 #include "tests/support/small_bench.hpp"
 
 namespace drape::test {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::HasSubstr;
+
+/// What a calibration does well without.
+constexpr const char* kLaterPoses =
+    "  \"pose_05\",  \"pose_06\",  \"pose_07\",  \"pose_08\",  \"pose_09\",\n"
+    "  \"pose_10\",  \"pose_11\",  \"pose_12\",  \"pose_13\",  \"pose_14\",\n";
 
 const Json& set_of(const Json& state, const std::string& name) {
   return *std::find_if(state["sets"].begin(), state["sets"].end(),
@@ -81,6 +88,37 @@ TEST_F(Current, WhatWasMeasuredInOtherPicturesIsSuperseded) {
   retake("pose_01", "pose_02");
   EXPECT_THAT(server.get("api/state")["calibration_superseded"].dump(),
               HasSubstr("`pose_01` has other pictures now"));
+}
+
+TEST_F(Current, ALayingThatWasTakenAgainOrLeftOutSupersedesTheMatch) {
+  bench_.replace("rig.toml", kLaterPoses, "");
+  const fs::path rig = bench_.rig() / "rig.toml";
+  write_durable(rig, read_text(rig) + "\n[[repeat]]\nscene = \"C\"\nset = \"drape_A\"\n");
+  const Outcome run = bench_.run("out");
+  ASSERT_LE(run.exit_code, 1) << run.text;
+  const RunningBench server(bench_.rig(), out());
+  const Json before = server.get("api/state");
+  ASSERT_TRUE(before["drapes"][0]["result"].is_object()) << before["drapes"][0].dump(1);
+  EXPECT_EQ(before["report_superseded"], false);
+
+  const fs::path recorded = bench_.rig() / "recording/recording.json";
+  const std::string sets = read_text(recorded);
+  retake("drape_A", "drape_E");
+  const Json after = server.get("api/state");
+  EXPECT_TRUE(after["drapes"][0]["result"].is_null());
+  EXPECT_THAT(after["drapes"][0]["result_superseded"].dump(),
+              HasSubstr("laying `drape_A`: `drape_A` has other pictures now"));
+  EXPECT_EQ(after["report_superseded"], true);
+
+  write_durable(recorded, sets);
+  EXPECT_EQ(server.get("api/state")["drapes"][0], before["drapes"][0]);
+  take(server, {"drape_A"});
+  const Json taken = server.idle_state();
+  EXPECT_EQ(taken["drapes"][0]["result"], before["drapes"][0]["result"]);
+  ASSERT_EQ(server.act({{"do", "drop"}, {"set", "drape_A"}}), 200);
+  const Json without = server.get("api/state");
+  EXPECT_THAT(without["drapes"][0]["result_superseded"].dump(), HasSubstr("`drape_A` is left out"));
+  EXPECT_EQ(without["report_superseded"], true);
 }
 
 TEST_F(Current, WhatWaitedWhenTheServerEndedIsSaidAndMeasured) {
