@@ -280,6 +280,20 @@ TEST(Detect, WhatCaptureRefusedStaysRefused) {
   EXPECT_THAT(result.detections.no_go.at("drape_A"), HasSubstr("the cloth moved by 3.1 px"));
 }
 
+TEST(Detect, ADiameterThatTooFewDotsShowIsNotConfirmed) {
+  DetectOptions options;
+  options.surface = Surface::cloth;
+  options.sets = {"drape_C"};
+  options.least_semi_axis_px = 8.6;  // leaves few
+  const DetectResult few = detect::detect(recording(), rig(), options);
+  EXPECT_GT(few.report.marks, 0);
+  EXPECT_FALSE(few.report.dot_size_ratio);
+  const auto said = testing::Contains(HasSubstr("the diameter of the dots is not measured"));
+  EXPECT_THAT(few.report.warnings, said);
+  EXPECT_TRUE(drapes().report.dot_size_ratio);
+  EXPECT_THAT(drapes().report.warnings, testing::Not(said));
+}
+
 TEST(Detect, TheWrongPrintLabelsNothing) {
   // Target views searched for the cloth's print: its tags are not there.
   const DetectResult result = run(Surface::cloth, {"stage_z000"});

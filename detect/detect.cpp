@@ -322,6 +322,11 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
       other_dot_size(result.report.dot_size_ratio, surface.lattice, surface.file.string());
   for (const FrameDetections& frame : result.detections.frames)
     blame_print(frame, other_size, result);
+  if (!surface.board && result.report.marks > 0 && !result.report.dot_size_ratio)
+    result.report.warnings.push_back(
+        fmt::format("the diameter of the dots is not measured, too few of them have neighbours: "
+                    "dot_diameter_mm in {} is not confirmed",
+                    surface.file.string()));
   look_for_other_print(recording, jobs, surface, options, result);
   judge_empty_frames(rig, options.surface, result);
   take_over_refusals(recording, options.sets, result);

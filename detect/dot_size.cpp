@@ -20,26 +20,33 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
                                      const MarkLattice& lattice) {
   constexpr std::size_t kFewest = 20;
   if (!(lattice.dot_diameter_m > 0)) return std::nullopt;
-  std::vector<double> ratios;
+  std::vector<double> inner, all;  // of dots between neighbours, and beside any
   for (const FrameDetections& frame : frames) {
     std::map<std::pair<int, int>, const Detection*> at;
     for (const Detection& dot : frame.detections) at[{dot.mark.row, dot.mark.col}] = &dot;
-    /// Half of what lies between the two neighbours of a dot; nothing where one is missing.
-    const auto step = [&](const Detection& dot, int down, int right) -> std::optional<Vector2d> {
-      const auto before = at.find({dot.mark.row - down, dot.mark.col - right}),
-                 after = at.find({dot.mark.row + down, dot.mark.col + right});
-      if (before == at.end() || after == at.end()) return std::nullopt;
-      return Vector2d(0.5 * (after->second->centre_px - before->second->centre_px));
-    };
     for (const Detection& dot : frame.detections) {
-      const auto row = step(dot, 1, 0), col = step(dot, 0, 1);
+      int neighbours = 0;
+      /// From one dot to the next; nothing where the dot has no neighbour in this direction.
+      const auto step = [&](int down, int right) -> std::optional<Vector2d> {
+        const auto before = at.find({dot.mark.row - down, dot.mark.col - right}),
+                   after = at.find({dot.mark.row + down, dot.mark.col + right});
+        const int found = int(before != at.end()) + int(after != at.end());
+        neighbours += found;
+        if (found == 0) return std::nullopt;
+        const Detection& from = before == at.end() ? dot : *before->second;
+        const Detection& to = after == at.end() ? dot : *after->second;
+        return Vector2d((to.centre_px - from.centre_px) / found);
+      };
+      const auto row = step(1, 0), col = step(0, 1);
       if (!row || !col) continue;
       const double cell_px2 = std::abs(row->x() * col->y() - row->y() * col->x());
       const double area_px2 = std::numbers::pi * dot.semi_axes_px.prod();
       const double stated = 0.25 * std::numbers::pi * std::pow(lattice.dot_diameter_m, 2);
-      ratios.push_back(std::sqrt(area_px2 / cell_px2 * std::pow(lattice.pitch_m, 2) / stated));
+      all.push_back(std::sqrt(area_px2 / cell_px2 * std::pow(lattice.pitch_m, 2) / stated));
+      if (neighbours == 4) inner.push_back(all.back());
     }
   }
+  std::vector<double>& ratios = inner.size() < kFewest ? all : inner;
   if (ratios.size() < kFewest) return std::nullopt;
   return median(std::move(ratios));
 }

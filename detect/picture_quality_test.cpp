@@ -65,15 +65,22 @@ std::vector<std::string> said_of(const ClothView& view) {
   return poor_views(frames, qualities);
 }
 
-/// What is said of two flat and tilted pictures of dots of 4 mm, at the stated diameter.
-std::pair<std::optional<double>, std::string> size_of(double stated_mm) {
+/// What is said of two flat and tilted pictures of dots of 4 mm, at the stated diameter, where the
+/// first rows and columns have labels.
+std::pair<std::optional<double>, std::string> size_of(double stated_mm, int labelled = kMarks) {
   Print stated = six_by_six();
   stated.dot_diameter_m = stated_mm * mm;
+  static const std::vector<GreyImage> pictures = [] {
+    ClothView flat, tilted;
+    tilted.squeeze = 0.8;
+    return std::vector{picture_of(flat), picture_of(tilted)};
+  }();
   std::vector<FrameDetections> frames;
-  for (const double squeeze : {1.0, 0.8}) {
-    ClothView view;
-    view.squeeze = squeeze;
-    frames.push_back(frame_of(picture_of(view), stated, "cam0"));
+  for (const GreyImage& picture : pictures) {
+    frames.push_back(frame_of(picture, stated, "cam0"));
+    std::erase_if(frames.back().detections, [&](const Detection& dot) {
+      return dot.mark.row >= labelled || dot.mark.col >= labelled;
+    });
   }
   const MarkLattice lattice{Surface::cloth,        kMarks,         kMarks, stated.pitch_m,
                             stated.dot_diameter_m, stated.patch_m, {},     {}};
@@ -91,6 +98,16 @@ TEST(DotSize, IsMeasuredAndAnotherOneIsNamed) {
     EXPECT_THAT(size_of(stated_mm).second,
                 AllOf(HasSubstr("the dots are "), HasSubstr("dot_diameter_mm in print.toml is")))
         << stated_mm;
+}
+
+TEST(DotSize, OfFewDotsIsMeasuredFromOneNeighbourAlongEachAxis) {
+  const auto [ratio, none] = size_of(4, 4);  // 8 dots between four neighbours
+  ASSERT_TRUE(ratio);
+  EXPECT_NEAR(*ratio, 1, 0.01);
+  EXPECT_THAT(none, IsEmpty());
+  for (const double stated_mm : {3.5, 4.5})
+    EXPECT_THAT(size_of(stated_mm, 4).second, HasSubstr("the dots are ")) << stated_mm;
+  EXPECT_FALSE(size_of(4, 3).first) << "18 dots";
 }
 
 TEST(PictureQuality, EightBitsAreCountedAsTheirLevelsAreSorted) {
