@@ -29,6 +29,16 @@ Inputs read_inputs(const fs::path& record) {
   return inputs;
 }
 
+/// Why something is superseded; what cannot be read is.
+template <class Ask>
+std::optional<std::string> reason_of(Ask ask) {
+  try {
+    return ask();
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 }  // namespace
 
 /// Which content a file name stands for: it changes with every write and every replacement.
@@ -94,8 +104,12 @@ bool Bench::shows(const SetFacts& seen, const std::string& set) const {
 std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) const {
   const fs::path file = detections_file(set);
   if (!fs::is_regular_file(run_record_path(file))) return nullptr;
-  auto seen = kept<SetFacts>(facts_, file, read_set_facts);
-  return seen && shows(*seen, set) ? seen : nullptr;
+  try {
+    auto seen = kept<SetFacts>(facts_, file, read_set_facts);
+    return seen && shows(*seen, set) ? seen : nullptr;
+  } catch (const Error&) {  // damaged: it is measured again
+    return nullptr;
+  }
 }
 
 std::shared_ptr<const Detections> Bench::detections(const std::string& set) const {
@@ -165,21 +179,25 @@ bool Bench::is_made_of(const fs::path& output, const fs::path& input) const {
 std::optional<std::string> Bench::against_marks(const fs::path& marks,
                                                 const std::string& set) const {
   if (is_left_out(set)) return fmt::format("`{}` is left out", set);
-  const auto seen = kept<SetFacts>(facts_, marks, read_set_facts);
-  if (seen && shows(*seen, set)) return std::nullopt;
-  return fmt::format("`{}` has other pictures now", set);
+  return reason_of([&]() -> std::optional<std::string> {
+    const auto seen = kept<SetFacts>(facts_, marks, read_set_facts);
+    if (seen && shows(*seen, set)) return std::nullopt;
+    return fmt::format("`{}` has other pictures now", set);
+  });
 }
 
 std::optional<std::string> Bench::against_calibration(const fs::path& calibration,
                                                       const fs::path& target_marks) const {
-  const auto made = fs::is_regular_file(run_record_path(calibration))
-                        ? kept<Calibration>(kept_, calibration, read_calibration)
-                        : nullptr;
-  if (!made) return "there is no calibration";
-  for (const std::string& set : made->sets)
-    if (auto why = against_marks(target_marks, set)) return why;
-  if (!is_made_of(calibration, target_marks)) return "the target's marks were measured again";
-  return std::nullopt;
+  return reason_of([&]() -> std::optional<std::string> {
+    const auto made = fs::is_regular_file(run_record_path(calibration))
+                          ? kept<Calibration>(kept_, calibration, read_calibration)
+                          : nullptr;
+    if (!made) return "there is no calibration";
+    for (const std::string& set : made->sets)
+      if (auto why = against_marks(target_marks, set)) return why;
+    if (!is_made_of(calibration, target_marks)) return "the target's marks were measured again";
+    return std::nullopt;
+  });
 }
 
 std::optional<std::string> Bench::against_object(const Chain& chain,
@@ -191,7 +209,11 @@ std::optional<std::string> Bench::against_object(const Chain& chain,
 }
 
 std::optional<std::string> Bench::against_sheet(const Chain& chain) const {
-  if (!sheet_in(chain.sheet)) return "it is not measured";
+  const auto unmeasured = [&]() -> std::optional<std::string> {
+    if (!sheet_in(chain.sheet)) return "it is not measured";
+    return std::nullopt;
+  };
+  if (auto why = reason_of(unmeasured)) return why;
   if (auto why = against_marks(chain.marks, chain.set)) return why;
   if (auto why = against_calibration(chain.calibration, chain.target_marks))
     return "its calibration: " + *why;

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "console/bench.hpp"
 #include "core/error.hpp"
@@ -57,7 +58,7 @@ void Bench::job_changed(const Job& job) {
   if (job.state == JobState::running && job.now.empty() && job.fraction == 0) {
     try {
       log_.add("bench", "begins", {{"begins", job.kind + " " + job.what}});
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
       trouble_ = error.what();
     }
@@ -85,7 +86,7 @@ void Bench::job_ended(const Job& job) {
       looked_at(job.what);
     if (job.kind == "detect" && plate_of(job.what) != nullptr) show_object(job.what);
     if (job.kind == "calibrate") calibrated();
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     const std::lock_guard lock(mutex_);
     trouble_ = error.what();
   }

@@ -165,9 +165,9 @@ Json Bench::drape_json(const Drape& one) const {
   const Chain chain = own_chain(one);
   const auto why = against_sheet(chain);
   json["sheet"] = json["sheet_superseded"] = Json();
-  if (const auto measured = sheet_in(sheet_file(name)); measured && why) {
-    json["sheet_superseded"] = *why;
-  } else if (measured) {
+  if (why) {
+    if (fs::is_regular_file(run_record_path(chain.sheet))) json["sheet_superseded"] = *why;
+  } else if (const auto measured = sheet_in(chain.sheet)) {
     const Json ending = ending_of(sheet_file(name));
     json["sheet"] = {{"verdict", ending.is_object() ? ending.value("verdict", "") : ""},
                      {"sentence", ending.is_object() ? ending.value("sentence", "") : ""},

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "console/running_bench.hpp"
 #include "core/files/files.hpp"
@@ -119,6 +120,38 @@ TEST_F(Current, ALayingThatWasTakenAgainOrLeftOutSupersedesTheMatch) {
   const Json without = server.get("api/state");
   EXPECT_THAT(without["drapes"][0]["result_superseded"].dump(), HasSubstr("`drape_A` is left out"));
   EXPECT_EQ(without["report_superseded"], true);
+}
+
+TEST_F(Current, ADamagedFileIsNamedAndMadeAgain) {
+  auto server = std::make_unique<RunningBench>(bench_.rig(), out());
+  take(*server, {"stage_z000", "pose_00", "pose_01", "drape_C"});
+  static_cast<void>(done(*server, {{"do", "calibrate"}}));
+  const Json before = done(*server, {{"do", "measure"}, {"drape", "C"}});
+  ASSERT_TRUE(before["drapes"][0]["sheet"].is_object()) << before["jobs"].dump(1);
+  const auto damage = [this](const char* file) {
+    const std::string text = read_text(out() / "console" / file);
+    write_durable(out() / "console" / file, text.substr(0, text.size() / 2));
+    return text;
+  };
+  const std::string calibration = damage("calibration.json");
+  EXPECT_THAT(server->get("api/state")["calibration_superseded"].dump(),
+              HasSubstr("calibration.json"));
+  write_durable(out() / "console/calibration.json", calibration);
+  static_cast<void>(damage("C/sheet.json"));
+  EXPECT_THAT(server->get("api/state")["drapes"][0]["sheet_superseded"].dump(),
+              HasSubstr("sheet.json"));
+  static_cast<void>(damage("detections/pose_01.json"));
+  EXPECT_TRUE(set_of(server->get("api/state"), "pose_01")["detected"].is_null());
+  static_cast<void>(done(*server, {{"do", "calibrate"}}));
+  const Json after = done(*server, {{"do", "measure"}, {"drape", "C"}});
+  ASSERT_TRUE(server->runs());
+  EXPECT_EQ(after["drapes"], before["drapes"]);
+  EXPECT_EQ(set_of(after, "pose_01"), set_of(before, "pose_01"));
+
+  server.reset();
+  write_durable(out() / "console/detections/pose_01.json", "{");
+  const RunningBench next(bench_.rig(), out());
+  EXPECT_EQ(set_of(next.idle_state(), "pose_01"), set_of(before, "pose_01"));
 }
 
 TEST_F(Current, WhatWaitedWhenTheServerEndedIsSaidAndMeasured) {

@@ -4,6 +4,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "core/error.hpp"
 
@@ -15,6 +16,15 @@ constexpr std::size_t kMostKept = 20;
 
 bool is_over(const Job& job) {
   return job.state != JobState::waiting && job.state != JobState::running;
+}
+
+/// What cannot be looked at is made once more.
+bool is_needed(const Call& call) {
+  try {
+    return !call.needed || call.needed();
+  } catch (const std::exception&) {
+    return true;
+  }
 }
 
 const char* word(JobState state) {
@@ -139,7 +149,7 @@ void Jobs::work() {
 
 void Jobs::run(int id) {
   Job job = find(id);
-  std::erase_if(job.calls, [](const Call& call) { return call.needed && !call.needed(); });
+  std::erase_if(job.calls, [](const Call& call) { return !is_needed(call); });
   change(id, [&](Job& one) { one.calls = job.calls; });
   JobState state = JobState::done;
   std::string sentence, output;
@@ -158,7 +168,7 @@ void Jobs::run(int id) {
       output = end.output;
       if (end.exit_code == 1) state = JobState::no_go;
       if (end.exit_code > 1) state = JobState::failed;
-    } catch (const Error& error) {
+    } catch (const std::exception& error) {  // beyond this thread it would end the console
       sentence = error.what();
       state = JobState::failed;
     }
