@@ -122,14 +122,15 @@ class FinderPool {
 struct Output {
   FrameDetections frame;
   PictureQuality quality;
+  double blur_px = 0;  ///< of the dots' edges
   std::optional<Picture> preview, overlay;
 };
 
 FrameDetections detect_marks(const GreyImage& image, const Surroundings& surface,
-                             const DetectOptions& options, FinderPool& pool) {
+                             const DetectOptions& options, FinderPool& pool, double& blur_px) {
   if (surface.board) return detect_board(image, *surface.board);
   std::unique_ptr<TagFinder> finder = pool.take();
-  FrameDetections frame = detect_frame(image, surface.plane, *finder, limits_of(options));
+  FrameDetections frame = detect_frame(image, surface.plane, *finder, limits_of(options), &blur_px);
   pool.give_back(std::move(finder));
   return frame;
 }
@@ -145,7 +146,9 @@ GreyImage image_of(const Recording& recording, const Job& job) {
 Output run_job(const Recording& recording, const Job& job, const Surroundings& surface,
                const DetectOptions& options, FinderPool& pool) {
   const GreyImage image = image_of(recording, job);
-  Output output{detect_marks(image, surface, options, pool), quality_of(image), {}, {}};
+  Output output;
+  output.frame = detect_marks(image, surface, options, pool, output.blur_px);
+  output.quality = quality_of(image);
   output.frame.set = job.set->name;
   output.frame.camera = job.camera->name;
   output.frame.image_sha256 = job.frame->sha256;
@@ -302,11 +305,13 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
   result.detections.rig = rig.name;
   result.detections.lattice = surface.lattice;
   std::vector<PictureQuality> qualities;
+  std::vector<double> blurs_px;
   for (Output& output : outputs) {
     const std::string why = tags_elsewhere(surface.plane, output.frame.tags, surface.file.string());
     if (!why.empty()) withdraw_labels(output.frame);
     blame_print(output.frame, why, result);
     qualities.push_back(output.quality);
+    blurs_px.push_back(output.blur_px);
     add_to_report(output.frame, !surface.plane.tags.empty(), result.report);
     if (output.preview) result.previews.push_back(std::move(*output.preview));
     if (output.overlay) result.overlays.push_back(std::move(*output.overlay));
@@ -317,7 +322,7 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
     result.report.poor_views.push_back(std::move(dark));
   if (!surface.board)
     result.report.dot_size_ratio =
-        dot_size_ratio(result.detections.frames, result.detections.lattice);
+        dot_size_ratio(result.detections.frames, blurs_px, result.detections.lattice);
   const std::string other_size =
       other_dot_size(result.report.dot_size_ratio, surface.lattice, surface.file.string());
   for (const FrameDetections& frame : result.detections.frames)

@@ -17,11 +17,13 @@ using Eigen::Vector2d;
 using units::mm;
 
 std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
+                                     const std::vector<double>& blurs_px,
                                      const MarkLattice& lattice) {
   constexpr std::size_t kFewest = 20;
   if (!(lattice.dot_diameter_m > 0)) return std::nullopt;
   std::vector<double> inner, all;  // of dots between neighbours, and beside any
-  for (const FrameDetections& frame : frames) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameDetections& frame = frames[i];
     std::map<std::pair<int, int>, const Detection*> at;
     for (const Detection& dot : frame.detections) at[{dot.mark.row, dot.mark.col}] = &dot;
     for (const Detection& dot : frame.detections) {
@@ -40,7 +42,8 @@ std::optional<double> dot_size_ratio(const std::vector<FrameDetections>& frames,
       const auto row = step(1, 0), col = step(0, 1);
       if (!row || !col) continue;
       const double cell_px2 = std::abs(row->x() * col->y() - row->y() * col->x());
-      const double area_px2 = std::numbers::pi * dot.semi_axes_px.prod();
+      const double area_px2 =
+          std::numbers::pi * (dot.semi_axes_px.prod() + blurs_px[i] * blurs_px[i]);
       const double stated = 0.25 * std::numbers::pi * std::pow(lattice.dot_diameter_m, 2);
       all.push_back(std::sqrt(area_px2 / cell_px2 * std::pow(lattice.pitch_m, 2) / stated));
       if (neighbours == 4) inner.push_back(all.back());

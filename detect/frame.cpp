@@ -323,7 +323,7 @@ void sort_out(const std::vector<DotFit>& fits, const Labels& found, const FrameL
 }  // namespace
 
 FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, TagFinder& finder,
-                             const FrameLimits& limits) {
+                             const FrameLimits& limits, double* blur_px) {
   const std::optional<GreyImage> even = without_mosaic(picture);
   const GreyImage& image = even ? *even : picture;
   FrameDetections frame;
@@ -336,12 +336,15 @@ FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane, 
   const std::vector<DotFit> fits =
       fit_all(image, found.blobs, noise, plane.light_centre_fraction());
   std::vector<UnlabelledDot> dots;
+  std::vector<double> blurs_px;
   for (const DotFit& fit : fits) {
     const bool sound =
         fit.converged && !misfits(fit, limits) && fit.masked_edge <= limits.most_masked_edge;
+    if (sound) blurs_px.push_back(fit.blur_px);
     dots.push_back({fit.centre_px, fit.shape_px2, sound, class_of(fit)});
   }
   sort_out(fits, label_all(plane, found, dots), limits, frame);
+  if (blur_px != nullptr) *blur_px = blurs_px.empty() ? 0 : median(std::move(blurs_px));
   return frame;
 }
 

@@ -20,9 +20,10 @@ struct FrameLimits {
 };
 
 /// Finds, fits and labels the marks of one decoded frame; a colour sensor's raw mosaic is brought
-/// to one level first. Fills everything but the names, the
-/// image's hash and the preview.
+/// to one level first. Fills everything but the names, the image's hash and the preview. `blur_px`:
+/// Gaussian width of the dots' edges, median over the good fits; 0 without any.
 [[nodiscard]] FrameDetections detect_frame(const GreyImage& picture, const PrintPlane& plane,
-                                           TagFinder& finder, const FrameLimits& limits);
+                                           TagFinder& finder, const FrameLimits& limits,
+                                           double* blur_px = nullptr);
 
 }  // namespace drape::detect

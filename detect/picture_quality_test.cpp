@@ -44,9 +44,11 @@ GreyImage picture_of(const ClothView& view) {
   return ClothPicture(six_by_six(), view).draw();
 }
 
-FrameDetections frame_of(const GreyImage& image, const Print& print, const std::string& camera) {
+FrameDetections frame_of(const GreyImage& image, const Print& print, const std::string& camera,
+                         double* blur_px = nullptr) {
   TagFinder finder(print.tag_family);
-  FrameDetections frame = detect_frame(image, plane_of(print), finder, limits_of(DetectOptions{}));
+  FrameDetections frame =
+      detect_frame(image, plane_of(print), finder, limits_of(DetectOptions{}), blur_px);
   frame.set = "drape_C";
   frame.camera = camera;
   return frame;
@@ -65,49 +67,65 @@ std::vector<std::string> said_of(const ClothView& view) {
   return poor_views(frames, qualities);
 }
 
-/// What is said of two flat and tilted pictures of dots of 4 mm, at the stated diameter, where the
-/// first rows and columns have labels.
-std::pair<std::optional<double>, std::string> size_of(double stated_mm, int labelled = kMarks) {
+/// A flat and a tilted picture of dots of 4 mm.
+std::vector<GreyImage> two_views(double px_per_mm, double blur_px) {
+  std::vector<GreyImage> pictures;
+  for (const double squeeze : {1.0, 0.8}) {
+    ClothView view;
+    view.squeeze = squeeze;
+    view.px_per_mm = px_per_mm;
+    view.blur_px = blur_px;
+    pictures.push_back(picture_of(view));
+  }
+  return pictures;
+}
+
+/// What is said of their diameter where it is stated so and the first rows and columns have labels.
+std::pair<std::optional<double>, std::string> size_of(const std::vector<GreyImage>& pictures,
+                                                      double stated_mm, int labelled = kMarks) {
   Print stated = six_by_six();
   stated.dot_diameter_m = stated_mm * mm;
-  static const std::vector<GreyImage> pictures = [] {
-    ClothView flat, tilted;
-    tilted.squeeze = 0.8;
-    return std::vector{picture_of(flat), picture_of(tilted)};
-  }();
   std::vector<FrameDetections> frames;
+  std::vector<double> blurs_px;
   for (const GreyImage& picture : pictures) {
-    frames.push_back(frame_of(picture, stated, "cam0"));
+    frames.push_back(frame_of(picture, stated, "cam0", &blurs_px.emplace_back()));
     std::erase_if(frames.back().detections, [&](const Detection& dot) {
       return dot.mark.row >= labelled || dot.mark.col >= labelled;
     });
   }
   const MarkLattice lattice{Surface::cloth,        kMarks,         kMarks, stated.pitch_m,
                             stated.dot_diameter_m, stated.patch_m, {},     {}};
-  const auto ratio = dot_size_ratio(frames, lattice);
+  const auto ratio = dot_size_ratio(frames, blurs_px, lattice);
   return {ratio, other_dot_size(ratio, lattice, "print.toml")};
 }
 
 TEST(DotSize, IsMeasuredAndAnotherOneIsNamed) {
-  const auto [ratio, none] = size_of(4);
+  const std::vector<GreyImage> sharp = two_views(4.93, 0.6);
+  const auto [ratio, none] = size_of(sharp, 4);
   ASSERT_TRUE(ratio);
   EXPECT_NEAR(*ratio, 1, 0.01);
   EXPECT_THAT(none, IsEmpty());
-  EXPECT_THAT(size_of(3.8).second, IsEmpty());
+  EXPECT_THAT(size_of(sharp, 3.8).second, IsEmpty());
   for (const double stated_mm : {3.0, 3.5, 4.5, 5.5})
-    EXPECT_THAT(size_of(stated_mm).second,
+    EXPECT_THAT(size_of(sharp, stated_mm).second,
                 AllOf(HasSubstr("the dots are "), HasSubstr("dot_diameter_mm in print.toml is")))
         << stated_mm;
+  // Of few dots from one neighbour along each axis: 8 of these 32 lie between four.
+  const auto few = size_of(sharp, 4, 4).first;
+  ASSERT_TRUE(few);
+  EXPECT_NEAR(*few, 1, 0.01);
+  for (const double stated_mm : {3.5, 4.5})
+    EXPECT_THAT(size_of(sharp, stated_mm, 4).second, HasSubstr("the dots are ")) << stated_mm;
+  EXPECT_FALSE(size_of(sharp, 4, 3).first) << "18 dots";
 }
 
-TEST(DotSize, OfFewDotsIsMeasuredFromOneNeighbourAlongEachAxis) {
-  const auto [ratio, none] = size_of(4, 4);  // 8 dots between four neighbours
+TEST(DotSize, IsNotMistakenForDefocus) {
+  const std::vector<GreyImage> blurred = two_views(3.41, 2.5);
+  const auto [ratio, none] = size_of(blurred, 4);
   ASSERT_TRUE(ratio);
-  EXPECT_NEAR(*ratio, 1, 0.01);
+  EXPECT_NEAR(*ratio, 1, 0.02) << "0.90 without the part that blur takes";
   EXPECT_THAT(none, IsEmpty());
-  for (const double stated_mm : {3.5, 4.5})
-    EXPECT_THAT(size_of(stated_mm, 4).second, HasSubstr("the dots are ")) << stated_mm;
-  EXPECT_FALSE(size_of(4, 3).first) << "18 dots";
+  EXPECT_THAT(size_of(blurred, 3.5).second, HasSubstr("the dots are "));
 }
 
 TEST(PictureQuality, EightBitsAreCountedAsTheirLevelsAreSorted) {
