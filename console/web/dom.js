@@ -124,7 +124,8 @@ const views = new Map();
 export function cameraView(camera, set, red, drawings, caption) {
   const key = `${camera.name} ${set.name} ${set.pictures} ${red}`;
   if (!views.has(key)) {
-    const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0});
+    // With the pictures' content: a browser does not ask again for an image whose address it knows.
+    const query = new URLSearchParams({camera: camera.name, set: set.name, width: 640, red: red ? 1 : 0, pictures: set.pictures});
     views.set(key, h('img', {src: `api/picture?${query}`, width: 640,
       height: Math.round(640 * camera.height_px / camera.width_px), alt: `${camera.name}, set ${set.name}`}));
     if (views.size > 120) views.delete(views.keys().next().value);
