@@ -261,6 +261,12 @@ void Bench::run() {
   if (!any) throw bad_input("no drape was taken", {}, "take one first");
   if (taken_target_sets().size() < kLeastSets)
     throw bad_input("the cameras are not calibrated", {}, "calibrate first");
+  for (const Drape& one : drapes_)
+    for (const Plate& plate : one.plates)
+      if (is_taken(one.scene.set) && is_left_out(plate.set))
+        throw bad_input("the plate of tags is left out, but the scene asks for it",
+                        {.file = one.scene.file.string(), .field = "tags_set", .set = plate.set},
+                        "take it, or take its tags_ lines out of the scene and start again");
   std::vector<std::string> sets = target_sets();
   for (const Drape& one : drapes_)
     for (std::string& set : sets_of(one)) sets.push_back(std::move(set));

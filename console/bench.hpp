@@ -216,6 +216,9 @@ class Bench {
   [[nodiscard]] Chain run_chain(const Drape& drape, const Laying& laying) const;  ///< a further one
   [[nodiscard]] bool is_made_of(const std::filesystem::path& output,
                                 const std::filesystem::path& input) const;
+  /// The record of the output lists the input, with whatever content.
+  [[nodiscard]] bool is_listed(const std::filesystem::path& output,
+                               const std::filesystem::path& input) const;
   /// Why the file is superseded, for people; nothing where it belongs to the pictures.
   [[nodiscard]] std::optional<std::string> against_marks(const std::filesystem::path& marks,
                                                          const std::string& set) const;

@@ -21,11 +21,18 @@ constexpr std::size_t kMostKept = 64;
 /// Content of each input by its name, as the record of a step has it.
 using Inputs = std::map<fs::path, std::string>;
 
+/// Links to folders followed, as `drape run` spells its files; the file's own name stays.
+fs::path one_name(const fs::path& file) {
+  const fs::path whole = fs::absolute(file).lexically_normal();
+  std::error_code unreachable;
+  return fs::weakly_canonical(whole.parent_path(), unreachable) / whole.filename();
+}
+
 Inputs read_inputs(const fs::path& record) {
   const fs::path folder = fs::weakly_canonical(fs::absolute(record).parent_path());
   Inputs inputs;
   for (const JsonNode& item : JsonNode::open(record, "run", 1).items("inputs"))
-    inputs[(folder / item.text("file")).lexically_normal()] = item.text("sha256");
+    inputs[one_name(folder / item.text("file"))] = item.text("sha256");
   return inputs;
 }
 
@@ -172,8 +179,13 @@ bool Bench::is_made_of(const fs::path& output, const fs::path& input) const {
   const auto inputs = kept<Inputs>(facts_, run_record_path(output), read_inputs);
   const auto content = kept<std::string>(facts_, input, sha256_of_file);
   if (!inputs || !content) return false;
-  const auto found = inputs->find(fs::absolute(input).lexically_normal());
+  const auto found = inputs->find(one_name(input));
   return found != inputs->end() && found->second == *content;
+}
+
+bool Bench::is_listed(const fs::path& output, const fs::path& input) const {
+  const auto inputs = kept<Inputs>(facts_, run_record_path(output), read_inputs);
+  return inputs && inputs->contains(one_name(input));
 }
 
 std::optional<std::string> Bench::against_marks(const fs::path& marks,
@@ -220,8 +232,7 @@ std::optional<std::string> Bench::against_sheet(const Chain& chain) const {
   if (!is_made_of(chain.sheet, chain.calibration)) return "the cameras were calibrated again";
   if (!is_made_of(chain.sheet, chain.marks)) return "the marks were measured again";
   for (const Chain::Object& object : chain.objects) {
-    const bool exists = fs::is_regular_file(object.file);
-    if (!exists && !is_taken(object.set)) continue;
+    if (!is_taken(object.set) && !is_listed(chain.sheet, object.file)) continue;
     if (auto why = against_object(chain, object)) return why;
     if (!is_made_of(chain.sheet, object.file))
       return fmt::format("the plate of `{}` was measured since", object.set);

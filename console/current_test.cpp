@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "console/browser.hpp"
 #include "console/running_bench.hpp"
 #include "core/files/files.hpp"
 #include "core/recording.hpp"
@@ -49,6 +50,12 @@ class Current : public testing::Test {
     write_recording(recording);
   }
 
+  /// A file of the console's folder as a full disk or a torn copy leaves it.
+  void damage(const std::string& file) const {
+    const std::string text = read_text(out() / "console" / file);
+    write_durable(out() / "console" / file, text.substr(0, text.size() / 2));
+  }
+
   SmallBench bench_{{"C"}};
 };
 
@@ -86,6 +93,9 @@ TEST_F(Current, WhatWasMeasuredInOtherPicturesIsSuperseded) {
   const Json with = done(server, {{"do", "take"}, {"set", "pose_01"}});
   EXPECT_EQ(with["calibration"], again["calibration"]);
   EXPECT_EQ(with["drapes"][0]["sheet"], again["drapes"][0]["sheet"]);
+  damage("C/sheet.json");
+  EXPECT_THAT(server.get("api/state")["drapes"][0]["sheet_superseded"].dump(),
+              HasSubstr("sheet.json"));
   retake("pose_01", "pose_02");
   EXPECT_THAT(server.get("api/state")["calibration_superseded"].dump(),
               HasSubstr("`pose_01` has other pictures now"));
@@ -95,9 +105,12 @@ TEST_F(Current, ALayingThatWasTakenAgainOrLeftOutSupersedesTheMatch) {
   bench_.replace("rig.toml", kLaterPoses, "");
   const fs::path rig = bench_.rig() / "rig.toml";
   write_durable(rig, read_text(rig) + "\n[[repeat]]\nscene = \"C\"\nset = \"drape_A\"\n");
-  const Outcome run = bench_.run("out");
+  // Behind a link, as on a disk for data.
+  fs::create_directory(bench_.folder() / "disk");
+  fs::create_directory_symlink("disk", bench_.folder() / "link");
+  const Outcome run = bench_.run("link/out");
   ASSERT_LE(run.exit_code, 1) << run.text;
-  const RunningBench server(bench_.rig(), out());
+  const RunningBench server(bench_.rig(), bench_.folder() / "link/out");
   const Json before = server.get("api/state");
   ASSERT_TRUE(before["drapes"][0]["result"].is_object()) << before["drapes"][0].dump(1);
   EXPECT_EQ(before["report_superseded"], false);
@@ -122,36 +135,61 @@ TEST_F(Current, ALayingThatWasTakenAgainOrLeftOutSupersedesTheMatch) {
   EXPECT_EQ(without["report_superseded"], true);
 }
 
+TEST_F(Current, APlateThatIsLeftOutHasNoPartInTheNextSheet) {
+  // The target at 90 mm stands for a plate.
+  bench_.replace("rig.toml", "[[calibration.stage]]\nset = \"stage_z090\"\nz_mm = 90.0\n", "");
+  bench_.replace("scenes/C.toml", "yaw_deg = 14.0",
+                 "yaw_deg = 14.0\ntags_set = \"stage_z090\"\ntags_target = \"../target.toml\"");
+  const RunningBench server(bench_.rig(), out());
+  take(server, {"stage_z000", "pose_00", "pose_01", "stage_z090", "drape_C"});
+  static_cast<void>(done(server, {{"do", "calibrate"}}));
+  const Json with = done(server, {{"do", "measure"}, {"drape", "C"}})["drapes"][0];
+  ASSERT_TRUE(with["sheet"].is_object()) << with.dump(1);
+  ASSERT_EQ(server.act({{"do", "drop"}, {"set", "stage_z090"}}), 200);
+  EXPECT_THAT(server.get("api/state")["drapes"][0]["sheet_superseded"].dump(),
+              HasSubstr("`stage_z090` is left out"));
+  const Json without = done(server, {{"do", "measure"}, {"drape", "C"}})["drapes"][0];
+  EXPECT_TRUE(without["sheet"].is_object()) << without.dump(1);
+  EXPECT_FALSE(server.get("api/sheet?drape=C")["marks"].empty());
+  EXPECT_EQ(server.act({{"do", "run"}}), 400) << "the scene asks for the plate";
+  take(server, {"stage_z090"});
+  EXPECT_THAT(server.idle_state()["drapes"][0]["sheet_superseded"].dump(),
+              HasSubstr("the plate of `stage_z090` was measured since"));
+}
+
+TEST_F(Current, ThePageShowsThePicturesOfARetake) {
+  const auto browser = open_chromium();
+  if (!browser) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
+  const RunningBench server(bench_.rig(), out());
+  browser->open(server.address());
+  browser->wait_for("[...document.images].length === 3 && document.images[0].naturalWidth > 300");
+  browser->run(
+      "window.seen = () => { const canvas = document.createElement('canvas'); const image = "
+      "document.images[0]; canvas.width = image.naturalWidth; canvas.height = image.naturalHeight; "
+      "canvas.getContext('2d').drawImage(image, 0, 0); return canvas.toDataURL(); }; "
+      "window.before = window.seen();");
+  retake("stage_z000", "stage_z090");
+  ASSERT_EQ(server.act({{"do", "note"}, {"text", "again"}}), 200);
+  browser->wait_for("document.images[0]?.naturalWidth > 300 && window.seen() !== window.before");
+}
+
 TEST_F(Current, ADamagedFileIsNamedAndMadeAgain) {
   auto server = std::make_unique<RunningBench>(bench_.rig(), out());
-  take(*server, {"stage_z000", "pose_00", "pose_01", "drape_C"});
-  static_cast<void>(done(*server, {{"do", "calibrate"}}));
-  const Json before = done(*server, {{"do", "measure"}, {"drape", "C"}});
-  ASSERT_TRUE(before["drapes"][0]["sheet"].is_object()) << before["jobs"].dump(1);
-  const auto damage = [this](const char* file) {
-    const std::string text = read_text(out() / "console" / file);
-    write_durable(out() / "console" / file, text.substr(0, text.size() / 2));
-    return text;
-  };
-  const std::string calibration = damage("calibration.json");
+  take(*server, {"stage_z000", "pose_00", "pose_01"});
+  const Json before = set_of(server->idle_state(), "pose_01");
+  damage("detections/pose_01.json");
+  EXPECT_TRUE(set_of(server->get("api/state"), "pose_01")["detected"].is_null());
+  const Json after = done(*server, {{"do", "calibrate"}});
+  ASSERT_TRUE(server->runs());
+  EXPECT_TRUE(after["calibration"].is_object()) << after["jobs"].dump(1);
+  EXPECT_EQ(set_of(after, "pose_01"), before);
+  damage("calibration.json");
   EXPECT_THAT(server->get("api/state")["calibration_superseded"].dump(),
               HasSubstr("calibration.json"));
-  write_durable(out() / "console/calibration.json", calibration);
-  static_cast<void>(damage("C/sheet.json"));
-  EXPECT_THAT(server->get("api/state")["drapes"][0]["sheet_superseded"].dump(),
-              HasSubstr("sheet.json"));
-  static_cast<void>(damage("detections/pose_01.json"));
-  EXPECT_TRUE(set_of(server->get("api/state"), "pose_01")["detected"].is_null());
-  static_cast<void>(done(*server, {{"do", "calibrate"}}));
-  const Json after = done(*server, {{"do", "measure"}, {"drape", "C"}});
-  ASSERT_TRUE(server->runs());
-  EXPECT_EQ(after["drapes"], before["drapes"]);
-  EXPECT_EQ(set_of(after, "pose_01"), set_of(before, "pose_01"));
-
   server.reset();
-  write_durable(out() / "console/detections/pose_01.json", "{");
+  damage("detections/pose_01.json");
   const RunningBench next(bench_.rig(), out());
-  EXPECT_EQ(set_of(next.idle_state(), "pose_01"), set_of(before, "pose_01"));
+  EXPECT_EQ(set_of(next.idle_state(), "pose_01"), before);
 }
 
 TEST_F(Current, WhatWaitedWhenTheServerEndedIsSaidAndMeasured) {
