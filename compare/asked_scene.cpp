@@ -52,12 +52,11 @@ std::optional<SimulatedScene> read_simulated_scene(
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {
     const auto* mesh = std::get_if<MeshObject>(&scene.obstacles[i]);
     if (mesh == nullptr) continue;
-    if (!fs::is_regular_file(mesh->file)) return std::nullopt;
-    const std::string sha256 = sha256_of_file(mesh->file);
-    const bool same = std::any_of(inputs.begin(), inputs.end(),
-                                  [&](const auto& input) { return input.second == sha256; });
-    if (!same) return std::nullopt;
-    simulated.surroundings[fmt::format("object.{}.file", i + 1)] = sha256;
+    const auto read = std::find_if(inputs.begin(), inputs.end(), [&](const auto& input) {
+      return fs::weakly_canonical(input.first) == fs::weakly_canonical(mesh->file);
+    });
+    if (read == inputs.end()) return std::nullopt;
+    simulated.surroundings[fmt::format("object.{}.file", i + 1)] = read->second;
   }
   return simulated;
 }

@@ -23,14 +23,14 @@ struct AskedScene {
 /// Nothing where no scene was asked about, or the file is older than the key.
 [[nodiscard]] std::optional<AskedScene> read_asked_scene(const std::filesystem::path& sheet_json);
 
-/// The scene that a simulation read, where its files are still the same.
+/// The scene that a simulation read, where its file is still the same.
 struct SimulatedScene {
   std::string set;  ///< frame set of the recording that shows it; may be empty
   Surroundings surroundings;
 };
 
 /// `scene` has the content that was simulated; `inputs` are files with their SHA-256 as the run
-/// read them, a mesh among them. Nothing where a mesh has another content now.
+/// read them, a mesh among them. Nothing where they do not name a mesh of the scene.
 [[nodiscard]] std::optional<SimulatedScene> read_simulated_scene(
     const std::filesystem::path& scene,
     const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);

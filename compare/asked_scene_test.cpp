@@ -23,6 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using test::measured_sheet;
 using test::simulated_sheet;
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -77,8 +78,9 @@ TEST(OneDrape, WhatAFileDoesNotSayIsNoContradiction) {
 /// A scene over a mesh, with other values of some keys.
 class Scenes : public testing::Test {
  protected:
-  Scenes() { write_durable(folder_.path() / "tent.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"); }
+  Scenes() { write_durable(tent(), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"); }
 
+  [[nodiscard]] fs::path tent() const { return folder_.path() / "tent.obj"; }
   [[nodiscard]] fs::path scene(const std::string& name, const std::string& more = {},
                                const std::string& size = "[128.0, 128.0, 128.0]",
                                const std::string& friction = "0.4") const {
@@ -94,8 +96,7 @@ class Scenes : public testing::Test {
     return file;
   }
   [[nodiscard]] SimulatedScene read(const fs::path& file) const {
-    const auto found =
-        read_simulated_scene(file, {{"tent.obj", sha256_of_file(folder_.path() / "tent.obj")}});
+    const auto found = read_simulated_scene(file, {{tent(), sha256_of_file(tent())}});
     EXPECT_TRUE(found);
     return found.value_or(SimulatedScene{});
   }
@@ -138,21 +139,29 @@ TEST_F(Scenes, AMeshIsComparedByItsContent) {
   const fs::path asked = scene("asked");
   DrapeInput input = drape();
   input.measured.asked = AskedScene{"A", sha256_of_file(asked), read(asked).surroundings};
-  const std::string before = sha256_of_file(folder_.path() / "tent.obj");
-  write_durable(folder_.path() / "tent.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
-  EXPECT_FALSE(read_simulated_scene(asked, {{"tent.obj", before}}))
-      << "the mesh that was simulated is not there any more";
+  const std::string before = sha256_of_file(tent());
+  write_durable(tent(), "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
   input.simulations[0].scene = read(asked);
   EXPECT_THAT(compare_drape(input, {}).no_go, ElementsAre(HasSubstr("object.2.file")));
+  input.simulations[0].scene = read_simulated_scene(asked, {{tent(), before}});
+  EXPECT_THAT(compare_drape(input, {}).no_go, IsEmpty()) << "the mesh that its run read";
+  input.simulations[0].scene = read_simulated_scene(asked, {});
+  input.measured.asked->sha256 = input.simulations[0].source().scene_sha256;
+  const Report unsaid = compare_drape(input, {});
+  EXPECT_THAT(unsaid.no_go, IsEmpty());
+  EXPECT_THAT(unsaid.warnings, ElementsAre(HasSubstr("no run record names the mesh")));
 }
 
-TEST_F(Scenes, MarksThatWereAskedNothingAndScenesThatAreGoneAreWarnedOf) {
+TEST_F(Scenes, AnotherContentThatIsGoneIsNoGo) {
   DrapeInput input = drape();
-  EXPECT_THAT(compare_drape(input, {}).warnings, IsEmpty()) << "the very file that was asked about";
+  EXPECT_THAT(compare_drape(input, {}).no_go, IsEmpty()) << "the very file that was asked about";
   input.measured.asked->sha256 = std::string(64, '0');
-  EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("which was not found")));
+  EXPECT_THAT(compare_drape(input, {}).no_go,
+              ElementsAre(AllOf(HasSubstr("is not there any more"), HasSubstr("simulate again"))));
   input.measured.asked.reset();
-  EXPECT_THAT(compare_drape(input, {}).warnings, ElementsAre(HasSubstr("asked about no scene")));
+  const Report report = compare_drape(input, {});
+  EXPECT_THAT(report.no_go, IsEmpty());
+  EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("asked about no scene")));
 }
 
 TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
@@ -164,7 +173,7 @@ TEST_F(Scenes, AreReadFromTheFilesThatProgramsWrite) {
   write_sheet(files[1], simulated);
   RunRecord record("drape-simulate", {}, run_record_path(files[1]));
   record.input(file);
-  record.input(folder_.path() / "tent.obj");
+  record.input(tent());
   record.output(files[1]);
   record.write(0, "GO: an example\n");
   const Session session = read_session({files[0], files[1]}, {});

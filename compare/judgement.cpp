@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "core/error.hpp"
@@ -70,7 +71,7 @@ void judge_simulations(const DrapeInput& input, const Options& options, Report& 
 void judge_scenes(const DrapeInput& input, Report& report) {
   const auto& asked = input.measured.asked;
   std::map<std::string, std::string> differences;  // labels by what differs
-  std::string unknown;
+  std::string unknown, without_mesh;
   const auto add = [](const Simulation& simulation, std::string& labels) {
     labels += (labels.empty() ? "" : "; ") + simulation.label();
   };
@@ -81,23 +82,31 @@ void judge_scenes(const DrapeInput& input, Report& report) {
         add(simulation, differences[*why]);
     } else if (simulation.source().scene_sha256 != asked->sha256) {
       add(simulation, unknown);
+    } else if (std::any_of(asked->surroundings.begin(), asked->surroundings.end(),
+                           [](const auto& value) { return value.first.ends_with(".file"); })) {
+      add(simulation, without_mesh);
     }
   }
+  if (!without_mesh.empty())
+    report.warnings.push_back(
+        "no run record names the mesh that was simulated, so nothing says that it is the one that "
+        "the marks were asked about: " +
+        without_mesh);
+  if (!unknown.empty())
+    report.no_go.push_back(
+        "simulated from another content of the scene file than the marks were asked about, which "
+        "is not there any more, so nothing says that its objects are the same (simulation " +
+        unknown + "); simulate again");
   for (const auto& [why, labels] : differences)
     report.no_go.push_back(
         fmt::format("the simulated objects are not those that the marks were asked about: {} "
-                    "(simulation {}); correct the scene, or ask the marks about it by drape "
-                    "triangulate --scene",
+                    "(simulation {}); correct the scene and simulate again, or ask the marks about "
+                    "it by drape triangulate --scene",
                     why, labels));
   if (!asked && !input.simulations.empty())
     report.warnings.emplace_back(
         "the marks were asked about no scene, so nothing says whether they contradict the "
         "simulation's objects and table: measure with drape triangulate --scene SCENE.toml");
-  if (!unknown.empty())
-    report.warnings.push_back(
-        "simulated from another content of the scene file than the marks were asked about, which "
-        "was not found, so its objects could not be compared: " +
-        unknown);
 }
 
 /// One warning for all simulations that another measured sheet placed.
