@@ -7,6 +7,7 @@
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
@@ -234,6 +235,25 @@ TEST(Inputs, SimulationsWithoutARealClothAreComparedWithEachOtherOnly) {
   EXPECT_EQ(group.name, "A");
   ASSERT_EQ(group.pairs.size(), 4U);
   EXPECT_EQ(group.pairs.front().statistics.marks, 121) << "the particles of the coarsest grid";
+}
+
+TEST(Inputs, ASheetThatARecordAboveItListsIsWhatItsRunWrote) {
+  const drape::test::TemporaryFolder folder;
+  const auto files = test::write_example(folder.path());
+  const std::filesystem::path place = files[1].parent_path();
+  RunRecord record("drape-refine", {}, run_record_path(place.parent_path() / "refinement.json"));
+  for (const char* name : {"sheet.ply", "sheet.json", "certificate.json"})
+    record.output(place / name);
+  record.write(0, "");
+  EXPECT_NO_THROW((void)read_session({files[0], files[1]}, {}));
+  write_durable(place / "certificate.json",
+                "{\"schema\": \"drapebench/certificate/1\", \"status\": \"another\"}\n");
+  try {
+    (void)read_session({files[0], files[1]}, {});
+    FAIL() << "a certificate of another sheet was read";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("certificate.json"));
+  }
 }
 
 TEST(Inputs, DetectionsOfAnotherSheetAreLeftOut) {

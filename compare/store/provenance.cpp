@@ -168,12 +168,24 @@ std::optional<std::string> RecordBook::sha256(const fs::path& file) {
 }
 
 void require_as_recorded(const fs::path& output) {
-  const fs::path record = run_record_path(output);
-  if (!fs::is_regular_file(record)) return;
-  for (const auto& [file, sha256] : read_step(record).outputs)
+  RecordBook book;
+  const fs::path beside = run_record_path(output);
+  std::optional<StepRecord> record;
+  if (fs::is_regular_file(beside)) {
+    record = read_step(beside);
+  } else if (const StepRecord* maker = book.maker_of(output)) {
+    record = *maker;
+  }
+  if (!record) return;
+  const fs::path folder = folder_of(output).lexically_normal();
+  for (const auto& [file, sha256] : record->outputs) {
+    // A run that made many sheets lists them all; the others are judged when they are read.
+    const fs::path place = folder_of(file);
+    if (place != folder && place != folder_of(record->file).lexically_normal()) continue;
     if (fs::is_regular_file(file) && sha256_of_file(file) != sha256)
       throw bad_input("this file is not the one that its run wrote", {.file = file.string()},
-                      "run the step again, or restore what " + record.string() + " lists");
+                      "run the step again, or restore what " + record->file.string() + " lists");
+  }
 }
 
 std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,

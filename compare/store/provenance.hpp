@@ -42,8 +42,8 @@ class RecordBook {
   std::map<std::filesystem::path, std::optional<std::string>> hashes_;
 };
 
-/// Throws Error(bad_input) where a file lies there with another content than the record beside
-/// `output`, if there is one, says that its run wrote.
+/// Throws Error(bad_input) where a file beside `output`, or beside the record of its run (in its
+/// folder, or in the one above that lists it), has another content than the record says.
 void require_as_recorded(const std::filesystem::path& output);
 
 /// A step of the chain from a number back to what was photographed and measured.
