@@ -46,7 +46,9 @@ std::tuple<bool, bool, int, bool, int> Simulation::rank() const {
 std::string DrapeInput::name() const {
   if (!simulations.empty()) return simulations.front().source().scene;
   if (!surfaces.empty()) return surfaces.front().scene;
-  return scene ? scene->name : std::get<MeasuredSource>(measured.sheet.source).set;
+  if (scene) return scene->name;
+  return measured.asked ? measured.asked->name
+                        : std::get<MeasuredSource>(measured.sheet.source).set;
 }
 
 }  // namespace drape::compare

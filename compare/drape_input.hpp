@@ -55,8 +55,11 @@ struct Simulation {
   std::filesystem::path other_file = {};            ///< its mesh
   std::optional<Branch> branch = {};                ///< one equilibrium of several
   std::optional<Refined> refined = {};              ///< carried over from a coarser grid
-  std::optional<SimulatedScene> scene = {};         ///< where its files are still what it read
+  std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
+  bool piece = false;  ///< by `drape piece`: a mesh like another simulator's, with its verdict
 
+  /// Made by drapebench, so that it says whether it rests and what it read.
+  [[nodiscard]] bool says_its_verdict() const { return piece || !other_simulator; }
   [[nodiscard]] const SimulatedSource& source() const;
   [[nodiscard]] std::string grid() const;       ///< "21x21"
   [[nodiscard]] std::string grid_text() const;  ///< "21x21", "21x21, branch 3" or "61x61, refined"

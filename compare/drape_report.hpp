@@ -141,7 +141,8 @@ struct Report {
 struct VirtualGroup {
   std::string name;  ///< the scene
   std::vector<Simulation> simulations;
-  std::vector<VirtualVirtual> pairs;  ///< indices into `simulations`
+  std::vector<VirtualVirtual> pairs;    ///< indices into `simulations`
+  std::vector<std::string> no_go = {};  ///< why their distances have no ground
 };
 
 }  // namespace drape::compare

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -15,14 +18,19 @@ namespace {
 using units::mm;
 
 /// What rests on a NO-GO is NO-GO, in the words of the first cause, said once.
+void judge_placing(const Simulation& simulation, const std::optional<std::string>& said,
+                   std::vector<std::string>& no_go) {
+  const auto& cause = simulation.sheet.sheet.no_go;
+  if (cause && cause != said)
+    no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
+                                simulation.label(), *cause));
+}
+
 void judge_foundation(const DrapeInput& input, Report& report) {
-  if (input.measured.sheet.no_go) report.no_go.push_back(*input.measured.sheet.no_go);
-  for (const Simulation& simulation : input.simulations) {
-    const auto& cause = simulation.sheet.sheet.no_go;
-    if (!cause || cause == input.measured.sheet.no_go) continue;
-    report.no_go.push_back(fmt::format("simulation {} was placed by a sheet that is NO-GO: {}",
-                                       simulation.label(), *cause));
-  }
+  const auto& measured = input.measured.sheet.no_go;
+  if (measured) report.no_go.push_back(*measured);
+  for (const Simulation& simulation : input.simulations)
+    judge_placing(simulation, measured, report.no_go);
 }
 
 void judge_measurement(const Options& options, Report& report) {
@@ -50,20 +58,16 @@ void judge_measurement(const Options& options, Report& report) {
   }
 }
 
-void judge_simulations(const DrapeInput& input, const Options& options, Report& report) {
-  for (const RealVirtual& row : report.real_virtual) {
-    const Simulation& simulation = input.simulations[row.simulation];
-    if (!simulation.other_simulator && simulation.source().status != "at rest") {
-      (options.accept_unsettled ? report.warnings : report.no_go)
-          .push_back(
-              fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
-    }
-    if (simulation.certificate && simulation.certificate->penetration_accepted == false) {
-      (options.accept_penetration ? report.warnings : report.no_go)
-          .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
-                                 simulation.label()));
-    }
-  }
+void judge_simulation(const Simulation& simulation, const Options& options,
+                      std::vector<std::string>& no_go, std::vector<std::string>& warnings) {
+  if (simulation.says_its_verdict() && simulation.source().status != "at rest")
+    (options.accept_unsettled ? warnings : no_go)
+        .push_back(
+            fmt::format("simulation {}: {}", simulation.label(), simulation.source().status));
+  if (simulation.certificate && simulation.certificate->penetration_accepted == false)
+    (options.accept_penetration ? warnings : no_go)
+        .push_back(fmt::format("simulation {} penetrates the object more than it accepts",
+                               simulation.label()));
 }
 
 /// Objects and table of a simulation must be those that the marks were asked about; other values of
@@ -76,7 +80,7 @@ void judge_scenes(const DrapeInput& input, Report& report) {
     labels += (labels.empty() ? "" : "; ") + simulation.label();
   };
   for (const Simulation& simulation : input.simulations) {
-    if (!asked || simulation.other_simulator) continue;
+    if (!asked || !simulation.says_its_verdict()) continue;
     if (simulation.scene) {
       if (const auto why = difference_of(asked->surroundings, simulation.scene->surroundings))
         add(simulation, differences[*why]);
@@ -139,39 +143,82 @@ void warn_of_branches(const DrapeInput& input, Report& report) {
   }
 }
 
-/// Of one drape are sheets whose scene or frame set is the same; what a file does not say is none.
-void require_same(const DrapeInput& input, const std::string& scene, const std::string& set,
-                  const std::filesystem::path& file) {
-  const SheetFile& measured = input.measured;
-  const std::string& own_set = std::get<MeasuredSource>(measured.sheet.source).set;
-  std::string own_scene;
-  if (measured.asked) own_scene = measured.asked->name;
-  if (measured.repeat) own_scene = measured.repeat->scene;
-  if (own_scene.empty() && set.empty()) return;
-  if (own_scene == scene || own_set == set) return;
-  throw bad_input(fmt::format("scene `{}`{} is another drape than that of {}, frame set `{}`{}",
-                              scene, set.empty() ? "" : fmt::format(" with frame set `{}`", set),
-                              measured.file.string(), own_set,
-                              own_scene.empty() ? "" : fmt::format(" of scene `{}`", own_scene)),
-                  {.file = file.string(), .field = "source.scene"},
-                  "put the measured sheet of each drape before its simulations; one that was taken "
-                  "in a set of another name says its scene by drape triangulate --scene");
+/// What a simulation or mesh says of the drape that it is of; an empty set is not known.
+struct SaidDrape {
+  std::string scene, set, label;
+  std::filesystem::path file;
+};
+
+std::vector<SaidDrape> said_drapes(const DrapeInput& input) {
+  std::map<std::string, std::string> sets;  // of scenes, from the simulations that know theirs
+  for (const Simulation& one : input.simulations)
+    if (one.scene && !one.scene->set.empty()) sets.emplace(one.source().scene, one.scene->set);
+  const auto set_of = [&](const std::string& scene) {
+    const auto found = sets.find(scene);
+    return found == sets.end() ? std::string() : found->second;
+  };
+  std::vector<SaidDrape> drapes;
+  for (const Simulation& one : input.simulations) {
+    const std::string& scene = one.source().scene;
+    drapes.push_back(
+        {scene, one.scene ? one.scene->set : set_of(scene), one.label(), one.sheet.file});
+  }
+  for (const OtherSurface& one : input.surfaces)
+    drapes.push_back({one.scene, set_of(one.scene), one.simulator, one.file});
+  return drapes;
+}
+
+/// The scene that the measured sheet says to show; empty where it says none.
+std::string scene_of(const SheetFile& measured) {
+  if (measured.repeat) return measured.repeat->scene;
+  return measured.asked ? measured.asked->name : std::string();
+}
+
+/// Of a scene of another name whose set is not known, nothing says whether it is another drape.
+void judge_drapes(const DrapeInput& input, Report& report) {
+  const std::string own = scene_of(input.measured);
+  for (const SaidDrape& drape : said_drapes(input)) {
+    if (own.empty() || drape.scene == own || !drape.set.empty()) continue;
+    report.no_go.push_back(
+        fmt::format("nothing says that scene `{}` of {} is the drape of scene `{}` that was "
+                    "measured; simulate again, or write `{}` as the scene of a mesh that is",
+                    drape.scene, drape.label, own, own));
+  }
 }
 
 }  // namespace
 
 void require_one_drape(const DrapeInput& input) {
-  for (const Simulation& one : input.simulations)
-    require_same(input, one.source().scene, one.scene ? one.scene->set : std::string(),
-                 one.sheet.file);
-  for (const OtherSurface& one : input.surfaces) require_same(input, one.scene, {}, one.file);
+  const SheetFile& measured = input.measured;
+  const std::string& own_set = std::get<MeasuredSource>(measured.sheet.source).set;
+  const std::string own_scene = scene_of(measured);
+  for (const SaidDrape& drape : said_drapes(input)) {
+    if (drape.scene == own_scene || drape.set == own_set || drape.set.empty()) continue;
+    throw bad_input(
+        fmt::format("scene `{}` with frame set `{}` is another drape than that of {}, frame set "
+                    "`{}`{}",
+                    drape.scene, drape.set, measured.file.string(), own_set,
+                    own_scene.empty() ? "" : fmt::format(" of scene `{}`", own_scene)),
+        {.file = drape.file.string(), .field = "source.scene"},
+        "put the measured sheet of each drape before its simulations; one that was taken in a set "
+        "of another name says its scene by drape triangulate --scene");
+  }
+}
+
+void judge_group(const Options& options, VirtualGroup& group, std::vector<std::string>& warnings) {
+  for (const Simulation& simulation : group.simulations) {
+    judge_placing(simulation, std::nullopt, group.no_go);
+    judge_simulation(simulation, options, group.no_go, warnings);
+  }
 }
 
 void judge(const DrapeInput& input, const Options& options, Report& report) {
   judge_foundation(input, report);
+  judge_drapes(input, report);
   judge_scenes(input, report);
   judge_measurement(options, report);
-  judge_simulations(input, options, report);
+  for (const RealVirtual& row : report.real_virtual)
+    judge_simulation(input.simulations[row.simulation], options, report.no_go, report.warnings);
   warn_of_other_starts(input, report);
   warn_of_branches(input, report);
   if (input.simulations.empty())

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <variant>
 
 #include "compare/store/writer.hpp"
@@ -33,50 +34,58 @@ RigAcceptance read_acceptance(const std::filesystem::path& file) {
 
 namespace {
 
-/// Of the calibration that the marks were measured with; empty where there is none.
-std::string calibration_of(const Session& session) {
-  if (!session.calibration_sha256.empty() || session.drapes.empty())
-    return session.calibration_sha256;
-  const Sheet& first = session.drapes.front().input.measured.sheet;
-  return std::get<MeasuredSource>(first.source).calibration_sha256;
+/// The calibrations that the session rests on.
+std::set<std::string> calibrations_of(const Session& session) {
+  std::set<std::string> calibrations;
+  if (!session.calibration_sha256.empty()) calibrations.insert(session.calibration_sha256);
+  for (const DrapeFiles& drape : session.drapes)
+    calibrations.insert(
+        std::get<MeasuredSource>(drape.input.measured.sheet.source).calibration_sha256);
+  return calibrations;
+}
+
+std::string reason_of(const std::string& cause) {
+  return "the acceptance of this calibration is NO-GO: " +
+         (cause.empty() ? "a figure is beyond its limit or was not measured" : cause);
 }
 
 }  // namespace
 
-std::optional<std::string> reason_against(const RigAcceptance& acceptance, const Session& session) {
-  if (acceptance.go || calibration_of(session) != acceptance.calibration_sha256)
-    return std::nullopt;
-  return "the acceptance of this calibration is NO-GO: " +
-         acceptance.cause.value_or("a figure is beyond its limit or was not measured");
-}
-
-std::optional<std::string> reason_in_store(const std::filesystem::path& store,
-                                           const Session& session) {
-  if (!std::filesystem::is_regular_file(store)) return std::nullopt;
-  RigAcceptance last;
-  last.calibration_sha256 = calibration_of(session);
-  const Table rows = StoreReader(store).query(
-      "SELECT a.verdict, a.cause FROM acceptance AS a JOIN ledger AS l ON l.kind = 'acceptance' "
-      "AND l.key = a.sha256 WHERE a.calibration_sha256 = ? ORDER BY a.date DESC, l.sequence DESC "
-      "LIMIT 1",
-      {last.calibration_sha256});
-  if (rows.rows.empty()) return std::nullopt;
-  last.go = rows.rows[0][0] == "GO";
-  if (!rows.rows[0][1].empty()) last.cause = rows.rows[0][1];
-  return reason_against(last, session);
+std::map<std::string, std::string> reason_in_store(const std::filesystem::path& store,
+                                                   const Session& session,
+                                                   const std::optional<RigAcceptance>& given) {
+  std::map<std::string, std::string> reasons;
+  std::optional<StoreReader> reader;
+  if (std::filesystem::is_regular_file(store)) reader.emplace(store);
+  for (const std::string& calibration : calibrations_of(session)) {
+    const bool of_given = given && given->calibration_sha256 == calibration;
+    if (of_given && !given->go) reasons[calibration] = reason_of(given->cause.value_or(""));
+    if (!reader) continue;
+    const Table last = reader->query(
+        "SELECT a.verdict, coalesce(a.cause, ''), coalesce(a.date, '') FROM acceptance AS a JOIN "
+        "ledger AS l ON l.kind = 'acceptance' AND l.key = a.sha256 WHERE a.calibration_sha256 = ? "
+        "ORDER BY a.date DESC, l.sequence DESC LIMIT 1",
+        {calibration});
+    if (last.rows.empty() || (of_given && last.rows[0][2] <= given->date.value_or(""))) continue;
+    reasons.erase(calibration);
+    if (last.rows[0][0] != "GO") reasons[calibration] = reason_of(last.rows[0][1]);
+  }
+  return reasons;
 }
 
 std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Session& session) {
   std::vector<std::string> doubts;
   const std::string again = ": record the target again and run drape accept";
-  const std::string measured_with = calibration_of(session);
   std::optional<std::string> day;
   for (const DrapeFiles& drape : session.drapes) {
     if (drape.recording && drape.recording->recorded_on)
       day = std::max(day.value_or(""), *drape.recording->recorded_on);
   }
-  if (!measured_with.empty() && measured_with != acceptance.calibration_sha256)
+  for (const std::string& calibration : calibrations_of(session)) {
+    if (calibration == acceptance.calibration_sha256) continue;
     doubts.push_back("the last acceptance is of another calibration, older than this one" + again);
+    break;
+  }
   if (day && acceptance.valid_until && *day > *acceptance.valid_until)
     doubts.push_back(
         fmt::format("the last acceptance expired on {}, the drapes were recorded on {}{}",
@@ -87,12 +96,14 @@ std::vector<std::string> doubts_of(const RigAcceptance& acceptance, const Sessio
 std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& file,
                                                 const Session& session, Outcome& outcome,
                                                 RunRecord& record) {
-  if (file.empty()) return std::nullopt;
-  RigAcceptance acceptance = read_acceptance(file);
-  record.input(file, acceptance.sha256);
-  outcome.not_accepted = reason_against(acceptance, session);
-  for (std::string& doubt : doubts_of(acceptance, session))
-    outcome.warnings.push_back(std::move(doubt));
+  std::optional<RigAcceptance> acceptance;
+  if (!file.empty()) {
+    acceptance = read_acceptance(file);
+    record.input(file, acceptance->sha256);
+    for (std::string& doubt : doubts_of(*acceptance, session))
+      outcome.warnings.push_back(std::move(doubt));
+  }
+  outcome.not_accepted = reason_in_store(outcome.store, session, acceptance);
   return acceptance;
 }
 

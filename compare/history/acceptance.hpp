@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,17 +36,16 @@ struct RigAcceptance {
 [[nodiscard]] std::vector<std::string> doubts_of(const RigAcceptance& acceptance,
                                                  const Session& session);
 
-/// Why what this session measured is NO-GO: the calibration that it rests on was not accepted.
-[[nodiscard]] std::optional<std::string> reason_against(const RigAcceptance& acceptance,
-                                                        const Session& session);
+/// Why what rests on a calibration of the session is NO-GO, by the calibration's SHA-256: its last
+/// acceptance is, among those in the store (where there is one) and the one that is given, which
+/// counts as the later of two of one day.
+[[nodiscard]] std::map<std::string, std::string> reason_in_store(
+    const std::filesystem::path& store, const Session& session,
+    const std::optional<RigAcceptance>& given = {});
 
-/// The same of the last acceptance of that calibration that the store keeps, where there is a
-/// store.
-[[nodiscard]] std::optional<std::string> reason_in_store(const std::filesystem::path& store,
-                                                         const Session& session);
-
-/// Reads it, where a file is given, as an input of `record`, before anything is compared: a reason
-/// against the session goes to the outcome, doubts become warnings.
+/// Reads it, where a file is given, as an input of `record`, before anything is compared; its
+/// doubts become warnings. Reasons against it and against those in the outcome's store go to the
+/// outcome.
 [[nodiscard]] std::optional<RigAcceptance> look_at_acceptance(const std::filesystem::path& file,
                                                               const Session& session,
                                                               Outcome& outcome, RunRecord& record);

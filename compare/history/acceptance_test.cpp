@@ -17,7 +17,13 @@ namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-using testing::Optional;
+using testing::Pair;
+
+Sheet measured_with(char calibration) {
+  Sheet sheet = test::measured_sheet();
+  std::get<MeasuredSource>(sheet.source).calibration_sha256 = std::string(64, calibration);
+  return sheet;
+}
 
 /// acceptance.json with a length error and a figure that was not measured.
 fs::path written(const fs::path& folder, const std::string& day, double length_error_mm, bool go,
@@ -86,9 +92,8 @@ TEST(RigAcceptances, AreKeptOnceTrendedAndMerged) {
 TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
   const drape::test::TemporaryFolder folder;
   Session session;
-  session.calibration_sha256 = std::string(64, 'a');
   DrapeFiles& drape = session.drapes.emplace_back();
-  drape.input.measured.sheet = test::measured_sheet();
+  drape.input.measured.sheet = measured_with('a');
   drape.recording = RecordingId{"", "2027-06-30"};
   const RigAcceptance good = read_acceptance(written(folder.path(), "2026-01-31", 0.01, true));
   EXPECT_THAT(doubts_of(good, session), IsEmpty());
@@ -96,15 +101,40 @@ TEST(RigAcceptances, OutOfDateOnesAreDoubted) {
   EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("expired on 2027-06-30")));
   drape.recording->recorded_on.reset();
   EXPECT_THAT(doubts_of(good, session), IsEmpty());
-  session.calibration_sha256 = std::string(64, 'b');
+  drape.input.measured.sheet = measured_with('b');
   EXPECT_THAT(doubts_of(good, session), ElementsAre(HasSubstr("another calibration")));
-  session.calibration_sha256 = std::string(64, 'a');
-  EXPECT_EQ(reason_against(good, session), std::nullopt);
+  drape.input.measured.sheet = measured_with('a');
   const RigAcceptance bad = read_acceptance(written(folder.path(), "2026-02-01", 0.1, false));
-  EXPECT_THAT(reason_against(bad, session), Optional(HasSubstr("NO-GO: cam1 moved")));
   EXPECT_THAT(doubts_of(bad, session), IsEmpty());
-  session.calibration_sha256 = std::string(64, 'b');
-  EXPECT_EQ(reason_against(bad, session), std::nullopt) << "it speaks of another calibration";
+}
+
+TEST(RigAcceptances, TheLastOneSpeaksForEveryDrapeOfItsCalibrationAndForNoOther) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path store = folder.path() / "results.sqlite";
+  Session session;
+  for (const char calibration : {'b', 'a'})
+    session.drapes.emplace_back().input =
+        test::drape_of(measured_with(calibration), {test::simulated_sheet(11, 5, [](const auto& m) {
+                         return Eigen::Vector3d(test::flat(m) + Eigen::Vector3d(0, 0, 5e-3));
+                       })});
+  const RigAcceptance bad = read_acceptance(written(folder.path(), "2026-02-01", 0.1, false)),
+                      older = read_acceptance(written(folder.path(), "2026-01-31", 0.01, true)),
+                      newer = read_acceptance(written(folder.path(), "2026-03-01", 0.01, true));
+  const auto refused = ElementsAre(Pair(std::string(64, 'a'), HasSubstr("NO-GO: cam1 moved")));
+  EXPECT_THAT(reason_in_store(store, session), IsEmpty());
+  EXPECT_THAT(reason_in_store(store, session, bad), refused);
+  store_acceptance(store, bad);
+  EXPECT_THAT(reason_in_store(store, session), refused);
+  EXPECT_THAT(reason_in_store(store, session, older), refused);
+  EXPECT_THAT(reason_in_store(store, session, newer), IsEmpty());
+  Outcome outcome;
+  outcome.not_accepted = reason_in_store(store, session);
+  compare_session(session, {}, outcome);
+  EXPECT_THAT(outcome.reports.at(0).no_go, IsEmpty());
+  EXPECT_THAT(outcome.reports.at(1).no_go, ElementsAre(HasSubstr("cam1 moved")));
+  store_acceptance(store, newer);
+  EXPECT_THAT(reason_in_store(store, session), IsEmpty());
+  EXPECT_THAT(reason_in_store(store, session, bad), IsEmpty());
 }
 
 }  // namespace

@@ -29,6 +29,12 @@ ApartCounts import_simulations(const fs::path& store, std::vector<fs::path> shee
       throw usage_error("a measured sheet cannot be imported apart",
                         "leave out --apart to compare it with its simulations");
     for (const auto& simulations : session.virtual_only) {
+      for (const Simulation& one : simulations)
+        if (one.sheet.sheet.no_go)
+          throw bad_input("it was placed by a sheet that is NO-GO: " + *one.sheet.sheet.no_go,
+                          {.file = one.sheet.file.string()},
+                          "simulate it again from a sheet that is GO, or leave it out: a "
+                          "simulation that is stored apart has no verdict");
       const ImportCounts counts = results.add(simulations);
       sum.added += counts.added;
       sum.present += counts.present;

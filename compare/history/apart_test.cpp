@@ -85,6 +85,14 @@ TEST_F(Apart, RefusesWhatIsNotWhatItsRunWrote) {
   EXPECT_EQ(count("simulation"), "2");
 }
 
+TEST_F(Apart, RefusesASheetWhoseNoGoItCouldNotKeep) {
+  write_case("a", 0, true);
+  Sheet sheet = read_sheet(study_ / "a" / "sheet.ply");
+  sheet.no_go = "cam1 moved";
+  write_sheet(study_ / "a" / "sheet.ply", sheet);
+  EXPECT_THROW((void)import(), Error);
+}
+
 TEST_F(Apart, RefusesAMeasuredSheet) {
   write_sheet(study_ / "sheet.ply", test::measured_sheet());
   RunRecord("drape-triangulate", {}, run_record_path(study_ / "sheet.ply")).write(0, "");

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 
+#include "compare/meshes/piece.hpp"
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -288,6 +289,7 @@ Simulation read_other_mesh(const fs::path& file, const Sheet& measured) {
   simulation.other_file = mesh_file;
   source.scene_sha256 = source.fabric_sha256 = sha256_of("not stated: " + source.fabric);
   sheet.source = source;
+  read_piece_beside(file, simulation);
   return simulation;
 }
 

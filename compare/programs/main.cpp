@@ -39,6 +39,8 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
+  // A store whose creation was cut off is completed; a reader would refuse it.
+  if (std::filesystem::is_regular_file(arguments.store)) Store(arguments.store).close();
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);
   compare_session(session, arguments.options, outcome);
   progress.update(0.3, "storing");

@@ -7,6 +7,7 @@
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/sheet.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -104,6 +105,48 @@ TEST_F(Program, ExitCodes) {
   EXPECT_THAT(output_, HasSubstr("none"));
   EXPECT_EQ(run("drape-compare", files_[0].string() + " --store /proc/none/results.sqlite"), 3);
   EXPECT_THAT(output_, HasSubstr("/proc/none/"));
+}
+
+TEST_F(Program, SimulationsThatAreNoGoAreNoGoWithoutARealClothToo) {
+  const std::string pair =
+      files_[1].string() + " " + files_[2].string() + " --store " + path("pairs.sqlite");
+  const auto stored = [&] {
+    EXPECT_EQ(
+        run("drape-results", "--json sql 'SELECT count(*) AS n FROM simulation_pair' --store " +
+                                 path("pairs.sqlite")),
+        0);
+    return parse_json(output_)[0]["n"].get<int>();
+  };
+  Sheet sheet = read_sheet(files_[1]);
+  sheet.no_go = "cam1 moved";
+  write_sheet(files_[1], sheet);
+  EXPECT_EQ(run("drape-compare", pair), 1);
+  EXPECT_THAT(output_, HasSubstr("NO-GO: A: simulation 11x11, 1 segment was placed by a sheet"));
+  EXPECT_THAT(output_, HasSubstr("are not stored"));
+  EXPECT_EQ(stored(), 0);
+  sheet.no_go.reset();
+  std::get<SimulatedSource>(sheet.source).status = "time is up";
+  write_sheet(files_[1], sheet);
+  EXPECT_EQ(run("drape-compare", pair), 1);
+  EXPECT_THAT(output_, HasSubstr("NO-GO: A: simulation 11x11, 1 segment: time is up"));
+  EXPECT_EQ(run("drape-compare", pair + " --accept-unsettled"), 0) << output_;
+  EXPECT_EQ(stored(), 1);
+}
+
+TEST_F(Program, ARefusedAcceptanceInTheStoreIsHeeded) {
+  Json json;
+  json["schema"] = "drapebench/acceptance/1";
+  json["rig"] = "bench";
+  json["calibration_sha256"] = sha256_of(std::string_view("calibration"));
+  json["date"] = json["valid_until"] = "2026-06-30";
+  json["positions"] = 9;
+  json["go"] = false;
+  json["cause"] = "cam1 moved";
+  json["figures"] = Json::array();
+  write_json(path("acceptance.json"), json);
+  EXPECT_EQ(compare("--acceptance " + path("acceptance.json")), 1);
+  EXPECT_EQ(compare(), 1);
+  EXPECT_THAT(output_, HasSubstr("the acceptance of this calibration is NO-GO: cam1 moved"));
 }
 
 TEST_F(Program, AReportNeverReplacesWhatItIsMadeOf) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "compare/judgement.hpp"
 #include "compare/store/runs.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
@@ -42,15 +43,15 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
 }  // namespace
 
 bool Outcome::go() const {
-  for (const Report& drape : reports)
-    if (!drape.go()) return false;
-  return true;
+  return reasons().empty();
 }
 
 std::vector<std::string> Outcome::reasons() const {
   std::vector<std::string> list;
   for (const Report& drape : reports)
     for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
+  for (const VirtualGroup& group : groups)
+    for (const std::string& reason : group.no_go) list.push_back(group.name + ": " + reason);
   return list;
 }
 
@@ -134,8 +135,10 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     if (bad_calibration && !drape.input.measured.sheet.no_go)
       report.no_go.insert(report.no_go.begin(),
                           "the calibration is NO-GO: " + *session.calibration->no_go);
-    if (outcome.not_accepted)
-      report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), *outcome.not_accepted);
+    const auto& source = std::get<MeasuredSource>(drape.input.measured.sheet.source);
+    if (const auto why = outcome.not_accepted.find(source.calibration_sha256);
+        why != outcome.not_accepted.end())
+      report.no_go.insert(report.no_go.begin() + (bad_calibration ? 1 : 0), why->second);
     if (report.headline)
       report.budget = budget_of(budget_inputs_of(drape.input, report, drape.error_split));
     judge_repeats(drape.input, options, report);
@@ -147,6 +150,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
   }
   for (const auto& simulations : session.virtual_only) {
     outcome.groups.push_back(compare_virtual_group(simulations));
+    judge_group(options, outcome.groups.back(), outcome.warnings);
     if (outcome.groups.back().pairs.empty()) {
       outcome.warnings.push_back(outcome.groups.back().name +
                                  ": no two simulations make a pair of the paper's tables");
@@ -170,7 +174,16 @@ ImportCounts import_session(const std::filesystem::path& file, const Session& se
     if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
-    for (const VirtualGroup& group : outcome.groups) count(results.add(group));
+    for (const VirtualGroup& group : outcome.groups) {
+      // A pair without a real cloth has no run, so no row would say that it is NO-GO.
+      if (group.no_go.empty()) {
+        count(results.add(group));
+      } else {
+        outcome.warnings.push_back(group.name +
+                                   ": pairs of simulations that are NO-GO are not "
+                                   "stored");
+      }
+    }
     if (outcome.reports.empty()) return;
     const StoredRun run = add_run(results, session, outcome, label, date);
     outcome.run = run.number;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,8 +23,8 @@ struct Outcome {
   std::vector<Report> reports;            ///< as Session::drapes
   std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
   std::vector<std::string> warnings;      ///< of the stages, the session and of every drape
-  /// Why the acceptance of the session's calibration is NO-GO.
-  std::optional<std::string> not_accepted = {};
+  /// Why the acceptance of a calibration is NO-GO, by the calibration's SHA-256.
+  std::map<std::string, std::string> not_accepted = {};
   std::optional<ImportCounts> stored;
   int run = 0;                         ///< its number in the store; 0 without one
   std::string date;                    ///< of the run, as stored; empty without one

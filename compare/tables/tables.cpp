@@ -146,7 +146,7 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
                mm_text(s.sigma_mean_m), mm_text(s.median_m), mm_text(s.rms_m), mm_text(s.p95_m),
                mm_text(s.max_m), fmt::format("{:.2f}", percent.x()),
                fmt::format("{:.2f}", percent.y()), std::to_string(s.marks),
-               simulation.other_simulator                ? "not stated"
+               !simulation.says_its_verdict()            ? "not stated"
                : simulation.source().status == "at rest" ? "yes"
                                                          : "no"});
     if (!models) continue;

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "compare/drape_input.hpp"
+
+namespace drape::compare {
+
+/// Of a mesh that `drape piece` made: adds the verdict that stands in the .json beside its
+/// description ("drapebench/piece/1"), and the scene that its run record names. Any other mesh
+/// stays as it is. Throws Error(bad_input) where a file is not what the run wrote.
+void read_piece_beside(const std::filesystem::path& description, Simulation& simulation);
+
+}  // namespace drape::compare
