@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compare/hems/hem_files.hpp"
 #include "compare/programs/drapemeter_options.hpp"
 #include "core/files/files.hpp"
@@ -14,11 +16,23 @@ using namespace drape::compare;
 
 namespace {
 
+/// What is written, and the files that are named; those of folders are found later.
+StepFiles named_files(const DrapemeterArguments& arguments) {
+  StepFiles files;
+  if (arguments.out) files.outputs = {*arguments.out / "hems.csv", *arguments.out / "hems.json"};
+  for (const auto* list : {&arguments.inputs, &arguments.compared})
+    for (const auto& file : *list)
+      if (!std::filesystem::is_directory(file)) files.inputs.push_back(file);
+  return files;
+}
+
 int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
         const CommonOptions& common) {
+  const StepFiles named = named_files(arguments);
   RunRecord record(
       "drape-drapemeter", std::move(words),
-      arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path());
+      arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path(),
+      named);
   const HemReadOptions options = read_options(arguments, thread_count(common));
   const HemSet real = read_hems(arguments.inputs, options);
   HemReadOptions virtual_options = options;
@@ -29,15 +43,15 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
   MatchOptions match_options;
   match_options.significance = arguments.significance;
   const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, match_options);
-  for (const auto& file : real.inputs) record.input(file);
-  for (const auto& file : compared.inputs) record.input(file);
+  for (const auto& inputs : {real.inputs, compared.inputs})
+    for (const auto& file : inputs)
+      if (std::find(named.inputs.begin(), named.inputs.end(), file) == named.inputs.end())
+        record.input(file);
   Ending ending = ending_of(real, compared, matches);
   if (arguments.out) {
-    const auto csv = *arguments.out / "hems.csv", json = *arguments.out / "hems.json";
+    const auto &csv = named.outputs[0], &json = named.outputs[1];
     write_durable(csv, hems_csv(options.geometry, real.hems));
     write_json(json, hems_json(options.geometry, real, matches, match_options));
-    record.output(csv);
-    record.output(json);
     ending.next_command =
         fmt::format("drape drapemeter {} --disc-mm {:.10g} --specimen-mm {:.10g} --compare SHEET",
                     shell_word(csv.string()), options.geometry.disc_m / units::mm,

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <sys/wait.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
+#include "core/units.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -158,6 +161,26 @@ TEST_F(Program, AReportNeverReplacesWhatItIsMadeOf) {
   EXPECT_THAT(output_, HasSubstr("the report would replace"));
   EXPECT_EQ(read_text(sheet), before);
   EXPECT_FALSE(fs::exists(path("other.sqlite")));
+}
+
+TEST_F(Program, ATableOfHemsIsNeverWrittenOverOneThatIsRead) {
+  std::string table = "fabric", row = "wool";
+  for (int angle = 0; angle < 360; angle += 5) {
+    table += fmt::format(",r{:03}", angle);
+    row += fmt::format(",{:.3f}", 110 + 10 * std::cos(6 * angle * units::deg));
+  }
+  write_durable(path("radii.csv"), table + "\n" + row + "\n");
+  const std::string out = " --scale-u-percent 1 --out " + path("o");
+  ASSERT_EQ(run("drape-drapemeter", path("radii.csv") + out), 0) << output_;
+  const std::string hems = read_text(path("o/hems.csv")),
+                    record = read_text(path("o/hems.run.json"));
+  for (const std::string& input :
+       {path("o/hems.csv"), path("radii.csv") + " --compare " + path("o/../o/hems.csv")}) {
+    EXPECT_EQ(run("drape-drapemeter", input + out), 2) << output_;
+    EXPECT_THAT(output_, HasSubstr("would be written over"));
+    EXPECT_EQ(read_text(path("o/hems.csv")), hems);
+    EXPECT_EQ(read_text(path("o/hems.run.json")), record);
+  }
 }
 
 TEST_F(Program, NothingIsWrittenOverTheStoreThatIsAsked) {

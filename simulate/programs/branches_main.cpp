@@ -24,7 +24,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   if (args.scene.empty() || args.out.empty())
     throw usage_error("SCENE or --out is missing", "give both");
   RunRecord record("drape-branches", std::move(words), args.out / "branches.run.json",
-                   {{}, start_inputs(args)});
+                   start_beside_branches(args));
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.solver = "fall";
   args.options.threads = thread_count(common);

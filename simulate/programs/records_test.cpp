@@ -81,6 +81,36 @@ TEST_F(Records, ASimulationOverItsOwnStartIsRefusedAndNothingIsLost) {
   EXPECT_EQ(read_text(out("drape/sheet.run.json")), record);
 }
 
+TEST_F(Records, BranchesAndFinerGridsNeverReplaceTheSheetThatTheyStartFrom) {
+  const auto run = [&](const std::string& name, const std::string& arguments) {
+    return WEXITSTATUS(std::system(
+        (test::program(name).string() + " " + arguments + " > /dev/null 2>&1").c_str()));
+  };
+  const std::string starts = scene().string() +
+                             " --grid 6 --starts 1 --kicks 0 --fit whole --out " +
+                             out("starts").string() + " --start-from ";
+  const fs::path own = out("starts/branch-01/sheet.ply"), first = out("drape/sheet.ply");
+  ASSERT_EQ(run("drape-simulate",
+                scene().string() + " --grid 6 --solver static --out " + out("drape").string()),
+            0);
+  ASSERT_EQ(run("drape-branches", starts + first.string()), 0);
+  const std::string sheet = read_text(own), record = read_text(out("starts/branches.run.json"));
+  fs::create_directory_symlink(out("starts"), out("link"));
+  for (const fs::path& start : {own, out("link/branch-01/sheet.ply")}) {
+    EXPECT_EQ(run("drape-branches", starts + start.string()), 2);
+    EXPECT_EQ(read_text(own), sheet);
+    EXPECT_EQ(read_text(out("starts/branches.run.json")), record);
+  }
+  EXPECT_EQ(run("drape-branches", starts + first.string()), 0);
+
+  fs::rename(out("drape"), out("8x8"));  // the grid after 6x6, of which 8x8/ now holds a sheet
+  const std::string coarse = read_text(out("8x8/sheet.ply"));
+  EXPECT_EQ(run("drape-refine", out("8x8").string() + " --scene " + scene().string() +
+                                    " --finest 8 --out " + out(".").string()),
+            2);
+  EXPECT_EQ(read_text(out("8x8/sheet.ply")), coarse);
+}
+
 TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   const auto run = [&](const std::string& name, const std::string& arguments) {
     const fs::path text = out("text");

@@ -61,6 +61,17 @@ Ending ending_of(const Refinement& refinement, const RefineArguments& args,
   return ending;
 }
 
+/// Throws Error(usage) where a sheet that is read stands in place of one that may be written.
+void refuse_to_replace(const RefineArguments& args, const std::vector<GridSpec>& grids) {
+  StepFiles replaced{{}, {args.folder / "sheet.json"}};
+  if (args.start)
+    for (const fs::path& file : start_files(*args.start)) replaced.inputs.push_back(file);
+  for (const GridSpec& grid : grids)
+    for (const char* name : {"sheet.ply", "sheet.json"})
+      replaced.outputs.push_back(args.out / fmt::format("{}x{}", grid.rows, grid.cols) / name);
+  const RunRecord kept_nowhere("drape-refine", {}, {}, replaced);
+}
+
 }  // namespace
 
 int run_refine(RefineArguments args, std::vector<std::string> words, const CommonOptions& common) {
@@ -68,7 +79,6 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
     throw usage_error("FOLDER, --scene or --out is missing", "give all three");
   args.how.goal_m = args.goal_mm * mm;
   args.how.check();
-  RunRecord record("drape-refine", std::move(words), args.out / "refinement.run.json");
   const fs::path rest_file = args.folder / "sheet.json";
   const CertificateClaim claim = read_claim(args.folder);
   const Rest rest{read_sheet(rest_file), claim.contact_forces};
@@ -83,6 +93,10 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
       !((rest.sheet.patch_m - print.patch_m).norm() <= kSame_m))
     throw bad_input("the sheet was simulated from another content of scene, fabric or print",
                     {.file = rest_file.string()}, "simulate it again");
+  const std::vector<GridSpec> finer =
+      refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest);
+  refuse_to_replace(args, finer);
+  RunRecord record("drape-refine", std::move(words), args.out / "refinement.run.json");
   record.input(rest_file);
   record.input(args.folder / "certificate.json");
   if (!claim.contact_forces.empty()) record.input(args.folder / "contact_forces.csv");
@@ -96,7 +110,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   std::string cause;
   if (!claim.at_rest)
     cause = "the sheet to refine is not at rest";
-  else if (refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest).empty())
+  else if (finer.empty())
     cause = fmt::format("{}x{} particles are as fine as --finest {} allows", claim.rows, claim.cols,
                         args.how.finest);
   if (cause.empty()) refinement = refine(scene, fabric, print, measured, options, rest, args.how);

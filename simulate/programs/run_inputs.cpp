@@ -33,6 +33,17 @@ std::vector<fs::path> start_inputs(const RunArguments& args) {
   return args.start ? start_files(*args.start) : std::vector<fs::path>{};
 }
 
+StepFiles start_beside_branches(const RunArguments& args) {
+  StepFiles replaced{{}, start_inputs(args)};
+  std::error_code absent;
+  for (const auto& entry : fs::directory_iterator(args.out, absent))
+    if (entry.path().filename().string().starts_with("branch-"))
+      for (const char* name : {"sheet.ply", "sheet.json"})
+        replaced.outputs.push_back(entry.path() / name);
+  const RunRecord kept_nowhere("drape-branches", {}, {}, replaced);
+  return {{}, replaced.inputs};
+}
+
 RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
   const Scene scene = read_scene(args.scene);
   check_forces(scene);

@@ -42,6 +42,10 @@ struct RunInputs {
 /// What is read of --start-from; a record takes them when it begins, before any output is touched.
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 
+/// The same, and throws Error(usage) where it is a sheet in a folder `branch-*` of --out, in whose
+/// place a branch would be written.
+[[nodiscard]] StepFiles start_beside_branches(const RunArguments& args);
+
 /// Reads them, books all but start_inputs() in the record and sets the grid of the options and,
 /// after a first run, the reach of the curves. Throws Error.
 [[nodiscard]] RunInputs read_run_inputs(RunArguments& args, RunRecord& record);
