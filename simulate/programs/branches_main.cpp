@@ -47,11 +47,11 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   write_json(args.out / "branches.json", json);
   record.output(args.out / "branches.json");
   Ending ending;
+  ending.warnings = inputs.fabric.warnings;
   for (std::size_t k = 0; k < result.sheets.size(); ++k) {
-    const fs::path file = args.out / fmt::format("branch-{:02}", k + 1) / "sheet.ply";
-    write_sheet(file, result.sheets[k]);
-    record.output(file);
-    record.output(fs::path(file).replace_extension(".json"));
+    const fs::path folder = args.out / fmt::format("branch-{:02}", k + 1);
+    write_sheet(folder / "sheet.ply", result.sheets[k]);
+    for (const char* name : {"sheet.ply", "sheet.json"}) record.output(folder / name);
     const Branch& branch = result.branches.found[k];
     ending.numbers.push_back(
         {fmt::format("branch {}", k + 1),

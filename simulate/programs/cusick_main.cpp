@@ -26,7 +26,8 @@ int run(const CusickArguments& arguments, std::vector<std::string> words,
   parallel_for(drapes.size(), thread_count(common), [&](std::size_t i) {
     drapes[i] = judged_drape(laws, options_of(arguments, static_cast<unsigned>(i + 1)));
   });
-  const Ending ending = write_cusick(arguments, fabric.name, drapes, record);
+  Ending ending = write_cusick(arguments, fabric.name, drapes, record);
+  ending.warnings.insert(ending.warnings.begin(), report.warnings.begin(), report.warnings.end());
   return finish(ending, common, record);
 }
 

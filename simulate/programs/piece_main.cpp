@@ -7,8 +7,8 @@
 #include "simulate/piece/outline.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/piece_files.hpp"
+#include "simulate/programs/run_inputs.hpp"
 #include "simulate/simulate.hpp"
-#include "simulate/start/start_check.hpp"
 
 namespace fs = std::filesystem;
 using namespace drape;
@@ -29,10 +29,7 @@ struct Arguments {
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-piece", std::move(words), run_record_path(arguments.out / "piece.ply"));
-  const Scene scene = read_scene(arguments.scene);
-  const Print print = read_print(scene.print_file);
-  const Fabric fabric = read_fabric(arguments.fabric.value_or(scene.fabric_file));
-  std::optional<Sheet> measured;
+  auto [scene, fabric, print, measured] = read_checked(arguments.scene, arguments.fabric);
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   if (arguments.start) {
     measured = read_sheet(*arguments.start);
@@ -48,8 +45,6 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     outline = read_outline(*arguments.outline, options.spacing_m);
     record.input(*arguments.outline);
   }
-  check_forces(scene);
-  check_pins(scene, print, fabric);
   SimulateReport fits;
   const auto reach = find_reach(scene, fabric, print, measured);
   ClothLaws laws = make_laws(fabric, arguments.segments, fits, reach);
@@ -58,9 +53,10 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   const PieceDrape piece = drape_piece(scene, print, measured, laws, std::move(outline), options);
   std::optional<MeshJudgement> judgement;
   if (piece.report.at_rest) judgement = judge_piece(piece, scene, laws, options.descent.residual);
-  const Ending ending =
+  Ending ending =
       write_piece(arguments.out, {scene.name, fabric.name, print.patch_m, no_go_of(measured)},
                   piece, judgement, record);
+  ending.warnings.insert(ending.warnings.begin(), fits.warnings.begin(), fits.warnings.end());
   return finish(ending, common, record);
 }
 

@@ -149,6 +149,58 @@ TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
     EXPECT_NE(read_text(out(file)).find("\"no_go\": \"cam1 moved\""), std::string::npos) << file;
 }
 
+TEST_F(Records, EveryProgramWarnsOfARareFabricAndRefusesFrictionThatNoClothHas) {
+  const auto run = [&](const std::string& line) {
+    const fs::path text = out("text");
+    const std::size_t name = line.find(' ');
+    const int ended = std::system((test::program(line.substr(0, name)).string() +
+                                   line.substr(name) + " > " + text.string() + " 2>&1")
+                                      .c_str());
+    return std::pair(WEXITSTATUS(ended), read_text(text));
+  };
+  const fs::path fabric = out("fabrics/A.toml");
+  const std::string text = read_text(fabric), density = "areal_density_g_per_m2 = ";
+  const std::size_t at = text.find(density) + density.size();
+  write_durable(fabric, text.substr(0, at) + "1380.0" + text.substr(text.find('\n', at)));
+  fs::create_directory(out("scenes"));
+  std::string placed = read_text(scene());
+  for (const char* name : {"fabrics/A.toml", "print.toml", "tent.obj"})
+    placed.insert(placed.find(name), "../");
+  write_durable(out("scenes/tent.toml"), placed);
+  write_durable(out("plan.toml"),
+                "schema = \"drapebench/plan/1\"\nscenes = "
+                "[\"tent.toml\"]\ngrids = [6]\nsegments = [1]\n");
+  const std::string scene_file = scene().string(), drape = out("drape").string();
+  ASSERT_EQ(run("drape-simulate " + scene_file + " --grid 6 --solver static --out " + drape).first,
+            0);
+  const std::string sensitivity = fmt::format(
+      "drape-sensitivity {} --grid 6 --only-first-order --reference {}/sheet.ply --out {}",
+      scene_file, drape, out("split").string());
+  for (const std::string& line :
+       {fmt::format("drape-branches {} --grid 6 --starts 1 --kicks 0 --fit whole --out {}",
+                    scene_file, out("starts").string()),
+        sensitivity,
+        fmt::format("drape-refine {} --scene {} --finest 9 --out {}", drape, scene_file,
+                    out("fine").string()),
+        fmt::format("drape-piece {} --spacing-mm 50 --out {}", scene_file, out("piece").string()),
+        fmt::format("drape-cusick {} --spacing-mm 30 --max-steps 1 --starts 1 --out {}",
+                    fabric.string(), out("cusick").string()),
+        fmt::format("drape-study {} --grids 6 --segments 1 --models consistent --out {}",
+                    out("").string(), out("study").string()),
+        fmt::format("drape-study {} --out {}", out("plan.toml").string(), out("parts").string())}) {
+    const auto [code, said] = run(line);
+    EXPECT_LE(code, 1) << line << said;
+    EXPECT_NE(said.find("warning: " + fabric.string()), std::string::npos) << line << said;
+    EXPECT_NE(said.find("an areal density of 1380 g/m2"), std::string::npos) << line << said;
+  }
+  std::string steep = read_text(scene());
+  steep.replace(steep.find("friction = 0.4"), 14, "friction = 22.0");
+  write_durable(scene(), steep);
+  const auto [code, said] = run(sensitivity);
+  EXPECT_EQ(code, 3) << said;
+  EXPECT_NE(said.find("a friction coefficient of 22"), std::string::npos) << said;
+}
+
 TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
   const std::string scene_file = scene().string();
   const std::string drape = out("drape").string(), fine = out("fine").string(),

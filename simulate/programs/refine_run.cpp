@@ -12,6 +12,7 @@
 #include "simulate/checker/certify.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/programs/foundation.hpp"
+#include "simulate/programs/run_inputs.hpp"
 #include "simulate/refine/refine.hpp"
 #include "simulate/refine/refine_json.hpp"
 #include "simulate/start/start_file.hpp"
@@ -82,10 +83,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   const fs::path rest_file = args.folder / "sheet.json";
   const CertificateClaim claim = read_claim(args.folder);
   const Rest rest{read_sheet(rest_file), claim.contact_forces};
-  const Scene scene = read_scene(args.scene);
-  const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
-  const Print print = read_print(scene.print_file);
-  std::optional<Sheet> measured;
+  auto [scene, fabric, print, measured] = read_checked(args.scene, args.fabric);
   if (args.start) measured = read_start(*args.start, print);
   const auto* source = std::get_if<SimulatedSource>(&rest.sheet.source);
   if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
@@ -127,7 +125,9 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   write_json(args.out / "refinement.json",
              refinement_json(refinement, print, args.how, sha256_of_file(rest_file), args.out));
   record.output(args.out / "refinement.json");
-  return finish(resting_on(no_go, ending_of(refinement, args, cause)), common, record);
+  Ending ending = ending_of(refinement, args, cause);
+  ending.warnings = fabric.warnings;
+  return finish(resting_on(no_go, std::move(ending)), common, record);
 }
 
 }  // namespace drape::simulate

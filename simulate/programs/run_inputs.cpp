@@ -44,13 +44,19 @@ StepFiles start_beside_branches(const RunArguments& args) {
   return {{}, replaced.inputs};
 }
 
-RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
-  const Scene scene = read_scene(args.scene);
+RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {
+  const Scene scene = read_scene(scene_file);
   check_forces(scene);
-  RunInputs inputs{scene, read_fabric(args.fabric.value_or(scene.fabric_file)),
+  RunInputs inputs{scene, read_fabric(fabric_file.value_or(scene.fabric_file)),
                    read_print(scene.print_file), std::nullopt};
+  check_pins(inputs.scene, inputs.print, inputs.fabric);
+  return inputs;
+}
+
+RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {
+  RunInputs inputs = read_checked(args.scene, args.fabric);
   if (args.start) inputs.measured = read_start(*args.start, inputs.print);
-  for (const fs::path& file : files_of(scene, inputs.fabric)) record.input(file);
+  for (const fs::path& file : files_of(inputs.scene, inputs.fabric)) record.input(file);
   args.options.rows = args.options.cols = args.grid;
   // The model of the paper and round specimens keep the paper's fit.
   if (args.fit == "drape" && args.options.model == "consistent" && !args.options.round)

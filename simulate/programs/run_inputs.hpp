@@ -39,6 +39,11 @@ struct RunInputs {
   std::optional<Sheet> measured;
 };
 
+/// Scene, its fabric or another, and print. Throws Error(bad_input) where no cloth has such a
+/// friction or gravity, or the pins are farther apart than the fabric was stretched.
+[[nodiscard]] RunInputs read_checked(const std::filesystem::path& scene,
+                                     const std::optional<std::filesystem::path>& fabric);
+
 /// What is read of --start-from; a record takes them when it begins, before any output is touched.
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 

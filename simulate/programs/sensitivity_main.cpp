@@ -55,11 +55,9 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json");
-  const Scene scene = read_scene(args.scene);
-  const Fabric fabric = read_fabric(args.fabric.value_or(scene.fabric_file));
-  const Print print = read_print(scene.print_file);
+  auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
   const Sheet reference = read_sheet(args.reference);
-  const std::optional<Sheet> start = read_sheet(args.start.value_or(args.reference));
+  start = read_sheet(args.start.value_or(args.reference));
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
   record.input(fs::path(args.reference).replace_extension(".json"));
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
@@ -71,7 +69,9 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   write_json(args.out / "sensitivity.json", sensitivity_json(split));
   write_durable(args.out / "error_split.csv", split_csv(split));
   for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
-  return finish(resting_on(split.no_go, ending_of(split, args.out)), common, record);
+  Ending ending = ending_of(split, args.out);
+  ending.warnings = fabric.warnings;
+  return finish(resting_on(split.no_go, std::move(ending)), common, record);
 }
 
 }  // namespace

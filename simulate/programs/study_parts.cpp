@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -47,6 +48,14 @@ Ending ending_of(const std::vector<PlannedOutcome>& outcomes) {
   return ending;
 }
 
+/// Those that are named; the certificate of each case has its own.
+std::vector<std::string> first_of(std::vector<std::string> warnings) {
+  const std::size_t more = warnings.size() - std::min(warnings.size(), kMostNamed);
+  warnings.resize(warnings.size() - more);
+  if (more > 0) warnings.push_back(fmt::format("{} more of such, in the certificates", more));
+  return warnings;
+}
+
 int compute(const fs::path& plan_file, const std::string& part_text, const fs::path& out,
             const CommonOptions& common) {
   const fs::path program = fs::read_symlink("/proc/self/exe");
@@ -62,6 +71,7 @@ int compute(const fs::path& plan_file, const std::string& part_text, const fs::p
                         name_of(planned.outcome.the_case));
       });
   Ending ending = ending_of(outcomes);
+  ending.warnings = first_of(fabric_warnings(plan.cases));
   ending.next_command = fmt::format("drape study status {} --out {}",
                                     shell_word(plan_file.string()), shell_word(out.string()));
   return finish(ending, common);
@@ -72,6 +82,7 @@ int count(const fs::path& plan_file, const fs::path& out, const CommonOptions& c
   const std::vector<PlannedOutcome> outcomes = plan_status(plan);
   write_durable(out / "study.csv", plan_csv(outcomes));
   Ending ending = ending_of(outcomes);
+  ending.warnings = first_of(fabric_warnings(plan.cases));
   ending.numbers.emplace_back("table", (out / "study.csv").string());
   if (!ending.go)
     ending.next_command = fmt::format("drape study {} --out {}", shell_word(plan_file.string()),
@@ -80,6 +91,19 @@ int count(const fs::path& plan_file, const fs::path& out, const CommonOptions& c
 }
 
 }  // namespace
+
+std::vector<std::string> fabric_warnings(const std::vector<StudyCase>& cases) {
+  std::set<fs::path> fabrics, scenes;
+  for (const StudyCase& one : cases)
+    if (!one.fabric_file.empty())
+      fabrics.insert(one.fabric_file);
+    else if (scenes.insert(one.scene_file).second)
+      fabrics.insert(read_scene(one.scene_file).fabric_file);
+  std::vector<std::string> warnings;
+  for (const fs::path& fabric : fabrics)
+    for (const std::string& warning : read_fabric(fabric).warnings) warnings.push_back(warning);
+  return warnings;
+}
 
 void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments& arguments) {
   app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper, or a plan.toml");

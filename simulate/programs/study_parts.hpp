@@ -3,15 +3,20 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
+#include "simulate/study/study.hpp"
 
 namespace drape::simulate {
 
 struct PlanArguments {
   std::string part = "1/1";
 };
+
+/// What is odd about the fabrics of a study, each once.
+[[nodiscard]] std::vector<std::string> fabric_warnings(const std::vector<StudyCase>& cases);
 
 /// RIG or PLAN, --out, --part, and the subcommand `status`.
 void add_plan_options(Command& app, std::filesystem::path& rig, std::filesystem::path& out,
