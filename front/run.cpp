@@ -265,15 +265,16 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
   return finish(ending, common);
 }
 
-/// No sheet is there that could be stored, because what it rests on is NO-GO; an older report would
-/// say otherwise.
-int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const CommonOptions& common) {
+/// Nothing could be stored, for the reason `why`, of what is NO-GO; an older report would say
+/// otherwise.
+int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const std::string& why,
+              const CommonOptions& common) {
   std::error_code absent;
   fs::remove(plan.report, absent);
   Ending ending;
   ending.go = false;
   ending.verdict = no_go_of(kept);
-  ending.warnings = {"nothing was compared, stored or reported: there is no measured sheet"};
+  ending.warnings = {"nothing was compared, stored or reported: " + why};
   if (fs::is_regular_file(plan.store))
     ending.warnings.push_back(fmt::format("what {} holds of these photographs is of an earlier run",
                                           plan.store.string()));
@@ -292,8 +293,9 @@ std::set<fs::path> records_not_made(const Plan& plan, const std::vector<StepEndi
 }
 
 /// Takes the steps that failed out of what follows; the exit code of one that all need, or 0.
+/// `lacking`: what is not said of a result, because an extra failed.
 int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common, Failed& failed,
-             std::vector<StepEnding>& kept) {
+             std::vector<StepEnding>& kept, std::vector<std::string>& lacking) {
   for (const StepEnding& ending : endings) {
     if (ending.exit_code > 1 && ending.step.drape.empty()) return ending.exit_code;
     print_ending(ending, common);
@@ -301,7 +303,11 @@ int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common
       kept.push_back(ending);
       continue;
     }
-    if (is_extra(ending.step)) continue;
+    if (is_extra(ending.step)) {
+      lacking.push_back(fmt::format("{} ({}): failed, so nothing of it is in the result: {}",
+                                    ending.step.stage, ending.step.what, ending.sentence));
+      continue;
+    }
     if (!is_out(failed, ending.step.drape) || ending.step.stage == "simulate")
       failed.emplace_back(ending.step.drape, ending.step.what + ": " + ending.sentence);
   }
@@ -326,11 +332,12 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   plan.write_reduced_rig();
   std::vector<StepEnding> kept;
   Failed failed;
+  std::vector<std::string> lacking;
   bool stopped = false;
   for (const Group& group : plan.groups) {
     const std::vector<StepEnding> endings = run_group(group, failed, common);
     if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
-    if (const int code = sort_out(endings, common, failed, kept)) return code;
+    if (const int code = sort_out(endings, common, failed, kept, lacking)) return code;
     // Where every drape failed there is nothing to compare; its own error is the run's.
     const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
       return one.exit_code <= 1 && !one.step.drape.empty();
@@ -339,7 +346,7 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
                                     [](const StepEnding& one) { return one.exit_code > 1; });
     // Not every drape has a plate of tags: the others go on.
     if (group.stage == "object" && !all_are_out(plan, failed)) continue;
-    if (any || first == endings.end()) continue;
+    if (any || first == endings.end() || is_extra(first->step)) continue;
     if (no_go_of(kept).empty()) return first->exit_code;
     stopped = true;
     break;
@@ -348,14 +355,16 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   const bool measured = std::any_of(kept.begin(), kept.end(), [](const StepEnding& one) {
     return one.step.stage == "triangulate";
   });
-  if (stopped && !measured) return end_early(plan, kept, common);
+  if (stopped && !measured) return end_early(plan, kept, "there is no measured sheet", common);
   Group compare{"compare", {plan.compare(records_not_made(plan, kept))}, 1};
-  for (const std::string& warning : stage_warnings(kept))
-    compare.steps.front().arguments.push_back("--warning=" + warning);
+  for (const auto& warnings : {stage_warnings(kept), lacking})
+    for (const std::string& warning : warnings)
+      compare.steps.front().arguments.push_back("--warning=" + warning);
   const std::vector<StepEnding> endings = run_group(compare, {}, common);
   if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
   if (endings.front().exit_code > 1)
-    return stopped ? end_early(plan, kept, common) : endings.front().exit_code;
+    return stopped ? end_early(plan, kept, endings.front().sentence, common)
+                   : endings.front().exit_code;
   print_ending(endings.front(), common);
   kept.push_back(endings.front());
   return conclude(plan, kept, failed, common);

@@ -31,9 +31,9 @@ class Programs {
     write_durable(folder_.path() / replaced, text);
     ::chmod((folder_.path() / replaced).c_str(), 0755);
   }
-  [[nodiscard]] Outcome run(const SmallBench& bench) const {
+  [[nodiscard]] Outcome run(const SmallBench& bench, const std::string& more = "") const {
     return run_line("cd " + bench.folder().string() + " && exec " +
-                    (folder_.path() / "drape").string() + " run rig --single --out out");
+                    (folder_.path() / "drape").string() + " run rig --single --out out" + more);
   }
 
  private:
@@ -57,15 +57,28 @@ TEST(ForeignStage, APythonTriangulationRunsTheBenchToItsEnd) {
   EXPECT_TRUE(fs::exists(bench.folder() / "out/report.html"));
 }
 
-TEST(ForeignStage, AProgramThatCrashesIsNoVerdict) {
+TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
   const SmallBench bench({"C"});
-  const Programs programs("drape-triangulate", "#!/bin/sh\necho 'Traceback: oops' >&2\nexit 1\n");
-  const Outcome outcome = programs.run(bench);
-  EXPECT_GT(outcome.exit_code, 1) << outcome.text;
+  const std::string crashes = "#!/bin/sh\necho 'Traceback: oops' >&2\nexit 1\n";
+  const Outcome unmeasured = Programs("drape-triangulate", crashes).run(bench);
+  EXPECT_GT(unmeasured.exit_code, 1) << unmeasured.text;
   EXPECT_THAT(
-      outcome.text,
+      unmeasured.text,
       HasSubstr("triangulate (drape C) ended with exit code 1 but did not write out/C/sheet"));
-  EXPECT_THAT(outcome.text, Not(HasSubstr("GO: ")));
+  EXPECT_THAT(unmeasured.text, Not(HasSubstr("GO: ")));
+  // An extra that no drape has: the results are there without it.
+  const Outcome extra = Programs("drape-sensitivity", crashes).run(bench, " --uncertainty");
+  EXPECT_EQ(extra.exit_code, 0) << extra.text;
+  const std::string said = "sensitivity (drape C): failed, so nothing of it is in the result";
+  EXPECT_THAT(extra.text, HasSubstr("GO: the bench ran"));
+  EXPECT_THAT(extra.text, HasSubstr("warning: " + said));
+  EXPECT_THAT(read_text(bench.folder() / "out/report.html"), HasSubstr(said));
+  // A box in which no simulation can start: the measured sheet alone goes to compare.
+  bench.replace("scenes/C.toml", "[128.0, 128.0, 128.0]", "[128.0, 128.0, 178.0]");
+  const Outcome uncompared = Programs("drape-compare", crashes).run(bench);
+  EXPECT_EQ(uncompared.exit_code, 1) << uncompared.text;
+  EXPECT_THAT(uncompared.text, HasSubstr("\nNO-GO: triangulate (drape C): "));
+  EXPECT_THAT(uncompared.text, HasSubstr("nothing was compared, stored or reported: compare "));
 }
 
 }  // namespace
