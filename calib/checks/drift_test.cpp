@@ -7,6 +7,7 @@
 
 #include "calib/joint.hpp"
 #include "calib/joint/start.hpp"
+#include "calib/programs/drift_ending.hpp"
 #include "calib/test_rigs.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -72,6 +73,21 @@ TEST(Drift, NamesTheCameraWhoseLensTurned) {
   EXPECT_TRUE(drift.cameras.at(2).drifted());
   EXPECT_GT(drift.cameras[2].moved_px, drift.cameras[0].moved_px);
   EXPECT_GT(drift.moved_mm, 3 * drift.expected_mm);
+}
+
+TEST(Drift, SinceANoGoCalibrationIsWarnedOf) {
+  Calibration old = calibration_from(SyntheticBench(3).true_model(), 1);
+  Target target;
+  target.rows = target.cols = 11;
+  target.pitch_m = 0.018;
+  const auto warnings = [&] {
+    Ending ending;
+    add_drift(ending, old, old, {}, target);
+    return ending.warnings;
+  };
+  EXPECT_THAT(warnings(), testing::IsEmpty());
+  old.no_go = "cam1 misses by 3 px";
+  EXPECT_THAT(warnings(), testing::ElementsAre(testing::HasSubstr("NO-GO")));
 }
 
 TEST(Drift, NeedsACameraInCommon) {

@@ -11,6 +11,9 @@ namespace drape::calib {
 
 void add_drift(Ending& ending, const Calibration& old, const Calibration& now, const Rig& rig,
                const Target& target) {
+  if (old.no_go)
+    ending.warnings.push_back("the old calibration is NO-GO, so the drift since it is uncertain: " +
+                              *old.no_go);
   const Eigen::Vector3d corner =
       target.point_in_target({target.rows - 1, target.cols - 1}).cwiseAbs();
   double top_m = 0;

@@ -14,6 +14,7 @@
 #include <map>
 
 #include "capture/recording/frame_quality.hpp"
+#include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
@@ -230,6 +231,9 @@ Check check_calibration(const std::optional<std::filesystem::path>& calibration,
   if (!std::filesystem::exists(*calibration))
     return {"calibration", false, "there is none at " + calibration->string(),
             "correct --calibration, or leave it out"};
+  if (const auto no_go = read_calibration(*calibration).no_go)
+    return {"calibration", false, "it is NO-GO: " + *no_go,
+            "record the target once more, then drape calib"};
   const auto age = std::filesystem::file_time_type::clock::now() -
                    std::filesystem::last_write_time(*calibration);
   const double days = std::chrono::duration<double>(age).count() / 86400;
@@ -276,9 +280,11 @@ std::vector<Check> check_calibrated(const std::filesystem::path& rig,
 std::vector<Check> check_still(const StillReport& still) {
   std::vector<Check> checks;
   const auto moved = still.cloth_fault();
-  if (still.motion_px)
-    checks.push_back({"cloth", !moved, fmt::format("moves by {:.3f} px at most", *still.motion_px),
-                      moved ? moved->what_to_do : ""});
+  if (moved)
+    checks.push_back({"cloth", false, moved->what, moved->what_to_do});
+  else if (still.motion_px)
+    checks.push_back(
+        {"cloth", true, fmt::format("moves by {:.3f} px at most", *still.motion_px), ""});
   for (const CameraStill& camera : still.cameras) {
     const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
                                     [&](const LiveFault& f) { return f.camera == camera.name; });

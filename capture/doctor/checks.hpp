@@ -66,8 +66,8 @@ struct Reached {
 /// Do all devices of the rig answer, each once?
 [[nodiscard]] std::vector<Check> check_devices(const CamerasFile& cameras,
                                                const std::vector<FoundDevice>& found);
-/// Age of the calibration in days. Before the first one there is none to look at, and nothing
-/// against a capture.
+/// Verdict of the calibration and its age in days. Before the first one there is none to look at,
+/// and nothing against a capture.
 [[nodiscard]] Check check_calibration(const std::optional<std::filesystem::path>& calibration,
                                       double largest_days);
 /// acceptance.json beside rig.toml, if there is one: NO-GO where it is for this calibration; of

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "tests/support/bench1_calibration.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::capture {
@@ -59,6 +60,21 @@ TEST(DoctorChecks, LinkBudgetAndDelay) {
   EXPECT_FALSE(check_disk_space(1, 2, "x").go);
   EXPECT_TRUE(check_calibration(std::nullopt, 30).go);
   EXPECT_FALSE(check_calibration("nowhere.json", 30).go);
+}
+
+/// However young it is.
+TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "calibration.json";
+  Calibration calibration = test::bench1_true_calibration();
+  write_calibration(file, calibration);
+  EXPECT_TRUE(check_calibration(file, 30).go);
+  calibration.no_go = "cam1 misses by 3 px";
+  write_calibration(file, calibration);
+  const Check check = check_calibration(file, 30);
+  EXPECT_FALSE(check.go);
+  EXPECT_THAT(check.found, HasSubstr("NO-GO: cam1 misses by 3 px"));
+  EXPECT_THAT(check.to_type, HasSubstr("drape calib"));
 }
 
 /// Two webcams of 1280 x 720 px on one bus of 480 Mbit/s, as the kernel lists them.

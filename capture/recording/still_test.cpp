@@ -153,6 +153,10 @@ TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
     const StillReport still = look_still(live_, cameras_, options_.still);
     EXPECT_TRUE(still.cloth_moved) << shift_px;
     EXPECT_TRUE(still.cloth_fault()) << shift_px;
+    const auto checks = check_still(still);
+    ASSERT_EQ(checks.size(), 1U) << shift_px;
+    EXPECT_FALSE(checks[0].go) << shift_px;
+    EXPECT_EQ(checks[0].found, still.cloth_fault()->what);
     if (still.motion_px) {
       EXPECT_NEAR(*still.motion_px, shift_px, 0.1 * shift_px);
     }
