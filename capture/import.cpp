@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <system_error>
 
 #include "capture/capture.hpp"
@@ -78,15 +79,17 @@ std::vector<std::string> same_bytes_warnings(const std::vector<CheckedImage>& im
   return warnings;
 }
 
+std::optional<Recording> recording_in(const fs::path& folder) {
+  if (!fs::exists(folder / "recording.json")) return std::nullopt;
+  return read_recording(folder);
+}
+
 /// A recording's images never change: importing again may add sets, but not replace an image.
-void require_nothing_replaced(const fs::path& recording_folder,
-                              const std::vector<CheckedImage>& images) {
-  if (!fs::exists(recording_folder / "recording.json")) return;
+void require_nothing_replaced(const Recording& existing, const std::vector<CheckedImage>& images) {
   std::map<std::string, std::string> sha256_of_file;
   for (const CheckedImage& checked : images) {
     sha256_of_file[checked.frame.file] = checked.frame.sha256;
   }
-  const Recording existing = read_recording(recording_folder);
   for (const FrameSet& set : existing.sets) {
     for (const RecordedFrame& frame : set.frames) {
       const auto found = sha256_of_file.find(frame.file);
@@ -95,7 +98,7 @@ void require_nothing_replaced(const fs::path& recording_folder,
           found == sha256_of_file.end()
               ? "the image is in the existing recording, but not in the imported folder"
               : "the image differs from the one in the existing recording",
-          {.file = (recording_folder / frame.file).string(),
+          {.file = (existing.folder / frame.file).string(),
            .camera = frame.camera,
            .set = set.name},
           "import into a new folder; to give up the old recording, delete its recording.json");
@@ -103,14 +106,24 @@ void require_nothing_replaced(const fs::path& recording_folder,
   }
 }
 
+/// Images that are not there yet.
+std::vector<const CheckedImage*> images_to_copy(const fs::path& recording_folder,
+                                                const std::vector<CheckedImage>& images) {
+  std::vector<const CheckedImage*> to_copy;
+  for (const CheckedImage& checked : images) {
+    const fs::path to = recording_folder / checked.frame.file;
+    if (!fs::exists(to)) {
+      to_copy.push_back(&checked);
+    } else if (sha256_of_file(to) != checked.frame.sha256) {
+      throw bad_input("another file of this name is already there", {.file = to.string()},
+                      "import into a new or empty folder");
+    }
+  }
+  return to_copy;
+}
+
 void copy_one(const fs::path& folder, const fs::path& recording_folder,
               const CheckedImage& checked) {
-  const fs::path to = recording_folder / checked.frame.file;
-  if (fs::exists(to)) {
-    if (sha256_of_file(to) == checked.frame.sha256) return;
-    throw bad_input("another file of this name is already there", {.file = to.string()},
-                    "import into a new or empty folder");
-  }
   const std::vector<unsigned char> bytes = read_bytes(folder / checked.image.file);
   if (sha256_of(bytes) != checked.frame.sha256) {
     throw bad_input("the image changed while it was imported", where_is(folder, checked.image),
@@ -148,34 +161,39 @@ Recording make_recording(const fs::path& recording_folder, const FolderLayout& l
   return recording;
 }
 
-/// Gives a set what was noted of it before, where all its pictures are still the same: the times
-/// of its frames, how still it stood, and why it is no measurement. The details are a file that
-/// only its own folder has.
-void keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
-  std::vector<RecordedFrame> frames = set.frames;
-  for (RecordedFrame& frame : frames) {
-    const auto old =
-        std::find_if(before.frames.begin(), before.frames.end(), [&](const RecordedFrame& f) {
-          return f.camera == frame.camera && f.sha256 == frame.sha256;
-        });
-    if (old == before.frames.end()) return;
-    frame.device_time_s = old->device_time_s;
+/// Gives a set what was noted before of its pictures: why one of them is no measurement, the times
+/// of its frames and, where all are those of one set, how still that stood. The details are a file
+/// that only its own folder has. Returns whether all are.
+bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
+  bool all = true;
+  for (RecordedFrame& frame : set.frames) {
+    bool known = false;
+    for (const RecordedFrame& old : before.frames) {
+      if (old.sha256 != frame.sha256) continue;
+      if (!set.no_go) set.no_go = before.no_go;
+      if (old.camera != frame.camera) continue;
+      frame.device_time_s = old.device_time_s;
+      known = true;
+    }
+    all = all && known;
   }
-  FrameSet kept = before;
-  kept.frames = std::move(frames);
-  if (!in_place) kept.details_sha256.reset();
-  if (!kept.no_go) kept.no_go = set.no_go;
-  set = std::move(kept);
+  if (!all) return false;
+  set.motion_px = before.motion_px;
+  set.camera_shift_px = before.camera_shift_px;
+  if (in_place) set.details_sha256 = before.details_sha256;
+  return true;
 }
 
-void keep_notes_of(const fs::path& folder, bool in_place, Recording& recording) {
-  if (!fs::exists(folder / "recording.json")) return;
-  const Recording before = read_recording(folder);
+/// A folder may have another name by now, or a picture more.
+void keep_notes_of(const Recording& before, bool in_place, Recording& recording) {
   if (in_place) recording.source = before.source;
   if (!recording.recorded_on) recording.recorded_on = before.recorded_on;
-  for (FrameSet& set : recording.sets)
-    for (const FrameSet& old : before.sets)
-      if (old.name == set.name) keep_notes(old, in_place, set);
+  for (FrameSet& set : recording.sets) {
+    const auto same = std::find_if(before.sets.begin(), before.sets.end(),
+                                   [&](const FrameSet& old) { return old.name == set.name; });
+    if (same != before.sets.end() && keep_notes(*same, in_place, set)) continue;
+    for (const FrameSet& old : before.sets) keep_notes(old, false, set);
+  }
 }
 
 }  // namespace
@@ -198,19 +216,22 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
     ticker.done(images[i].image.file);
   });
   require_same_sizes(folder, images);
-  require_nothing_replaced(recording_folder, images);
+  // Both manifests are read, and may be refused, before anything is written.
+  const auto existing = recording_in(recording_folder);
+  const auto source = report.in_place ? std::nullopt : recording_in(folder);
+  if (existing) require_nothing_replaced(*existing, images);
   report.images = images.size();
   for (const CheckedImage& checked : images) report.image_bytes += checked.bytes;
   const std::vector<std::string> same = same_bytes_warnings(images);
   report.warnings.insert(report.warnings.end(), same.begin(), same.end());
 
-  if (!report.in_place) {
-    for (const CheckedImage& checked : images) copy_one(folder, recording_folder, checked);
-  }
+  if (!report.in_place)
+    for (const CheckedImage* image : images_to_copy(recording_folder, images))
+      copy_one(folder, recording_folder, *image);
   Recording recording = make_recording(recording_folder, layout, images);
   recording.recorded_on = options.recorded_on;
-  if (!report.in_place) keep_notes_of(folder, false, recording);
-  keep_notes_of(recording_folder, true, recording);
+  if (source) keep_notes_of(*source, false, recording);
+  if (existing) keep_notes_of(*existing, true, recording);
   for (const FrameSet& set : recording.sets)
     if (set.no_go)
       report.warnings.push_back(fmt::format("{}: NO-GO as before: {}", set.name, *set.no_go));

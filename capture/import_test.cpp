@@ -80,7 +80,8 @@ TEST_F(Import, KeepsWhatWasNotedOfTheSamePictures) {
   taken.sets[0].motion_px = 0.3;
   taken.sets[0].frames[1].device_time_s = 12.5;
   write_recording(taken);
-  test::write_sets(in(), {"set11"}, {"cam0", "cam1"});
+  test::write_bytes(in() / "set11/cam0.png", test::image_bytes(".png", 50));
+  test::write_bytes(in() / "set11/cam1.png", test::image_bytes(".png", 51));
   for (const fs::path& to : {in(), out(), out()}) {
     const ImportResult result = import_folder(in(), to, {});
     const Recording found = read_recording(to);
@@ -93,6 +94,35 @@ TEST_F(Import, KeepsWhatWasNotedOfTheSamePictures) {
     EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as before")));
   }
   EXPECT_THAT(verify_recording(out(), {}).no_go, ElementsAre("set2: the cloth moved by 0.30 px"));
+}
+
+/// Whatever is done to the folder in between.
+TEST_F(Import, ANoGoSetStaysNoGoUnderAnotherNameAndWithOnePictureMore) {
+  Recording taken = import_folder(in(), in(), {}).recording;
+  taken.sets[0].no_go = "the cloth moved by 0.30 px";
+  taken.sets[0].frames[1].device_time_s = 12.5;
+  write_recording(taken);
+  const auto imported = [&](const fs::path& to) {
+    return import_folder(in(), to, {.allow_missing = true}).recording;
+  };
+  test::write_bytes(in() / "set2/cam2.png", test::image_bytes(".png", 90));
+  for (const fs::path& to : {in(), out()}) {
+    const Recording more = imported(to);
+    EXPECT_EQ(more.sets[0].no_go, "the cloth moved by 0.30 px");
+    EXPECT_EQ(more.sets[0].frames[1].device_time_s, 12.5);
+    EXPECT_EQ(more.sets[1].no_go, std::nullopt);
+  }
+  fs::rename(in() / "set2", in() / "set11");
+  const Recording renamed = imported(out() / "renamed");
+  EXPECT_EQ(renamed.sets[0].no_go, std::nullopt);
+  ASSERT_EQ(renamed.sets[1].name, "set11");
+  EXPECT_EQ(renamed.sets[1].no_go, "the cloth moved by 0.30 px");
+}
+
+TEST_F(Import, ADamagedManifestIsRefusedBeforeAnythingIsWritten) {
+  write_durable(in() / "recording.json", "{\"schema\": ");
+  EXPECT_THAT(refusal(in(), out()), HasSubstr("recording.json"));
+  EXPECT_FALSE(fs::exists(out()));
 }
 
 TEST_F(Import, GivesTheSameBytesAtAnyThreadCountAndAgain) {
@@ -145,9 +175,10 @@ TEST_F(Import, AddsSetsToARecording) {
 }
 
 TEST_F(Import, NeverOverwritesAForeignFile) {
-  write_durable(out() / "set2/cam0.png", "somebody's file");
+  write_durable(out() / "set10/cam1.png", "somebody's file");
   EXPECT_THAT(refusal(in(), out()), HasSubstr("another file of this name"));
-  EXPECT_EQ(read_text(out() / "set2/cam0.png"), "somebody's file");
+  EXPECT_EQ(read_text(out() / "set10/cam1.png"), "somebody's file");
+  EXPECT_FALSE(fs::exists(out() / "set2"));
   EXPECT_FALSE(fs::exists(out() / "recording.json"));
 }
 
