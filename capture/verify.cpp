@@ -44,7 +44,7 @@ std::optional<RecordingFault> details_fault(const Recording& recording, const Fr
 VerifyReport verify_recording(const std::filesystem::path& recording_folder,
                               const CaptureOptions& options) {
   options.check();
-  const std::vector<std::string> in_journal = sets_in_journal(recording_folder);
+  const std::vector<FrameSet> in_journal = sets_in_journal(recording_folder);
   if (!in_journal.empty() && !std::filesystem::exists(recording_folder / "recording.json"))
     throw bad_input(
         fmt::format("not a recording yet: {} sets of a capture that goes on, or was ended, are in "
@@ -69,10 +69,11 @@ VerifyReport verify_recording(const std::filesystem::path& recording_folder,
   });
 
   VerifyReport report{recording.sets.size(), items.size(), {}, {}, {}, {}};
-  for (const std::string& set : in_journal)
-    if (std::none_of(recording.sets.begin(), recording.sets.end(),
-                     [&](const FrameSet& one) { return one.name == set; }))
-      report.in_journal.push_back(set);
+  for (const FrameSet& set : in_journal)
+    if (!is_renamed(recording_folder, recording.sets, set) &&
+        std::none_of(recording.sets.begin(), recording.sets.end(),
+                     [&](const FrameSet& one) { return one.name == set.name; }))
+      report.in_journal.push_back(set.name);
   for (Item& item : items) {
     if (item.fault) report.faults.push_back(std::move(*item.fault));
   }

@@ -12,6 +12,7 @@
 #include <limits>
 #include <map>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "core/error.hpp"
@@ -101,6 +102,11 @@ void require_readable(const FrameSet& set, const Where& where) {
   }
 }
 
+bool is_there(const fs::path& folder, const FrameSet& set) {
+  return std::any_of(set.frames.begin(), set.frames.end(),
+                     [&](const RecordedFrame& frame) { return fs::exists(folder / frame.file); });
+}
+
 void sync_folder(const fs::path& folder) {
   const Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor.get() < 0 || ::fsync(descriptor.get()) != 0) throw cannot_write(folder);
@@ -148,9 +154,8 @@ void Journal::adopt() {
     std::vector<std::string> retaken;
     for (auto set = recording_.sets.begin() + known; set != recording_.sets.end(); ++set)
       if (set->name.ends_with(".new")) retaken.push_back(set->name.substr(0, set->name.size() - 4));
-    publish();
     for (const std::string& set : retaken)
-      if (holds(set)) replace(set);
+      if (holds(set) || !fs::exists(folder / set)) replace(set);
     publish();
   }
   for (const auto& entry : fs::directory_iterator(folder))
@@ -159,14 +164,14 @@ void Journal::adopt() {
 
 /// After all lines, because only then each set has its last name.
 void Journal::leave_out_gone(std::vector<FrameSet>::iterator first_adopted) {
-  const auto is_there = [&](const FrameSet& set) {
-    return std::any_of(set.frames.begin(), set.frames.end(), [&](const RecordedFrame& frame) {
-      return fs::exists(recording_.folder / frame.file);
-    });
-  };
-  const auto gone = std::stable_partition(first_adopted, recording_.sets.end(), is_there);
-  for (auto set = gone; set != recording_.sets.end(); ++set) gone_.push_back(set->name);
-  adopted_ -= gone_.size();
+  const auto gone =
+      std::stable_partition(first_adopted, recording_.sets.end(),
+                            [&](const FrameSet& set) { return is_there(recording_.folder, set); });
+  // A retake that recording.json has under its last name already is not gone.
+  for (auto set = gone; set != recording_.sets.end(); ++set)
+    if (!is_renamed(recording_.folder, {recording_.sets.begin(), first_adopted}, *set))
+      gone_.push_back(set->name);
+  adopted_ -= static_cast<std::size_t>(recording_.sets.end() - gone);
   recording_.sets.erase(gone, recording_.sets.end());
 }
 
@@ -174,9 +179,11 @@ void Journal::adopt_lines(const std::string& text) {
   const fs::path journal = journal_of(recording_.folder);
   std::map<std::string, std::vector<std::size_t>> bursts;
   std::istringstream lines(text);
+  std::string whole;
   for (std::string line; std::getline(lines, line);) {
     const Json json = try_json(line);
     if (json.is_discarded()) break;  // the line that the end cut off: never acknowledged
+    whole += line + "\n";
     if (!json.contains("renamed")) {
       if (!adopt(set_of(json, journal)) || !json.contains("burst")) continue;
       if (!json["burst"].is_string()) throw damaged(journal);
@@ -193,6 +200,7 @@ void Journal::adopt_lines(const std::string& text) {
     rename(names[0].get<std::string>(), names[1].get<std::string>());
     waits_ = true;
   }
+  if (whole != text) write_durable(journal, whole);  // half a line would hide those after it
 }
 
 bool Journal::adopt(FrameSet set) {
@@ -247,11 +255,13 @@ bool Journal::holds(const std::string& set) const {
 }
 
 void Journal::replace(const std::string& set) {
+  std::vector<std::pair<std::string, std::string>> names{{set + ".new", set}};
   std::string older;
   for (int take = 1; older.empty() || holds(older) || fs::exists(recording_.folder / older); ++take)
     older = fmt::format("{}.take{}", set, take);
   require_plain_name(older, {.file = (recording_.folder / "recording.json").string(), .set = set});
-  for (const auto& [from, to] : {std::pair{set, older}, {set + ".new", set}}) {
+  if (holds(set)) names.insert(names.begin(), {set, older});
+  for (const auto& [from, to] : names) {
     write_line({{"renamed", Json::array({from, to})}});
     rename(from, to);
   }
@@ -292,16 +302,26 @@ void Journal::write_line(const Json& json) {
   throw why;
 }
 
-std::vector<std::string> sets_in_journal(const fs::path& folder) {
-  std::vector<std::string> names;
-  if (!fs::exists(journal_of(folder))) return names;
+std::vector<FrameSet> sets_in_journal(const fs::path& folder) {
+  std::vector<FrameSet> sets;
+  if (!fs::exists(journal_of(folder))) return sets;
   std::istringstream lines(read_text(journal_of(folder)));
   for (std::string line; std::getline(lines, line);) {
     const Json json = try_json(line);
     if (json.is_discarded()) break;
-    if (json.contains("name")) names.push_back(set_of(json, journal_of(folder)).name);
+    if (json.contains("name")) sets.push_back(set_of(json, journal_of(folder)));
   }
-  return names;
+  return sets;
+}
+
+bool is_renamed(const fs::path& folder, std::span<const FrameSet> sets, const FrameSet& set) {
+  return !is_there(folder, set) && std::any_of(sets.begin(), sets.end(), [&](const FrameSet& one) {
+    return one.details_sha256 == set.details_sha256 &&
+           std::equal(one.frames.begin(), one.frames.end(), set.frames.begin(), set.frames.end(),
+                      [](const RecordedFrame& a, const RecordedFrame& b) {
+                        return a.camera == b.camera && a.sha256 == b.sha256;
+                      });
+  });
 }
 
 void Journal::publish() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,8 @@ class Journal {
   /// burst that is killed, every set has the verdict that its last one was added with.
   void add(FrameSet set, const std::string& burst = {});
   /// <set>.new, which was added, takes the name of the set that is there, which is called
-  /// <set>.take1, .take2, ... from now on. Nothing of either changes but the name.
+  /// <set>.take1, .take2, ... from now on, unless a killed capture has renamed that one already.
+  /// Nothing of either changes but the name.
   void replace(const std::string& set);
   [[nodiscard]] bool holds(const std::string& set) const;
   /// Makes what was added part of recording.json, so that others read it while the capture goes on;
@@ -65,6 +67,11 @@ class Journal {
 };
 
 /// Sets that a capture, which goes on or was killed, has stored and recording.json may lack.
-[[nodiscard]] std::vector<std::string> sets_in_journal(const std::filesystem::path& folder);
+[[nodiscard]] std::vector<FrameSet> sets_in_journal(const std::filesystem::path& folder);
+
+/// Whether no image of `set` is below `folder` any more, because one of `sets` is it by its last
+/// name: a capture was killed after recording.json was written, before the journal was removed.
+[[nodiscard]] bool is_renamed(const std::filesystem::path& folder, std::span<const FrameSet> sets,
+                              const FrameSet& set);
 
 }  // namespace drape::capture

@@ -176,7 +176,7 @@ TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
     {
       Journal journal(options_.folder, options_.recorded_on);
       Recorder recorder(cameras_, options_, journal);
-      recorder.add(set_of(), report_);
+      recorder.add(set_of(replaced ? 1 : 2), report_);
       static_cast<void>(recorder.finish());
       if (replaced) journal.replace("a");
       EXPECT_THAT(verify_recording(options_.folder, {}).in_journal, ElementsAre("a.new"));
@@ -190,6 +190,50 @@ TEST_F(Record, ARetakeThatWasNotPublishedIsAdoptedUnderItsName) {
                               : (std::vector<std::string>{"a.take1", "a.take2", "a"}));
     EXPECT_TRUE(verify_recording(options_.folder, {}).good());
   }
+}
+
+/// The journal of a whole retake, cut off anywhere: before a folder has its name, or after.
+TEST_F(Record, ARetakeThatIsKilledAnywhereEndsUnderItsName) {
+  store("a");
+  options_.retake = true;
+  const fs::path folder = options_.folder, journal_file = folder / "recording.journal";
+  const fs::path before = temporary_.path() / "before", after = temporary_.path() / "after";
+  const auto copy = [](const fs::path& from, const fs::path& to) {
+    fs::remove_all(to);
+    fs::copy(from, to, fs::copy_options::recursive);
+  };
+  std::size_t begin = 0;
+  {
+    Journal journal(folder, options_.recorded_on);
+    Recorder recorder(cameras_, options_, journal);
+    recorder.add(set_of(), report_);
+    static_cast<void>(recorder.finish());
+    begin = read_text(journal_file).size();
+    copy(folder, before);
+    journal.replace("a");
+    copy(folder, after);
+  }
+  const std::string lines = read_text(journal_file);
+  for (std::size_t end = begin; end <= lines.size(); end += 4) {
+    copy(before, folder);
+    write_durable(journal_file, lines.substr(0, end));
+    EXPECT_TRUE(Journal(folder, options_.recorded_on).gone().empty()) << end;
+    std::vector<std::string> names;
+    for (const FrameSet& set : read_recording(folder).sets) names.push_back(set.name);
+    EXPECT_THAT(names, ElementsAre("a.take1", "a")) << lines.substr(0, end);
+    const VerifyReport report = verify_recording(folder, {});
+    EXPECT_TRUE(report.good() && report.not_listed.empty()) << end;
+  }
+  // recording.json is written, and the journal still there.
+  copy(after, folder);
+  { const Journal journal(folder, options_.recorded_on); }
+  write_durable(journal_file, lines);
+  EXPECT_THAT(verify_recording(folder, {}).in_journal, testing::IsEmpty());
+  const Journal journal(folder, options_.recorded_on);
+  EXPECT_THAT(journal.gone(), testing::IsEmpty());
+  EXPECT_EQ(journal.adopted(), 0U);
+  EXPECT_EQ(journal.recording().sets.size(), 2U);
+  EXPECT_TRUE(verify_recording(folder, {}).good());
 }
 
 /// However a session ends after it.
