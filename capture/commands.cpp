@@ -79,7 +79,7 @@ LiveOptions live_options_of(const CaptureCommand& command) {
 }
 
 void add_inputs(const CaptureCommand& command, const CamerasFile& cameras, RunRecord& record) {
-  record.input(cameras.file.parent_path() / "rig.toml");
+  record.input(cameras.rig_file);
   record.input(cameras.file);
   if (command.calibration) record.input(*command.calibration);
   if (!cameras.reference) return;

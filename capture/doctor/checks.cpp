@@ -245,7 +245,8 @@ Check check_calibration(const std::optional<std::filesystem::path>& calibration,
 Check check_acceptance(const std::filesystem::path& rig,
                        const std::optional<std::filesystem::path>& calibration,
                        const std::string& today) {
-  const std::filesystem::path file = rig / "acceptance.json";
+  const std::filesystem::path folder = std::filesystem::is_directory(rig) ? rig : rig.parent_path();
+  const std::filesystem::path file = folder / "acceptance.json";
   Check check{"acceptance", true, "none is beside rig.toml: drape accept makes it", ""};
   if (!std::filesystem::exists(file)) return check;
   const JsonNode root = JsonNode::open(file, "acceptance", 1);

@@ -150,6 +150,8 @@ TEST(DoctorChecks, AnAcceptanceThatIsOutOfDateIsWarnedOf) {
   write(false, own);
   EXPECT_FALSE(look("2026-03-01").go);
   EXPECT_THAT(look("2026-03-01").found, HasSubstr("NO-GO, cam1 moved"));
+  EXPECT_FALSE(check_acceptance(folder.path() / "lab.toml", calibration, "2026-03-01").go)
+      << "a rig is given by its folder or its file";
 }
 
 }  // namespace

@@ -246,14 +246,24 @@ TEST_F(Programs, TheRunRecordHasTheEndingAndEveryInput) {
       run("drape-capture", path("replay") + " --set drape_B --out " + path("a"));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.output;
   EXPECT_EQ(read_text(temporary_.path() / "a/recording.ending.txt"), outcome.output);
-  std::vector<std::string> inputs;
-  for (const JsonNode& input :
-       JsonNode::open(temporary_.path() / "a/recording.run.json", "run", 1).items("inputs"))
-    inputs.push_back(input.text("file"));
-  EXPECT_THAT(inputs, testing::ElementsAre("../replay/rig.toml", "../replay/cameras.toml",
-                                           "../replay/one/drape_A/cam0.png",
-                                           "../replay/one/drape_A/cam1.png",
-                                           "../replay/one/drape_A/cam2.png"));
+  const auto inputs = [&](const std::string& recording) {
+    std::vector<std::string> files;
+    for (const JsonNode& input :
+         JsonNode::open(temporary_.path() / recording / "recording.run.json", "run", 1)
+             .items("inputs"))
+      files.push_back(input.text("file"));
+    return files;
+  };
+  EXPECT_THAT(inputs("a"), testing::ElementsAre("../replay/rig.toml", "../replay/cameras.toml",
+                                                "../replay/one/drape_A/cam0.png",
+                                                "../replay/one/drape_A/cam1.png",
+                                                "../replay/one/drape_A/cam2.png"));
+  // The file of a rig may have any name.
+  fs::rename(temporary_.path() / "replay/rig.toml", temporary_.path() / "replay/lab.toml");
+  const Outcome named =
+      run("drape-capture", path("replay/lab.toml") + " --set drape_B --out " + path("b"));
+  ASSERT_EQ(named.exit_code, 0) << named.output;
+  EXPECT_EQ(inputs("b").at(0), "../replay/lab.toml");
 }
 
 TEST_F(Programs, ASecondCaptureIntoOneRecordingIsRefused) {

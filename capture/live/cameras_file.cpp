@@ -126,6 +126,7 @@ TriggerSource trigger_of(SyncMethod method) {
 CamerasFile read_cameras_file(const std::filesystem::path& rig_path) {
   const Rig rig = read_rig(rig_path);
   CamerasFile result;
+  result.rig_file = rig.file;
   result.file = rig.file.parent_path() / "cameras.toml";
   if (!std::filesystem::exists(result.file))
     throw bad_input(

@@ -30,7 +30,7 @@ struct ReferenceSet {
 /// cameras.toml beside rig.toml: which device each camera of the rig is, how it is set, and how all
 /// are synchronised.
 struct CamerasFile {
-  std::filesystem::path file;
+  std::filesystem::path file, rig_file;
   std::vector<LiveCamera> cameras;  ///< in the order of rig.toml
   SyncMethod method = SyncMethod::free_run;
   std::vector<SyncMethod> fall_backs;  ///< tried in this order when a camera cannot do `method`
@@ -43,8 +43,8 @@ struct CamerasFile {
   std::optional<ReferenceSet> reference = {};  ///< tells whether a camera has moved
 };
 
-/// Reads cameras.toml of the rig in `rig_folder` and the names and sizes in its rig.toml. Throws
+/// Reads cameras.toml beside the rig (its folder or file), which has the names and sizes. Throws
 /// Error(bad_input) for a camera that is missing, named twice, or the same device as another.
-[[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_folder);
+[[nodiscard]] CamerasFile read_cameras_file(const std::filesystem::path& rig_path);
 
 }  // namespace drape::capture
