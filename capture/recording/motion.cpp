@@ -236,6 +236,21 @@ int BlockFollower::textured() const {
   return static_cast<int>(first_->blocks.size());
 }
 
+int BlockFollower::findable(const GreyView& from) const {
+  const MotionOptions& options = first_->options;
+  const Plane full = shrunk(from, 1);  // where fine texture looks least like noise
+  const int scale = options.shrink;
+  return static_cast<int>(std::count_if(
+      first_->blocks.begin(), first_->blocks.end(), [&](const First::Textured& textured) {
+        const auto& [block, n] = textured;
+        const double noise =
+            noise_variance(full, {scale * block.x0, scale * block.y0, scale * block.side}) /
+            (scale * scale);
+        return n.variance - noise >= options.least_correlation * n.variance &&
+               scale * std::sqrt(2 * noise / n.smallest()) <= options.largest_sd_px;
+      }));
+}
+
 bool BlockFollower::has_size_of(const GreyView& other) const {
   return first_->width_px == other.width_px && first_->height_px == other.height_px;
 }
@@ -248,14 +263,16 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   const double scale = options.shrink;
   MotionResult result;
   result.textured = textured();
-  std::vector<double> noises, lost;  // variances: what is left of the found, what the lost have
+  std::vector<double> noises, levels;  // of the found: variances left, mean greys
+  std::vector<const Normal*> lost;
   for (const auto& [block, normal] : first_->blocks) {
     const auto motion = follow(first_->plane, now, block, normal, options);
     if (!motion) {
-      lost.push_back(normal.variance);
+      lost.push_back(&normal);
       continue;
     }
     noises.push_back(motion->residual_variance);
+    levels.push_back(normal.mean);
     if (motion->sd_px * scale > options.largest_sd_px) continue;
     result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
                              scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
@@ -264,9 +281,12 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   }
   result.lost = static_cast<int>(lost.size());
   if (!noises.empty()) {
+    // The variance of shot noise grows with the grey level, in proportion at most.
     const double hidden = kHiddenByNoise * median(std::move(noises));
-    result.gone = static_cast<int>(
-        std::count_if(lost.begin(), lost.end(), [&](double v) { return v > hidden; }));
+    const double level = median(std::move(levels));
+    result.gone = static_cast<int>(std::count_if(lost.begin(), lost.end(), [&](const Normal* n) {
+      return n->variance > hidden * std::max(1.0, n->mean / level);
+    }));
   }
   return result;
 }
@@ -290,7 +310,9 @@ MotionOptions background_options(const GreyView& reference) {
 }  // namespace
 
 Background::Background(const GreyView& reference)
-    : options_(background_options(reference)), blocks_(reference, options_) {}
+    : options_(background_options(reference)),
+      blocks_(reference, options_),
+      findable_(blocks_.findable(reference)) {}
 
 std::optional<double> Background::shift_px(const GreyView& now) const {
   if (!blocks_.has_size_of(now)) return std::nullopt;

@@ -38,7 +38,9 @@ struct MotionResult {
   std::vector<BlockMotion> blocks;
   int textured = 0;  ///< blocks that have something to follow, above their noise
   int lost = 0;      ///< of these, blocks that are found nowhere near; others are too uncertain
-  int gone = 0;      ///< of the lost, those that noise as in the found ones cannot have hidden
+  /// Of the lost, those that noise as in the found ones, whose variance grows with the grey level,
+  /// cannot have hidden.
+  int gone = 0;
 
   /// Largest length of a block's motion, less three of its standard deviations; 0 without blocks.
   [[nodiscard]] double largest_px() const;
@@ -56,6 +58,9 @@ class BlockFollower {
   /// Throws Error(usage) when the pictures differ in size.
   [[nodiscard]] MotionResult motion_to(const GreyView& to) const;
   [[nodiscard]] int textured() const;
+  /// Of these, the blocks that noise as in the first picture, `from`, lets find again as well as
+  /// the options ask.
+  [[nodiscard]] int findable(const GreyView& from) const;
   [[nodiscard]] bool has_size_of(const GreyView& other) const;
 
  private:
@@ -74,8 +79,8 @@ class Background {
   /// then the camera moved out of reach, or the cloth covers what could be found again. Nothing
   /// of a picture of another size either.
   [[nodiscard]] std::optional<double> shift_px(const GreyView& now) const;
-  /// Whether the reference has enough texture to show a shift at all.
-  [[nodiscard]] bool is_textured() const { return blocks_.textured() >= kLeastBlocks; }
+  /// Whether the reference has enough texture above its noise to show a shift at all.
+  [[nodiscard]] bool is_textured() const { return findable_ >= kLeastBlocks; }
   /// Farthest shift that is followed.
   [[nodiscard]] double reach_px() const { return options_.shrink * options_.largest_px; }
 
@@ -85,6 +90,7 @@ class Background {
 
   MotionOptions options_;
   BlockFollower blocks_;
+  int findable_;
 };
 
 }  // namespace drape::capture

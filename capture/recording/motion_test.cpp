@@ -89,6 +89,71 @@ TEST(Motion, ACornerThatSwingsFarIsSeenAndNoiseIsNot) {
     }
 }
 
+/// A scene with noise of the read-out and of the light's photons, whose variance is in proportion
+/// to the grey level.
+cv::Mat taken(const cv::Mat& scene, int seed, double read_grey, double variance_per_grey) {
+  cv::Mat grey, sd, noise(scene.size(), CV_32F), result;
+  scene.convertTo(grey, CV_32F);
+  cv::sqrt(grey * variance_per_grey + read_grey * read_grey, sd);
+  cv::RNG random(static_cast<std::uint64_t>(seed));
+  random.fill(noise, cv::RNG::NORMAL, 0, 1);
+  cv::Mat(grey + noise.mul(sd)).convertTo(result, CV_8U);
+  return result;
+}
+
+/// Waves of `period_px` along both axes.
+cv::Mat waves(cv::Size size, double mean_grey, double amplitude_grey, double period_px) {
+  cv::Mat scene(size, CV_32F);
+  const double turn = 2 * CV_PI / period_px;
+  for (int y = 0; y < size.height; ++y)
+    for (int x = 0; x < size.width; ++x)
+      scene.at<float>(y, x) = static_cast<float>(
+          mean_grey + amplitude_grey * (std::sin(turn * x) + std::sin(turn * y)));
+  return scene;
+}
+
+/// A few bright blocks of faint weave on a dark bench: their noise is not that of the others.
+TEST(Motion, NoiseThatGrowsWithTheLightIsNoMotion) {
+  cv::Mat scene(480, 640, CV_32F), cells(80, 107, CV_8U);
+  cv::RNG random(5);
+  random.fill(cells, cv::RNG::UNIFORM, 0, 2);
+  for (int y = 0; y < scene.rows; ++y)
+    for (int x = 0; x < scene.cols; ++x)
+      scene.at<float>(y, x) = cells.at<std::uint8_t>(y / 6, x / 6) != 0 ? 35.0F : 15.0F;
+  waves({98, 98}, 200, 4.5, 8).copyTo(scene(cv::Rect(144, 144, 98, 98)));
+  const cv::Mat first = taken(scene, 1, 0.7, 0.05);
+  int lost = 0;
+  for (int seed = 2; seed < 10; ++seed) {
+    const MotionResult motion = motion_between(first, taken(scene, seed, 0.7, 0.05));
+    EXPECT_FALSE(motion.is_lost()) << motion.gone;
+    lost += motion.lost;
+  }
+  EXPECT_GT(lost, 0) << "or the weave is not faint";
+  const cv::Mat drape = frame("drape_A", 0), still = taken(drape, 1, 0.7, 0.05);
+  EXPECT_FALSE(motion_between(still, taken(drape, 2, 0.7, 0.05)).is_lost());
+  cv::Mat swung = drape.clone();
+  const cv::Rect corner(640, 800, 100, 100);
+  moved(drape, 30, 15, 0, 2, 0)(corner).copyTo(swung(corner));
+  EXPECT_TRUE(motion_between(still, taken(swung, 2, 0.7, 0.05)).is_lost());
+}
+
+/// A reference that noise hides is refused itself, and not every set that is compared with it.
+TEST(Motion, AReferenceIsAcceptedOnlyWhereItIsFoundAgain) {
+  int accepted = 0;
+  for (const double amplitude_grey : {0.1, 0.5, 0.7, 0.8, 0.9, 1.0, 1.5, 3.0}) {
+    const cv::Mat scene = waves({640, 480}, 120, amplitude_grey, 32);
+    const cv::Mat empty = taken(scene, 1, 2, 0);
+    const Background background(view(empty));
+    if (!background.is_textured()) continue;
+    ++accepted;
+    for (int seed = 2; seed < 6; ++seed) {
+      const cv::Mat now = taken(scene, seed, 2, 0);
+      EXPECT_TRUE(background.shift_px(view(now))) << amplitude_grey;
+    }
+  }
+  EXPECT_EQ(accepted, 2) << "amplitudes of 1.5 and 3";
+}
+
 TEST(Motion, ACameraThatMovedIsSeenByTheTableBehindTheCloth) {
   for (int camera = 0; camera < 3; ++camera) {
     const Background empty(view(frame("empty", camera)));

@@ -76,7 +76,7 @@ Background background_of(const Recording& reference, const CamerasFile& cameras,
                             rig.height_px.value_or(0)));
   Background background({{image.data, image.total()}, image.cols, image.rows});
   if (!background.is_textured())
-    throw unfit("the reference picture has no texture that tells whether the camera moved");
+    throw unfit("the reference picture has no texture above its noise that tells of a motion");
   return background;
 }
 
