@@ -75,12 +75,7 @@ bool unchanged(const fs::path& folder, const JsonNode& root, const std::string& 
 }  // namespace
 
 RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file)
-    : program_(std::move(program)),
-      arguments_(std::move(arguments)),
-      file_(std::move(file)),
-      started_(std::chrono::system_clock::now()) {
-  begin();
-}
+    : RunRecord(std::move(program), std::move(arguments), std::move(file), StepFiles{}) {}
 
 RunRecord::RunRecord(std::string program, std::vector<std::string> arguments, fs::path file,
                      const StepFiles& files)
@@ -113,8 +108,7 @@ void RunRecord::begin() {
 }
 
 void RunRecord::input(const fs::path& file) {
-  refuse_output(file);
-  inputs_.emplace_back(file, sha256_of_file(file));
+  input(file, sha256_of_file(file));
 }
 
 void RunRecord::input(const fs::path& file, std::string sha256) {

@@ -10,6 +10,7 @@
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
 #include "core/files/toml_file.hpp"
+#include "core/numbers/friction.hpp"
 #include "core/units.hpp"
 #include "front/check/check.hpp"
 #include "front/process.hpp"
@@ -21,8 +22,6 @@ namespace fs = std::filesystem;
 using units::mm;
 
 constexpr double kSigmas = 3;
-/// Cloth on wood, metal, plastic and skin slides between 0.1 and 1.0; coated cloth on rubber 1.5.
-constexpr double kLeastFriction = 0.1, kMostFriction = 1.5;
 /// On Earth's surface, poles to equator (WGS 84): 9.780 to 9.832 m/s2.
 constexpr double kLeastGravity = 9.76, kMostGravity = 9.85;
 
@@ -125,8 +124,8 @@ void check_scene(const Scene& scene, const Rig& rig, const Print* print, BenchCh
         "name the same file in rig.toml and in the scene");
   if (scene.friction > kMostFriction)
     add(check, scene.file, "friction",
-        fmt::format("a friction coefficient of {:g}; cloth on solids has 0.1 to {:g}",
-                    scene.friction, kMostFriction),
+        fmt::format("a friction coefficient of {:g}; cloth on solids has {:g} to {:g}",
+                    scene.friction, kLeastFriction, kMostFriction),
         fmt::format("is it {:.3g} (degrees), {:.3g} (per cent) or {:.3g}? Measure it on a tilting "
                     "plane: the tangent of the angle at which it slides",
                     std::tan(scene.friction * units::deg), scene.friction / 100,

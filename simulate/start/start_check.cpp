@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "core/numbers/friction.hpp"
 #include "core/units.hpp"
 #include "simulate/contact/piercing.hpp"
 #include "simulate/contact/self_distance.hpp"
@@ -100,11 +101,10 @@ void refuse_flat_start_inside(const Scene& scene, const GridSpec& grid,
 }
 
 void check_forces(const Scene& scene) {
-  constexpr double kMostFriction = 1.5;  // of cloth on solids, as `drape check` has it
   constexpr double kLeastGravity = 0.01, kMostGravity = 100;  // m/s2; closed forms have weak ones
   if (scene.friction > kMostFriction)
-    throw bad_input(fmt::format("a friction coefficient of {:g}; cloth on solids has 0.1 to {:g}",
-                                scene.friction, kMostFriction),
+    throw bad_input(fmt::format("a friction coefficient of {:g}; cloth on solids has {:g} to {:g}",
+                                scene.friction, kLeastFriction, kMostFriction),
                     {.file = scene.file.string(), .field = "friction"},
                     fmt::format("is it {:.3g} degrees, or {:.3g} %? Then give {:.3g}, or {:.3g}",
                                 scene.friction, scene.friction,
