@@ -324,10 +324,17 @@ std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& came
   const QualityLimits limits;
   for (std::size_t c = 0; c < cameras.cameras.size(); ++c) {
     const LiveCameraReport& report = live.report.cameras[c];
-    if (report.clock)
-      checks.push_back({"clock of " + report.name, report.clock->bound_s < cameras.largest_spread_s,
-                        fmt::format("offset known to {:.3f} ms", 1e3 * report.clock->bound_s),
-                        "take load off this machine and its network"});
+    if (report.clock) {
+      const double bound_s = report.clock->offset_bound_s();
+      const bool only_drift = report.clock->bound_s < cameras.largest_spread_s;
+      checks.push_back(
+          {"clock of " + report.name, bound_s < cameras.largest_spread_s,
+           fmt::format("offset known to {:.3f} ms", 1e3 * bound_s),
+           only_drift
+               ? "lower frame_rate_hz, or raise largest_spread_ms: the drift of a clock is not "
+                 "known within a second"
+               : "take load off this machine and its network"});
+    }
     if (!whole) continue;
     const LiveFrame& frame = live.frames[live.pairing.sets[0].frames[c]];
     const FrameQuality q = quality_of(frame.pixels, frame.width_px);

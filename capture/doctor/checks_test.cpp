@@ -77,6 +77,23 @@ TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
   EXPECT_THAT(check.to_type, HasSubstr("drape calib"));
 }
 
+TEST(DoctorChecks, AClockIsKnownNoBetterThanItsDriftLets) {
+  CamerasFile cameras;
+  cameras.cameras.emplace_back().name = "cam0";
+  cameras.largest_spread_s = 3e-4;
+  LiveResult live;
+  LiveCameraReport& camera = live.report.cameras.emplace_back();
+  camera.name = "cam0";
+  camera.clock = ClockFit{.bound_s = 1e-4, .drift_bound_s = 0, .drift_estimated = true};
+  const auto look = [&] { return check_capture(live, cameras, 3).at(1); };
+  EXPECT_EQ(look().name, "clock of cam0");
+  EXPECT_TRUE(look().go);
+  camera.clock = ClockFit{.bound_s = 1e-4, .drift_bound_s = 5e-4};
+  EXPECT_FALSE(look().go);
+  EXPECT_THAT(look().found, HasSubstr("0.600 ms"));
+  EXPECT_THAT(look().to_type, HasSubstr("the drift of a clock"));
+}
+
 /// Two webcams of 1280 x 720 px on one bus of 480 Mbit/s, as the kernel lists them.
 TEST(DoctorChecks, CamerasOfOneUsbBusMustFitIt) {
   const test::TemporaryFolder sys;

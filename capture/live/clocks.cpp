@@ -56,7 +56,9 @@ std::vector<LiveFault> ptp_faults(const std::vector<LiveCameraReport>& cameras) 
     }
     const std::int64_t at_ns = first->clock->reference_host_ns;
     const double apart = offset_s(*camera.clock, at_ns) - offset_s(*first->clock, at_ns);
-    if (std::abs(apart) <= kLargest_s + camera.clock->bound_s + first->clock->bound_s) continue;
+    if (std::abs(apart) <=
+        kLargest_s + camera.clock->offset_bound_s() + first->clock->offset_bound_s())
+      continue;
     faults.push_back(
         {camera.name,
          fmt::format("it says that PTP holds its clock, which is {:.3f} s from that of `{}`", apart,

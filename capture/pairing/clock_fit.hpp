@@ -22,7 +22,7 @@ struct ClockFit {
   std::int64_t reference_host_ns = 0;
   double drift_ppm = 0;   ///< how much faster the host counts, in parts per million
   double residual_s = 0;  ///< root of the weighted mean square of the fit, seconds
-  double bound_s = 0;     ///< half the shortest round trip: the offset's error is below it
+  double bound_s = 0;     ///< half the shortest round trip, which bounds one reading's error
   /// Added to that within `least_span_s` of the samples: what an unknown drift up to `largest_ppm`
   /// makes of it, assumed to be the most of a camera's oscillator; 0 once the drift is estimated.
   double drift_bound_s = 0;
@@ -30,6 +30,8 @@ struct ClockFit {
   std::size_t samples = 0;
   bool drift_estimated = false;  ///< false: too short a span, drift taken as 0
 
+  /// The offset's error is below it, whether the drift is known or not.
+  [[nodiscard]] double offset_bound_s() const { return bound_s + drift_bound_s; }
   /// Seconds on the host's clock since `host_epoch_ns`.
   [[nodiscard]] double host_time_s(std::int64_t device_ns, std::int64_t host_epoch_ns) const;
 };

@@ -21,7 +21,7 @@ Json json_of(const std::optional<ClockFit>& clock) {
   Json json;
   json["drift_ppm"] = clock->drift_estimated ? Json(clock->drift_ppm) : Json();
   json["residual_us"] = 1e6 * clock->residual_s;
-  json["offset_bound_us"] = 1e6 * (clock->bound_s + clock->drift_bound_s);
+  json["offset_bound_us"] = 1e6 * clock->offset_bound_s();
   json["samples"] = clock->samples;
   return json;
 }
