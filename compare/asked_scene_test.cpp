@@ -110,7 +110,7 @@ class Scenes : public testing::Test {
   [[nodiscard]] fs::path scene(const std::string& name, const std::string& more = {},
                                const std::string& size = "[128.0, 128.0, 128.0]",
                                const std::string& friction = "0.4") const {
-    const fs::path file = folder_.path() / (name + ".toml");
+    fs::path file = folder_.path() / (name + ".toml");
     write_durable(file,
                   fmt::format("schema = \"drapebench/scene/1\"\nname = \"A\"\nset = \"drape_A\"\n"
                               "fabric = \"a.toml\"\nprint = \"p.toml\"\ntable_z_mm = -6.0\n"

@@ -55,7 +55,7 @@ void refuse_overwriting(const CLI::App& app) {
     if (!out->check_lname("out") || !std::filesystem::is_regular_file(file, absent)) continue;
     for (const auto& [other, word] : given)
       if (other != out && std::filesystem::equivalent(file, word, absent))
-        throw usage_error("--out " + file + " would be written over " + word + ", which is read",
+        throw usage_error("--out would be written over what is read: " + word,
                           "give another file with --out");
   }
 }

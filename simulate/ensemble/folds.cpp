@@ -82,9 +82,10 @@ std::vector<StartChange> folded_starts(const StaticCase& the_case) {
   for (const auto& [left, right] : {std::pair(true, false), {false, true}, {true, true}}) {
     for (const int halves : {0, 1, -1}) {
       if (left && right && halves == 0) continue;  // it balances on its pins and ends higher
-      starts.emplace_back([line, left, right, halves](const GridSpec& grid, Field& position) {
-        fold(line, left, right, halves, grid, position);
-      });
+      starts.emplace_back(
+          [line, l = left, r = right, halves](const GridSpec& grid, Field& position) {
+            fold(line, l, r, halves, grid, position);
+          });
     }
   }
   return starts;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/piece/outline.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -97,7 +98,8 @@ TEST_F(Outlines, WhatIsNotSeenAsItIsDrawnIsRefused) {
                             ".a{fill:red} .b { visibility : hidden }", "@import url(other.css);"})
     for (const char* place : {"<style>", "<defs><style type='text/css'>"}) {
       const std::string close = place[1] == 'd' ? "</style></defs>" : "</style>";
-      EXPECT_THAT(refusal(place + std::string(sheet) + close + piece), HasSubstr("`style`"));
+      EXPECT_THAT(refusal(fmt::format("{}{}{}{}", place, sheet, close, piece)),
+                  HasSubstr("`style`"));
     }
   EXPECT_THROW((void)read("<?xml version='1.0'?><?xml-stylesheet href='a.css'?><svg width='9mm' "
                           "height='9mm'>" +
