@@ -80,13 +80,14 @@ void HostileBench::forge_records() const {
         file["sha256"] = sha256_of_file(path);
     }
   };
-  for (const auto& entry : fs::recursive_directory_iterator(lab() / "out")) {
-    if (!entry.path().string().ends_with(".run.json")) continue;
+  for (const auto& entry : fs::recursive_directory_iterator(finished_run() / "out")) {
+    const fs::path record = lab() / entry.path().lexically_relative(finished_run());
+    if (!record.string().ends_with(".run.json") || !fs::is_regular_file(record)) continue;
     try {
-      Json record = parse_json(read_text(entry.path()));
-      for (const char* list : {"inputs", "outputs"})
-        forge(record.at(list), entry.path().parent_path());
-      write_durable(entry.path(), record.dump(1));
+      Json json = parse_json(read_text(record));
+      const std::string before = json.dump();
+      for (const char* list : {"inputs", "outputs"}) forge(json.at(list), record.parent_path());
+      if (json.dump() != before) write_durable(record, json.dump(1));
     } catch (const std::exception&) {
       continue;  // A record that is itself spoiled stays as the test made it.
     }

@@ -37,7 +37,8 @@ class HostileBench {
   /// Changes a JSON file of lab().
   void edit(const std::string& file, const std::function<void(Json&)>& change) const;
 
-  /// Makes every run record true of the files as they are now: who plants a file forges its record.
+  /// Makes the records of the finished run true of the files as they are now: who plants a file
+  /// forges its record.
   void forge_records() const;
 
   /// Runs `drape` with these arguments in lab(), for at most 10 s of processor time.
