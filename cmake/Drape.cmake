@@ -17,6 +17,11 @@ option(DRAPE_JOIN_SOURCES "Compile the sources of a target joined" ON)
 set(CMAKE_UNITY_BUILD ${DRAPE_JOIN_SOURCES})
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 0)
 
+# Joined, a library is one object file, which a program takes whole: the linker leaves out what it does not use,
+# a quarter of the programs of a compute node.
+add_compile_options($<$<CONFIG:Release>:-ffunction-sections> $<$<CONFIG:Release>:-fdata-sections>)
+add_link_options($<$<CONFIG:Release>:-Wl,--gc-sections>)
+
 # A header that its own source file includes first is compiled alone there already (the test
 # Sources.ASourceIncludesItsOwnHeaderFirst); the others are compiled alone by a target of their own.
 function(drape_verify_headers target)
