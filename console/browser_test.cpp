@@ -41,7 +41,7 @@ class Page : public testing::TestWithParam<OpenBrowser> {
     if (GetParam() == open_firefox && trial_count(0, 1) == 0)
       GTEST_SKIP() << "the second browser needs DRAPE_LONG_TESTS=1";
     browser_ = GetParam()();
-    if (!browser_) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
+    if (!browser_) GTEST_SKIP() << "missing: the browser (chromium or firefox)";
   }
 
   static void page(Browser& browser, const std::string& key, const std::string& name) {

@@ -159,7 +159,7 @@ TEST_F(Current, APlateThatIsLeftOutHasNoPartInTheNextSheet) {
 
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {
   const auto browser = open_chromium();
-  if (!browser) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
+  if (!browser) GTEST_SKIP() << "missing: the browser (chromium)";
   const RunningBench server(bench_.rig(), out());
   browser->open(server.address());
   browser->wait_for("[...document.images].length === 3 && document.images[0].naturalWidth > 300");

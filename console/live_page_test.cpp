@@ -32,7 +32,7 @@ TEST_P(LivePage, ShowsTheCamerasAndTakesByOneKey) {
   begin("software_trigger");
   const RunningBench server(bench.rig(), out(), 0, false);
   const std::unique_ptr<Browser> opened = GetParam()();
-  if (!opened) GTEST_SKIP() << "the browser is absent, so the page is not looked at";
+  if (!opened) GTEST_SKIP() << "missing: the browser (chromium or firefox)";
   Browser& browser = *opened;
   browser.open(server.address());
   for (int c = 0; c < kCameras; ++c) browser.wait_for(pictures_of(c) + " >= 3");
