@@ -36,27 +36,36 @@ void check_date(const char* option, const std::string& date) {
                     "give year-month-day, e.g. 2026-03-01");
 }
 
-/// Throws where `value` is none of the answers of `query`.
+/// Throws where `value` is no `name` of the query `names`; all of them are read for the error only.
 void check_known(const StoreReader& store, const std::string& option, const std::string& value,
-                 const char* query) {
-  if (value.empty()) return;
-  std::string names;
-  for (const auto& row : store.query(query).rows) {
-    if (row[0] == value) return;
-    if (!row[0].empty()) names += (names.empty() ? "" : ", ") + row[0];
-  }
+                 const char* names) {
+  if (value.empty() ||
+      !store.query(fmt::format("SELECT 1 FROM ({}) WHERE name = ? LIMIT 1", names), {value})
+           .rows.empty())
+    return;
+  std::string known;
+  for (const auto& row :
+       store.query(fmt::format("SELECT DISTINCT name FROM ({}) ORDER BY 1", names)).rows)
+    if (!row[0].empty()) known += (known.empty() ? "" : ", ") + row[0];
   throw usage_error(fmt::format("nothing in the store has {} `{}`", option, value),
-                    "there is: " + (names.empty() ? "none" : names));
+                    "there is: " + (known.empty() ? "none" : known));
 }
 
 constexpr const char* kScenes =
-    "SELECT scene FROM simulation UNION SELECT scene FROM run_drape UNION SELECT scene FROM "
-    "surface_comparison ORDER BY 1";
+    "SELECT scene AS name FROM simulation UNION ALL SELECT scene FROM run_drape UNION ALL SELECT "
+    "scene FROM surface_comparison";
 constexpr const char* kFabrics =
-    "SELECT coalesce(f.name, s.fabric_stated) FROM simulation AS s LEFT JOIN fabric AS f ON "
-    "f.sha256 = s.fabric_sha256 UNION SELECT fabric_stated FROM surface_comparison ORDER BY 1";
+    "SELECT coalesce(f.name, s.fabric_stated) AS name FROM simulation AS s LEFT JOIN fabric AS f "
+    "ON f.sha256 = s.fabric_sha256 UNION ALL SELECT fabric_stated FROM surface_comparison";
+constexpr const char* kGrids = "SELECT grid_rows || 'x' || grid_cols AS name FROM simulation";
+constexpr const char* kSegments = "SELECT CAST(segments AS TEXT) AS name FROM simulation";
+constexpr const char* kRigs = "SELECT name FROM rig";
+constexpr const char* kModels = "SELECT model AS name FROM simulation";
 constexpr const char* kSimulators =
-    "SELECT simulator FROM simulation UNION SELECT simulator FROM surface_comparison ORDER BY 1";
+    "SELECT simulator AS name FROM simulation UNION ALL SELECT simulator FROM surface_comparison";
+constexpr const char* kSpecimens =
+    "SELECT scene AS name FROM v_comparison UNION ALL SELECT scene || '/' || fabric FROM "
+    "v_comparison";
 
 /// With a parameter for each of since and until; either may be the beginning of a date.
 std::string between_dates(const std::string& column, const ResultFilter& filter,
@@ -98,12 +107,11 @@ void check_filter(const StoreReader& store, const ResultFilter& filter) {
   check_date("--until", filter.until);
   check_known(store, "scene", filter.scene, kScenes);
   check_known(store, "fabric", filter.fabric, kFabrics);
-  check_known(store, "grid", grid_text(filter.grid),
-              "SELECT DISTINCT grid_rows || 'x' || grid_cols FROM simulation ORDER BY grid_rows");
+  check_known(store, "grid", grid_text(filter.grid), kGrids);
   check_known(store, "segments", filter.segments ? std::to_string(*filter.segments) : "",
-              "SELECT DISTINCT segments FROM simulation ORDER BY 1");
-  check_known(store, "rig", filter.rig, "SELECT name FROM rig ORDER BY 1");
-  check_known(store, "model", filter.model, "SELECT DISTINCT model FROM simulation ORDER BY 1");
+              kSegments);
+  check_known(store, "rig", filter.rig, kRigs);
+  check_known(store, "model", filter.model, kModels);
   check_known(store, "simulator", filter.simulator, kSimulators);
   if (filter.run) require_run(store, *filter.run);
   if (filter.calibration.empty()) return;
@@ -123,9 +131,7 @@ void check_filter(const StoreReader& store, const ResultFilter& filter) {
 }
 
 void check_specimen(const StoreReader& store, const std::string& specimen) {
-  check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen,
-              "SELECT scene FROM v_comparison UNION SELECT scene || '/' || fabric FROM "
-              "v_comparison ORDER BY 1");
+  check_known(store, "the specimen SCENE or SCENE/FABRIC", specimen, kSpecimens);
 }
 
 Selection selection_of(const StoreReader& store, const ResultFilter& filter) {

@@ -109,9 +109,29 @@ constexpr const char* kRunTables[] = {
 ) STRICT, WITHOUT ROWID)sql",
 };
 
+// The last run of the same photographs, by `moments`: v_run_moment or a copy of it.
+constexpr const char* kPicturesLast =
+    R"sql(SELECT d.pictures_sha256 AS pictures_sha256, o.run AS run, max(o.moment) AS moment
+FROM run_drape AS d JOIN {moments} AS o ON o.run = d.run
+WHERE d.pictures_sha256 IS NOT NULL GROUP BY d.pictures_sha256)sql";
+
+// The last run of what a run measured: of its photographs, or of its recording.
+constexpr const char* kRunLast =
+    R"sql(SELECT x.run AS run, x.last_run AS last_run, max(x.moment) AS moment FROM (
+  SELECT d.run AS run, p.run AS last_run, p.moment AS moment FROM run_drape AS d
+    JOIN {pictures_last} AS p ON p.pictures_sha256 = d.pictures_sha256
+  UNION ALL SELECT r.number, y.run, y.moment FROM run AS r JOIN (
+    SELECT q.recording_sha256 AS recording_sha256, o.run AS run, max(o.moment) AS moment
+    FROM run AS q JOIN {moments} AS o ON o.run = q.number
+    WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
+    ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql";
+
 // What the last run says is looked up in a table of runs, all else by an index: of few comparisons
-// only these are judged.
-constexpr const char* kState = R"sql(SELECT {subject}, d.run AS run, o.date AS date,
+// only these are judged. SQLite would make a view again at each of its places.
+constexpr const char* kState = R"sql(WITH moments AS MATERIALIZED (SELECT * FROM v_run_moment),
+  pictures_last AS MATERIALIZED ({pictures_last}),
+  run_last AS MATERIALIZED ({run_last})
+SELECT {subject}, d.run AS run, o.date AS date,
   r.label AS label, r.operator AS operator, r.calibration_name AS calibration,
   d.measurement AS measurement, d.cause AS cause, d.match AS match,
   d.match_reason AS match_reason, d.expanded_uncertainty_mm AS expanded_uncertainty_mm,
@@ -123,12 +143,12 @@ constexpr const char* kState = R"sql(SELECT {subject}, d.run AS run, o.date AS d
       AND (k.scene = d.scene OR k.pictures_sha256 = d.pictures_sha256)) THEN 'removed'
     WHEN d.run IS NOT NULL THEN 'current' END AS state
 FROM {table} AS c
-  LEFT JOIN v_run_moment AS o ON o.moment = (SELECT max(q.moment) FROM {runs} AS k
-    JOIN v_run_moment AS q ON q.run = k.run WHERE k.{key}{window})
+  LEFT JOIN moments AS o ON o.moment = (SELECT max(q.moment) FROM {runs} AS k
+    JOIN moments AS q ON q.run = k.run WHERE k.{key}{window})
   LEFT JOIN run_drape AS d ON d.run = o.run AND d.measured_sha256 = c.{measured}
   LEFT JOIN run AS r ON r.number = d.run
-  LEFT JOIN v_pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
-  LEFT JOIN v_run_last AS n ON n.run = d.run)sql";
+  LEFT JOIN pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
+  LEFT JOIN run_last AS n ON n.run = d.run)sql";
 
 constexpr const char* kViews[] = {
     R"sql(CREATE INDEX run_match_by_drape ON run_match (run_sha256, measured_sha256,
@@ -145,19 +165,6 @@ UNION ALL SELECT r.number, a.date,
   a.date || substr('00000000000' || coalesce(l.sequence, 0), -12) || ' ' || r.number
 FROM run_repetition AS a JOIN run AS r ON r.sha256 = a.run_sha256
   LEFT JOIN ledger AS l ON l.kind = 'run_repetition' AND l.key = a.sha256)sql",
-    R"sql(CREATE VIEW v_pictures_last AS
-SELECT d.pictures_sha256 AS pictures_sha256, o.run AS run, max(o.moment) AS moment
-FROM run_drape AS d JOIN v_run_moment AS o ON o.run = d.run
-WHERE d.pictures_sha256 IS NOT NULL GROUP BY d.pictures_sha256)sql",
-    R"sql(CREATE VIEW v_run_last AS
-SELECT x.run AS run, x.last_run AS last_run, max(x.moment) AS moment FROM (
-  SELECT d.run AS run, p.run AS last_run, p.moment AS moment FROM run_drape AS d
-    JOIN v_pictures_last AS p ON p.pictures_sha256 = d.pictures_sha256
-  UNION ALL SELECT r.number, y.run, y.moment FROM run AS r JOIN (
-    SELECT q.recording_sha256 AS recording_sha256, o.run AS run, max(o.moment) AS moment
-    FROM run AS q JOIN v_run_moment AS o ON o.run = q.number
-    WHERE q.recording_sha256 IS NOT NULL GROUP BY q.recording_sha256) AS y
-    ON y.recording_sha256 = r.recording_sha256) AS x GROUP BY x.run)sql",
     R"sql(CREATE INDEX run_value_by_key ON run_value (key, run))sql",
     R"sql(CREATE VIEW v_outdated AS
 SELECT comparison_id, state, run FROM v_state WHERE state <> 'current')sql",
@@ -192,6 +199,25 @@ FROM run AS r CROSS JOIN run_drape AS d ON d.run = r.number
   LEFT JOIN fabric AS f ON f.sha256 = s.fabric_sha256)sql",
 };
 
+std::string pictures_last(const std::string& moments) {
+  return fmt::format(fmt::runtime(kPicturesLast), fmt::arg("moments", moments));
+}
+
+std::string run_last(const std::string& moments, const std::string& pictures) {
+  return fmt::format(fmt::runtime(kRunLast), fmt::arg("moments", moments),
+                     fmt::arg("pictures_last", pictures));
+}
+
+std::string state_of(const std::string& table, const std::string& subject, const std::string& runs,
+                     const std::string& key, const std::string& measured,
+                     const std::string& window) {
+  return fmt::format(fmt::runtime(kState), fmt::arg("subject", subject), fmt::arg("table", table),
+                     fmt::arg("runs", runs), fmt::arg("key", key), fmt::arg("window", window),
+                     fmt::arg("measured", measured),
+                     fmt::arg("pictures_last", pictures_last("moments")),
+                     fmt::arg("run_last", run_last("moments", "pictures_last")));
+}
+
 }  // namespace
 
 std::vector<std::string> run_table_statements() {
@@ -200,22 +226,20 @@ std::vector<std::string> run_table_statements() {
 
 std::vector<std::string> run_view_statements() {
   std::vector<std::string> statements = {std::begin(kViews), std::end(kViews)};
+  statements.push_back("CREATE VIEW v_pictures_last AS\n" + pictures_last("v_run_moment"));
+  statements.push_back("CREATE VIEW v_run_last AS\n" + run_last("v_run_moment", "v_pictures_last"));
   statements.push_back("CREATE VIEW v_state AS\n" + state_query() + "\nWHERE d.run IS NOT NULL");
   return statements;
 }
 
 std::string state_query(const std::string& window) {
-  return fmt::format(fmt::runtime(kState), fmt::arg("subject", "c.id AS comparison_id"),
-                     fmt::arg("table", "comparison"), fmt::arg("runs", "run_comparison"),
-                     fmt::arg("key", "comparison_id = c.id"), fmt::arg("window", window),
-                     fmt::arg("measured", "measured_sha256"));
+  return state_of("comparison", "c.id AS comparison_id", "run_comparison", "comparison_id = c.id",
+                  "measured_sha256", window);
 }
 
 std::string sheet_state_query() {
-  return fmt::format(fmt::runtime(kState), fmt::arg("subject", "c.sha256 AS sheet_sha256"),
-                     fmt::arg("table", "sheet"), fmt::arg("runs", "run_drape"),
-                     fmt::arg("key", "measured_sha256 = c.sha256"), fmt::arg("window", ""),
-                     fmt::arg("measured", "sha256"));
+  return state_of("sheet", "c.sha256 AS sheet_sha256", "run_drape", "measured_sha256 = c.sha256",
+                  "sha256", "");
 }
 
 }  // namespace drape::compare

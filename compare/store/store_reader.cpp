@@ -167,7 +167,6 @@ struct StoreReader::Connection {
         copy(file),
         database(copy.of(file), SQLite::OPEN_READWRITE | SQLite::OPEN_NOMUTEX, kBusyTimeout_ms) {
     sqlite3_limit(database.getHandle(), SQLITE_LIMIT_LENGTH, kMostValue);
-    // Keys are hashes, so a question about many rows comes back to the same pages in any order.
     database.exec("PRAGMA query_only = ON");
     if (database.execAndGet("PRAGMA application_id").getInt() != kApplicationId) {
       throw bad_input("this SQLite file is not a drapebench results store", {.file = file.string()},
