@@ -50,10 +50,9 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
   if (root.has("stand_ins")) stand_ins = root.texts("stand_ins");
   for (const auto& [key, value] : root.values()) {
     if (key == "schema") continue;
-    const std::string first = key.substr(0, key.find('.'));
     const bool stand_in =
         std::any_of(stand_ins.begin(), stand_ins.end(),
-                    [&](const std::string& what) { return what.find(first) == 0; });
+                    [&](const std::string& what) { return stands_in_for(what, key); });
     std::string text = value;
     // A curve's name stays when its points change; their hash shows it.
     if (const fs::path curve = root.beside(value);
@@ -61,6 +60,9 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
       text += " " + sha256_of_file(curve).substr(0, 12);
     values.push_back({owner, key, text, stand_in});
   }
+  for (const std::string& what : stand_ins)
+    if (what.find("hysteresis") != std::string::npos)
+      values.push_back({owner, what, "as in the curves", true});
 }
 
 /// Of the photographs of one set: equal when the same pictures were measured.
@@ -190,6 +192,16 @@ void insert_match(Writer& writer, const std::string& run, const DrapeInput& inpu
 std::string repetition_key(const std::string& run_sha256, const std::string& date, int before) {
   return sha256_of(std::string_view(
       fmt::format("drapebench/run-repetition/1\n{}\n{}\n{}\n", run_sha256, date, before)));
+}
+
+bool stands_in_for(const std::string& what, const std::string& key) {
+  const auto says = [&](const char* word) { return what.find(word) != std::string::npos; };
+  if (what == "all") return true;
+  if (says("hysteresis")) return false;
+  const bool bias = says("bias") || says("at 45") || says("twist");
+  if (key.find(".bias") != std::string::npos) return bias;
+  if (key.starts_with("areal_density")) return says("areal density") || says("areal_density");
+  return !bias && what.starts_with(key.substr(0, key.find('.')));
 }
 
 std::string date_of_run() {

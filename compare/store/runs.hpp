@@ -19,7 +19,12 @@ struct RunValue {
   bool stand_in = false;  ///< the file says that nobody measured it
 };
 
+/// Does an entry of `stand_ins` speak of the value at this key of its file? The hysteresis of a
+/// curve is not the curve, and the bending stiffness at 45 degrees is not the bending curves.
+[[nodiscard]] bool stands_in_for(const std::string& what, const std::string& key);
+
 /// Every value of the scenes and fabrics of a session, of its calibration and simulations, ordered.
+/// Hysteresis that is a stand-in has a row of its own, for it has no key in the file.
 [[nodiscard]] std::vector<RunValue> values_of(const Session& session, const Outcome& outcome);
 
 /// Adds the run as one row with its drapes, comparisons and values, in one transaction: it is there

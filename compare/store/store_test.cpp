@@ -15,6 +15,7 @@
 #include "compare/history/results.hpp"
 #include "compare/store/inputs.hpp"
 #include "compare/store/outcome.hpp"
+#include "compare/store/runs.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -343,6 +344,22 @@ TEST(Store, AWarningIsStoredThoughTheSheetsAreAndTheNextImportKeepsIt) {
   EXPECT_EQ(one("SELECT count(DISTINCT sha256) FROM run"), "3");
   EXPECT_EQ(one("SELECT last_run FROM v_run_last WHERE run = 1"), "2") << "stored last";
   EXPECT_TRUE(check_ledger(StoreReader(file)).findings.empty());
+}
+
+TEST(Store, AStandInMarksWhatItSpeaksOfAndNothingElse) {
+  const std::string bias = "bending.bias_stiffness_gf_cm2_per_cm";
+  EXPECT_FALSE(stands_in_for("bending hysteresis", "bending.warp"));
+  EXPECT_FALSE(stands_in_for("bending hysteresis", bias));
+  EXPECT_FALSE(stands_in_for("bending curves", bias));
+  EXPECT_FALSE(stands_in_for("bias bending stiffness", "bending.warp"));
+  EXPECT_FALSE(stands_in_for("shear curves", "tensile.warp"));
+  EXPECT_TRUE(stands_in_for("bias bending stiffness", bias));
+  EXPECT_TRUE(stands_in_for("bending at 45 degrees", bias));
+  EXPECT_TRUE(stands_in_for("bending curves", "bending.weft"));
+  EXPECT_TRUE(stands_in_for("tensile curves: EMT 3 %, LT 0.7, RT 60 %", "tensile.warp"));
+  EXPECT_TRUE(stands_in_for("areal density", "areal_density_g_per_m2"));
+  EXPECT_TRUE(stands_in_for("all", "shear.weft"));
+  EXPECT_TRUE(stands_in_for("friction", "friction"));
 }
 
 }  // namespace
