@@ -60,9 +60,10 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
       text += " " + sha256_of_file(curve).substr(0, 12);
     values.push_back({owner, key, text, stand_in});
   }
-  for (const std::string& what : stand_ins)
+  // A list may name one thing twice; a run has one row of each.
+  for (const std::string& what : std::set<std::string>(stand_ins.begin(), stand_ins.end()))
     if (what.find("hysteresis") != std::string::npos)
-      values.push_back({owner, what, "as in the curves", true});
+      values.push_back({owner, "stand_ins: " + what, "as in the curves", true});
 }
 
 /// Of the photographs of one set: equal when the same pictures were measured.
@@ -196,7 +197,7 @@ std::string repetition_key(const std::string& run_sha256, const std::string& dat
 
 bool stands_in_for(const std::string& what, const std::string& key) {
   const auto says = [&](const char* word) { return what.find(word) != std::string::npos; };
-  if (what == "all") return true;
+  if (what == "all") return key != "name";
   if (says("hysteresis")) return false;
   const bool bias = says("bias") || says("at 45") || says("twist");
   if (key.find(".bias") != std::string::npos) return bias;

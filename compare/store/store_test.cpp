@@ -353,6 +353,7 @@ TEST(Store, AStandInMarksWhatItSpeaksOfAndNothingElse) {
   EXPECT_FALSE(stands_in_for("bending curves", bias));
   EXPECT_FALSE(stands_in_for("bias bending stiffness", "bending.warp"));
   EXPECT_FALSE(stands_in_for("shear curves", "tensile.warp"));
+  EXPECT_FALSE(stands_in_for("all", "name"));
   EXPECT_TRUE(stands_in_for("bias bending stiffness", bias));
   EXPECT_TRUE(stands_in_for("bending at 45 degrees", bias));
   EXPECT_TRUE(stands_in_for("bending curves", "bending.weft"));
