@@ -55,10 +55,12 @@ int run_command(int argc, char** argv) {
   app.add_option("--store", options.store, "results store (default: <out>/results.sqlite)");
   app.add_option("--label", options.label, "name of this run in the store, e.g. \"after washing\"");
   app.add_flag("--uncertainty", options.uncertainty,
-               "also drape sensitivity for every drape: the total uncertainty is then complete");
-  app.add_flag("--single", options.single,
-               "no ensemble and no refinement: each drape from the scene's own start only, on the "
-               "rig's own grids");
+               "with --single: drape sensitivity for every drape, without which the total "
+               "uncertainty lacks scene and fabric values");
+  app.add_flag(
+      "--single", options.single,
+      "no ensemble, refinement and sensitivity: each drape from the scene's own start only, "
+      "on the rig's own grids");
   app.add_flag("!--no-refine", options.refine,
                "leave out drape refine, which carries the finest drape over to finer grids and "
                "states what the grid leaves");
@@ -137,7 +139,8 @@ int new_command(int argc, char** argv) {
   app.add_option("--size-px", options.size_px, "image size of the cameras")->capture_default_str();
   app.add_option("--drape", options.drapes,
                  "NAME=sphere:DIAMETER_MM, NAME=box:EDGE_MM or NAME=hung:DISTANCE_MM")
-      ->required();
+      ->required()
+      ->one_per_flag();
   app.add_option("--stages-mm", options.stage_z_mm, "heights of the target")
       ->delimiter(',')
       ->default_str("0,30,60,90");

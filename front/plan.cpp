@@ -136,7 +136,7 @@ Plan make_plan(const RunOptions& options) {
   groups.push_back(simulate_group(bench));
   if (bench.refines()) groups.push_back(refine_group(bench));
   if (!options.single) groups.push_back(ensemble_group(bench));
-  if (options.uncertainty) groups.push_back(sensitivity_group(bench));
+  if (options.uncertainty || !options.single) groups.push_back(sensitivity_group(bench));
   return {bench.out,
           bench.store,
           report,

@@ -25,7 +25,8 @@ void add_options(Command& app, ProgramOptions& o) {
   app.add_option("--sets", o.synth.sets, "frame sets a,b,c (default: all the rig names)")
       ->delimiter(',');
   app.add_option("--sheet", o.sheets,
-                 "SET=sheet.json: shape of the cloth in a set (default: folds)");
+                 "SET=sheet.json: shape of the cloth in a set (default: folds)")
+      ->one_per_flag();
   app.add_option("--slope-deg", o.synth.folds_slope_deg, "steepest slope of the folds")
       ->capture_default_str();
   app.add_option("--wavelength-mm", o.synth.folds_wavelength_mm, "of the folds")

@@ -31,8 +31,9 @@ std::string views_text(const std::vector<int>& marks_by_views) {
   std::string text;
   for (std::size_t views = 0; views < marks_by_views.size(); ++views) {
     if (marks_by_views[views] == 0) continue;
-    text += fmt::format("{}{} marks from {} views", text.empty() ? "" : ", ", marks_by_views[views],
-                        views);
+    text +=
+        fmt::format("{}{} mark{} from {} view{}", text.empty() ? "" : ", ", marks_by_views[views],
+                    marks_by_views[views] == 1 ? "" : "s", views, views == 1 ? "" : "s");
   }
   return text.empty() ? "none" : text;
 }
@@ -54,32 +55,38 @@ std::string budget_text(const ErrorBudget& budget) {
       budget.dot_shape_m / mm);
 }
 
-/// A line for each reason, with all its marks.
+/// The marks that are worst off, the worst first, and how many there are besides.
+std::string worst_of(std::vector<std::pair<double, MarkId>> marks, const std::string& unit) {
+  constexpr std::size_t kNamed = 5;
+  std::stable_sort(marks.begin(), marks.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kNamed, marks.size()); ++i)
+    text += fmt::format("{} {} at ({}, {})", i == 0 ? "" : ",",
+                        fmt::format(fmt::runtime(unit), marks[i].first), marks[i].second.row,
+                        marks[i].second.col);
+  if (marks.size() > kNamed) text += fmt::format(" and {} more", marks.size() - kNamed);
+  return text;
+}
+
+/// A line for each reason.
 void add_doubts(Ending& ending, const std::vector<Doubt>& doubts,
                 const TriangulateOptions& options) {
-  std::string uncertain, apart;
-  int many_uncertain = 0, many_apart = 0;
+  std::vector<std::pair<double, MarkId>> uncertain, apart;
   for (const Doubt& doubt : doubts) {
-    const auto [row, col] = doubt.mark;
-    if (doubt.sigma_mm) {
-      uncertain += fmt::format(" ({}, {}) {:.3f} mm", row, col, *doubt.sigma_mm);
-      ++many_uncertain;
-    }
-    if (doubt.sigmas) {
-      apart += fmt::format(" ({}, {}) {:.1f}", row, col, *doubt.sigmas);
-      ++many_apart;
-    }
+    if (doubt.sigma_mm) uncertain.emplace_back(*doubt.sigma_mm, doubt.mark);
+    if (doubt.sigmas) apart.emplace_back(*doubt.sigmas, doubt.mark);
   }
-  if (many_uncertain > 0) {
-    ending.warnings.push_back(
-        fmt::format("doubtful, but measured: {} marks less certain than {:g} mm in space:{}",
-                    many_uncertain, options.doubt_mm, uncertain));
-  }
-  if (many_apart > 0) {
+  if (!uncertain.empty()) {
     ending.warnings.push_back(fmt::format(
-        "doubtful, but measured: {} marks whose views miss each other by more than {:g} "
-        "sigma:{}",
-        many_apart, options.doubt_sigmas, apart));
+        "doubtful, but measured: {} mark{} less certain than {:g} mm in space:{}", uncertain.size(),
+        uncertain.size() == 1 ? "" : "s", options.doubt_mm, worst_of(uncertain, "{:.3f} mm")));
+  }
+  if (!apart.empty()) {
+    ending.warnings.push_back(fmt::format(
+        "doubtful, but measured: {} mark{} whose views miss each other by more than {:g} sigma:{}",
+        apart.size(), apart.size() == 1 ? "" : "s", options.doubt_sigmas,
+        worst_of(apart, "{:.1f} sigma")));
   }
 }
 
@@ -101,9 +108,9 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
   const TriangulateReport& report = result.report;
   Ending ending;
   ending.go = report.no_go.empty();
-  ending.verdict = ending.go
-                       ? fmt::format("{} marks measured, {} gaps", report.measured, report.gaps)
-                       : report.no_go.front();
+  ending.verdict = ending.go ? fmt::format("{} marks measured, {} gap{}", report.measured,
+                                           report.gaps, report.gaps == 1 ? "" : "s")
+                             : report.no_go.front();
   for (std::size_t i = 1; i < report.no_go.size(); ++i)
     ending.warnings.push_back("NO-GO also because " + report.no_go[i]);
   ending.numbers = {
@@ -130,7 +137,7 @@ Ending ending_of(const TriangulateResult& result, const TriangulateOptions& opti
                                report.merged_islands, report.islands, report.merged_dots));
   }
   for (const auto& [kind, count] : gaps_by_kind(result.sheet))
-    ending.rejected.push_back(fmt::format("{} marks: {}", count, kind));
+    ending.rejected.push_back(fmt::format("{} mark{}: {}", count, count == 1 ? "" : "s", kind));
   add_doubts(ending, report.doubts, options);
   for (const std::string& view : report.dropped_views) ending.rejected.push_back(view);
   for (const std::string& fate : report.island_fates) ending.rejected.push_back(fate);

@@ -55,7 +55,8 @@ int main(int argc, char** argv) {
   app.add_option("--scene", scene_file,
                  "scene.toml: NO-GO where the marks contradict its objects, table or fabric");
   app.add_option("--object", object_files,
-                 "object.json of a plate of tags (drape object): NO-GO where it contradicts");
+                 "object.json of a plate of tags (drape object): NO-GO where it contradicts")
+      ->one_per_flag();
   app.add_option("--repeat", repeat.name,
                  "name of this laying of the drape, kept in the sheet; needs --scene");
   app.add_option("--face", repeat.face, "side of the cloth that lies up; with --repeat");

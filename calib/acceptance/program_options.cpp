@@ -20,10 +20,10 @@ void add_acceptance_options(Command& app, AcceptanceArguments& arguments) {
   app.add_option("--bow-mm", arguments.bow_mm,
                  "how far the plate's edges stand above its middle along x and y, as `drape calib` "
                  "found it (default: flat)")
-      ->expected(2);
+      ->expected(2, 2);
   app.add_option("--bow-sd-mm", arguments.bow_sd_mm,
                  "standard uncertainty of that bow along x and y (default: exact)")
-      ->expected(2);
+      ->expected(2, 2);
   app.add_option("--repeats", arguments.repeats, "sets of the target at rest, for the noise floor")
       ->delimiter(',');
   app.add_option("--sphere", arguments.sphere,

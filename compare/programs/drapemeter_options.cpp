@@ -101,7 +101,7 @@ void add_options(Command& app, DrapemeterArguments& arguments) {
   app.add_option("--mm-per-px", arguments.mm_per_px, "scale of the pictures")->positive();
   app.add_option("--ruler", arguments.ruler,
                  "scale by a ruler: X1 Y1 X2 Y2 of two points in px, and its length in mm")
-      ->expected(5);
+      ->expected(5, 5);
   app.add_option("--disc-picture", arguments.disc_picture,
                  "scale by a picture of the bare disc from the same place (a small tilt is taken "
                  "out)");

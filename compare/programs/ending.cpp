@@ -39,6 +39,10 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
   Ending ending;
   ending.go = outcome.go();
   ending.verdict = outcome.sentence();
+  if (ending.go && !outcome.reports.empty())
+    ending.numbers.emplace_back("what GO means",
+                                "the numbers can be relied on; whether the simulation agrees with "
+                                "the cloth is the match");
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     for (auto& [name, value] : key_numbers(session.drapes[i].input, outcome.reports[i]))
       ending.numbers.emplace_back(outcome.reports[i].name + ", " + name, value);

@@ -79,6 +79,16 @@ TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
   EXPECT_EQ(compare("--sensitivity " + split), 3) << output_;
 }
 
+TEST_F(Program, SheetsThatFollowAFileOfAFlagAreComparedToo) {
+  const std::string split = path("A/sensitivity/sensitivity.json");
+  write_json(split, {{"schema", "drapebench/sensitivity/1"}});
+  std::string arguments = "--json";
+  for (const fs::path& file : files_)
+    arguments += " --sensitivity " + split + " --warning odd " + file.string();
+  ASSERT_EQ(run("drape-compare", arguments), 0) << output_;
+  EXPECT_EQ(parse_json(output_)["drapes"][0]["real_vs_virtual"].size(), 4U);
+}
+
 TEST_F(Program, WarningsOfTheStagesAreSaidAndStored) {
   ASSERT_EQ(compare("--warning='detect (drape A): cam1 is dim'"), 0) << output_;
   EXPECT_THAT(output_, HasSubstr("  warning: detect (drape A): cam1 is dim"));

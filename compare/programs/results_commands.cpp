@@ -304,7 +304,7 @@ void add_judging(Command& app, ResultsArguments& arguments) {
       ->required();
   why->add_option("--mark", arguments.mark, "ROW,COL: the number of one mark")
       ->delimiter(',')
-      ->expected(2);
+      ->expected(2, 2);
   why->add_option("--camera", arguments.why.camera,
                   "of a calibration: the residual of this camera");
   Command* verify = app.add_subcommand("verify",

@@ -92,8 +92,9 @@ std::vector<std::pair<std::string, std::string>> key_numbers(const DrapeInput& i
                     input.simulations[headline.simulation].label()));
   }
   numbers.emplace_back("match", name_of(report.match.match) + ": " + report.match.reason);
+  // Of one real drape the line above says all of them.
   for (const MatchBasis& basis : report.match.bases)
-    if (report.match.bases.size() > 1)
+    if (report.among_repeats)
       numbers.emplace_back("match by " + basis.what,
                            name_of(basis.verdict) + ": " + basis.reason +
                                (basis.p ? fmt::format(", p {:.3f}", *basis.p) : std::string()));

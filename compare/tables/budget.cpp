@@ -237,15 +237,16 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
                        const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
   if (!split || !input.scene) {
     inputs.missing.emplace_back(
-        "place and size of the objects, friction and fabric values: run drape sensitivity beside "
-        "the sheet");
+        "place and size of the objects, friction and fabric values, which drape run --uncertainty "
+        "adds");
     return;
   }
   std::vector<Index> rows;
   for (const MarkError& mark : headline_of(report).marks.marks) {
     const auto at = std::find(split->marks_at.begin(), split->marks_at.end(), mark.mark);
     if (at == split->marks_at.end()) {
-      inputs.missing.emplace_back("scene and fabric values: run drape sensitivity again");
+      inputs.missing.emplace_back(
+          "scene and fabric values, which drape run --uncertainty finds again");
       return;
     }
     rows.push_back(at - split->marks_at.begin());
@@ -325,14 +326,14 @@ Table budget_table(const Budget& budget) {
 }
 
 std::string budget_sentence(const Budget& budget) {
-  std::string text = fmt::format("U = {:.3f} mm (95 %)", budget.expanded_m / mm);
+  std::string text = fmt::format("U = {:.3f} mm (95 %){}", budget.expanded_m / mm,
+                                 budget.missing.empty() ? "" : " at least");
   std::string largest;
   for (std::size_t i = 0; i < std::min<std::size_t>(3, budget.lines.size()); ++i)
     largest += fmt::format("{}{} {:.3f} mm", i == 0 ? "" : ", ", budget.lines[i].what,
                            budget.lines[i].u_m / mm);
   if (!largest.empty()) text += "; largest: " + largest;
-  if (!budget.missing.empty())
-    text += fmt::format("; at least, because it lacks {}", budget.missing.front());
+  if (!budget.missing.empty()) text += "; it lacks " + budget.missing.front();
   return text;
 }
 

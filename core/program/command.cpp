@@ -91,8 +91,8 @@ Option* Option::expected(int least, int most) {
   return this;
 }
 
-Option* Option::expected(int count) {
-  option_of(option_).expected(count);
+Option* Option::one_per_flag() {
+  option_of(option_).allow_extra_args(false);
   return this;
 }
 

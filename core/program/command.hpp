@@ -20,7 +20,7 @@ class Option {
   Option* default_str(const std::string& text);
   Option* delimiter(char separator);
   Option* expected(int least, int most);
-  Option* expected(int count);
+  Option* one_per_flag();  ///< of a list: each flag takes one word, not all that follow it
   Option* excludes(const Option* other);
   Option* range(double least, double most);
   Option* positive();

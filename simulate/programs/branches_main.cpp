@@ -65,8 +65,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     ending.rejected.push_back(fmt::format("start{} {}: {}", one.starts.size() == 1 ? "" : "s",
                                           fmt::join(one.starts, ", "), one.why));
   ending.go = !result.sheets.empty();
-  ending.verdict =
-      fmt::format("{} equilibria from {} starts", result.sheets.size(), args.branches.starts);
+  ending.verdict = fmt::format("{} equilibri{} from {} starts", result.sheets.size(),
+                               result.sheets.size() == 1 ? "um" : "a", args.branches.starts);
   ending.next_command = fmt::format(
       "drape-compare MEASURED.ply {}/branch-*/sheet.ply "
       "--store results.sqlite --report report.html",

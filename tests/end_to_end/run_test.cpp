@@ -189,7 +189,7 @@ void photograph_again(const SmallBench& bench, const std::string& set, int seed)
 }
 
 TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
-  const SmallBench bench({"C"});
+  const SmallBench bench({"C", "E"});
   std::string tables;
   for (int i = 2; i <= 4; ++i) {
     const std::string set = "drape_C_" + std::to_string(i);
@@ -200,8 +200,9 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
   bench.replace("rig.toml", "[calibration]", tables + "[calibration]");
   const Outcome first = bench.run("out");
   ASSERT_LE(first.exit_code, 1) << first.text;
-  EXPECT_THAT(first.text, HasSubstr("12 made, 0 up to date"));
+  EXPECT_THAT(first.text, HasSubstr("15 made, 0 up to date"));
   EXPECT_THAT(first.text, HasSubstr("of the 3 real drapes"));
+  EXPECT_THAT(first.text, HasSubstr("E, mean distance"));
   EXPECT_THAT(first.text, HasSubstr("its upper face is `back`"));
   const fs::path out = bench.folder() / "out";
   const auto sheet = drape::parse_json(drape::read_text(out / "C/repeats/4/sheet.json"));
@@ -214,13 +215,13 @@ TEST(EndToEnd, AMatchRestsOnTheRepeatsThatTheRigNames) {
   const std::string store = " --store " + (out / "results.sqlite").string();
   EXPECT_THAT(drape::test::run_line(results + " runs" + store).text, HasSubstr("by 3 repeats"));
   EXPECT_EQ(drape::test::run_line(results + " verify" + store).exit_code, 0);
-  EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 12 up to date"));
+  EXPECT_THAT(bench.run("out").text, HasSubstr("0 made, 15 up to date"));
   // One laying less: nothing but the comparison is made again.
   bench.replace("rig.toml",
                 "[[repeat]]\nscene = \"C\"\nset = \"drape_C_4\"\nrepeat = "
                 "\"4\"\nface = \"back\"\n",
                 "");
-  EXPECT_THAT(bench.run("out").text, HasSubstr("1 made, 9 up to date"));
+  EXPECT_THAT(bench.run("out").text, HasSubstr("1 made, 12 up to date"));
 }
 
 TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
@@ -230,7 +231,8 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
       "cd " + bench.folder().string() + " && exec " + drape + " run rig --out out";
   const Outcome first = drape::test::run_line(line);
   ASSERT_LE(first.exit_code, 1) << first.text;
-  EXPECT_THAT(first.text, HasSubstr("8 made, 0 up to date"));
+  EXPECT_THAT(first.text, HasSubstr("9 made, 0 up to date"));
+  EXPECT_THAT(first.text, testing::Not(HasSubstr("drape run --uncertainty")));
   const fs::path out = bench.folder() / "out";
   const drape::Json list = drape::parse_json(drape::read_text(out / "C/ensemble/branches.json"));
   ASSERT_GE(list["members_at_rest"].get<int>(), 20);
@@ -252,7 +254,7 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
       drape::test::run_line(drape::test::program("drape-results").string() + " verify --store " +
                             (out / "results.sqlite").string());
   EXPECT_EQ(verified.exit_code, 0) << verified.text;
-  EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 8 up to date"));
+  EXPECT_THAT(drape::test::run_line(line).text, HasSubstr("0 made, 9 up to date"));
   const Outcome single = bench.run("out");
   EXPECT_THAT(single.text, HasSubstr("1 made, 5 up to date"));
   EXPECT_THAT(drape::read_text(out / "report.html"), Not(HasSubstr("The ensemble:")));
