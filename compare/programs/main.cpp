@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-
 #include "compare/history/acceptance.hpp"
 #include "compare/history/copies.hpp"
 #include "compare/history/seal.hpp"
@@ -8,6 +6,7 @@
 #include "compare/programs/ending.hpp"
 #include "compare/report/report.hpp"
 #include "compare/store/runs.hpp"
+#include "core/error.hpp"
 #include "core/program/command.hpp"
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
@@ -16,6 +15,20 @@ using namespace drape;
 using namespace drape::compare;
 
 namespace {
+
+/// One that was left out counts too: made again, it is used.
+void record_sensitivity(const std::filesystem::path& file, const Session& session,
+                        RunRecord& record) {
+  for (const auto& [read, sha256] : session.read)
+    if (read == file) return;
+  record.input(file);
+  for (const DrapeFiles& drape : session.drapes)
+    if (equivalent(absolute(file).parent_path().parent_path(),
+                   absolute(drape.input.measured.file).parent_path()))
+      return;
+  throw bad_input("no sheet of this sensitivity.json's drape is given", {.file = file.string()},
+                  "give the measured sheet.ply that it lies beside, or leave it out");
+}
 
 int run(CompareArguments& arguments, const CommonOptions& common,
         const std::vector<std::string>& command) {
@@ -28,11 +41,7 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   progress.update(0, "reading sheets");
   const Session session = read_session(arguments.sheets, arguments.calibration, arguments.repeats);
   for (const auto& [file, sha256] : session.read) record.input(file, sha256);
-  // One that was left out counts too: made again, it is used.
-  for (const auto& file : arguments.sensitivities)
-    if (std::none_of(session.read.begin(), session.read.end(),
-                     [&](const auto& one) { return one.first == file; }))
-      record.input(file);
+  for (const auto& file : arguments.sensitivities) record_sensitivity(file, session, record);
   Outcome outcome;
   outcome.warnings = arguments.warnings;
   outcome.warnings.insert(outcome.warnings.end(), session.warnings.begin(), session.warnings.end());

@@ -75,7 +75,11 @@ TEST_F(Program, ASplitThatIsLeftOutIsNamedByTheRecordSoThatAnotherIsCompared) {
     EXPECT_THAT(read_text(path("report.run.json")), HasSubstr(sha256_of_file(split)));
     write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
   }
-  fs::remove(split);
+  const std::string others = path("B/sensitivity/sensitivity.json");
+  fs::create_directories(path("B/sensitivity"));
+  fs::rename(split, others);
+  EXPECT_EQ(compare("--sensitivity " + others), 3) << output_;
+  EXPECT_THAT(output_, HasSubstr("no sheet of this sensitivity.json's drape is given"));
   EXPECT_EQ(compare("--sensitivity " + split), 3) << output_;
 }
 

@@ -62,7 +62,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   record.input(fs::path(args.reference).replace_extension(".json"));
   if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
   args.options.rows = args.options.cols = args.grid;
-  args.options.solver = "static";
+  args.options.solver = "fall";
   args.options.threads = thread_count(common);
   if (args.fit == "drape") args.options.reach = find_reach(scene, fabric, print, start);
   const auto split = split_error(scene, fabric, print, start, reference, args.options, args.split);
