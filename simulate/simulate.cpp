@@ -63,6 +63,14 @@ Sheet sheet_of(const GridSpec& grid, const Field& position) {
   return sheet;
 }
 
+/// The model's name with what else of it is not the default.
+std::string model_text(const SimulateOptions& options) {
+  std::string text = options.model;
+  if (options.internal_friction) text += ", internal friction";
+  if (options.model == "consistent" && !options.reach) text += ", whole curves";
+  return text;
+}
+
 SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const SimulateOptions& options,
                           const SimulateReport& report) {
   return {.scene = scene.name,
@@ -71,7 +79,7 @@ SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const Simula
           .fabric_sha256 = fabric_sha256(fabric),
           .start_sha256 = std::nullopt,
           .segments = options.segments,
-          .model = options.model,
+          .model = model_text(options),
           .solver = options.solver,
           .status = report.sentence};
 }

@@ -161,8 +161,14 @@ void Sealing::add(const std::vector<fs::path>& starts) {
   const fs::path folder = folder_of(store_);
   for (const auto& [file, stated] : files_behind(book, starts)) {
     if (fs::exists(store_) && fs::exists(file) && fs::equivalent(file, store_)) continue;
-    if (const auto sha256 = book.sha256(file))
-      files_[fs::proximate(file, folder).generic_string()] = *sha256;
+    const auto sha256 = book.sha256(file);
+    if (!sha256) continue;
+    std::string& sealed = files_[fs::proximate(file, folder).generic_string()];
+    // What was altered since a step read or made it is not sealed as it is now.
+    if (stated.empty() || stated.contains(*sha256))
+      sealed = *sha256;
+    else if (!stated.contains(sealed))
+      sealed = *stated.begin();
   }
 }
 

@@ -112,6 +112,7 @@ std::optional<RepeatId> read_repeat(const fs::path& json) {
 }
 
 SheetFile read_sheet_file(const fs::path& file, Session& session) {
+  require_as_recorded(file);
   fs::path json = file, ply = file;
   json.replace_extension(".json");
   ply.replace_extension(".ply");
@@ -187,7 +188,6 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
   simulation.sheet = std::move(sheet);
   const fs::path folder = simulation.sheet.file.parent_path();
-  require_as_recorded(simulation.sheet.file);
   if (const fs::path file = folder / "certificate.json"; fs::is_regular_file(file)) {
     simulation.certificate = read_certificate(file);
     session.read.emplace_back(file, simulation.certificate->sha256);

@@ -91,24 +91,35 @@ void walk(const fs::path& folder, int depth, Found& found) {  // NOLINT(misc-no-
   for (const fs::path& below : folders_of(folder)) walk(below, depth + 1, found);
 }
 
-Found found_in(const std::vector<fs::path>& given) {
+/// Files in their order, and with them what stands alone in folders that follow a file: it may be
+/// of the group that the file opened.
+Found found_in(const std::vector<fs::path>& given, std::vector<fs::path>& files) {
   Found found;
-  for (const fs::path& path : given)
-    if (fs::is_directory(path)) walk(path, 0, found);
+  for (const fs::path& path : given) {
+    if (!fs::is_directory(path)) {
+      files.push_back(path);
+      continue;
+    }
+    const auto before = static_cast<std::ptrdiff_t>(found.alone.size());
+    walk(path, 0, found);
+    if (files.empty()) continue;
+    files.insert(files.end(), found.alone.begin() + before, found.alone.end());
+    found.alone.erase(found.alone.begin() + before, found.alone.end());
+  }
   return found;
 }
 
 }  // namespace
 
 std::vector<fs::path> sheets_in(const std::vector<fs::path>& given) {
-  const Found found = found_in(given);
+  std::vector<fs::path> files;
+  const Found found = found_in(given, files);
   if (!found.gone.empty())
     throw bad_input(fmt::format("the sheet of a run is gone, of {} in all", found.gone.size()),
                     {.file = found.gone.front().string()},
                     "run it again, or remove the folder to leave it out");
   std::vector<fs::path> sheets = found.alone;
-  for (const fs::path& path : given)
-    if (!fs::is_directory(path)) sheets.push_back(path);
+  sheets.insert(sheets.end(), files.begin(), files.end());
   sheets.insert(sheets.end(), found.measured.begin(), found.measured.end());
   if (sheets.empty())
     throw usage_error("there is no sheet to import", "name sheets, or a folder with sheets below");
@@ -116,7 +127,8 @@ std::vector<fs::path> sheets_in(const std::vector<fs::path>& given) {
 }
 
 std::vector<fs::path> repeats_in(const std::vector<fs::path>& given) {
-  return found_in(given).repeats;
+  std::vector<fs::path> files;
+  return found_in(given, files).repeats;
 }
 
 fs::path calibration_in(const std::vector<fs::path>& given) {
