@@ -346,16 +346,16 @@ RealSurface compare_to_surface(const Sheet& measured, const TriangleMesh& mesh) 
 
 Report compare_drape(const DrapeInput& input, const Options& options) {
   options.check();
-  if (input.measured.sheet.marks.empty()) {
-    throw bad_input("the measured sheet has no mark", {.file = input.measured.file.string()},
-                    "see its gaps for the reasons");
-  }
   check_group(input.simulations);
   require_one_drape(input);
   for (const Simulation& simulation : input.simulations) check_patch(input, simulation);
   Report report;
   report.name = input.name();
   report.measurement = measurement_of(input.measured.sheet);
+  if (input.measured.sheet.marks.empty()) {
+    report.no_go = {input.measured.sheet.no_go.value_or("the measured sheet has no mark")};
+    return report;
+  }
   const std::vector<Surface> surfaces = surfaces_of(input.simulations);
   for (const std::size_t i : paper_order(input)) {
     if (!input.simulations[i].branch)

@@ -65,7 +65,8 @@ int run_command(int argc, char** argv) {
                "leave out drape refine, which carries the finest drape over to finer grids and "
                "states what the grid leaves");
   app.add_option("--finest", options.finest,
-                 "particles per side that drape refine goes up to (default: its own, 61)");
+                 "particles per side that drape refine goes up to (default: its own, 61)")
+      ->range(5, 401);
   app.add_flag("--internal-friction", options.internal_friction,
                "simulate with both branches of the bending and shear loops");
   app.add_option("--operator", options.operator_name, "who ran it, for the store");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/run_record.hpp"
@@ -122,6 +123,12 @@ fs::path one_name(const fs::path& path) {
 Plan make_plan(const RunOptions& options) {
   Bench bench;
   bench.options = options;
+  if (options.finest && !bench.refines())
+    throw usage_error("--finest is given, but nothing is refined",
+                      "leave out --single, --no-refine and --internal-friction, or --finest");
+  if (options.uncertainty && options.internal_friction)
+    throw usage_error("--uncertainty speaks of a cloth without internal friction",
+                      "leave out one of both");
   bench.rig = read_rig(one_name(options.rig));
   bench.recording = one_name(options.recording.empty() ? bench.rig.recording : options.recording);
   bench.out = one_name(options.out.empty() ? fs::path("out") / bench.rig.name : options.out);
@@ -136,7 +143,8 @@ Plan make_plan(const RunOptions& options) {
   groups.push_back(simulate_group(bench));
   if (bench.refines()) groups.push_back(refine_group(bench));
   if (!options.single) groups.push_back(ensemble_group(bench));
-  if (options.uncertainty || !options.single) groups.push_back(sensitivity_group(bench));
+  if ((options.uncertainty || !options.single) && !options.internal_friction)
+    groups.push_back(sensitivity_group(bench));
   return {bench.out,
           bench.store,
           report,

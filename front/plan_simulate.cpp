@@ -152,8 +152,10 @@ Group sensitivity_group(const Bench& bench) {
   constexpr int kGrid = 21;
   Group group{"sensitivity", {}, bench.options.threads};
   const int chosen = headline_segments(bench.rig);
-  const int grid =
-      std::min(kGrid, *std::max_element(bench.rig.grids.begin(), bench.rig.grids.end()));
+  // One of the rig's own, so that U speaks of a drape that is compared.
+  int grid = *std::min_element(bench.rig.grids.begin(), bench.rig.grids.end());
+  for (const int one : bench.rig.grids)
+    if (one <= kGrid) grid = std::max(grid, one);
   for (const Drape& drape : bench.drapes) {
     const fs::path folder = drape.folder / "sensitivity";
     group.steps.push_back(

@@ -244,6 +244,9 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
     json["verdict"] = go ? "GO" : "NO-GO";
     json["cause"] = go ? Json() : Json(cause);
     json["warnings"] = warnings_of(endings.back().text);
+    json["rejected"] = Json::array();
+    for (const auto& [drape, why] : failed)
+      json["rejected"].push_back(fmt::format("drape {}: {}", drape, why));
     json["steps"] = Json::array();
     for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
     json["report"] = plan.report.string();
@@ -301,6 +304,9 @@ int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common
     print_ending(ending, common);
     if (ending.exit_code <= 1) {
       kept.push_back(ending);
+      if (ending.exit_code == 1 && is_extra(ending.step))
+        lacking.push_back(fmt::format("{} ({}): NO-GO: {}", ending.step.stage, ending.step.what,
+                                      ending.sentence));
       continue;
     }
     if (is_extra(ending.step)) {
@@ -309,9 +315,18 @@ int sort_out(const std::vector<StepEnding>& endings, const CommonOptions& common
       continue;
     }
     if (!is_out(failed, ending.step.drape) || ending.step.stage == "simulate")
-      failed.emplace_back(ending.step.drape, ending.step.what + ": " + ending.sentence);
+      failed.emplace_back(ending.step.drape, ending.step.what == "drape " + ending.step.drape
+                                                 ? ending.sentence
+                                                 : ending.step.what + ": " + ending.sentence);
   }
   return 0;
+}
+
+/// Nothing comes of this run, and the report of an earlier one would say otherwise.
+int given_up(const Plan& plan, int exit_code) {
+  std::error_code absent;
+  fs::remove(plan.report, absent);
+  return exit_code;
 }
 
 int interrupted(int signal) {
@@ -337,7 +352,8 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   for (const Group& group : plan.groups) {
     const std::vector<StepEnding> endings = run_group(group, failed, common);
     if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
-    if (const int code = sort_out(endings, common, failed, kept, lacking)) return code;
+    if (const int code = sort_out(endings, common, failed, kept, lacking))
+      return given_up(plan, code);
     // Where every drape failed there is nothing to compare; its own error is the run's.
     const bool any = std::any_of(endings.begin(), endings.end(), [](const StepEnding& one) {
       return one.exit_code <= 1 && !one.step.drape.empty();
@@ -347,7 +363,7 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
     // Not every drape has a plate of tags: the others go on.
     if (group.stage == "object" && !all_are_out(plan, failed)) continue;
     if (any || first == endings.end() || is_extra(first->step)) continue;
-    if (no_go_of(kept).empty()) return first->exit_code;
+    if (no_go_of(kept).empty()) return given_up(plan, first->exit_code);
     stopped = true;
     break;
   }
@@ -360,11 +376,16 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   for (const auto& warnings : {stage_warnings(kept), lacking})
     for (const std::string& warning : warnings)
       compare.steps.front().arguments.push_back("--warning=" + warning);
+  for (const auto& [drape, why] : failed)
+    compare.steps.front().arguments.push_back(fmt::format("--no-go=drape {}: {}", drape, why));
+  // A step made again has another record, which the store's seal has to hold.
+  if (std::any_of(kept.begin(), kept.end(), [](const StepEnding& one) { return one.made; }))
+    remove_durable(compare.steps.front().record);
   const std::vector<StepEnding> endings = run_group(compare, {}, common);
   if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
   if (endings.front().exit_code > 1)
     return stopped ? end_early(plan, kept, endings.front().sentence, common)
-                   : endings.front().exit_code;
+                   : given_up(plan, endings.front().exit_code);
   print_ending(endings.front(), common);
   kept.push_back(endings.front());
   return conclude(plan, kept, failed, common);

@@ -63,14 +63,6 @@ Sheet sheet_of(const GridSpec& grid, const Field& position) {
   return sheet;
 }
 
-/// The model's name with what else of it is not the default.
-std::string model_text(const SimulateOptions& options) {
-  std::string text = options.model;
-  if (options.internal_friction) text += ", internal friction";
-  if (options.model == "consistent" && !options.reach) text += ", whole curves";
-  return text;
-}
-
 SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const SimulateOptions& options,
                           const SimulateReport& report) {
   return {.scene = scene.name,
@@ -85,6 +77,13 @@ SimulatedSource source_of(const Scene& scene, const Fabric& fabric, const Simula
 }
 
 }  // namespace
+
+std::string model_text(const SimulateOptions& options) {
+  std::string text = options.model;
+  if (options.internal_friction) text += ", internal friction";
+  if (options.model == "consistent" && !options.reach) text += ", whole curves";
+  return text;
+}
 
 void SimulateOptions::check() const {
   const auto require = [](bool good, const char* what, const char* to_do) {

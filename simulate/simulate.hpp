@@ -53,6 +53,9 @@ struct SimulateOptions {
   void check() const;
 };
 
+/// The model's name with what else of it is not the default, as sheets state it.
+[[nodiscard]] std::string model_text(const SimulateOptions& options);
+
 /// Drapes the fabric over the scene's objects (paper section 4). `measured` places the start and
 /// the pins. Throws Error for wrong input; a cloth that does not come to rest is a status.
 [[nodiscard]] SimulateResult simulate(const Scene& scene, const Fabric& fabric, const Print& print,

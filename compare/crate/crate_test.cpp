@@ -121,6 +121,10 @@ TEST_F(CrateOf, WhatTheUncertaintyRestsOnIsInTheCrate) {
                  fabric = folder_.path() / "fabric.toml";
   write_durable(fabric, "fabric");
   write_json(split, {{"schema", "drapebench/sensitivity/1"},
+                     {"rows", 11},
+                     {"cols", 11},
+                     {"segments", 1},
+                     {"model", "consistent"},
                      {"marks", 0},
                      {"mean_distance_mm", 1.5},
                      {"sensitivities", nullptr}});

@@ -158,6 +158,17 @@ TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {
   EXPECT_THROW((void)sheets_in({folder.path() / "nothing"}), Error);
 }
 
+TEST(SheetFolders, AFolderThatFollowsAFileStaysInItsGroup) {
+  const drape::test::TemporaryFolder folder;
+  const auto sheets = test::write_example(folder.path() / "A");
+  const fs::path simulations = folder.path() / "A" / "simulations";
+  EXPECT_EQ(sheets_in({sheets[0], simulations}), sheets);
+  const std::vector<fs::path> mixed = {sheets[0], sheets[3], sheets[1]};
+  EXPECT_EQ(sheets_in({sheets[0], sheets[3], sheets[1].parent_path()}), mixed);
+  const std::vector<fs::path> apart = {sheets[1], sheets[0]};
+  EXPECT_EQ(sheets_in({sheets[1].parent_path(), sheets[0]}), apart);
+}
+
 /// As `drape run` leaves a folder: with other grids and branches than its lists name.
 TEST(SheetFolders, WhatARunComparesIsFoundAsItsListsNameIt) {
   const drape::test::TemporaryFolder folder;

@@ -128,6 +128,12 @@ Seal read_seal(const fs::path& store) {
   return seal;
 }
 
+void require_store_of_seal(const fs::path& store) {
+  if (store.empty() || fs::is_regular_file(store) || !fs::is_regular_file(seal_path(store))) return;
+  throw bad_input("the results store of this seal is gone", {.file = seal_path(store).string()},
+                  "restore the store from a backup, or remove its seal to begin another");
+}
+
 std::map<std::string, fs::path> sealed_places(const fs::path& store, RecordBook& book,
                                               const std::set<std::string>& contents) {
   enum Rank { kOwn, kCopy, kChanged };

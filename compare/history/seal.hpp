@@ -33,6 +33,10 @@ struct Seal {
 /// otherwise than when it was sealed.
 [[nodiscard]] Seal read_seal(const std::filesystem::path& store);
 
+/// Throws Error(bad_input) where a seal stands without its store, in whose place another would
+/// never be sealed.
+void require_store_of_seal(const std::filesystem::path& store);
+
 /// Where each of these contents lies by the seal: a file that still has it, the store's own copy
 /// where no other has, and a file that had it where none has. Of another simulator's mesh, whose
 /// content is that of two files, the one that people wrote.

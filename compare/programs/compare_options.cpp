@@ -19,6 +19,9 @@ void add_compare_options(Command& app, CompareArguments& arguments) {
   app.add_option("--warning", arguments.warnings,
                  "what a stage before warned of, to keep in report and store")
       ->one_per_flag();
+  app.add_option("--no-go", arguments.not_compared,
+                 "why the bench is NO-GO beside what is compared, to keep in report and store")
+      ->one_per_flag();
   app.add_option("--store", arguments.store, "results store to add to (made when absent)");
   app.add_option("--report", arguments.report, "report.html to write, its pictures beside it");
   app.add_option("--label", arguments.label.label, "name of the run in the store");

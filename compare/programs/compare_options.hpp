@@ -17,7 +17,7 @@ struct CompareArguments {
   std::vector<std::filesystem::path> sheets;
   std::filesystem::path calibration, store, report, acceptance;
   std::vector<std::filesystem::path> sensitivities, repeats;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings, not_compared;
   RunLabel label;
   double max_sigma_percent = 10;
   Options options;

@@ -44,10 +44,12 @@ int run(CompareArguments& arguments, const CommonOptions& common,
   for (const auto& file : arguments.sensitivities) record_sensitivity(file, session, record);
   Outcome outcome;
   outcome.warnings = arguments.warnings;
+  outcome.not_compared = arguments.not_compared;
   outcome.warnings.insert(outcome.warnings.end(), session.warnings.begin(), session.warnings.end());
   outcome.arguments = command;
   outcome.store = arguments.store.string();
   outcome.report = arguments.report.string();
+  require_store_of_seal(arguments.store);
   // A store whose creation was cut off is completed; a reader would refuse it.
   if (std::filesystem::is_regular_file(arguments.store)) Store(arguments.store).close();
   const auto acceptance = look_at_acceptance(arguments.acceptance, session, outcome, record);

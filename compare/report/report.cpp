@@ -152,6 +152,21 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   csv("-model-changes.csv", variant_effect_table(*drape.error_split));
 }
 
+/// Pictures and tables of an earlier report, whose drapes this one may not have.
+void remove_others(const fs::path& folder, const std::vector<fs::path>& written) {
+  if (!fs::is_directory(folder)) return;
+  std::set<std::string> names;
+  for (const fs::path& file : written) names.insert(file.filename().string());
+  std::vector<fs::path> others;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string kind = entry.path().extension().string();
+    if (entry.is_regular_file() && !entry.is_symlink() && (kind == ".svg" || kind == ".csv") &&
+        !names.contains(entry.path().filename().string()))
+      others.push_back(entry.path());
+  }
+  for (const fs::path& file : others) remove_durable(file);
+}
+
 /// Drape names become file names: anything but letters, digits, `-` and `_` is replaced, and what
 /// is the same then gets a number.
 Report with_safe_name(Report report, std::set<std::string>& taken) {
@@ -188,6 +203,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
   for (const VirtualGroup& group : outcome.groups)
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
               html_table(virtual_group_table(group)) + "</section>\n";
+  remove_others(folder / file.stem(), written);
   // Nothing but the viewer's own scripts may run, and nothing is fetched.
   std::string scripts, policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
   if (drapes.find("class=\"turn\"") != std::string::npos) {

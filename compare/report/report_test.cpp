@@ -135,6 +135,19 @@ TEST(Report, NoGoStandsFirstWithItsReasons) {
   EXPECT_THAT(html, HasSubstr("<li>A: only 119 marks could be compared, 200 are asked for</li>"));
 }
 
+TEST(Report, LeavesNoPictureOfAnEarlierOne) {
+  const drape::test::TemporaryFolder folder;
+  const fs::path beside = folder.path() / "report";
+  write_durable(beside / "B-map.svg", "<svg/>");
+  write_durable(beside / "A-branches.csv", "branch\n");
+  write_durable(beside / "notes.txt", "mine");
+  make_report(folder.path());
+  EXPECT_FALSE(fs::exists(beside / "B-map.svg"));
+  EXPECT_FALSE(fs::exists(beside / "A-branches.csv"));
+  EXPECT_TRUE(fs::exists(beside / "notes.txt"));
+  EXPECT_TRUE(fs::exists(beside / "A-map.svg"));
+}
+
 TEST(Report, SameInputGivesTheSameBytesInAnotherFolder) {
   const drape::test::TemporaryFolder one, two;
   const Made first = make_report(one.path()), second = make_report(two.path());

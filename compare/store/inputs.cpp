@@ -162,12 +162,14 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
   if (!why) {
     ErrorSplitFile split = read_error_split(file);
-    if (!split.no_go || split.no_go == measured.sheet.no_go) {
+    why = other_base(split, drape.input);
+    if (!why && split.no_go && split.no_go != measured.sheet.no_go)
+      why = "rests on a measurement that is NO-GO: " + *split.no_go;
+    if (!why) {
       session.read.emplace_back(file, split.sha256);
       drape.error_split = std::move(split);
       return;
     }
-    why = "rests on a measurement that is NO-GO: " + *split.no_go;
   }
   session.warnings.push_back(
       fmt::format("the sensitivity.json beside the measured sheet of set {} {}, so it is left out; "

@@ -47,7 +47,7 @@ bool Outcome::go() const {
 }
 
 std::vector<std::string> Outcome::reasons() const {
-  std::vector<std::string> list;
+  std::vector<std::string> list = not_compared;
   for (const Report& drape : reports)
     for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
   for (const VirtualGroup& group : groups)

@@ -20,9 +20,10 @@ struct RunLabel {
 
 /// What drape-compare made of one call.
 struct Outcome {
-  std::vector<Report> reports;            ///< as Session::drapes
-  std::vector<VirtualGroup> groups = {};  ///< as Session::virtual_only
-  std::vector<std::string> warnings;      ///< of the stages, the session and of every drape
+  std::vector<Report> reports;                 ///< as Session::drapes
+  std::vector<VirtualGroup> groups = {};       ///< as Session::virtual_only
+  std::vector<std::string> warnings;           ///< of the stages, the session and of every drape
+  std::vector<std::string> not_compared = {};  ///< drapes that came to no sheet, each with why
   /// Why the acceptance of a calibration is NO-GO, by the calibration's SHA-256.
   std::map<std::string, std::string> not_accepted = {};
   std::optional<ImportCounts> stored;

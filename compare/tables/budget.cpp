@@ -333,7 +333,8 @@ std::string budget_sentence(const Budget& budget) {
     largest += fmt::format("{}{} {:.3f} mm", i == 0 ? "" : ", ", budget.lines[i].what,
                            budget.lines[i].u_m / mm);
   if (!largest.empty()) text += "; largest: " + largest;
-  if (!budget.missing.empty()) text += "; it lacks " + budget.missing.front();
+  if (!budget.missing.empty())
+    text += fmt::format("; it lacks {}", fmt::join(budget.missing, "; "));
   return text;
 }
 

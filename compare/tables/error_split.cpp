@@ -81,11 +81,30 @@ std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeIn
   return std::nullopt;
 }
 
+std::optional<std::string> other_base(const ErrorSplitFile& split, const DrapeInput& drape) {
+  if (split.rows == 0) return "does not say of which grid it is";
+  for (const Simulation& simulation : drape.simulations) {
+    if (simulation.other_simulator || simulation.branch) continue;
+    const Sheet& sheet = simulation.sheet.sheet;
+    if (sheet.rows == split.rows && sheet.cols == split.cols &&
+        simulation.source().segments == split.segments && simulation.source().model == split.model)
+      return std::nullopt;
+  }
+  return fmt::format("is of {}x{}, {} segment{} ({}), which is not compared", split.rows,
+                     split.cols, split.segments, split.segments == 1 ? "" : "s", split.model);
+}
+
 ErrorSplitFile read_error_split(const std::filesystem::path& file) {
   const JsonNode root = JsonNode::open(file, "sensitivity", kSensitivityVersion);
   ErrorSplitFile split;
   split.file = file;
   split.sha256 = sha256_of_file(file);
+  if (root.has("rows")) {
+    split.rows = root.integer("rows");
+    split.cols = root.integer("cols");
+    split.segments = root.integer("segments");
+    split.model = root.text("model");
+  }
   split.distance_m = root.number("mean_distance_mm") * mm;
   split.marks = root.integer("marks");
   if (root.has("no_go")) split.no_go = root.text("no_go");

@@ -49,6 +49,8 @@ struct VariantEffect {
 struct ErrorSplitFile {
   std::filesystem::path file;
   std::string sha256;
+  int rows = 0, cols = 0, segments = 0;  ///< of the base; 0 in files of older programs
+  std::string model;
   double distance_m = 0;  ///< of the base, mean over the marks
   int marks = 0;
   std::vector<MarkId> marks_at;     ///< rows of the moves
@@ -63,6 +65,10 @@ using HashedFiles = std::vector<std::pair<std::filesystem::path, std::string>>;
 /// measured sheet, scene and fabric of the simulation that speaks for it.
 [[nodiscard]] std::optional<std::string> other_origin(const HashedFiles& inputs,
                                                       const DrapeInput& drape);
+
+/// Why the base is none of the drape's simulations, in a sentence, if so.
+[[nodiscard]] std::optional<std::string> other_base(const ErrorSplitFile& split,
+                                                    const DrapeInput& drape);
 
 /// Reads sensitivity.json ("drapebench/sensitivity/1"). Throws Error(bad_input).
 [[nodiscard]] ErrorSplitFile read_error_split(const std::filesystem::path& file);

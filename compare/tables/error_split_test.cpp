@@ -37,6 +37,10 @@ fs::path write_split(const fs::path& measured, const std::string& scene = "scene
   fs::path file = measured.parent_path() / "sensitivity" / "sensitivity.json";
   Json json = {
       {"schema", "drapebench/sensitivity/1"},
+      {"rows", 21},
+      {"cols", 21},
+      {"segments", 5},
+      {"model", "consistent"},
       {"marks", 119},
       {"mean_distance_mm", 1.5},
       {"sensitivities", Json::array()},
@@ -97,6 +101,25 @@ TEST(ErrorSplit, OfAnotherSheetIsLeftOutWithAWarning) {
   const Session session = read_session(example.sheets, {});
   EXPECT_FALSE(session.drapes.front().error_split);
   EXPECT_THAT(session.warnings, testing::Contains(HasSubstr("run drape sensitivity again")));
+}
+
+TEST(ErrorSplit, OfADrapeThatIsNotComparedIsLeftOutWithAWarning) {
+  const Example example;
+  const Json whole = parse_json(read_text(example.split));
+  for (const auto& [key, value, said] : std::vector<std::tuple<const char*, Json, const char*>>{
+           {"rows", 13, "is of 13x21, 5 segments (consistent), which is not compared"},
+           {"segments", 1, nullptr},
+           {"model", "consistent, internal friction", "(consistent, internal friction), which is"},
+           {"rows", 0, "does not say of which grid it is"}}) {
+    Json other = whole;
+    other[key] = value;
+    write_json(example.split, other);
+    const Session session = read_session(example.sheets, {});
+    EXPECT_EQ(session.drapes.front().error_split.has_value(), said == nullptr) << key;
+    if (said != nullptr) {
+      EXPECT_THAT(session.warnings, testing::Contains(HasSubstr(said)));
+    }
+  }
 }
 
 TEST(ErrorSplit, OfAnotherSceneOrFabricOrOfANoGoIsLeftOutWithAWarning) {

@@ -95,7 +95,7 @@ MatchBasis by_uncertainty(const Report& report) {
                                distance, limit);
   } else if (!report.budget->missing.empty()) {
     basis.reason = fmt::format("{:.3f} mm is above U = {:.3f} mm, but the budget lacks {}",
-                               distance, limit, report.budget->missing.front());
+                               distance, limit, fmt::join(report.budget->missing, "; "));
   } else {
     basis.verdict = Match::outside;
     basis.reason = fmt::format("{:.3f} mm is above the total uncertainty U = {:.3f} mm (95 %)",

@@ -53,9 +53,23 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
   return ending;
 }
 
+/// A measured sheet says of which scene it was asked.
+void require_same_drape(const fs::path& reference, const Scene& scene) {
+  const fs::path file = fs::path(reference).replace_extension(".json");
+  const JsonNode source = JsonNode::open(file, "sheet", 1).at("source");
+  if (!source.has("asked_scene")) return;
+  const std::string asked = source.at("asked_scene").text("name");
+  if (asked != scene.name)
+    throw bad_input(
+        fmt::format("the reference is a drape of scene `{}`, not of `{}`", asked, scene.name),
+        {.file = file.string(), .field = "source.asked_scene"},
+        "give the sheet that was measured of this scene");
+}
+
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
   RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json");
   auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
+  require_same_drape(args.reference, scene);
   const Sheet reference = read_sheet(args.reference);
   start = read_sheet(args.start.value_or(args.reference));
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);

@@ -313,6 +313,7 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
                        const SimulateOptions& options, const SplitOptions& how) {
   options.check();
   ErrorSplit split;
+  split.options = options;
   split.no_go = reference.no_go || !measured ? reference.no_go : measured->no_go;
   Bench bench(scene, fabric, print, measured, reference, options);
   bench.settle_base(split);
@@ -331,6 +332,10 @@ ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& pr
 Json sensitivity_json(const ErrorSplit& split) {
   Json json;
   json["schema"] = "drapebench/sensitivity/1";
+  json["rows"] = split.options.rows;
+  json["cols"] = split.options.cols;
+  json["segments"] = split.options.segments;
+  json["model"] = model_text(split.options);
   json["marks"] = split.marks.size();
   json["marks_at"] = Json::array();
   for (const MarkId& mark : split.marks) json["marks_at"].push_back({mark.row, mark.col});

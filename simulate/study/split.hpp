@@ -29,6 +29,7 @@ struct SplitRow {
 
 /// Where the distance between a drape and its reference comes from.
 struct ErrorSplit {
+  SimulateOptions options;  ///< of the base
   StaticReport base;
   std::string base_sentence;  ///< how the base ended, judged as by simulate_checked()
   std::vector<MarkId> marks;  ///< of the reference that lie on the patch

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole bench as an operator runs it, against the truth that only tests read.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -234,6 +235,10 @@ TEST(EndToEnd, AnEnsembleSaysWhereTheRealDrapeIsAmongIts) {
   EXPECT_THAT(first.text, HasSubstr("9 made, 0 up to date"));
   EXPECT_THAT(first.text, testing::Not(HasSubstr("drape run --uncertainty")));
   const fs::path out = bench.folder() / "out";
+  // U speaks of the drape that is compared.
+  const auto split = drape::parse_json(drape::read_text(out / "C/sensitivity/sensitivity.json"));
+  EXPECT_THAT(first.text, HasSubstr(fmt::format("C, mean distance   {:.3f}",
+                                                split["mean_distance_mm"].get<double>())));
   const drape::Json list = drape::parse_json(drape::read_text(out / "C/ensemble/branches.json"));
   ASSERT_GE(list["members_at_rest"].get<int>(), 20);
   EXPECT_EQ(list["band"].size(), 121U);

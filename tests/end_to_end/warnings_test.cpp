@@ -13,6 +13,15 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
+/// The folder of a set, as a copy that may be spoiled.
+fs::path own(const SmallBench& bench, const std::string& set) {
+  fs::path folder = bench.rig() / "recording" / set;
+  const fs::path linked = fs::read_symlink(folder);
+  fs::remove(folder);
+  fs::copy(linked, folder);
+  return folder;
+}
+
 TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   const SmallBench bench({"C"});
   const fs::path out = bench.folder() / "out", acceptance = bench.rig() / "acceptance.json";
@@ -70,6 +79,39 @@ TEST(EndToEnd, WarningsAndNoGosReachRunReportAndStore) {
   EXPECT_THAT(answer(verdicts), HasSubstr("marks lie inside it"));
   EXPECT_EQ(answer("SELECT DISTINCT state FROM v_state"), "state\nsuperseded\n");
   EXPECT_THAT(read_text(out / "report.html"), HasSubstr("Measurement NO-GO"));
+}
+
+TEST(EndToEnd, ADrapeThatCameToNoSheetIsInTheVerdictOfStoreAndReport) {
+  const SmallBench bench({"C", "E"});
+  const fs::path picture = own(bench, "drape_C") / "cam1.png";
+  const std::string whole = read_text(picture);
+  write_durable(picture, whole + "x");
+  const Outcome run = bench.run("out");
+  EXPECT_EQ(run.exit_code, 1) << run.text;
+  const fs::path out = bench.folder() / "out";
+  const auto verdict = [&] {
+    return run_line(program("drape-results").string() +
+                    " --csv sql 'SELECT measurement, cause FROM run ORDER BY number DESC LIMIT 1'" +
+                    " --store " + (out / "results.sqlite").string())
+        .text;
+  };
+  EXPECT_THAT(verdict(), HasSubstr("NO-GO,drape C: the image is not the one that was recorded"));
+  EXPECT_THAT(read_text(out / "report.html"), HasSubstr("<strong>Measurement NO-GO</strong>"));
+  EXPECT_THAT(run.text, HasSubstr("E, mean distance"));
+  write_durable(picture, whole);
+  EXPECT_EQ(bench.run("out").exit_code, 0);
+  EXPECT_THAT(verdict(), HasSubstr("\nGO,"));
+  // No label at all: the other drape is compared all the same.
+  bench.replace("scenes/C.toml", "set = \"drape_C\"", "set = \"empty\"");
+  const Outcome empty = bench.run("out");
+  EXPECT_EQ(empty.exit_code, 1) << empty.text;
+  EXPECT_THAT(empty.text, HasSubstr("E, mean distance"));
+  EXPECT_THAT(verdict(), HasSubstr("NO-GO,"));
+  // Nothing comes of a run without its target, and an older report would say otherwise.
+  const fs::path target = own(bench, "stage_z000") / "cam1.png";
+  write_durable(target, read_text(target) + "x");
+  EXPECT_EQ(bench.run("out").exit_code, 3);
+  EXPECT_FALSE(fs::exists(out / "report.html"));
 }
 
 }  // namespace
