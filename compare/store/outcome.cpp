@@ -47,11 +47,12 @@ bool Outcome::go() const {
 }
 
 std::vector<std::string> Outcome::reasons() const {
-  std::vector<std::string> list = not_compared;
+  std::vector<std::string> list;
   for (const Report& drape : reports)
     for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
   for (const VirtualGroup& group : groups)
     for (const std::string& reason : group.no_go) list.push_back(group.name + ": " + reason);
+  list.insert(list.end(), not_compared.begin(), not_compared.end());
   return list;
 }
 

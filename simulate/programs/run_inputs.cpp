@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulate/programs/run_inputs.hpp"
-#include "core/program/command.hpp"
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/files/json_file.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/start_check.hpp"
 #include "simulate/start/start_file.hpp"
@@ -51,6 +55,18 @@ RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>
                    read_print(scene.print_file), std::nullopt};
   check_pins(inputs.scene, inputs.print, inputs.fabric);
   return inputs;
+}
+
+void require_same_drape(const fs::path& reference, const Scene& scene) {
+  const fs::path file = fs::path(reference).replace_extension(".json");
+  const JsonNode source = JsonNode::open(file, "sheet", 1).at("source");
+  if (!source.has("asked_scene")) return;
+  const std::string asked = source.at("asked_scene").text("name");
+  if (asked != scene.name)
+    throw bad_input(
+        fmt::format("the reference is a drape of scene `{}`, not of `{}`", asked, scene.name),
+        {.file = file.string(), .field = "source.asked_scene"},
+        "give the sheet that was measured of this scene");
 }
 
 RunInputs read_run_inputs(RunArguments& args, RunRecord& record) {

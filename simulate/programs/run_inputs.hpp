@@ -44,6 +44,9 @@ struct RunInputs {
 [[nodiscard]] RunInputs read_checked(const std::filesystem::path& scene,
                                      const std::optional<std::filesystem::path>& fabric);
 
+/// Throws Error(bad_input) where the sheet says that it was measured of another scene.
+void require_same_drape(const std::filesystem::path& reference, const Scene& scene);
+
 /// What is read of --start-from; a record takes them when it begins, before any output is touched.
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 

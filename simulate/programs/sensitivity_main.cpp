@@ -17,7 +17,6 @@
 namespace fs = std::filesystem;
 using namespace drape;
 using namespace drape::simulate;
-
 namespace {
 using units::mm;
 struct Arguments {
@@ -51,19 +50,6 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
   const char* table = split.rows.size() > 1 ? "error_split.csv" : "sensitivity.json";
   ending.next_command = fmt::format("less {}", shell_word((out / table).string()));
   return ending;
-}
-
-/// A measured sheet says of which scene it was asked.
-void require_same_drape(const fs::path& reference, const Scene& scene) {
-  const fs::path file = fs::path(reference).replace_extension(".json");
-  const JsonNode source = JsonNode::open(file, "sheet", 1).at("source");
-  if (!source.has("asked_scene")) return;
-  const std::string asked = source.at("asked_scene").text("name");
-  if (asked != scene.name)
-    throw bad_input(
-        fmt::format("the reference is a drape of scene `{}`, not of `{}`", asked, scene.name),
-        {.file = file.string(), .field = "source.asked_scene"},
-        "give the sheet that was measured of this scene");
 }
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
