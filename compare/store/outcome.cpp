@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "compare/judgement.hpp"
 #include "compare/store/runs.hpp"
+#include "compare/store/writer.hpp"
 #include "compare/tables/budget.hpp"
 #include "compare/tables/match.hpp"
 #include "compare/tables/tables.hpp"
@@ -160,6 +163,24 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
   }
 }
 
+/// Drapes of the recording that its last run compared and this one leaves out.
+void warn_of_removed(const Writer& writer, const Session& session, Outcome& outcome) {
+  const auto known = std::find_if(session.drapes.begin(), session.drapes.end(),
+                                  [](const DrapeFiles& drape) { return drape.recording; });
+  if (known == session.drapes.end()) return;
+  for (const std::string& scene : writer.texts(
+           "SELECT DISTINCT scene FROM run_drape WHERE run = (SELECT r.number FROM run AS r JOIN "
+           "v_run_moment AS m ON m.run = r.number WHERE r.recording_sha256 = ? ORDER BY m.moment "
+           "DESC LIMIT 1) ORDER BY scene",
+           known->recording->sha256))
+    if (std::none_of(outcome.reports.begin(), outcome.reports.end(),
+                     [&](const Report& report) { return report.name == scene; }))
+      outcome.warnings.push_back(fmt::format(
+          "{}: the last run of this recording compared it and this one does not, so its results "
+          "count as removed (drape results list --all shows them)",
+          scene));
+}
+
 ImportCounts import_session(const std::filesystem::path& file, const Session& session,
                             Outcome& outcome, const RunLabel& label) {
   const std::string date = date_of_run();
@@ -172,7 +193,7 @@ ImportCounts import_session(const std::filesystem::path& file, const Session& se
   outcome.label = label.label;
   outcome.operator_name = label.operator_name;
   // Comparisons without their run would have no verdict.
-  results.write([&](Writer&) {
+  results.write([&](Writer& writer) {
     if (session.calibration) results.add(*session.calibration, session.calibration_sha256);
     for (std::size_t i = 0; i < outcome.reports.size(); ++i)
       count(results.add(session.drapes[i].input, outcome.reports[i], session.drapes[i].recording));
@@ -187,6 +208,7 @@ ImportCounts import_session(const std::filesystem::path& file, const Session& se
       }
     }
     if (outcome.reports.empty()) return;
+    warn_of_removed(writer, session, outcome);
     const StoredRun run = add_run(results, session, outcome, label, date);
     outcome.run = run.number;
     outcome.date = run.date;
