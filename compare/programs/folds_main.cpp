@@ -81,10 +81,10 @@ int main(int argc, char** argv) {
   Arguments arguments;
   add_common_options(app, common);
   app.add_option("SHEET", arguments.sheets, "whole grids: sheet.ply or sheet.json")->required();
-  app.add_option(
-      "--against", arguments.against,
-      "another group of sheets: means, variations, and how far each descriptor tells the "
-      "groups apart");
+  app.add_option("--against", arguments.against,
+                 "sheet of another group, again for each more: means, variations, and how far each "
+                 "descriptor tells the groups apart")
+      ->one_per_flag();
   app.add_option("--least-length-mm", arguments.least_length_mm, "of a fold")
       ->positive()
       ->capture_default_str();

@@ -73,7 +73,9 @@ int main(int argc, char** argv) {
          "SHEET", arguments.repeats,
          "measured sheets, repeats of one drape (each says so, or placed a sheet of --compare)")
       ->required();
-  app.add_option("--compare", arguments.compared, "virtual sheets of the same drape");
+  app.add_option("--compare", arguments.compared,
+                 "simulated sheet of the same drape; again for another")
+      ->one_per_flag();
   app.add_option("--significance", arguments.significance, "part of repeats called outside")
       ->range(0.001, 0.5)
       ->capture_default_str();

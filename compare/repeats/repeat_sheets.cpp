@@ -31,6 +31,21 @@ bool placed_by(const RepeatSheet& simulation, const RepeatSheet& laying) {
                   "give layings and simulations of one drape");
 }
 
+/// A simulation among the layings would narrow or widen what real ones allow.
+void require_kinds(const std::vector<RepeatSheet>& repeats,
+                   const std::vector<RepeatSheet>& virtual_sheets) {
+  for (const RepeatSheet& sheet : repeats)
+    if (!sheet.named.sheet.is_measured())
+      throw bad_input("a simulation is no laying of the real cloth",
+                      {.file = sheet.named.name, .field = "source"},
+                      "give measured sheets, and each simulation after a --compare of its own");
+  for (const RepeatSheet& sheet : virtual_sheets)
+    if (sheet.named.sheet.is_measured())
+      throw bad_input("a measured sheet is no simulation to be judged",
+                      {.file = sheet.named.name, .field = "source"},
+                      "give it among the layings, without --compare");
+}
+
 void require_same_bench(const RepeatSheet& sheet, const RepeatSheet& first) {
   const Sheet &one = sheet.named.sheet, &other = first.named.sheet;
   if ((one.patch_m - other.patch_m).norm() > 0.01 * mm)
@@ -67,6 +82,7 @@ RepeatSheet read_repeat_sheet(const std::filesystem::path& file) {
 
 void require_one_drape(const std::vector<RepeatSheet>& repeats,
                        const std::vector<RepeatSheet>& virtual_sheets) {
+  require_kinds(repeats, virtual_sheets);
   std::map<std::string, std::string> seen;
   for (const RepeatSheet& sheet : repeats)
     if (const auto [other, is_new] = seen.emplace(sheet.ply_sha256, sheet.named.name); !is_new)

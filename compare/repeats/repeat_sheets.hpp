@@ -19,9 +19,10 @@ struct RepeatSheet {
 };
 [[nodiscard]] RepeatSheet read_repeat_sheet(const std::filesystem::path& file);
 
-/// Throws Error(bad_input) naming the file that is no laying or simulation of the others' drape:
-/// another scene, print, calibration or upper face, or a copy of another. A laying that does not
-/// say whose it is must be the one that placed a simulation.
+/// Throws Error(bad_input) naming the file that is no laying or simulation of the others' drape: a
+/// simulation among the repeats, a measured sheet among the virtual ones, another scene, print,
+/// calibration or upper face, or a copy of another. A laying that does not say whose it is must be
+/// the one that placed a simulation.
 void require_one_drape(const std::vector<RepeatSheet>& repeats,
                        const std::vector<RepeatSheet>& virtual_sheets);
 

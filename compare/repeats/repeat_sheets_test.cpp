@@ -55,6 +55,18 @@ TEST(RepeatSheets, OfOneSceneAreRepeats) {
   EXPECT_EQ(refusal({laying("1", {}), two, three}, {simulation("s", "C", "1.ply")}), "");
 }
 
+TEST(RepeatSheets, LayingsAreMeasuredAndWhatIsJudgedIsSimulated) {
+  const auto one = laying("1", "C"), two = laying("2", "C"), three = laying("3", "C");
+  const auto judged = simulation("s", "C");
+  EXPECT_THAT(refusal({simulation("t", "C"), simulation("u", "C")}, {judged}),
+              testing::AllOf(HasSubstr("no laying"), HasSubstr("where: t")));
+  EXPECT_THAT(refusal({one, judged, two}, {judged}), HasSubstr("where: s"));
+  EXPECT_THAT(refusal({one, judged}, {}), HasSubstr("no laying"));
+  EXPECT_THAT(refusal({one, two}, {judged, three}),
+              testing::AllOf(HasSubstr("no simulation"), HasSubstr("where: 3")));
+  EXPECT_THAT(refusal({one, two, three}, {one}), HasSubstr("no simulation"));
+}
+
 TEST(RepeatSheets, OfSeveralDrapesAreRefused) {
   const auto one = laying("1", "C"), two = laying("2", "C");
   EXPECT_THAT(refusal({one, two, laying("3", "A")}, {}), HasSubstr("scene `A`"));
