@@ -13,18 +13,32 @@ namespace {
 
 using units::mm;
 
+double circle_m2(double diameter_m) {
+  return std::numbers::pi / 4 * diameter_m * diameter_m;
+}
+
+/// A sheet brings its own specimen, and its numbers rest on that one.
+void require_own_specimen(const HemRecord& record, const DrapemeterGeometry& asked) {
+  const double own_m = std::sqrt(4 / std::numbers::pi * record.specimen_area_m2);
+  if (std::abs(own_m - asked.specimen_m) <= kLengthTolerance * own_m) return;
+  throw bad_input(
+      fmt::format("the sheet's flat area is that of a round specimen of {:.1f} mm, not {:g} mm",
+                  own_m / mm, asked.specimen_m / mm),
+      {.file = record.file}, "leave --specimen-mm out: a sheet's specimen is its own flat area");
+}
+
 /// The disc lies in the shadow and the shadow in the flat specimen: else a length is in another
 /// unit, or of another test.
 void require_possible(const HemRecord& record, double scale_u, const DrapemeterGeometry& geometry) {
   const double more = 1 + kLengthTolerance + 2 * scale_u;
-  const auto circle_m2 = [](double diameter_m) {
-    return std::numbers::pi / 4 * diameter_m * diameter_m;
-  };
   const Hem& hem = record.hem;
   std::string wrong;
-  if (hem.area_m2 * more * more < circle_m2(geometry.disc_m))
+  if (record.specimen_area_m2 <= circle_m2(geometry.disc_m))
+    wrong =
+        fmt::format("of a flat specimen smaller than the disc of {:g} mm", geometry.disc_m / mm);
+  else if (hem.area_m2 * more * more < circle_m2(geometry.disc_m))
     wrong = fmt::format("smaller than the disc of {:g} mm", geometry.disc_m / mm);
-  else if (hem.area_m2 > more * more * hem.flat_area_m2.value_or(circle_m2(geometry.specimen_m)))
+  else if (hem.area_m2 > more * more * record.specimen_area_m2)
     wrong = hem.flat_area_m2
                 ? std::string("larger than the flat specimen")
                 : fmt::format("larger than the specimen of {:g} mm", geometry.specimen_m / mm);
@@ -45,6 +59,10 @@ void require_possible(const HemRecord& record, double scale_u, const DrapemeterG
 
 void evaluate(HemRecord& record, HemErrors errors, const HemReadOptions& options,
               double area_u_m2) {
+  record.specimen_area_m2 =
+      record.hem.flat_area_m2.value_or(circle_m2(options.geometry.specimen_m));
+  if (record.own_specimen && options.specimen_stated)
+    require_own_specimen(record, options.geometry);
   if (options.scale_u) errors.scale_u = std::hypot(errors.scale_u.value_or(0), *options.scale_u);
   // U is 2 standard uncertainties, and an area errs by twice what its scale does.
   const double within_u = area_u_m2 / (4 * record.hem.area_m2);

@@ -170,6 +170,7 @@ std::vector<HemRecord> read_hems_csv(const fs::path& file, const HemReadOptions&
     }
     record.hem = hem_of_radii(radius_m);
     take_areas(row, record.hem);
+    record.own_specimen = record.hem.flat_area_m2 && !row.number("specimen_mm");
     evaluate(record, {}, options, row.u("area_mm2").value_or(0) * mm * mm);
     add_u(row, record.numbers);
     if (const std::string reason = row.text("no_go"); !reason.empty()) {
@@ -193,7 +194,8 @@ std::string hems_csv(const DrapemeterGeometry& geometry, const std::vector<HemRe
     for (const std::string& name : {hem.fabric, hem.sample, hem.face, hem.repeat, hem.file})
       text += quoted(name) + ',';
     const auto& flat_m2 = hem.hem.flat_area_m2;
-    text += fmt::format("{:.10g},{:.10g},{},{}", geometry.disc_m / mm, geometry.specimen_m / mm,
+    text += fmt::format("{:.10g},{},{},{}", geometry.disc_m / mm,
+                        hem.own_specimen ? "" : fmt::format("{:.10g}", geometry.specimen_m / mm),
                         flat_m2 ? fmt::format("{:.6g}", *flat_m2 / (mm * mm)) : "",
                         quoted(why_no_go(hem)));
     for (const HemNumber& number : hem.numbers)

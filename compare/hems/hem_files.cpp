@@ -17,6 +17,7 @@
 #include "compare/repeats/student.hpp"
 #include "core/error.hpp"
 #include "core/parallel.hpp"
+#include "core/units.hpp"
 
 namespace drape::compare {
 namespace {
@@ -161,6 +162,13 @@ std::vector<HemRecord> read_input(const Input& input, const HemReadOptions& opti
           "give the disc's --disc-mm; drapes over other objects have no drape coefficient");
     require_geometry(mesh.disc_m, mesh.specimen_m, options.geometry, {.file = record.file});
     record.hem = shadow_of(mesh);
+    record.own_specimen = !mesh.material_m.empty();
+    record.kind = mesh.measured         ? HemKind::measured
+                  : mesh.status.empty() ? HemKind::unknown
+                                        : HemKind::simulated;
+    if (mesh.spanned > 0)
+      record.warnings.push_back(fmt::format(
+          "{} marks inside the hem are missing, their neighbours span them", mesh.spanned));
     record.go = mesh.status.empty() || mesh.status == "at rest";
     if (!record.go) record.warnings.push_back("the simulation is not at rest: " + mesh.status);
     if (mesh.no_go) {
@@ -270,6 +278,18 @@ void refuse_copies_of(const HemSet& real, HemSet& virtual_hems) {
   virtual_hems.hems = std::move(kept);
 }
 
+void refuse_other_kinds(HemSet& real, HemSet& virtual_hems) {
+  const auto refuse = [](HemSet& set, HemKind kind, const char* why) {
+    for (const HemRecord& record : set.hems)
+      if (record.kind == kind) set.refused.push_back(record.file + why);
+    std::erase_if(set.hems, [&](const HemRecord& record) { return record.kind == kind; });
+  };
+  refuse(real, HemKind::simulated,
+         ": a simulation is no repeat of a real drape; give it after a --compare of its own");
+  refuse(virtual_hems, HemKind::measured,
+         ": a measured sheet is no virtual drape; give it without --compare");
+}
+
 std::optional<EnsembleBand> band_of(const std::vector<const HemRecord*>& hems) {
   std::map<std::string, std::vector<double>> samples;
   EnsembleBand band;
@@ -325,9 +345,16 @@ std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
       match.p = joint_p({match.drape_coefficient, match.hem});
       const auto detectable = match.drape_coefficient.detectable;
       match.verdict = "inside";
+      const double width = std::sqrt(repeats.front()->specimen_area_m2);
       if (!candidate.go) {
         match.verdict = "undecided";
         match.reason = candidate.warnings.back();
+      } else if (std::abs(std::sqrt(candidate.specimen_area_m2) - width) >
+                 kLengthTolerance * width) {
+        match.verdict = "undecided";
+        match.reason = fmt::format("its specimen has another flat area, {:.0f} and not {:.0f} mm2",
+                                   candidate.specimen_area_m2 / (units::mm * units::mm),
+                                   width * width / (units::mm * units::mm));
       } else if (!match.p) {
         match.verdict = "undecided";
         match.reason = "one drape and no prior: nothing is known of its repeats";

@@ -13,6 +13,8 @@
 
 namespace drape::compare {
 
+enum class HemKind { unknown, measured, simulated };
+
 /// One hem that was read, and what it says.
 struct HemRecord {
   std::string file;  ///< and the row, where a file holds many
@@ -22,7 +24,11 @@ struct HemRecord {
   std::vector<HemNode> nodes;
   std::string basis;  ///< where the scale comes from; empty: the input is in millimetres
   std::vector<std::string> warnings;
-  bool go = true;  ///< false for a sheet that is not at rest or rests on a NO-GO
+  bool go = true;                   ///< false for a sheet that is not at rest or rests on a NO-GO
+  HemKind kind = HemKind::unknown;  ///< pictures, tables and meshes do not say
+  /// Of a sheet, which is no round specimen of the geometry: its own flat area.
+  bool own_specimen = false;
+  double specimen_area_m2 = 0;
 
   [[nodiscard]] RepeatKey key() const { return {sample, face}; }
   [[nodiscard]] double drape_coefficient() const {
@@ -32,7 +38,8 @@ struct HemRecord {
 
 struct HemReadOptions {
   DrapemeterGeometry geometry = {"iso-300", 0.180, 0.300};
-  bool disc_stated = false;  ///< by the user: a sheet of a bench hangs over any object
+  bool disc_stated = false;      ///< by the user: a sheet of a bench hangs over any object
+  bool specimen_stated = false;  ///< by the user: a sheet of a bench is cut as it is
   HemOptions hem;
   /// Scale of a picture; unset: pictures are refused.
   std::function<PictureScale(const Silhouette&, const std::filesystem::path&)> scale;
@@ -56,13 +63,17 @@ struct HemSet {
 /// one per equal step of angle all round, and may have those of hems.csv; it is refused with any
 /// other column, without a row, and when its geometry is another. A file that cannot be read is
 /// refused with its reason, not thrown, and so are a hem that no drape of the geometry can have, a
-/// sheet without a stated disc, and the second of two equal hems. Throws Error(usage) when nothing
-/// is named.
+/// sheet without a stated disc or of another specimen than is stated, and the second of two equal
+/// hems. Throws Error(usage) when nothing is named.
 [[nodiscard]] HemSet read_hems(const std::vector<std::filesystem::path>& inputs,
                                const HemReadOptions& options);
 
 /// A copy of a real hem, turned or mirrored, is no virtual one: moves such to what is refused.
 void refuse_copies_of(const HemSet& real, HemSet& virtual_hems);
+
+/// What is judged is no measured sheet, and what it is judged by no simulation: moves such to what
+/// is refused.
+void refuse_other_kinds(HemSet& real, HemSet& virtual_hems);
 
 /// Mean of drapes that are alike, and where they lie: t of n - 1 degrees of freedom, n the drapes
 /// of an ensemble or of one sample, else the samples, whose own difference the drapes of one have
@@ -94,14 +105,15 @@ struct MatchOptions {
   double worth_finding_percent = 10;
 };
 
-/// Every virtual hem against every group of a fabric and a face.
+/// Every virtual hem against every group of a fabric and a face; undecided where their specimens
+/// differ.
 [[nodiscard]] std::vector<HemMatch> match_hems(const std::vector<HemRecord>& real,
                                                const std::vector<HemRecord>& virtual_hems,
                                                const MatchOptions& options);
 
-/// hems.csv: a row per hem, which is an input again: its test (disc_mm, specimen_mm, the specimen's
-/// flat area where that is known better), why it is NO-GO (else empty), its numbers; `u_` before a
-/// name is its expanded uncertainty.
+/// hems.csv: a row per hem, which is an input again: its test (disc_mm, specimen_mm but of a sheet,
+/// the specimen's flat area where that is known better), why it is NO-GO (else empty), its numbers;
+/// `u_` before a name is its expanded uncertainty.
 [[nodiscard]] std::string hems_csv(const DrapemeterGeometry& geometry,
                                    const std::vector<HemRecord>& hems);
 

@@ -213,15 +213,16 @@ TEST_F(HemFiles, AColumnThatIsPassedOverCouldTellFabricsApart) {
 }
 
 /// A flat square of 200 mm out of cloth of 250 mm, which may hang over anything.
-std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
+Sheet bench_sheet(int side = 3) {
   Sheet sheet;
-  sheet.rows = sheet.cols = 3;
+  sheet.rows = sheet.cols = side;
   sheet.patch_m = {250 * mm, 250 * mm};
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col)
+  const double step = 1.0 / (side - 1);
+  for (int row = 0; row < side; ++row)
+    for (int col = 0; col < side; ++col)
       sheet.marks.push_back({{row, col},
-                             {row * 125 * mm, col * 125 * mm},
-                             {row * 100 * mm, col * 100 * mm, 0},
+                             {row * step * 250 * mm, col * step * 250 * mm},
+                             {row * step * 200 * mm, col * step * 200 * mm, 0},
                              {},
                              {},
                              {}});
@@ -234,8 +235,100 @@ std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
   source.solver = "static";
   source.status = "at rest";
   sheet.source = source;
+  return sheet;
+}
+
+std::filesystem::path write_bench_sheet(const std::filesystem::path& file) {
+  write_sheet(file, bench_sheet());
+  return file;
+}
+
+/// Of 5x5 marks, without those that are named.
+std::filesystem::path write_measured_sheet(const std::filesystem::path& file,
+                                           const std::vector<MarkId>& gaps) {
+  Sheet sheet = bench_sheet(5);
+  std::erase_if(sheet.marks, [&](const SheetMark& mark) {
+    return std::find(gaps.begin(), gaps.end(), mark.mark) != gaps.end();
+  });
+  for (const MarkId gap : gaps) sheet.gaps.push_back({gap, "seen by one camera (cam0)"});
+  for (SheetMark& mark : sheet.marks) {
+    mark.covariance_m2 = 1e-9 * Eigen::Matrix3d::Identity();
+    mark.views = 3;
+    mark.reprojection_px = 0.1;
+  }
+  sheet.source = MeasuredSource{"rig", "C", {"cam0"}, std::string(64, 'a'), std::string(64, 'b')};
   write_sheet(file, sheet);
   return file;
+}
+
+HemReadOptions over_a_disc() {
+  HemReadOptions options;
+  options.disc_stated = true;
+  return options;
+}
+
+TEST_F(HemFiles, AHemThatWasNotMeasuredAllAroundHasNoCoefficient) {
+  const auto file = folder_.path() / "C" / "sheet.ply";
+  const HemSet whole = read_hems({write_measured_sheet(file, {})}, over_a_disc());
+  ASSERT_EQ(whole.hems.size(), 1U) << whole.refused.front();
+  for (const std::vector<MarkId>& gaps : {std::vector<MarkId>{{0, 0}}, {{4, 2}, {1, 4}}}) {
+    const HemSet broken = read_hems({write_measured_sheet(file, gaps)}, over_a_disc());
+    EXPECT_TRUE(broken.hems.empty());
+    ASSERT_EQ(broken.refused.size(), 1U);
+    EXPECT_THAT(broken.refused[0], HasSubstr(fmt::format("{} of 16 outermost marks", gaps.size())));
+  }
+  const HemSet spanned =
+      read_hems({write_measured_sheet(file, {{1, 1}, {2, 1}, {2, 3}})}, over_a_disc());
+  ASSERT_EQ(spanned.hems.size(), 1U) << spanned.refused.front();
+  EXPECT_NEAR(spanned.hems[0].drape_coefficient(), whole.hems[0].drape_coefficient(), 1e-9);
+  EXPECT_THAT(spanned.hems[0].warnings, testing::ElementsAre(HasSubstr("3 marks inside the hem")));
+}
+
+TEST_F(HemFiles, ASheetsSpecimenIsItsOwnFlatArea) {
+  const auto file = write_bench_sheet(folder_.path() / "C" / "sheet.ply");
+  HemReadOptions options = over_a_disc();
+  const HemSet set = read_hems({file}, options);
+  ASSERT_EQ(set.hems.size(), 1U) << set.refused.front();
+  const auto number = [](const HemRecord& hem, const std::string& name) {
+    return number_named(hem.numbers, name);
+  };
+  const double radius = 250 / std::sqrt(std::numbers::pi);  // of a circle of that area
+  const double mean = number(set.hems[0], "mean_radius_mm");
+  EXPECT_NEAR(number(set.hems[0], "drape_distance_ratio_percent"),
+              100 * (radius - mean) / (radius - 90), 1e-9);
+  EXPECT_NEAR(number(set.hems[0], "fold_depth_index_percent"),
+              100 * (100 * std::sqrt(2.0) - 100) / (radius - 90), 1e-6);
+  options.specimen_stated = true;
+  const HemSet wrong = read_hems({file}, options);
+  ASSERT_EQ(wrong.refused.size(), 1U);
+  EXPECT_THAT(wrong.refused[0], HasSubstr("a round specimen of 282.1 mm, not 300 mm"));
+  options.geometry.specimen_m = 280 * mm;
+  EXPECT_EQ(read_hems({file}, options).hems.size(), 1U);
+
+  const HemSet again = read(hems_csv({"", 0.180, 0.300}, set.hems));
+  ASSERT_EQ(again.hems.size(), 1U) << again.refused.front();
+  for (const char* name : {"drape_distance_ratio_percent", "fold_depth_index_percent"})
+    EXPECT_NEAR(number(again.hems[0], name), number(set.hems[0], name), 1) << "72 radii";
+  EXPECT_EQ(hems_csv({"", 0.180, 0.300}, again.hems).find(",300,"), std::string::npos);
+}
+
+TEST_F(HemFiles, WhatIsJudgedIsVirtualAndWhatItIsJudgedByIsNot) {
+  const auto simulated = write_bench_sheet(folder_.path() / "C" / "sheet.ply");
+  const auto measured = write_measured_sheet(folder_.path() / "M" / "sheet.ply", {{2, 2}});
+  HemSet real = read_hems({measured, simulated}, over_a_disc()),
+         compared = read_hems({simulated, measured}, over_a_disc());
+  refuse_other_kinds(real, compared);
+  ASSERT_EQ(real.hems.size(), 1U);
+  EXPECT_EQ(real.hems[0].file, measured.string());
+  EXPECT_THAT(real.refused, testing::ElementsAre(HasSubstr(simulated.string())));
+  ASSERT_EQ(compared.hems.size(), 1U);
+  EXPECT_EQ(compared.hems[0].file, simulated.string());
+  EXPECT_THAT(compared.refused, testing::ElementsAre(HasSubstr(measured.string())));
+  HemSet pictures = read(table(every(5), {kHem})), others = pictures;
+  refuse_other_kinds(pictures, others);
+  EXPECT_EQ(pictures.hems.size() + others.hems.size(), 2U) << "which do not say what they are";
+  EXPECT_THAT(match_hems(pictures.hems, compared.hems, {}).at(0).reason,
+              HasSubstr("another flat area"));
 }
 
 TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
@@ -244,9 +337,7 @@ TEST_F(HemFiles, ASheetOfABenchNeedsItsDiscStated) {
   EXPECT_TRUE(assumed.hems.empty());
   ASSERT_EQ(assumed.refused.size(), 1U);
   EXPECT_THAT(assumed.refused[0], HasSubstr("--disc-mm"));
-  HemReadOptions stated;
-  stated.disc_stated = true;
-  EXPECT_EQ(read_hems({a}, stated).hems.size(), 1U);
+  EXPECT_EQ(read_hems({a}, over_a_disc()).hems.size(), 1U);
 }
 
 TEST_F(HemFiles, FilesOfOneNameInSeveralFoldersAreSeveralFabrics) {

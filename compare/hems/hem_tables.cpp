@@ -21,6 +21,7 @@ Json json_of(const HemRecord& record) {
                                     {"repeat", record.repeat},
                                     {"scale", record.basis}})
     json[name] = value.empty() ? Json() : Json(value);
+  json["specimen_area_mm2"] = record.specimen_area_m2 / (mm * mm);
   json["numbers"] = Json::object();
   for (const HemNumber& number : record.numbers)
     json["numbers"][number.name] = {{"value", number.value},

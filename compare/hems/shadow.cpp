@@ -17,11 +17,51 @@ namespace {
 
 using Eigen::Vector2d;
 
-ShadowMesh mesh_of(const Sheet& sheet) {
+constexpr int kSweeps = 500;  // a lattice of 61 marks a side settles in fewer
+
+/// Puts the marks that are missing inside a whole hem at the mean of their neighbours, since a hole
+/// would count neither as cloth nor as shadow.
+int span_gaps(Sheet& sheet) {
+  std::map<MarkId, SheetMark> marks;
+  std::vector<MarkId> missing;
+  SheetMark middle = sheet.marks.front();
+  middle.point_in_world.setZero();
+  middle.material_m.setZero();
+  for (const SheetMark& mark : sheet.marks) {
+    marks[mark.mark] = mark;
+    middle.point_in_world += mark.point_in_world / static_cast<double>(sheet.marks.size());
+    middle.material_m += mark.material_m / static_cast<double>(sheet.marks.size());
+  }
+  for (int row = 0; row < sheet.rows; ++row)
+    for (int col = 0; col < sheet.cols; ++col) {
+      middle.mark = {row, col};
+      if (marks.emplace(middle.mark, middle).second) missing.push_back(middle.mark);
+    }
+  for (int sweep = 0; sweep < kSweeps && !missing.empty(); ++sweep)
+    for (const MarkId id : missing) {
+      const SheetMark &up = marks[{id.row - 1, id.col}], &down = marks[{id.row + 1, id.col}],
+                      &left = marks[{id.row, id.col - 1}], &right = marks[{id.row, id.col + 1}];
+      marks[id].point_in_world =
+          (up.point_in_world + down.point_in_world + left.point_in_world + right.point_in_world) /
+          4;
+      marks[id].material_m =
+          (up.material_m + down.material_m + left.material_m + right.material_m) / 4;
+    }
+  for (const MarkId id : missing) sheet.marks.push_back(marks[id]);
+  return static_cast<int>(missing.size());
+}
+
+ShadowMesh mesh_of(Sheet sheet) {
+  if (const std::string reason = why_no_hem(sheet); !reason.empty())
+    throw bad_input(
+        reason, {},
+        "measure it again so that every outermost mark is seen, or give a picture of the hem");
   ShadowMesh mesh;
   mesh.no_go = sheet.no_go;
+  mesh.measured = sheet.is_measured();
   if (const auto* source = std::get_if<SimulatedSource>(&sheet.source))
     mesh.status = source->status;
+  mesh.spanned = span_gaps(sheet);
   std::map<MarkId, std::size_t> index;
   for (const SheetMark& mark : sheet.marks) {
     index[mark.mark] = mesh.points_m.size();

@@ -19,14 +19,17 @@ struct ShadowMesh {
   std::vector<std::array<std::size_t, 3>> triangles;
   std::string status;  ///< of a simulated sheet, "at rest" or why not; empty: not known
   std::optional<std::string> no_go;    ///< why the measurement that made or placed it is NO-GO
+  bool measured = false;               ///< a sheet of marks that cameras saw
+  int spanned = 0;                     ///< marks inside the hem that were missing
   std::optional<double> flat_area_m2;  ///< of the specimen, where a file beside it says so
   std::string fabric;                  ///< of a start of an ensemble (cusick.json); else empty
   std::optional<double> disc_m, specimen_m;  ///< diameters of its test, where cusick.json has them
 };
 
-/// A sheet with its sheet.json (gaps are left out), or any PLY or OBJ in mm with z up; where a
-/// cusick.json stands beside it, with the status and specimen that this has for the file. Throws
-/// Error(bad_input) naming the file, also of a mesh that the list does not name.
+/// A sheet with its sheet.json (gaps inside the hem are spanned by their neighbours), or any PLY or
+/// OBJ in mm with z up; where a cusick.json stands beside it, with the status and specimen that
+/// this has for the file. Throws Error(bad_input) naming the file, also of a mesh that the list
+/// does not name, and of a sheet whose outermost marks were not all measured.
 [[nodiscard]] ShadowMesh read_shadow_mesh(const std::filesystem::path& file);
 
 /// What light from straight above leaves on the table: the area of the union of all triangles

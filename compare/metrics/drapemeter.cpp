@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "compare/metrics/drapemeter.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -43,17 +45,26 @@ double mean_at(const std::vector<double>& values, const std::vector<std::size_t>
   return sum / static_cast<double>(places.size());
 }
 
-bool hem_is_complete(const Sheet& sheet) {
-  for (int row = 0; row < sheet.rows; ++row)
-    for (const int col : {0, sheet.cols - 1})
-      if (sheet.find({row, col}) == nullptr) return false;
-  for (int col = 0; col < sheet.cols; ++col)
-    for (const int row : {0, sheet.rows - 1})
-      if (sheet.find({row, col}) == nullptr) return false;
-  return true;
+}  // namespace
+
+std::vector<MarkId> border_of(int rows, int cols) {
+  std::vector<MarkId> border;
+  border.reserve(cols);
+  for (int col = 0; col < cols; ++col) border.push_back({0, col});
+  for (int row = 1; row < rows; ++row) border.push_back({row, cols - 1});
+  for (int col = cols - 2; col >= 0 && rows > 1; --col) border.push_back({rows - 1, col});
+  for (int row = rows - 2; row > 0 && cols > 1; --row) border.push_back({row, 0});
+  return border;
 }
 
-}  // namespace
+std::string why_no_hem(const Sheet& sheet) {
+  const std::vector<MarkId> border = border_of(sheet.rows, sheet.cols);
+  const auto missing = std::count_if(border.begin(), border.end(),
+                                     [&](MarkId id) { return sheet.find(id) == nullptr; });
+  if (missing == 0) return {};
+  return fmt::format("the hem was not measured all around: {} of {} outermost marks are missing",
+                     missing, border.size());
+}
 
 void raise_outline(std::vector<std::optional<double>>& outline, const Eigen::Vector2d& a,
                    const Eigen::Vector2d& b) {
@@ -163,7 +174,7 @@ std::optional<double> support_area_m2(const Obstacle& obstacle) {
 DrapemeterResult drapemeter(const Sheet& sheet, const Scene& scene,
                             const DrapemeterOptions& options) {
   if (scene.obstacles.size() != 1) return {{}, "it needs exactly one object under the cloth"};
-  if (!hem_is_complete(sheet)) return {{}, "the hem was not measured all around"};
+  if (std::string reason = why_no_hem(sheet); !reason.empty()) return {{}, std::move(reason)};
   const Obstacle& obstacle = scene.obstacles.front();
   const std::optional<Eigen::Vector2d> centre_m = centre_of(obstacle);
   if (!centre_m) return {{}, "a plane or a mesh has no centre for it"};

@@ -37,6 +37,12 @@ struct DrapemeterOptions {
   double fold_ratio = 0.02;  ///< a crest stands out by this part of the mean radius, or is no fold
 };
 
+/// The outermost marks of a lattice, in turn.
+[[nodiscard]] std::vector<MarkId> border_of(int rows, int cols);
+
+/// Why nothing can be said of a sheet's hem: outermost marks that are missing; else empty.
+[[nodiscard]] std::string why_no_hem(const Sheet& sheet);
+
 /// Crests and valleys of a closed outline that differ by at least `least_m`, in turn, all around:
 /// walking on, an extreme counts once the radius has come back from it by that much. Indices into
 /// the outline; as many crests as valleys.

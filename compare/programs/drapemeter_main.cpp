@@ -26,6 +26,20 @@ StepFiles named_files(const DrapemeterArguments& arguments) {
   return files;
 }
 
+/// hems.csv on the side of --compare where it stands: with simulations, what is to be judged.
+std::string next_command(const HemSet& set, const DrapemeterGeometry& geometry,
+                         const std::string& csv) {
+  const auto all = [&](const auto& is) {
+    return !set.hems.empty() && std::all_of(set.hems.begin(), set.hems.end(), is);
+  };
+  const bool simulated = all([](const auto& hem) { return hem.kind == HemKind::simulated; });
+  std::string text = fmt::format("drape drapemeter {} --disc-mm {:.10g}", simulated ? "REAL" : csv,
+                                 geometry.disc_m / units::mm);
+  if (!all([](const auto& hem) { return hem.own_specimen; }))
+    text += fmt::format(" --specimen-mm {:.10g}", geometry.specimen_m / units::mm);
+  return text + " --compare " + (simulated ? csv : "SHEET");
+}
+
 int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
         const CommonOptions& common) {
   const StepFiles named = named_files(arguments);
@@ -34,12 +48,15 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
       arguments.out ? run_record_path(*arguments.out / "hems.json") : std::filesystem::path(),
       named);
   const HemReadOptions options = read_options(arguments, thread_count(common));
-  const HemSet real = read_hems(arguments.inputs, options);
+  HemSet real = read_hems(arguments.inputs, options);
   HemReadOptions virtual_options = options;
   virtual_options.names.clear();
   HemSet compared;
-  if (!arguments.compared.empty()) compared = read_hems(arguments.compared, virtual_options);
-  refuse_copies_of(real, compared);
+  if (!arguments.compared.empty()) {
+    compared = read_hems(arguments.compared, virtual_options);
+    refuse_other_kinds(real, compared);
+    refuse_copies_of(real, compared);
+  }
   MatchOptions match_options;
   match_options.significance = arguments.significance;
   const std::vector<HemMatch> matches = match_hems(real.hems, compared.hems, match_options);
@@ -52,10 +69,7 @@ int run(const DrapemeterArguments& arguments, std::vector<std::string> words,
     const auto &csv = named.outputs[0], &json = named.outputs[1];
     write_durable(csv, hems_csv(options.geometry, real.hems));
     write_json(json, hems_json(options.geometry, real, matches, match_options));
-    ending.next_command =
-        fmt::format("drape drapemeter {} --disc-mm {:.10g} --specimen-mm {:.10g} --compare SHEET",
-                    shell_word(csv.string()), options.geometry.disc_m / units::mm,
-                    options.geometry.specimen_m / units::mm);
+    ending.next_command = next_command(real, options.geometry, shell_word(csv.string()));
   }
   return finish(ending, common, record);
 }

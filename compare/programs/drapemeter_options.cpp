@@ -79,7 +79,9 @@ void add_options(Command& app, DrapemeterArguments& arguments) {
                  "of radii (r000, r005 .. in mm)")
       ->required();
   app.add_option("--compare", arguments.compared,
-                 "virtual hems: are they inside the repeats of the inputs?");
+                 "virtual hem, or a folder or table of them, again for another: is it inside the "
+                 "repeats of the inputs?")
+      ->one_per_flag();
   app.add_option("--significance", arguments.significance,
                  "of that verdict: part of real repeats that would be called outside")
       ->range(0.001, 0.5)
@@ -94,7 +96,9 @@ void add_options(Command& app, DrapemeterArguments& arguments) {
                  "another disc's diameter; to be stated for sheets of a bench, which may hang over "
                  "any object")
       ->positive();
-  app.add_option("--specimen-mm", arguments.specimen_mm, "another specimen's diameter")->positive();
+  app.add_option("--specimen-mm", arguments.specimen_mm,
+                 "another specimen's diameter; a sheet's specimen is its own flat area")
+      ->positive();
   app.add_option("--names", arguments.names,
                  "where fabric, sample, face and repeat stand in the files' paths, such as "
                  "\"{fabric}/{sample}_{face}_{repeat}\"; * is any text");
@@ -131,6 +135,7 @@ HemReadOptions read_options(const DrapemeterArguments& arguments, int threads) {
   }
   options.geometry.check();
   options.disc_stated = arguments.disc_mm.has_value();
+  options.specimen_stated = arguments.specimen_mm.has_value();
   options.scale = scale_of(arguments, options.geometry.disc_m);
   if (arguments.scale_u_percent) options.scale_u = *arguments.scale_u_percent * units::percent;
   options.names = arguments.names;

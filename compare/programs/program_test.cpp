@@ -93,6 +93,24 @@ TEST_F(Program, SheetsThatFollowAFileOfAFlagAreComparedToo) {
   EXPECT_EQ(parse_json(output_)["drapes"][0]["real_vs_virtual"].size(), 4U);
 }
 
+TEST_F(Program, AFlagOfAnotherGroupTakesOneFileSoThatItSwallowsNone) {
+  const std::string simulated = files_[1].string();
+  EXPECT_NE(run("drape-repeats", "--compare " + simulated + " " + files_[0].string()), 2)
+      << output_;
+  Sheet whole = test::measured_sheet(), wider = whole, bent = whole;
+  for (SheetMark& mark : wider.marks) mark.point_in_world *= 1.01;
+  for (SheetMark& mark : bent.marks) mark.point_in_world.z() += mark.material_m.y() * 0.1;
+  write_sheet(path("a.ply"), whole);
+  write_sheet(path("b.ply"), wider);
+  write_sheet(path("c.ply"), bent);
+  const std::string others = path("a.ply") + " " + path("b.ply");
+  ASSERT_EQ(run("drape-folds", "--against " + path("c.ply") + " " + others), 0) << output_;
+  EXPECT_THAT(output_, HasSubstr("2 sheets against 1"));
+  ASSERT_EQ(run("drape-drapemeter", "--disc-mm 90 --compare " + simulated + " " + others), 0)
+      << output_;
+  EXPECT_THAT(output_, HasSubstr("2 hems measured"));
+}
+
 TEST_F(Program, WarningsOfTheStagesAreSaidAndStored) {
   ASSERT_EQ(compare("--warning='detect (drape A): cam1 is dim'"), 0) << output_;
   EXPECT_THAT(output_, HasSubstr("  warning: detect (drape A): cam1 is dim"));

@@ -188,7 +188,8 @@ std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geom
                                   const HemOptions& options) {
   const double disc = disc_area(geometry.disc_m);
   const double specimen = hem.flat_area_m2.value_or(disc_area(geometry.specimen_m));
-  const double ring = (geometry.specimen_m - geometry.disc_m) / 2;
+  const double specimen_radius = std::sqrt(specimen / std::numbers::pi);
+  const double ring = specimen_radius - geometry.disc_m / 2;
   const auto spectrum = spectrum_of(hem.radius_m, options.orders);
   const double mean = spectrum[0].real();
   const auto [least, most] = std::minmax_element(hem.radius_m.begin(), hem.radius_m.end());
@@ -200,7 +201,7 @@ std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geom
   }
   std::vector<HemNumber> numbers = {
       {"drape_coefficient_percent", 100 * (hem.area_m2 - disc) / (specimen - disc), {}},
-      {"drape_distance_ratio_percent", 100 * (geometry.specimen_m / 2 - mean) / ring, {}},
+      {"drape_distance_ratio_percent", 100 * (specimen_radius - mean) / ring, {}},
       {"fold_depth_index_percent", 100 * (*most - *least) / ring, {}},
       {"nodes", static_cast<double>(nodes.size()), {}},
       {"node_amplitude_mm", amplitude / mm, {}},

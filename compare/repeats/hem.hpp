@@ -66,7 +66,8 @@ struct HemNumber {
 
 /// drape_coefficient_percent = 100 (A - disc) / (specimen - disc) (Cusick 1968);
 /// drape_distance_ratio_percent = 100 (R - r_mean) / (R - r_disc) and
-/// fold_depth_index_percent = 100 (r_max - r_min) / (R - r_disc) (Jeong 1998); nodes; mean
+/// fold_depth_index_percent = 100 (r_max - r_min) / (R - r_disc) (Jeong 1998), R that of a round
+/// specimen of the same flat area; nodes; mean
 /// node_amplitude_mm and node_wavelength_mm; area_mm2, mean, least and largest radius in mm; the
 /// amplitudes of the Fourier orders of the radius: order_00_mm (its mean) to order_16_mm.
 [[nodiscard]] std::vector<HemNumber> numbers_of(const Hem& hem, const DrapemeterGeometry& geometry,

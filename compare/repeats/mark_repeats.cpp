@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "compare/metrics/drapemeter.hpp"
 #include "compare/metrics/surface.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -30,17 +31,6 @@ std::vector<const SheetMark*> common_marks(const std::vector<NamedSheet>& repeat
     if (everywhere) common.push_back(&mark);
   }
   return common;
-}
-
-/// The outermost marks of a lattice in turn.
-std::vector<MarkId> border_of(int rows, int cols) {
-  std::vector<MarkId> border;
-  border.reserve(cols);
-  for (int col = 0; col < cols; ++col) border.push_back({0, col});
-  for (int row = 1; row < rows; ++row) border.push_back({row, cols - 1});
-  for (int col = cols - 2; col >= 0 && rows > 1; --col) border.push_back({rows - 1, col});
-  for (int row = rows - 2; row > 0 && cols > 1; --row) border.push_back({row, 0});
-  return border;
 }
 
 double rms_m(const Points& a, const Points& b) {
