@@ -201,6 +201,21 @@ TEST_F(Records, EveryProgramWarnsOfARareFabricAndRefusesFrictionThatNoClothHas) 
   EXPECT_NE(said.find("a friction coefficient of 22"), std::string::npos) << said;
 }
 
+TEST_F(Records, APartIsOfAPlanThatIsComputed) {
+  write_durable(out("plan.toml"),
+                "schema = \"drapebench/plan/1\"\nscenes = "
+                "[\"tent.toml\"]\ngrids = [6]\nsegments = [1]\n");
+  for (const std::string& words : {out("").string(), "status " + out("plan.toml").string()}) {
+    const int ended = std::system(fmt::format("{} {} --part 1/2 --out {} > {} 2>&1",
+                                              test::program("drape-study").string(), words,
+                                              out("study").string(), out("said").string())
+                                      .c_str());
+    const std::string said = read_text(out("said"));
+    EXPECT_EQ(WEXITSTATUS(ended), 2) << said;
+    EXPECT_NE(said.find("leave --part out"), std::string::npos) << said;
+  }
+}
+
 TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
   const std::string scene_file = scene().string();
   const std::string drape = out("drape").string(), fine = out("fine").string(),

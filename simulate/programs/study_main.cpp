@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   return run_program(app, argc, argv, common, [&] {
     if (is_plan(app, rig)) return run_plan(app, rig, out, plan, common);
+    require_no_part(app, "a rig is no plan and has no parts");
     options.simulate.cloth_thickness_m = thickness_mm * 1e-3;
     return run(rig, out, options, arguments_of(argc, argv), common);
   });

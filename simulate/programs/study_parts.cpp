@@ -119,18 +119,25 @@ void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments&
   status->add_option("--out", out, "as given to the parts")->required();
 }
 
+void require_no_part(const Command& app, const std::string& why) {
+  if (app.count("--part") > 0) throw usage_error(why, "leave --part out");
+}
+
 bool is_plan(const Command& app, const fs::path& rig) {
   return app.chosen() != nullptr || rig.extension() == ".toml";
 }
 
 int run_plan(const Command& app, const fs::path& plan, const fs::path& out,
              const PlanArguments& arguments, const CommonOptions& common) {
-  if (app.chosen() != nullptr) return count(plan, out, common);
   for (const char* option : {"--scenes", "--grids", "--segments", "--models", "--solvers",
                              "--max-steps", "--thickness-mm"}) {
     if (app.count(option) > 0)
       throw usage_error(fmt::format("{} cannot change a plan", option),
                         "write it into the plan file");
+  }
+  if (app.chosen() != nullptr) {
+    require_no_part(app, "status counts all parts of a plan");
+    return count(plan, out, common);
   }
   if (out.empty()) throw usage_error("--out is missing", "give a folder for all parts");
   return compute(plan, arguments.part, out, common);

@@ -22,6 +22,9 @@ struct PlanArguments {
 void add_plan_options(Command& app, std::filesystem::path& rig, std::filesystem::path& out,
                       PlanArguments& arguments);
 
+/// Throws Error(usage) when --part is given, for the reason `why` it would do nothing.
+void require_no_part(const Command& app, const std::string& why);
+
 /// Whether a plan was given and not a rig.
 [[nodiscard]] bool is_plan(const Command& app, const std::filesystem::path& rig);
 
