@@ -101,6 +101,9 @@ Subject camera_subject(const StoreReader& store, const std::string& key,
     std::string names;
     for (const auto& row : store.query(kCamera, {key, ""}).rows)
       names += (names.empty() ? "" : ", ") + row[1];
+    if (names.empty())
+      throw usage_error("the store has the name of this calibration, not its residuals",
+                        "import its sheets again with --calibration calibration.json");
     throw usage_error("a residual is that of one camera", "give --camera, one of: " + names);
   }
   subject.add_root("calibration", "calibration_sha256");

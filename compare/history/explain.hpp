@@ -52,11 +52,13 @@ struct Difference {
 [[nodiscard]] Difference difference_of(const StoreReader& store, const std::string& first,
                                        const std::string& second);
 
-/// The paper's twelve tables: the published numbers of `published_csv` beside every result of the
-/// same scene, grid and segments in the store, one column per measured sheet and one for
-/// simulations without a real cloth (more where models or solvers differ). The last column names
-/// the columns whose simulations are not at rest.
+/// The paper's twelve tables, or those of one experiment: the published numbers of `published_csv`
+/// beside every result of the same scene, grid and segments in the store, one column per measured
+/// sheet and one for simulations without a real cloth (more where models or solvers differ). The
+/// last column names the columns whose simulations are not at rest. Throws Error(usage) for an
+/// experiment that the paper has not.
 [[nodiscard]] std::vector<Table> published_tables(const StoreReader& store,
-                                                  const std::string& published_csv);
+                                                  const std::string& published_csv,
+                                                  const std::string& experiment = {});
 
 }  // namespace drape::compare

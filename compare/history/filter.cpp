@@ -13,10 +13,6 @@
 namespace drape::compare {
 namespace {
 
-std::string grid_text(const std::string& grid) {
-  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
-}
-
 /// "2026", "2026-03" or "2026-03-01": the beginning of a date as the store writes it.
 bool is_date(const std::string& text) {
   static const std::regex form("([0-9]{4})(-([0-9]{2})(-([0-9]{2}))?)?");
@@ -91,6 +87,10 @@ std::string window_of(const ResultFilter& filter, std::vector<std::string>& para
 }
 
 }  // namespace
+
+std::string grid_text(const std::string& grid) {
+  return grid.empty() || grid.find('x') != std::string::npos ? grid : grid + "x" + grid;
+}
 
 void Selection::add(const std::string& column, const std::string& value) {
   if (value.empty()) return;

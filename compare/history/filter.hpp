@@ -14,6 +14,14 @@ inline constexpr const char* kUncertaintyIs =
     "run_drape AS k WHERE k.run = d.run AND k.scene = d.scene AND substr(k.headline_sha256, 1, 12) "
     "= d.comparison) AS uncertainty_is";
 
+/// As in the view v_real_vs_virtual.
+inline constexpr const char* kOrder =
+    " ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, grid_rows DESC, model, "
+    "solver, branch, comparison";
+
+/// "21x21" of "21x21" or "21".
+[[nodiscard]] std::string grid_text(const std::string& grid);
+
 /// What a filter selects, as parts of one query: v_comparison AS v, each row with the last of its
 /// runs that the filter admits AS s (the columns of schema.hpp's state_query).
 struct Selection {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
 
 #include "compare/history/explain.hpp"
 #include "core/error.hpp"
@@ -152,11 +154,15 @@ Table head_of(const Published& row, const std::vector<PublishedColumn>& columns)
 
 }  // namespace
 
-std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv) {
+std::vector<Table> published_tables(const StoreReader& store, const std::string& published_csv,
+                                    const std::string& experiment) {
   std::vector<Table> tables;
   std::vector<PublishedColumn> columns;
   int number = 0;
+  std::set<std::string> known;
   for (const Published& row : read_published(published_csv)) {
+    known.insert(row.experiment);
+    if (!experiment.empty() && row.experiment != experiment) continue;
     if (row.table != number) {
       number = row.table;
       columns = columns_of(store, row);
@@ -174,6 +180,9 @@ std::vector<Table> published_tables(const StoreReader& store, const std::string&
     cells.push_back(moving);
     tables.back().add(std::move(cells));
   }
+  if (tables.empty() && !experiment.empty())
+    throw usage_error(fmt::format("the paper has no experiment `{}`", experiment),
+                      fmt::format("it has: {}", fmt::join(known, ", ")));
   return tables;
 }
 

@@ -12,11 +12,6 @@
 namespace drape::compare {
 namespace {
 
-/// As in the view v_real_vs_virtual.
-constexpr const char* kOrder =
-    " ORDER BY scene, measured, simulator <> 'drapebench', segments DESC, grid_rows DESC, model, "
-    "solver, branch, comparison";
-
 /// Turns the one row of `table` into name, value, unit and definition.
 Table metrics_of(const StoreReader& store, const Table& row) {
   Table metrics;
@@ -136,99 +131,6 @@ ShownResult show_result(const StoreReader& store, const std::string& key) {
   return shown;
 }
 
-namespace {
-
-/// The pairs of one drape, or of simulations without a real cloth, whose sheets are selected.
-Table pairs_of(const StoreReader& store, const std::string& scene, const std::string& measured,
-               const Selection& of) {
-  const std::string columns =
-      "SELECT pair, round(mean_dist_mm, 2) AS mean_dist_mm FROM v_virtual_vs_virtual WHERE scene = "
-      "? AND measured ";
-  if (measured.empty()) return store.query(columns + "IS NULL", {scene});
-  const std::string sheets = "(SELECT v.simulated FROM " + of.from + of.where + ")";
-  std::vector<std::string> parameters = {scene, measured};
-  for (int i = 0; i < 2; ++i)
-    parameters.insert(parameters.end(), of.parameters.begin(), of.parameters.end());
-  return store.query(columns + "= ? AND first IN " + sheets + " AND second IN " + sheets,
-                     parameters);
-}
-
-}  // namespace
-
-std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter) {
-  ResultFilter of_drapes = filter;  // a drape is one whatever of its simulations is asked for
-  of_drapes.grid = of_drapes.model = of_drapes.simulator = "";
-  of_drapes.segments.reset();
-  const Selection drapes = selection_of(store, of_drapes);
-  const Selection chosen = selection_of(store, filter);
-  const Table groups = store.query(
-      "SELECT DISTINCT scene, measured, measured_set, s.measurement, s.cause, s.run, "
-      "s.date, s.match, s.match_reason, (SELECT m.rests_on FROM comparison AS c JOIN run AS r ON "
-      "r.number = s.run JOIN run_match AS m ON m.run_sha256 = r.sha256 AND m.measured_sha256 = "
-      "c.measured_sha256 WHERE c.id = v.id) FROM " +
-          drapes.from + drapes.where + " AND branch IS NULL ORDER BY scene, measured",
-      drapes.parameters);
-  std::vector<Table> tables;
-  for (const auto& group : groups.rows) {
-    std::string title = fmt::format("(experiment {}, measured sheet {})", group[0], group[1]);
-    if (!group[5].empty())
-      title += fmt::format("; run {} of {}: measurement {}{}; match {}{}", group[5],
-                           group[6].substr(0, 10), group[3],
-                           group[4].empty() ? "" : " (" + group[4] + ")", group[7],
-                           group[9].empty() ? "" : ", by " + group[9]);
-    Selection same = chosen, all = drapes;
-    for (Selection* one : {&same, &all}) {
-      one->add("scene", group[0]);
-      one->add("measured", group[1]);
-    }
-    tables.push_back(
-        store.query("SELECT grid_size, segments, round(mean_dist_mm, 2) AS mean_dist_mm FROM " +
-                        same.from + same.where + " AND branch IS NULL" + kOrder,
-                    same.parameters));
-    tables.back().title = "Real vs virtual " + title;
-    tables.push_back(pairs_of(store, group[0], group[1], all));
-    tables.back().title = "Virtual vs virtual " + title;
-  }
-  const Table branches = store.query(
-      "SELECT scene, grid_size, segments, branch, round(energy_uJ, 2) AS energy_uJ, "
-      "round(above_least_uJ, 2) AS above_least_uJ, starts, hem_nodes, round(mean_dist_mm, 3) AS "
-      "mean_dist_mm, round(match_mm, 3) AS match_mm, least_energy, nearest, measured, comparison "
-      "FROM v_branches WHERE comparison IN (SELECT v.comparison FROM " +
-          drapes.from + drapes.where + ")",
-      drapes.parameters);
-  if (!branches.rows.empty()) {
-    tables.push_back(branches);
-    tables.back().title = "Branches (equilibria of one drape, by energy)";
-  }
-  std::vector<std::string> parameters = {filter.scene, filter.fabric, filter.outdated ? "all" : ""};
-  const bool of_runs = filter.run || !filter.since.empty() || !filter.until.empty();
-  const Table surfaces = store.query(
-      "SELECT scene, simulator, round(to_surface_mean_mm, 3) AS to_surface_mean_mm, "
-      "round(real_to_mesh_mean_mm, 3) AS real_to_mesh_mean_mm, round(real_to_mesh_max_mm, 3) AS "
-      "real_to_mesh_max_mm, marks, measured, comparison FROM v_real_vs_surface WHERE (?1 = '' OR "
-      "scene = ?1) AND (?2 = '' OR fabric = ?2) AND (?3 = 'all' OR coalesce(state, 'current') = "
-      "'current')" +
-          (of_runs ? " AND measured IN (SELECT substr(measured_sha256, 1, 12) FROM run_drape WHERE "
-                     "run IN (" +
-                         runs_of(filter, parameters) + "))"
-                   : std::string()),
-      parameters);
-  if (!surfaces.rows.empty()) {
-    tables.push_back(surfaces);
-    tables.back().title = "Real vs surface (meshes without material correspondence)";
-  }
-  if (of_runs) return tables;  // simulations without a real cloth are of no run
-  const Table alone = store.query(
-      "SELECT DISTINCT scene FROM v_virtual_vs_virtual WHERE measured IS NULL AND (?1 = '' OR "
-      "scene = ?1) AND (?2 = '' OR fabric = ?2) ORDER BY scene",
-      {filter.scene, filter.fabric});
-  for (const auto& scene : alone.rows) {
-    tables.push_back(pairs_of(store, scene[0], "", {}));
-    tables.back().title = "Virtual vs virtual (experiment " + scene[0] + ", no real cloth)";
-  }
-  return tables;
-}
-
 Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   check_filter(store, filter);
   std::vector<std::string> parameters;
@@ -241,13 +143,16 @@ Table list_runs(const StoreReader& store, const ResultFilter& filter) {
   };
   add("rig = ?", filter.rig, 1);
   add("run IN (SELECT run FROM run_drape WHERE scene = ?)", filter.scene, 1);
+  // A run that was given no calibration.json still has sheets that were measured with one.
   add("run IN (SELECT number FROM run WHERE substr(calibration_sha256, 1, length(?)) = ? OR "
-      "instr(calibration_name, ?) > 0)",
-      filter.calibration, 3);
+      "instr(calibration_name, ?) > 0 UNION SELECT d.run FROM run_drape AS d JOIN sheet AS m ON "
+      "m.sha256 = d.measured_sha256 WHERE substr(m.calibration_sha256, 1, length(?)) = ?)",
+      filter.calibration, 5);
   return store.query(sql + " ORDER BY run", parameters);
 }
 
-Table trend_by(const StoreReader& store, const std::string& key) {
+Table trend_by(const StoreReader& store, const std::string& key, const std::string& specimen) {
+  check_specimen(store, specimen);
   std::string value = "d." + key, chosen;
   std::vector<std::string> keys;
   if (key != "fabric" && key != "label" && key != "scene") {
@@ -278,14 +183,19 @@ Table trend_by(const StoreReader& store, const std::string& key) {
                       "see the keys with: drape-results sql \"SELECT DISTINCT owner, key FROM "
                       "run_value\"");
   }
+  std::string of_specimen;
+  if (!specimen.empty()) {
+    keys.push_back(specimen);
+    of_specimen =
+        fmt::format(" WHERE d.scene = ?{0} OR d.scene || '/' || d.fabric = ?{0}", keys.size());
+  }
   Table table = store.query(
       chosen + "SELECT d.scene, " + value +
           " AS by_value, d.run, substr(d.date, 1, 10) AS date, d.grid_size, d.segments, "
           "round(d.mean_dist_mm, 3) AS mean_dist_mm, round(d.expanded_uncertainty_mm, 3) AS "
           "expanded_uncertainty_mm, " +
-          kUncertaintyIs +
-          ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d ORDER BY d.scene, "
-          "by_value, d.date, d.run",
+          kUncertaintyIs + ", d.measurement, d.match, d.match_rests_on FROM v_run_drape AS d" +
+          of_specimen + " ORDER BY d.scene, by_value, d.date, d.run",
       keys);
   table.names[1] = key;
   return table;

@@ -27,6 +27,8 @@ struct ResultFilter {
   std::string calibration = {};  ///< start of its hash, or part of its name
   std::optional<int> run = {};   ///< its number
   bool outdated = false;         ///< also what a later run replaced
+
+  friend bool operator==(const ResultFilter&, const ResultFilter&) = default;
 };
 
 /// A row of the store that has a key.
@@ -59,8 +61,10 @@ struct RunDifference {
 [[nodiscard]] RunDifference difference_of_runs(const StoreReader& store, int first, int second);
 
 /// The headline distance of each drape over the runs, one series for each value of `key` ("fabric",
-/// "friction", any key of a scene or fabric file). Throws Error(usage) for a key no run has.
-[[nodiscard]] Table trend_by(const StoreReader& store, const std::string& key);
+/// "friction", any key of a scene or fabric file), of all specimens or one as in TrendOptions.
+/// Throws Error(usage) for a key no run has.
+[[nodiscard]] Table trend_by(const StoreReader& store, const std::string& key,
+                             const std::string& specimen = {});
 
 /// One row per comparison between a measured sheet and a simulation.
 [[nodiscard]] Table list_results(const StoreReader& store, const ResultFilter& filter);
@@ -75,7 +79,9 @@ struct ShownResult {
 };
 [[nodiscard]] ShownResult show_result(const StoreReader& store, const std::string& key);
 
-/// The paper's two tables for each scene and measured sheet in the store.
+/// The paper's two tables for each scene and measured sheet in the store, with simulator, fabric,
+/// model and solver where they differ, branches and surfaces. Of pairs those whose simulations the
+/// filter admits both; a table without a row is left out.
 [[nodiscard]] std::vector<Table> paper_tables(const StoreReader& store, const ResultFilter& filter);
 
 /// A whole table or view. Throws Error(usage) listing what there is.

@@ -3,6 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include "compare/history/explain.hpp"
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
 #include "compare/store/sheet_folders.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
@@ -77,6 +80,101 @@ TEST_F(Results, TablesHaveTheLayoutOfThePaper) {
   EXPECT_EQ(tables[1].rows[2][0], "1 seg: 11x11 vs 21x21");
 }
 
+TEST_F(Results, TablesNameSimulatorsAndFabricsWhereThereAreSeveral) {
+  DrapeInput input = test::drape_of(test::measured_sheet(),
+                                    {test::simulated_sheet(21, 5), test::simulated_sheet(21, 1),
+                                     test::simulated_sheet(11, 5), test::simulated_sheet(11, 1)});
+  input.simulations[1].other_simulator = "Other";
+  auto& other = std::get<SimulatedSource>(input.simulations[1].sheet.sheet.source);
+  other.model = "Other";
+  other.solver = "not stated";
+  const auto add = [&](const std::string& name) {
+    const fs::path file = folder_.path() / name;
+    Store store(file);
+    store.add(input, compare_drape(input, {}));
+    store.close();
+    return file;
+  };
+  const StoreReader two(add("two.sqlite"));
+  const auto tables = paper_tables(two, {});
+  EXPECT_THAT(tables.at(0).names,
+              ElementsAre("grid_size", "segments", "mean_dist_mm", "simulator"));
+  EXPECT_EQ(tables[0].rows.back()[3], "Other");
+  const auto alone = paper_tables(two, {.simulator = "Other"});
+  ASSERT_EQ(alone.size(), 1U) << "no pair of it";
+  EXPECT_EQ(alone[0].rows.size(), 1U);
+  EXPECT_EQ(alone[0].names.back(), "simulator");
+  std::get<SimulatedSource>(input.simulations[0].sheet.sheet.source).solver = "static";
+  auto& silk = std::get<SimulatedSource>(input.simulations[3].sheet.sheet.source);
+  silk.fabric = "silk";
+  silk.fabric_sha256 = std::string(64, 'e');
+  const StoreReader more(add("more.sqlite"));
+  EXPECT_THAT(
+      paper_tables(more, {}).at(0).names,
+      ElementsAre("grid_size", "segments", "mean_dist_mm", "simulator", "fabric", "solver"));
+}
+
+TEST_F(Results, AFilterHoldsInEveryTable) {
+  const StoreReader reader(file());
+  EXPECT_EQ(paper_tables(reader, {.grid = "21", .segments = 5}).size(), 1U);
+  const auto five = paper_tables(reader, {.segments = 5});
+  ASSERT_EQ(five.size(), 2U);
+  ASSERT_EQ(five[1].rows.size(), 1U);
+  EXPECT_EQ(five[1].rows[0][0], "5 seg: 11x11 vs 21x21");
+
+  DrapeInput input = test::drape_of(
+      test::measured_sheet(),
+      {test::simulated_sheet(11, 5), test::simulated_sheet(11, 1), test::simulated_sheet(21, 5)});
+  for (const int k : {0, 1})
+    input.simulations[static_cast<std::size_t>(k)].branch =
+        Branch{std::string(64, 'b'), k + 1, 2, 1e-3, 1e-7, true, 1, 4, true};
+  const fs::path branches = folder_.path() / "branches.sqlite";
+  Store store(branches);
+  store.add(input, compare_drape(input, {}));
+  store.close();
+  EXPECT_THAT(paper_tables(StoreReader(branches), {}).back().title, HasSubstr("Branches"));
+  EXPECT_EQ(paper_tables(StoreReader(branches), {.grid = "21"}).size(), 1U);
+  EXPECT_EQ(paper_tables(StoreReader(branches), {.segments = 1}).at(0).rows.size(), 1U);
+
+  const auto files = test::write_example(folder_.path() / "A");
+  const Session session = read_session({files[1], files[2], files[3], files[4]}, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  const fs::path simulated = folder_.path() / "alone.sqlite";
+  (void)import_session(simulated, session, outcome);
+  EXPECT_EQ(paper_tables(StoreReader(simulated), {}).at(0).rows.size(), 4U);
+  const auto coarse = paper_tables(StoreReader(simulated), {.grid = "11"});
+  ASSERT_EQ(coarse.at(0).rows.size(), 1U);
+  EXPECT_EQ(coarse[0].rows[0][0], "11x11: 5 seg vs 1 seg");
+}
+
+TEST_F(Results, PublishedTablesAreThoseOfTheExperimentThatIsAskedFor) {
+  const StoreReader reader(file());
+  const std::string paper = (drape::test::source_root() / "rigs/paper/published.csv").string();
+  const auto tables = published_tables(reader, paper, "E");
+  ASSERT_EQ(tables.size(), 2U);
+  for (const Table& table : tables) EXPECT_THAT(table.title, HasSubstr("experiment E"));
+  EXPECT_THROW((void)published_tables(reader, paper, "Z"), Error);
+}
+
+TEST_F(Results, RunsAreFoundByTheCalibrationOfTheirSheets) {
+  const auto files = test::write_example(folder_.path() / "A");
+  const Session session = read_session(files, {});
+  Outcome outcome;
+  compare_session(session, {}, outcome);
+  const fs::path imported = folder_.path() / "imported.sqlite";
+  (void)import_session(imported, session, outcome);
+  const StoreReader reader(imported);
+  const std::string calibration = sha256_of(std::string_view("calibration")).substr(0, 8);
+  EXPECT_EQ(list_runs(reader, {.calibration = calibration}).rows.size(), 1U);
+  try {
+    (void)explain(reader, calibration, "rms_px", {.camera = "cam1"});
+    FAIL() << "no calibration.json was given";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--calibration"));
+  }
+}
+
 TEST_F(Results, ShowNamesUnitsAndDefinitions) {
   const StoreReader reader(file());
   const std::string key = list_results(reader, {}).rows[0][0];
@@ -137,6 +235,11 @@ TEST(Table, TextCsvAndJson) {
   EXPECT_EQ(csv_of(table), "name,length_mm\n\"a, \"\"b\"\"\",1.5\nü,\n");
   EXPECT_EQ(json_of(table).dump(),
             R"([{"name":"a, \"b\"","length_mm":1.5},{"name":"ü","length_mm":null}])");
+  table.rows = {{"whole", "12"}, {"negative", "-3"}, {"real", "2.0"}, {"small", "1e-9"}};
+  EXPECT_EQ(json_of(table)[0]["length_mm"].dump(), "12");
+  EXPECT_EQ(json_of(table)[1]["length_mm"].dump(), "-3");
+  EXPECT_EQ(json_of(table)[2]["length_mm"].dump(), "2.0");
+  EXPECT_EQ(json_of(table)[3]["length_mm"], 1e-9);
 }
 
 TEST(SheetFolders, StandAloneSimulationsComeFirstAndMeasuredSheetsKeepTheirs) {

@@ -103,6 +103,17 @@ TEST(Trend, AnUncertaintyThatLacksAPartIsSaidToBeAtLeastThat) {
   }
 }
 
+TEST(Trend, ByAKeyIsThatOfTheSpecimenThatIsAskedFor) {
+  const drape::test::TemporaryFolder folder;
+  const auto file = folder.path() / "results.sqlite";
+  import_run(file, 5, 1);
+  const StoreReader reader(file);
+  ASSERT_EQ(trend_by(reader, "scene").rows.size(), 1U);
+  EXPECT_EQ(trend_by(reader, "scene", "A").rows.size(), 1U);
+  EXPECT_EQ(trend_by(reader, "scene", "A/cotton-like").rows.size(), 1U);
+  EXPECT_THROW((void)trend_by(reader, "scene", "C"), Error);
+}
+
 TEST(Trend, AnotherRigIsAnotherSeries) {
   const drape::test::TemporaryFolder folder;
   const auto file = folder.path() / "results.sqlite";

@@ -282,6 +282,14 @@ TEST(OtherSurface, StandsInItsOwnTableAndIsRecomputedAndExplained) {
   const Table rows = reader.query("SELECT comparison, marks, triangles FROM v_real_vs_surface");
   ASSERT_EQ(rows.rows.size(), 1U);
   EXPECT_EQ(rows.rows[0][2], "2");
+  const auto titles = [&](const std::string& simulator) {
+    std::string text;
+    for (const Table& table : paper_tables(reader, {.simulator = simulator})) text += table.title;
+    return text;
+  };
+  EXPECT_THAT(titles("Plane"), testing::StartsWith("Real vs surface"));
+  EXPECT_THAT(titles("drapebench"), testing::Not(HasSubstr("Real vs surface")));
+  EXPECT_THAT(titles(""), HasSubstr("Real vs surface"));
   const Explanation why = explain(reader, rows.rows[0][0], "to_surface_mean_mm");
   EXPECT_TRUE(why.complete);
   EXPECT_EQ(why.chain.rows.back()[2], "another simulator's mesh");

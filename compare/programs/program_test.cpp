@@ -233,6 +233,28 @@ TEST_F(Program, NothingIsWrittenOverTheStoreThatIsAsked) {
   EXPECT_EQ(run("drape-results", "history" + store + " --out " + path("results.sqlite.html")), 0);
 }
 
+TEST_F(Program, ResultsHeedEachOptionOrRefuseIt) {
+  ASSERT_EQ(compare(), 0);
+  const std::string store = " --store " + path("results.sqlite");
+  for (const char* wrong :
+       {"export csv --table run_drape --run 7", "export sql --table run", "export json --about x",
+        "trend --by fabric --sigmas 2", "tables --paper --grid 21"}) {
+    EXPECT_EQ(run("drape-results", wrong + store), 2) << wrong;
+    EXPECT_EQ(output_.find("GO"), std::string::npos) << output_;
+  }
+  EXPECT_EQ(run("drape-results", "--json export csv --table metric --out " + path("x") + store), 0);
+  EXPECT_THAT(read_text(path("x")), testing::StartsWith("name,unit,definition"));
+  EXPECT_EQ(run("drape-results", "--csv export json --table metric" + store), 0);
+  EXPECT_TRUE(parse_json(output_).is_array());
+  EXPECT_EQ(run("drape-results", "--csv tables" + store), 0);
+  EXPECT_THAT(output_, HasSubstr("table,grid_size,segments,mean_dist_mm\n\"Real vs virtual (exp"));
+  EXPECT_THAT(output_, HasSubstr("\n\ntable,pair,mean_dist_mm\n\"Virtual vs virtual (exp"));
+  EXPECT_EQ(run("drape-results", "import " + files_[1].string() + " " + files_[2].string() +
+                                     " --store " + path("pairs.sqlite")),
+            0);
+  EXPECT_THAT(output_, HasSubstr("next: drape results tables --store"));
+}
+
 TEST_F(Program, ResultsAnswers) {
   ASSERT_EQ(compare(), 0);
   const std::string store = " --store " + path("results.sqlite");

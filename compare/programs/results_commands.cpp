@@ -7,7 +7,6 @@
 #include <functional>
 #include <map>
 
-#include "compare/crate/crate.hpp"
 #include "compare/history/acceptance.hpp"
 #include "compare/history/apart.hpp"
 #include "compare/history/copies.hpp"
@@ -15,6 +14,7 @@
 #include "compare/history/rescue.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/history/signature.hpp"
+#include "compare/programs/results_export.hpp"
 #include "compare/programs/results_output.hpp"
 #include "compare/report/history.hpp"
 #include "compare/store/inputs.hpp"
@@ -96,7 +96,9 @@ int import_files(const ResultsArguments& arguments, const CommonOptions& common)
   ending.numbers = {{"store", arguments.store}};
   if (!ending.go) ending.numbers.emplace_back("comparisons", added);
   ending.warnings = outcome.warnings;
-  ending.next_command = "drape results list --store " + shell_word(arguments.store);
+  ending.next_command =
+      fmt::format("drape results {} --store {}", outcome.reports.empty() ? "tables" : "list",
+                  shell_word(arguments.store));
   return finish(ending, common);
 }
 
@@ -189,7 +191,7 @@ void diff(const StoreReader& reader, const ResultsArguments& arguments,
 int trend(const StoreReader& reader, const ResultsArguments& arguments,
           const CommonOptions& common) {
   if (!arguments.by.empty()) {
-    write(arguments, common, trend_by(reader, arguments.by));
+    write(arguments, common, trend_by(reader, arguments.by, arguments.trend.specimen));
     return 0;
   }
   const Trend result = trend_of(reader, arguments.trend);
@@ -203,39 +205,15 @@ int history(const StoreReader& reader, const ResultsArguments& arguments) {
   return page.go ? 0 : 1;
 }
 
-int export_crate(const StoreReader& reader, const ResultsArguments& arguments,
-                 const CommonOptions& common) {
-  if (arguments.file.empty() || arguments.lab.empty())
-    throw usage_error("a crate needs --out FOLDER and --about lab.toml",
-                      "lab.toml names title, description, license and authors");
-  const Crate crate =
-      write_crate(reader, arguments.filter.run, read_lab(arguments.lab), arguments.file);
-  Ending ending;
-  ending.go = crate.findings.empty();
-  ending.verdict = ending.go ? "the crate holds everything behind its numbers" : crate.findings[0];
-  ending.numbers = {{"files", std::to_string(crate.files)},
-                    {"runs of programs", std::to_string(crate.actions)}};
-  ending.rejected = crate.findings;
-  ending.next_command = fmt::format("zip -r crate.zip {}", shell_word(arguments.file));
-  return finish(ending, common);
-}
-
-int export_store(const StoreReader& reader, const ResultsArguments& arguments,
-                 const CommonOptions& common) {
-  const LedgerCheck ledger = check_ledger(reader);
-  if (!ledger.findings.empty())
-    throw bad_input(
-        "rows of the results store are not as they were written: " + ledger.findings.front(),
-        {.file = arguments.store},
-        "see `drape results verify`; `drape results rescue` keeps what is whole");
-  if (arguments.format == "ro-crate") return export_crate(reader, arguments, common);
-  if (arguments.format != "sql") {
-    write(arguments, common, export_table(reader, arguments.table));
-    return 0;
-  }
-  const std::string dump = dump_sql(reader);
-  arguments.file.empty() ? print_text(dump) : write_durable(arguments.file, dump);
-  return 0;
+std::vector<Table> published(const StoreReader& reader, const ResultsArguments& arguments) {
+  ResultFilter scene_alone;
+  scene_alone.scene = arguments.filter.scene;
+  if (arguments.filter != scene_alone)
+    throw usage_error("of the filters --paper takes --scene alone",
+                      "leave the others out, or leave --paper out");
+  return published_tables(
+      reader, arguments.published.empty() ? "rigs/paper/published.csv" : arguments.published,
+      arguments.filter.scene);
 }
 
 void add_reading(Command& app, ResultsArguments& arguments) {
@@ -281,17 +259,19 @@ void add_judging(Command& app, ResultsArguments& arguments) {
       "trend", "drift of the calibration residual and of each drape; exit code 1 on an alarm");
   Command* page = app.add_subcommand(
       "history", "the whole store as one HTML page; exit code 1 on an alarm or a NO-GO in it");
-  for (Command* command : {trend, page}) {
-    command->add_option("--specimen", arguments.trend.specimen,
-                        "only this reference drape, SCENE or SCENE/FABRIC");
-    command->add_option("--sigmas", arguments.trend.alarm_sigmas, "alarm beyond these (default 3)");
-    command->add_option("--least", arguments.trend.least_before,
-                        "values needed before one is judged (default 5)");
-  }
-  trend->add_option(
+  Option* by = trend->add_option(
       "--by", arguments.by,
       "the distances of all runs, apart by fabric, friction, label or any other key of "
       "a scene or fabric file; no alarm");
+  for (Command* command : {trend, page}) {
+    command->add_option("--specimen", arguments.trend.specimen,
+                        "only this reference drape, SCENE or SCENE/FABRIC");
+    const Option* sigmas = command->add_option("--sigmas", arguments.trend.alarm_sigmas,
+                                               "alarm beyond these (default 3)");
+    const Option* least = command->add_option("--least", arguments.trend.least_before,
+                                              "values needed before one is judged (default 5)");
+    if (command == trend) by->excludes(sigmas)->excludes(least);
+  }
   add_out(page, arguments);
   Command* why = app.add_subcommand(
       "why",
@@ -357,7 +337,7 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   if (!arguments.file.empty()) require_apart_from_store(arguments.file, arguments.store);
   if (command == "why") return why(reader, arguments, common);
   if (command == "trend") return trend(reader, arguments, common);
-  if (command == "export") return export_store(reader, arguments, common);
+  if (command == "export") return export_store(*app.chosen(), reader, arguments, common);
   if (command == "history") return history(reader, arguments);
   if (command == "list") {
     write(arguments, common, list_results(reader, arguments.filter));
@@ -369,9 +349,7 @@ int answer(const Command& app, const ResultsArguments& arguments, const CommonOp
   } else if (command == "runs") {
     write(arguments, common, list_runs(reader, arguments.filter));
   } else if (command == "tables" && app.subcommand("tables")->count("--paper") > 0) {
-    write_list(arguments, common,
-               published_tables(reader, arguments.published.empty() ? "rigs/paper/published.csv"
-                                                                    : arguments.published));
+    write_list(arguments, common, published(reader, arguments));
   } else if (command == "tables") {
     write_list(arguments, common, paper_tables(reader, arguments.filter));
   } else {

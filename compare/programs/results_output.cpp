@@ -13,15 +13,28 @@ namespace drape::compare {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// Each row says which of the tables of one file it is of.
+Table with_its_title(Table table) {
+  if (table.title.empty()) return table;
+  table.names.insert(table.names.begin(), "table");
+  for (auto& row : table.rows) row.insert(row.begin(), table.title);
+  return table;
+}
+
+}  // namespace
+
 void write(const ResultsArguments& arguments, const CommonOptions& common,
            const std::vector<const Table*>& tables) {
-  const bool csv = arguments.csv || arguments.format == "csv";
-  const bool json = common.json || arguments.format == "json";
+  // What export was asked for stands above what all commands may be asked for.
+  const bool json = arguments.format.empty() ? common.json : arguments.format == "json";
+  const bool csv = !json && (arguments.csv || arguments.format == "csv");
   std::string text;
   Json list = Json::array();
   for (const Table* table : tables) {
     if (csv && !text.empty()) text += '\n';
-    if (!json) text += csv ? csv_of(*table) : text_of(*table) + '\n';
+    if (!json) text += csv ? csv_of(with_its_title(*table)) : text_of(*table) + '\n';
     if (json) list.push_back({{"title", table->title}, {"rows", json_of(*table)}});
   }
   if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
@@ -44,10 +45,16 @@ std::string csv_line(const std::vector<std::string>& cells) {
 Json json_cell(const std::string& cell, bool numeric) {
   if (!numeric) return cell;
   if (cell.empty()) return nullptr;
+  const char* const last = cell.data() + cell.size();
+  const auto parsed = [&](auto& number) {
+    const auto [end, error] = std::from_chars(cell.data(), last, number);
+    return error == std::errc() && end == last;
+  };
+  std::int64_t whole = 0;
+  if (parsed(whole)) return whole;
   double number = 0;
-  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), number);
-  if (error != std::errc() || end != cell.data() + cell.size()) return cell;
-  return number;
+  if (parsed(number)) return number;
+  return cell;
 }
 
 /// Names of the columns that only matter when simulations differ in them.

@@ -26,7 +26,8 @@ struct Table {
 [[nodiscard]] std::string text_of(const Table& table);
 /// RFC 4180 text: cells with comma, quote or line break are quoted.
 [[nodiscard]] std::string csv_of(const Table& table);
-/// Array of objects; cells of numeric columns become numbers, empty cells null.
+/// Array of objects; cells of numeric columns become numbers (without a point where the cell has
+/// none), empty cells null.
 [[nodiscard]] Json json_of(const Table& table);
 
 /// The paper's odd tables: grid size, segments, mean distance, and then the measures the paper
