@@ -37,7 +37,7 @@ void write(const ResultsArguments& arguments, const CommonOptions& common,
     if (!json) text += csv ? csv_of(with_its_title(*table)) : text_of(*table) + '\n';
     if (json) list.push_back({{"title", table->title}, {"rows", json_of(*table)}});
   }
-  if (json) text = pretty(tables.size() == 1 ? list[0]["rows"] : list);
+  if (json) text = pretty(tables.size() == 1 && tables[0]->title.empty() ? list[0]["rows"] : list);
   if (!arguments.file.empty()) return write_durable(arguments.file, text);
   print_text(json || csv ? text : printable(std::move(text)));
   const bool empty = std::all_of(tables.begin(), tables.end(),
