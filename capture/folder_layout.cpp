@@ -14,6 +14,7 @@
 #include "capture/natural_order.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 
 namespace drape::capture {
 namespace {
@@ -35,18 +36,6 @@ bool is_hidden(const std::string& name) {
 /// Files that drapebench itself puts beside the sets.
 bool is_own_file(const std::string& name) {
   return name == "recording.json" || name.ends_with(".run.json");
-}
-
-/// Names go into lists on command lines, file names and reports, so they are kept simple.
-void require_usable_name(const std::string& name, const std::string& kind, const fs::path& path) {
-  const auto usable = [](unsigned char c) {
-    return (c < 0x80 && std::isalnum(c) != 0) || c == '_' || c == '-' || c == '.' || c == ' ';
-  };
-  if (std::all_of(name.begin(), name.end(), usable))
-    return require_plain_name(path.filename(), {.file = path.string()});
-  throw bad_input(fmt::format("the {} name holds a character that is not allowed", kind),
-                  {.file = path.string()},
-                  "rename it: letters a-z and A-Z, digits, space, '_', '-' and '.' are allowed");
 }
 
 /// Names in a folder, natural order, so that nothing depends on the file system's order.
@@ -79,7 +68,7 @@ void require_one_image_per_camera(const fs::path& folder, const SetLayout& layou
 
 SetLayout read_set(const fs::path& folder, const std::string& set,
                    std::vector<IgnoredFile>& ignored) {
-  require_usable_name(set, "set", folder / set);
+  require_utf8_name(set, {.file = (folder / set).string()});
   SetLayout layout{set, {}};
   for (const std::string& name : names_in(folder / set)) {
     const fs::path path = folder / set / name;
@@ -90,7 +79,7 @@ SetLayout read_set(const fs::path& folder, const std::string& set,
       continue;
     }
     const std::string camera = path.stem().string();
-    require_usable_name(camera, "camera", path);
+    require_utf8_name(name, {.file = path.string()});  // the file is named in the recording too
     layout.images.push_back({set, camera, file});
   }
   if (layout.images.empty()) {
@@ -105,6 +94,15 @@ SetLayout read_set(const fs::path& folder, const std::string& set,
 }
 
 }  // namespace
+
+void require_utf8_name(const std::string& name, const Where& where) {
+  require_plain_name(name, where);
+  try {
+    static_cast<void>(Json(name).dump());
+  } catch (const Json::exception&) {
+    throw bad_input(fmt::format("`{}` is not UTF-8", printable(name)), where, "rename it");
+  }
+}
 
 FolderLayout read_layout(const fs::path& folder) {
   FolderLayout layout;

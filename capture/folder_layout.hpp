@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/capture.hpp"
+#include "core/error.hpp"
 
 namespace drape::capture {
 
@@ -25,6 +26,9 @@ struct FolderLayout {
   std::vector<SetLayout> sets;  ///< natural order
   std::vector<IgnoredFile> ignored;
 };
+
+/// Refuses what cannot be the name of a set or camera in a file: require_plain_name(), and UTF-8.
+void require_utf8_name(const std::string& name, const Where& where);
 
 /// Images below `folder` by set and camera, without opening them. Throws Error(bad_input) for a
 /// folder without sets, a set without images, an unusable name, or two images of one camera.

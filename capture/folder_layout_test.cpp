@@ -91,7 +91,15 @@ TEST_F(Layout, RefusesASetWithoutImages) {
 
 TEST_F(Layout, RefusesNamesThatBreakLists) {
   add("a,b/cam0.png");
-  EXPECT_THAT(refusal(), HasSubstr("set name"));
+  EXPECT_THAT(refusal(), HasSubstr("`a,b` cannot be a name"));
+}
+
+TEST_F(Layout, TakesEveryNameThatAFileCanHold) {
+  for (const char* file : {"Stoff 1 wei\u00df/Kamera \u00e4.png", "(2) #1/Kamera \u00e4.png"})
+    add(file);
+  EXPECT_THAT(require_same_cameras(folder(), read_layout(folder())), ElementsAre("Kamera \u00e4"));
+  add("wei\xdf/cam.png");
+  EXPECT_THAT(refusal(), HasSubstr("is not UTF-8"));
 }
 
 TEST_F(Layout, RefusesAnAbsentFolder) {

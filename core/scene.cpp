@@ -35,10 +35,9 @@ Box read_box(const TomlTable& table) {
   if (box.size_m.minCoeff() <= 0)
     table.reject("size_mm", "an edge is not positive", "give three lengths above 0");
   box.edge_radius_m = table.has("edge_radius_mm") ? table.not_negative("edge_radius_mm") * mm : 0.0;
-  if (2 * box.edge_radius_m > box.size_m.minCoeff()) {
+  if (2 * box.edge_radius_m > box.size_m.minCoeff())
     table.reject("edge_radius_mm", "the rounded edges are larger than the box",
                  "give at most half of the smallest edge in size_mm");
-  }
   const double yaw_rad = table.number_or("yaw_deg", 0.0) * deg;
   box.world_from_box.rotation = Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix();
   box.world_from_box.translation_m = {table.number("x_mm") * mm, table.number("y_mm") * mm,
@@ -141,12 +140,7 @@ Scene read_scene(const std::filesystem::path& file) {
   const TomlTable root = TomlTable::open(file, "scene");
   Scene scene;
   scene.file = file;
-  scene.name = root.text("name");
-  if (scene.name.empty() || scene.name.find_first_of("/\\ ") != std::string::npos ||
-      scene.name.front() == '.') {
-    root.reject("name", fmt::format("`{}` cannot name a folder", scene.name),
-                "use letters, digits, - and _");
-  }
+  scene.name = root.name("name");
   scene.set = root.text_or("set", "");
   scene.fabric_file = root.file_path("fabric");
   scene.print_file = root.file_path("print");

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRig = R"(schema = "drapebench/rig/1"
-name = "{name}"
+name = {name}
 target = "target.toml"
 print = "print.toml"
 recording = "recording"
@@ -44,7 +44,7 @@ z_mm = {z}
 
 constexpr const char* kCamera = R"(
 [[camera]]
-name = "{name}"
+name = {name}
 width_px = {width}
 height_px = {height}
 # From the sensor's data sheet: it only scales the focal length in mm, no measured point depends on it.
@@ -52,9 +52,9 @@ height_px = {height}
 )";
 
 constexpr const char* kTarget = R"(schema = "drapebench/target/1"
-# `drape print target target.toml --out target.pdf` prints it to scale. Glue it to a flat plate, then measure
-# the print: printers scale. Frame: origin at the centre of the grid, x along the columns, y along the rows,
-# z out of the printed face.
+# Uncomment pitch_mm, and `drape print target target.toml --out target.pdf` prints it to scale. Glue it to a flat
+# plate, then measure the print: printers scale. Frame: origin at the centre of the grid, x along the columns, y
+# along the rows, z out of the printed face.
 kind = "dot-grid"
 rows = 9
 cols = 12
@@ -92,8 +92,8 @@ cells = [
 )";
 
 constexpr const char* kScene = R"(schema = "drapebench/scene/1"
-name = "{name}"
-set = "drape_{name}"
+name = {name}
+set = {set}
 fabric = "../fabrics/cloth.toml"
 print = "../print.toml"
 # The table's height in the world frame of the target's reference pose: minus the thickness of its plate.
@@ -184,9 +184,11 @@ struct NewDrape {
 };
 
 void check_name(const std::string& name, const char* what) {
-  if (!std::regex_match(name, std::regex("[A-Za-z0-9][A-Za-z0-9_-]*")))
-    throw usage_error(fmt::format("`{}` cannot name a {}", name, what),
-                      "use letters, digits, - and _");
+  try {
+    require_plain_name(name, {});
+  } catch (const Error& error) {
+    throw usage_error(fmt::format("`{}` cannot name a {}", name, what), error.what_to_do());
+  }
 }
 
 NewDrape drape_of(const std::string& text) {
@@ -300,16 +302,16 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
                       "write WIDTHxHEIGHT in pixels, e.g. 1600x1200");
   std::vector<std::string> scenes;
   for (const NewDrape& drape : drapes)
-    scenes.push_back(fmt::format("\"scenes/{}.toml\"", drape.name));
-  std::string text =
-      fmt::format(kRig, fmt::arg("name", name), fmt::arg("scenes", fmt::join(scenes, ", ")),
-                  fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
+    scenes.push_back(toml_quoted("scenes/" + drape.name + ".toml"));
+  std::string text = fmt::format(
+      kRig, fmt::arg("name", toml_quoted(name)), fmt::arg("scenes", fmt::join(scenes, ", ")),
+      fmt::arg("poses", fmt::join(numbered("pose", options.free_poses), ", ")));
   int index = 0;
   for (const double z_mm : options.stage_z_mm)
     text += fmt::format(kStage, fmt::arg("index", index++), fmt::arg("z", z_mm));
   for (const FoundCamera& camera : found)
-    text += fmt::format(kCamera, fmt::arg("name", camera.name), fmt::arg("width", camera.width_px),
-                        fmt::arg("height", camera.height_px));
+    text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera.name)),
+                        fmt::arg("width", camera.width_px), fmt::arg("height", camera.height_px));
   if (!found.empty()) return text;
   std::set<std::string> names;
   for (const std::string& camera : options.cameras) {
@@ -317,8 +319,8 @@ std::string rig_text(const NewRigOptions& options, const std::string& name,
     if (!names.insert(camera).second)
       throw usage_error(fmt::format("two cameras are called `{}`", camera),
                         "give each its own name");
-    text += fmt::format(kCamera, fmt::arg("name", camera), fmt::arg("width", size[1].str()),
-                        fmt::arg("height", size[2].str()));
+    text += fmt::format(kCamera, fmt::arg("name", toml_quoted(camera)),
+                        fmt::arg("width", size[1].str()), fmt::arg("height", size[2].str()));
   }
   return text;
 }
@@ -344,7 +346,8 @@ std::string print_toml() {
 }
 
 std::string scene_text(const NewDrape& drape) {
-  const std::string head = fmt::format(kScene, fmt::arg("name", drape.name));
+  const std::string head = fmt::format(kScene, fmt::arg("name", toml_quoted(drape.name)),
+                                       fmt::arg("set", toml_quoted("drape_" + drape.name)));
   if (drape.kind == "hung") return head + fmt::format(kHung, fmt::arg("size", drape.size_mm));
   const std::string size = fmt::format("{:.1f}", drape.size_mm);
   return head + kFlatStart +
@@ -353,11 +356,10 @@ std::string scene_text(const NewDrape& drape) {
 
 void write_fabric(const fs::path& folder) {
   write_durable(folder / "cloth.toml", kFabric);
-  for (const Curve& curve : kCurves) {
+  for (const Curve& curve : kCurves)
     for (const char* direction : {"warp", "weft"})
       write_durable(folder / "cloth" / fmt::format("{}_{}.csv", curve.name, direction),
                     curve.headings);
-  }
 }
 
 }  // namespace
@@ -373,10 +375,9 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   if (options.cameras == std::vector<std::string>{"auto"} && !fs::exists(folder))
     found = found_cameras();
   const std::string rig = rig_text(options, name, drapes, found);
-  if (fs::exists(folder)) {
+  if (fs::exists(folder))
     throw bad_input("the folder exists", {.file = folder.string()},
                     "name a new folder; nothing in this one was changed");
-  }
   write_durable(folder / "target.toml", target_text());
   write_durable(folder / "print.toml", print_toml());
   for (const NewDrape& drape : drapes)
@@ -389,10 +390,9 @@ int make_new_rig(const NewRigOptions& options, const CommonOptions& common) {
   ending.numbers = {{"rig", folder.string()},
                     {"to fill in",
                      "the lines that begin with `# name = value`: what only you can "
-                     "measure; readers name the first that is missing"},
+                     "measure; `drape check` names all that are missing"},
                     {"curves", (folder / "fabrics" / "cloth").string()}};
-  ending.next_command = fmt::format("drape print target {} --out target.pdf",
-                                    shell_word((folder / "target.toml").string()));
+  ending.next_command = fmt::format("drape check {}", shell_word(folder.string()));
   return finish(ending, common);
 }
 

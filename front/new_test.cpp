@@ -12,6 +12,7 @@
 #include "core/units.hpp"
 #include "front/check/check.hpp"
 #include "tests/support/paths.hpp"
+#include "tests/support/small_bench.hpp"
 
 namespace drape {
 namespace {
@@ -105,6 +106,34 @@ TEST(NewRig, TheCheckNamesWhatIsMissingAndInventsNoMore) {
     EXPECT_THAT(problem.what(), Not(HasSubstr("nan")));
     EXPECT_THAT(problem.what(), Not(HasSubstr("would be printed over")));
   }
+}
+
+TEST(NewRig, EveryNameThatAFileCanHoldIsWrittenAsItIs) {
+  const test::TemporaryFolder place;
+  const fs::path folder = place.path() / "my \"rig\"";
+  NewRigOptions options = three_drapes(folder);
+  options.drapes = {"Stoff 1 wei\u00df=hung:155"};
+  options.cameras = {"left \"a\"", "right"};
+  ASSERT_EQ(make(options), 0);
+  for (const char* file : {"rig.toml", "scenes/Stoff 1 wei\u00df.toml"}) fill_in(folder / file);
+  const Rig rig = read_rig(folder / "rig.toml");
+  EXPECT_EQ(rig.name, "my \"rig\"");
+  EXPECT_EQ(rig.cameras[0].name, "left \"a\"");
+  EXPECT_EQ(read_scene(rig.scenes.at(0)).name, "Stoff 1 wei\u00df");
+  EXPECT_EQ(read_scene(rig.scenes.at(0)).set, "drape_Stoff 1 wei\u00df");
+}
+
+TEST(NewRig, TheNextCommandNamesWhatIsToBeFilledIn) {
+  const test::TemporaryFolder place;
+  const std::string drape = test::program("drape").string();
+  const test::Outcome made = test::run_line("cd " + place.path().string() + " && " + drape +
+                                            " new my-rig --cameras a,b --drape A=sphere:90");
+  const std::size_t next = made.text.find("next: drape ");
+  ASSERT_NE(next, std::string::npos) << made.text;
+  const test::Outcome checked =
+      test::run_line("cd " + place.path().string() + " && " + drape + made.text.substr(next + 11));
+  EXPECT_THAT(checked.text, HasSubstr("values to correct"));
+  EXPECT_THAT(checked.text, HasSubstr("target.toml"));
 }
 
 TEST(NewRig, AFolderThatExistsIsNotTouched) {

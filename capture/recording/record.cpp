@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <set>
 
+#include "capture/folder_layout.hpp"
 #include "capture/recording/set_details.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -82,17 +83,17 @@ std::string_view view(const std::vector<std::uint8_t>& bytes) {
 }  // namespace
 
 void require_set_name(const std::string& set) {
-  const auto fit = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-' || c == '.' || c == ' ';
-  };
-  if (!set.empty() && set.size() <= kLongestSetName && set[0] != '.' && set[0] != '-' &&
-      !set.starts_with("recording.") && !set.ends_with(".new") &&
-      std::all_of(set.begin(), set.end(), fit))
-    return;
+  bool fit =
+      set.size() <= kLongestSetName && !set.starts_with("recording.") && !set.ends_with(".new");
+  try {
+    require_utf8_name(set, {});
+  } catch (const Error&) {
+    fit = false;
+  }
+  if (fit) return;
   throw usage_error(fmt::format("`{}` cannot be the name of a set", printable(set)),
-                    fmt::format("use 1 to {} letters, digits, space, _, - and ., with no ., - or "
-                                "`recording.` in front and no `.new` at the end",
+                    fmt::format("use 1 to {} bytes without /, \\, comma or control characters, no "
+                                "., - or `recording.` in front and no `.new` at the end",
                                 kLongestSetName));
 }
 
