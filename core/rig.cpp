@@ -29,10 +29,9 @@ RigCamera read_camera(const TomlTable& table) {
   camera.width_px = table.positive_integer("width_px");
   camera.height_px = table.positive_integer("height_px");
   const std::vector<double> pitch = table.numbers("pixel_pitch_um", 2);
-  if (pitch[0] <= 0 || pitch[1] <= 0) {
+  if (pitch[0] <= 0 || pitch[1] <= 0)
     table.reject("pixel_pitch_um", "the pixel pitch is not positive",
                  "give the pitch of the sensor along x and y");
-  }
   camera.pixel_pitch_x_m = pitch[0] * um;
   camera.pixel_pitch_y_m = pitch[1] * um;
   return camera;
@@ -42,10 +41,9 @@ void read_cameras(const TomlTable& root, Rig& rig) {
   std::set<std::string> names;
   for (const TomlTable& table : root.tables("camera")) {
     rig.cameras.push_back(read_camera(table));
-    if (!names.insert(rig.cameras.back().name).second) {
+    if (!names.insert(rig.cameras.back().name).second)
       table.reject("name", fmt::format("two cameras are called `{}`", rig.cameras.back().name),
                    "give each camera its own name");
-    }
   }
   if (rig.cameras.empty())
     root.reject("camera", "the rig has no camera", "add a [[camera]] table per camera");
@@ -55,17 +53,17 @@ void read_calibration_plan(const TomlTable& root, Rig& rig) {
   const TomlTable plan = root.table("calibration");
   rig.estimate_scale_x = plan.boolean_or("estimate_scale_x", false);
   if (plan.has("free_poses")) rig.free_poses = plan.names("free_poses");
-  for (const TomlTable& stage : plan.tables("stage")) {
+  for (const TomlTable& stage : plan.tables("stage"))
     rig.stages.push_back({stage.name("set"), stage.number("z_mm") * mm});
-  }
 }
 
 std::vector<int> positive_list(const TomlTable& root, const std::string& key, int least) {
   std::vector<int> values = root.integers(key);
-  if (values.empty() || *std::min_element(values.begin(), values.end()) < least) {
+  if (values.empty() || *std::min_element(values.begin(), values.end()) < least)
     root.reject(key, fmt::format("`{}` is empty or holds a number below {}", key, least),
                 fmt::format("give whole numbers from {} on", least));
-  }
+  if (std::set<int>(values.begin(), values.end()).size() != values.size())
+    root.reject(key, fmt::format("`{}` holds a number twice", key), "give each number once");
   return values;
 }
 
@@ -91,10 +89,9 @@ std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& prin
   std::vector<PrintedTag> result;
   int id = tags.integer("first_id");
   for (const std::vector<int>& cell : tags.integer_rows("cells", 2)) {
-    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= print.rows - 1 || cell[1] >= print.cols - 1) {
+    if (cell[0] < 0 || cell[1] < 0 || cell[0] >= print.rows - 1 || cell[1] >= print.cols - 1)
       tags.reject("cells", fmt::format("cell [{}, {}] is outside the grid", cell[0], cell[1]),
                   "cells count from 0 to rows - 2 and cols - 2");
-    }
     const Eigen::Vector2d middle(cell[0] + 0.5, cell[1] + 0.5);
     result.push_back({id++, print.margin_m + print.pitch_m * middle});
   }
@@ -104,10 +101,9 @@ std::vector<PrintedTag> read_print_tags(const TomlTable& tags, const Print& prin
 DotClasses read_dot_classes(const TomlTable& table, const Print& print) {
   DotClasses classes;
   classes.light_centre_diameter_m = table.positive("light_centre_diameter_mm") * mm;
-  if (classes.light_centre_diameter_m >= print.dot_diameter_m) {
+  if (classes.light_centre_diameter_m >= print.dot_diameter_m)
     table.reject("light_centre_diameter_mm", "the light centre is as large as the dot",
                  "give less than dot_diameter_mm");
-  }
   classes.rows = table.texts("rows");
   const auto fits = [&](const std::string& row) {
     return row.size() == static_cast<std::size_t>(print.cols) &&
@@ -169,10 +165,9 @@ namespace {
 
 void read_dots(const TomlTable& root, Target& target) {
   target.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
-  if (target.dot_diameter_m >= target.pitch_m) {
+  if (target.dot_diameter_m >= target.pitch_m)
     root.reject("dot_diameter_mm", "the dots touch each other",
                 "the diameter must be smaller than pitch_mm; both are in mm");
-  }
   const auto tags = root.optional_table("tags");
   if (!tags) return;
   target.tag_family = tags->text("family");
@@ -270,10 +265,9 @@ Print read_print(const std::filesystem::path& file) {
   print.dot_diameter_m = root.positive("dot_diameter_mm") * mm;
   print.patch_m = vector2_m(root, "patch_mm");
   print.margin_m = vector2_m(root, "margin_mm");
-  if (print.dot_diameter_m >= print.pitch_m) {
+  if (print.dot_diameter_m >= print.pitch_m)
     root.reject("dot_diameter_mm", "the dots touch each other",
                 "the diameter must be smaller than pitch_mm; both are in mm");
-  }
   const Eigen::Vector2d last = print.material_m({print.rows - 1, print.cols - 1});
   if ((print.margin_m.array() < 0).any() || (last.array() > print.patch_m.array() + 1e-9).any()) {
     root.reject("patch_mm", "the marks reach beyond the patch",

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "core/files/files.hpp"
 #include "front/check/check.hpp"
 #include "front/plan.hpp"
@@ -72,6 +74,23 @@ TEST(Repeats, ThatCannotBeAreNamed) {
               HasSubstr("cannot be a name"));
   EXPECT_THAT(problems_of("[[repeat]]\nscene = \"C\"\nset = \"empty\"\nfaces = \"x\"\n"),
               HasSubstr("faces"));
+}
+
+/// The line of `text` in the rig file of bench_with(tables), as messages name it.
+std::string line_of(const std::string& tables, const std::string& text) {
+  const std::string rig = read_text(test::source_root() / "rigs/bench1/rig.toml") + "\n" + tables;
+  const auto end = rig.begin() + static_cast<std::ptrdiff_t>(rig.rfind(text));
+  return "rig.toml:" + std::to_string(1 + std::count(rig.begin(), end, '\n')) + ",";
+}
+
+TEST(Repeats, ThatCannotBeAreNamedWithTheirOwnLine) {
+  const std::string first = "[[repeat]]\nscene = \"C\"\nset = \"empty\"\n";
+  for (const std::string wrong : {"[[repeat]]\nscene = \"D\"\nset = \"pose_00\"\n",
+                                  "[[repeat]]\nset = \"drape_X\"\nscene = \"C\"\n",
+                                  "[[repeat]]\nset = \"drape_A\"\nscene = \"C\"\n"}) {
+    const std::string key = wrong.substr(wrong.find('\n') + 1, wrong.find('=') - 10);
+    EXPECT_THAT(problems_of(first + wrong), HasSubstr(line_of(first + wrong, key))) << wrong;
+  }
 }
 
 TEST(Repeats, AreMeasuredButTheDrapeIsSimulatedOnce) {

@@ -63,33 +63,37 @@ void check_cameras_and_stages(const Rig& rig, BenchCheck& check) {
   }
   std::map<std::string, std::string> used;
   std::map<double, std::string> heights;
-  for (const TargetStage& stage : rig.stages) {
+  for (std::size_t i = 0; i < rig.stages.size(); ++i) {
+    const TargetStage& stage = rig.stages[i];
     if (!std::isfinite(stage.z_m)) continue;  // named where it was read
     if (std::abs(stage.z_m) > kLargestBench_m)
       add(check, rig.file, "calibration.stage.z_mm",
           fmt::format("stage `{}` stands at z_mm = {:g}; no bench is so large", stage.set,
                       stage.z_m / mm),
-          "heights are in mm above the first stage", heights.size());
+          "heights are in mm above the first stage", i);
     const auto [other, fresh] = heights.emplace(stage.z_m, stage.set);
     if (!fresh)
       add(check, rig.file, "calibration.stage.z_mm",
           fmt::format("stages `{}` and `{}` are both at z_mm = {:g}", other->second, stage.set,
                       stage.z_m / mm),
-          "give each stage the height at which the target stood");
+          "give each stage the height at which the target stood", i);
   }
   if (!rig.stages.empty() && heights.count(0.0) == 0)
     add(check, rig.file, "calibration.stage.z_mm", "no stage has z_mm = 0",
         "the target's reference pose is the world: its stage has z_mm = 0, the others count from "
         "there");
-  const auto use = [&](const std::string& set, const std::string& what) {
+  const auto use = [&](const std::string& set, const std::string& what, const std::string& field,
+                       std::size_t nth) {
     const auto [other, fresh] = used.emplace(set, what);
     if (!fresh)
-      add(check, rig.file, "calibration",
+      add(check, rig.file, field,
           fmt::format("set `{}` is listed as {} and as {}", set, other->second, what),
-          "name each set once");
+          "name each set once", nth);
   };
-  for (const TargetStage& stage : rig.stages) use(stage.set, "stage");
-  for (const std::string& pose : rig.free_poses) use(pose, "free pose");
+  for (std::size_t i = 0; i < rig.stages.size(); ++i)
+    use(rig.stages[i].set, "stage", "calibration.stage.set", i);
+  for (const std::string& pose : rig.free_poses)
+    use(pose, "free pose", "calibration.free_poses", 0);
 }
 
 void check_tags(const Rig& rig, const Target& target, const Print& print, BenchCheck& check) {
@@ -226,6 +230,22 @@ std::vector<Scene> check_scenes(const std::vector<fs::path>& files, const Rig& r
   return scenes;
 }
 
+/// What a line of TOML begins: a table, or the value of a key; nothing where the name is empty.
+struct TomlLine {
+  bool is_table = false;
+  std::string name;
+};
+
+TomlLine read_line(const std::string& line) {
+  const std::size_t begin = line.find_first_not_of(" \t[");
+  if (begin == std::string::npos) return {};
+  const std::size_t end = std::min(line.find_first_of(" \t]=,", begin), line.size());
+  const std::size_t sign = line.find_first_not_of(" \t", end);
+  const bool is_table = line.find('[') < begin;
+  if (sign == std::string::npos || line[sign] != (is_table ? ']' : '=')) return {};
+  return {is_table, line.substr(begin, end - begin)};
+}
+
 /// A virtual bench, without rig.toml and cameras: what `drape study` reads.
 std::optional<std::vector<fs::path>> virtual_scenes(const fs::path& rig) {
   if (fs::exists(rig / "rig.toml") || !fs::is_directory(rig / "scenes")) return std::nullopt;
@@ -245,19 +265,25 @@ void add(BenchCheck& check, const fs::path& file, const std::string& field, cons
 
 Where place_of(const fs::path& file, const std::string& field, std::size_t nth) {
   Where where{.file = file.string(), .field = field};
-  const std::string key = field.substr(field.rfind('.') + 1);
+  const std::string parent =
+      field.substr(0, field.find('.') == std::string::npos ? 0 : field.rfind('.'));
   std::istringstream lines(read_text(file));
+  std::string section;
+  std::size_t parents = 0, tables = 0;  // so far: of the parent's name, of the field's own
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
-    const std::size_t begin = line.find_first_not_of(" \t[");
-    if (begin == std::string::npos || line.compare(begin, key.size(), key) != 0) continue;
-    const std::size_t end = line.find_first_not_of(" \t]", begin + key.size());
-    const bool names_it = end == std::string::npos || line[end] == '=';
-    if (!names_it || nth-- > 0) continue;
+    const TomlLine begun = read_line(line);
+    if (begun.name.empty()) continue;
+    if (begun.is_table) section = begun.name;
+    if (begun.is_table && section == parent) ++parents;
+    if (field != (begun.is_table || section.empty() ? begun.name : section + "." + begun.name))
+      continue;
+    if (nth != (begun.is_table ? tables++ : std::max<std::size_t>(parents, 1) - 1)) continue;
     where.line = number;
-    break;
+    return where;
   }
+  if (!parent.empty()) where.line = place_of(file, parent, nth).line;
   return where;
 }
 
@@ -324,10 +350,10 @@ int report_check(const BenchCheck& check, const std::string& program, const Comm
   if (!common.quiet && !common.json) {
     for (const std::string& warning : check.warnings) fmt::print("  warning: {}\n", warning);
     if (check.problems.size() > 1)
-      fmt::print("{} values to correct, in {} files\n", check.problems.size(), [&] {
+      fmt::print("{} values to correct, in {}\n", check.problems.size(), [&] {
         std::set<std::string> files;
         for (const Error& problem : check.problems) files.insert(problem.where().file);
-        return files.size();
+        return files.size() == 1 ? "one file" : fmt::format("{} files", files.size());
       }());
   }
   return static_cast<int>(ErrorKind::bad_input);

@@ -32,7 +32,8 @@ struct BenchCheck {
 [[nodiscard]] int report_check(const BenchCheck& check, const std::string& program,
                                const CommonOptions& common);
 
-/// The place of a key ("object.z_bottom_mm") in a TOML file: the line of its `nth` occurrence.
+/// The place of a key ("object.z_bottom_mm") in a TOML file: its line in the `nth` table of that
+/// name (from 0), or that of the table where the key is not there.
 [[nodiscard]] Where place_of(const std::filesystem::path& file, const std::string& field,
                              std::size_t nth = 0);
 

@@ -28,7 +28,7 @@ double room_m(const Vector2d& dot, double radius_m, const PrintedTag& tag, doubl
 /// A tag that would be printed over a dot: its place or a size cannot be as typed.
 template <class At>
 void check_tag_places(const fs::path& file, const std::vector<PrintedTag>& tags, double edge_m,
-                      double diameter_m, int rows, int cols, const At& at, const char* key,
+                      double diameter_m, int rows, int cols, const At& at, const std::string& key,
                       BenchCheck& check) {
   for (std::size_t k = 0; k < tags.size(); ++k) {
     for (int row = 0; row < rows; ++row) {
@@ -38,7 +38,8 @@ void check_tag_places(const fs::path& file, const std::vector<PrintedTag>& tags,
         add(check, file, key,
             fmt::format("tag {}, {:g} mm wide, would be printed over dot ({}, {})", tags[k].id,
                         edge_m / mm, row, col),
-            "correct the tag's place, tags.edge_mm, dot_diameter_mm or pitch_mm; all are in mm", k);
+            "correct the tag's place, tags.edge_mm, dot_diameter_mm or pitch_mm; all are in mm",
+            key.starts_with("tags.tag.") ? k : 0);
         return;
       }
     }
@@ -51,7 +52,7 @@ void check_family(const fs::path& file, const std::string& family, BenchCheck& c
   std::string lower = family;
   std::transform(lower.begin(), lower.end(), lower.begin(),
                  [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  add(check, file, "family",
+  add(check, file, "tags.family",
       fmt::format("the tag family `{}` is not known{}", family, did_you_mean(lower, known)),
       fmt::format("use one of {}; OpenCV's own dictionaries are not read", fmt::join(known, ", ")));
 }
@@ -67,15 +68,15 @@ void check_target(const fs::path& file, const Target& target, BenchCheck& check)
   if (target.kind != TargetKind::dot_grid) return;
   check_tag_places(
       file, target.tags, target.tag_edge_m, target.dot_diameter_m, target.rows, target.cols,
-      [&](MarkId dot) { return Vector2d(target.point_in_target(dot).head<2>()); }, "centre_mm",
-      check);
+      [&](MarkId dot) { return Vector2d(target.point_in_target(dot).head<2>()); },
+      "tags.tag.centre_mm", check);
 }
 
 void check_print(const Print& print, BenchCheck& check) {
   check_family(print.file, print.tag_family, check);
   check_tag_places(
       print.file, print.tags, print.tag_edge_m, print.dot_diameter_m, print.rows, print.cols,
-      [&](MarkId dot) { return print.material_m(dot); }, "edge_mm", check);
+      [&](MarkId dot) { return print.material_m(dot); }, "tags.edge_mm", check);
 }
 
 }  // namespace drape

@@ -23,26 +23,31 @@ struct Need {
   std::string set;
   fs::path file;
   std::string field;
+  std::size_t nth = 0;  ///< table of that name
 };
 
 std::vector<Need> needs_of(const Rig& rig, const std::vector<Scene>& scenes) {
   std::vector<Need> needs;
   for (const TargetStage& stage : rig.stages)
-    needs.push_back({stage.set, rig.file, "calibration.stage.set"});
+    needs.push_back({stage.set, rig.file, "calibration.stage.set", needs.size()});
   for (const std::string& pose : rig.free_poses)
     needs.push_back({pose, rig.file, "calibration.free_poses"});
   for (const Scene& scene : scenes) {
     if (!scene.set.empty()) needs.push_back({scene.set, scene.file, "set"});
     for (const ObjectTags& plate : object_tags_of(scene.file))
-      needs.push_back({plate.set, scene.file, "tags_set"});
+      needs.push_back(
+          {plate.set, scene.file, "object.tags_set", static_cast<std::size_t>(plate.object - 1)});
   }
   const auto own = [&](const DrapeRepeat& repeat) {
     return std::any_of(scenes.begin(), scenes.end(), [&](const Scene& scene) {
       return scene.name == repeat.scene && scene.set == repeat.set;
     });
   };
-  for (const DrapeRepeat& repeat : repeats_of(rig.file))
-    if (!own(repeat)) needs.push_back({repeat.set, rig.file, "repeat.set"});
+  std::size_t nth = 0;
+  for (const DrapeRepeat& repeat : repeats_of(rig.file)) {
+    if (!own(repeat)) needs.push_back({repeat.set, rig.file, "repeat.set", nth});
+    ++nth;
+  }
   return needs;
 }
 
@@ -145,7 +150,8 @@ void check_recording(const Recording& recording, const Rig& rig, const std::vect
     if (set == recording.sets.end()) {
       check.problems.push_back(bad_input(
           fmt::format("the recording has no set `{}`{}", need.set, did_you_mean(need.set, names)),
-          place_of(need.file, need.field), fmt::format("{} has {}", list, fmt::join(names, ", "))));
+          place_of(need.file, need.field, need.nth),
+          fmt::format("{} has {}", list, fmt::join(names, ", "))));
       continue;
     }
     if (set->no_go)

@@ -23,16 +23,18 @@ std::map<std::string, std::string> users_of(const Rig& rig, const std::vector<Sc
 }  // namespace
 
 void check_repeats(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  std::size_t nth = 0;
   const auto refuse = [&](const std::string& field, const std::string& what,
                           const std::string& what_to_do) {
-    check.problems.push_back(
-        bad_input(what, {.file = rig.file.string(), .field = field}, what_to_do));
+    add(check, rig.file, field, what, what_to_do, nth);
   };
   std::map<std::string, std::string> users = users_of(rig, scenes);
   std::map<std::pair<std::string, std::string>, std::string> names;
   std::vector<std::string> known;
   for (const Scene& scene : scenes) known.push_back(scene.name);
-  for (const DrapeRepeat& one : repeats_of(rig.file)) {
+  const std::vector<DrapeRepeat> repeats = repeats_of(rig.file);
+  for (; nth < repeats.size(); ++nth) {
+    const DrapeRepeat& one = repeats[nth];
     const std::string own = "scene " + one.scene;
     if (std::find(known.begin(), known.end(), one.scene) == known.end()) {
       refuse("repeat.scene",

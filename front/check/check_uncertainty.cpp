@@ -43,7 +43,7 @@ void check_plate(const Scene& scene, const ObjectTags& plate, double width_m, Be
           fmt::format("{} = {:g} is not from {:g} to {:g}, {:g} of the width of object {}",
                       limit.key, value_mm, limit.least_mm, limit.widths * width_m / mm,
                       limit.widths, plate.object),
-          limit.remedy);
+          limit.remedy, static_cast<std::size_t>(plate.object - 1));
     }
   }
 }
@@ -60,7 +60,7 @@ void check_uncertainty(const Scene& scene, std::size_t index, BenchCheck& check)
     add(check, scene.file, std::string("object.") + key,
         fmt::format("{} = {:g}: twice that is half of object {}, {:g} mm wide", key, u_m / mm,
                     index + 1, width_m / mm),
-        "give one standard deviation in mm, e.g. half of the rule's smallest division");
+        "give one standard deviation in mm, e.g. half of the rule's smallest division", index);
   }
   for (const ObjectTags& plate : object_tags_of(scene.file))
     if (static_cast<std::size_t>(plate.object) == index + 1)

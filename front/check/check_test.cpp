@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "front/check/check.hpp"
+
+#include <gmock/gmock.h>
+
+#include <string>
+#include <tuple>
+
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "tests/support/small_bench.hpp"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+using test::SmallBench;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+/// What `drape check` names, with one text of a file of bench1 replaced.
+Json problems_of(const std::string& file, const std::string& from, const std::string& to) {
+  const SmallBench bench({"C"});
+  bench.replace(file, from, to);
+  return parse_json(test::run_line(test::program("drape").string() + " check --json " +
+                                   bench.rig().string() + " 2> /dev/null")
+                        .text)
+      .value("problems", Json::array());
+}
+
+/// The one problem of such a bench, and where it is.
+std::string problem_of(const std::string& file, const std::string& from, const std::string& to) {
+  const Json problems = problems_of(file, from, to);
+  EXPECT_EQ(problems.size(), 1U) << problems.dump();
+  if (problems.empty()) return "none";
+  return problems[0]["what_failed"].get<std::string>() + "\n" +
+         problems[0]["where"].get<std::string>();
+}
+
+TEST(Check, NamesTheLineOfTheTableThatIsWrong) {
+  for (const auto& [from, to, where] :
+       {std::tuple{"\"stage_z060\"", "\"stage_z066\"", ":31, field `calibration.stage.set`"},
+        std::tuple{"\"stage_z060\"", "\"stage_z030\"", ":31, field `calibration.stage.set`"},
+        std::tuple{"z_mm = 60.0", "z_mm = 30.0", ":32, field `calibration.stage.z_mm`"},
+        std::tuple{"z_mm = 60.0", "z_mm = 60000.0", ":32, field `calibration.stage.z_mm`"},
+        std::tuple{"\"pose_03\"", "\"pose_33\"", ":16, field `calibration.free_poses`"}})
+    EXPECT_THAT(problem_of("rig.toml", from, to), HasSubstr(where));
+}
+
+TEST(Check, PlacesAKeyInItsOwnTable) {
+  const test::TemporaryFolder folder;
+  const fs::path file = folder.path() / "a.toml";
+  write_durable(file,
+                "set = \"a\"\ncells = [\n  [0, 1],\n]\nstart.mode = \"flat\"\n[[ object ]]\n"
+                "kind = \"box\"\n[[object]]\n  set= \"b\"\n[tags]\nset = \"c\"\n");
+  EXPECT_EQ(place_of(file, "set").line, 1);
+  EXPECT_EQ(place_of(file, "start.mode").line, 5);
+  EXPECT_EQ(place_of(file, "object.set", 1).line, 9);
+  EXPECT_EQ(place_of(file, "object.set", 0).line, 6) << "the table, where the key is not there";
+  EXPECT_EQ(place_of(file, "tags.set").line, 11);
+  EXPECT_EQ(place_of(file, "object", 1).line, 8);
+  EXPECT_EQ(place_of(file, "nothing").line, std::nullopt);
+}
+
+TEST(Check, NamesANumberThatIsGivenTwice) {
+  EXPECT_THAT(problem_of("rig.toml", "grids = [11]", "grids = [11, 21, 11]"),
+              MatchesRegex("`grids` holds a number twice\n.*rig.toml:[0-9]+, field `grids`"));
+  EXPECT_THAT(problem_of("rig.toml", "segments = [1]", "segments = [1, 1]"),
+              MatchesRegex("`segments` holds a number twice\n.*rig.toml:[0-9]+, field `segments`"));
+}
+
+TEST(Check, OneRuleHoldsForTheNamesOfDrapes) {
+  const auto name_is = [](const std::string& name) { return "name = \"" + name + "\""; };
+  for (const std::string& name : {std::string("A,B"), std::string("-x"), std::string("a\\u0007b"),
+                                  std::string(230, 'x'), std::string("a/b")})
+    EXPECT_THAT(problem_of("scenes/C.toml", name_is("C"), name_is(name)),
+                MatchesRegex("`.*` cannot be a name\n.*C.toml:[0-9]+, field `name`"));
+  EXPECT_TRUE(problems_of("scenes/C.toml", name_is("C"), name_is("Stoff 1 wei\u00df")).empty());
+}
+
+TEST(Check, TakesARecordingWithACameraMoreThanTheRig) {
+  const std::string rig = read_text(test::source_root() / "rigs/bench1/rig.toml");
+  EXPECT_TRUE(problems_of("rig.toml", rig.substr(rig.rfind("[[camera]]")), "").empty());
+}
+
+TEST(Run, NeverReplacesARigThatItDidNotMake) {
+  const SmallBench bench({"C"});
+  const std::string rig = read_text(bench.rig() / "rig.toml");
+  const test::Outcome outcome = bench.run("rig");
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
+  EXPECT_THAT(outcome.text, HasSubstr("rig.toml that no run made"));
+  EXPECT_EQ(read_text(bench.rig() / "rig.toml"), rig);
+  EXPECT_FALSE(fs::exists(bench.rig() / ".lock"));
+}
+
+}  // namespace
+}  // namespace drape
