@@ -85,6 +85,15 @@ std::string quoted(const std::string& text) {
   return Json(text).dump();  // TOML's basic strings have JSON's escapes
 }
 
+constexpr const char* kMadeByRun = "# Made by `drape run`";
+
+/// A rig.toml in the output folder that no run made is somebody's own.
+void refuse_to_replace(const fs::path& reduced_rig) {
+  if (!fs::exists(reduced_rig) || read_text(reduced_rig).starts_with(kMadeByRun)) return;
+  throw bad_input("the output folder holds a rig.toml that no run made",
+                  {.file = reduced_rig.string()}, "give another folder with --out");
+}
+
 /// What detect and calib read of the rig, in a file of its own in the output folder, so that other
 /// grids, segments and scenes leave their results up to date. Written only when it changes.
 fs::path write_reduced_rig(const Bench& bench) {
@@ -93,10 +102,10 @@ fs::path write_reduced_rig(const Bench& bench) {
   };
   const Rig& rig = bench.rig;
   std::string text = fmt::format(
-      "# Made by `drape run`: the part of {} that detect and calib read.\n"
+      "{}: the part of {} that detect and calib read.\n"
       "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nprint = {}\nrecording = {}\n\n"
       "[calibration]\nestimate_scale_x = {}\n",
-      rig.file.filename().string(), quoted(rig.name), relative(rig.target_file),
+      kMadeByRun, rig.file.filename().string(), quoted(rig.name), relative(rig.target_file),
       relative(rig.print_file), relative(bench.recording), rig.estimate_scale_x);
   text += fmt::format("free_poses = {}\n", Json(rig.free_poses).dump());
   for (const TargetStage& stage : rig.stages)
@@ -135,6 +144,7 @@ Plan make_plan(const RunOptions& options) {
   bench.store = options.store.empty() ? bench.out / "results.sqlite" : one_name(options.store);
   bench.drapes = read_drapes(bench.rig, bench.out);
   bench.reduced_rig = bench.out / "rig.toml";
+  refuse_to_replace(bench.reduced_rig);
   const fs::path report = bench.out / "report.html";
   std::vector<Group> groups = {detect_group(bench), calib_group(bench)};
   if (Group objects = object_group(bench); !objects.steps.empty())
