@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
       "drape-capture");
   CommonOptions common;
   add_common_options(app, common);
-  app.fallthrough();  // so that subcommands take the common options too
+  app.fallthrough();
   app.require_subcommand(0, 1);
   CaptureCommand command;
   std::filesystem::path folder;

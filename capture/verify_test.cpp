@@ -76,6 +76,16 @@ TEST_F(Verify, NeedsAManifest) {
   EXPECT_THROW(static_cast<void>(verify_recording(folder(), {})), Error);
 }
 
+TEST(CaptureProgram, AFolderTooManyIsRefusedAndNotLeftOut) {
+  const fs::path program = test::program("drape-capture");
+  if (!fs::exists(program)) GTEST_SKIP() << "drape-capture is not built";
+  for (const char* words : {"verify a b", "import a b --out c", "import a --out c --set drape_A",
+                            "--average verify a"}) {
+    const int ended = std::system((program.string() + " " + words + " 2> /dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(ended), 2) << words;
+  }
+}
+
 TEST(Bench1Recording, IsAsRecorded) {
   const VerifyReport report =
       verify_recording(test::source_root() / "rigs/bench1/recording", {.threads = 2});

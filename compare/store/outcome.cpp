@@ -164,7 +164,7 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
 }
 
 /// Drapes of the recording that its last run compared and this one leaves out.
-void warn_of_removed(const Writer& writer, const Session& session, Outcome& outcome) {
+void warn_of_removed(Writer& writer, const Session& session, Outcome& outcome) {
   const auto known = std::find_if(session.drapes.begin(), session.drapes.end(),
                                   [](const DrapeFiles& drape) { return drape.recording; });
   if (known == session.drapes.end()) return;

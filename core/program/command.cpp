@@ -179,6 +179,7 @@ Option* Command::add_words(const std::string& names, const std::vector<std::stri
 Command* Command::add_subcommand(const std::string& name, const std::string& description) {
   auto parser = std::make_unique<Parser>();
   parser->app = parser_->app->add_subcommand(name, description);
+  if (shared_ > 0) parser->app->footer("Also --json, --quiet, --threads N and --version.");
   subcommands_.push_back(std::unique_ptr<Command>(new Command(std::move(parser), name)));
   return subcommands_.back().get();
 }
@@ -189,6 +190,7 @@ void Command::require_subcommand(int least, int most) {
 
 void Command::fallthrough() {
   parser_->app->fallthrough();
+  shared_ = parser_->app->get_options().size();
 }
 
 void Command::footer(const std::string& text) {
@@ -224,6 +226,12 @@ Command* Command::subcommand(const std::string& name) const {
 int Command::parse(int argc, char** argv) {
   try {
     parser_->app->parse(argc, argv);
+    const auto options = parser_->app->get_options();
+    for (std::size_t i = shared_; chosen() != nullptr && i < options.size(); ++i)
+      if (options[i]->count() > 0)
+        throw usage_error("`" + chosen()->name() + "` takes no " + options[i]->get_name() + " (" +
+                              options[i]->results()[0] + ")",
+                          "see its --help");
     refuse_overwriting(*parser_->app);
     return -1;
   } catch (const CLI::ParseError& error) {

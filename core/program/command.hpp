@@ -66,6 +66,8 @@ class Command {
   }
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand(int least, int most);
+  /// The options added so far may stand behind a subcommand too; those of the program that are
+  /// added later are refused beside one.
   void fallthrough();
   void footer(const std::string& text);
   void set_version(const std::string& text);
@@ -92,6 +94,7 @@ class Command {
 
   std::unique_ptr<Parser> parser_;
   std::string name_;
+  std::size_t shared_ = 0;  ///< options that stand beside a subcommand, the first of all
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<Command>> subcommands_;
 };

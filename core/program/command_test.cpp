@@ -46,6 +46,39 @@ TEST(Command, ARangeWithWholeLimitsTakesFractionsOfWhatIsNotCounted) {
     EXPECT_EQ(parse(wrong, given), 2) << wrong[0] << ' ' << wrong[1];
 }
 
+/// Exit code of a program with an own option and argument, and a subcommand; -1: it goes on.
+int parse_with_subcommand(std::vector<std::string> words) {
+  Command app("A program.", "program");
+  bool json = false;
+  std::string rig, set, folder;
+  app.add_flag("--json", json, "shared");
+  app.fallthrough();
+  app.add_option("RIG", rig, "of the program alone");
+  app.add_option("--set", set, "of the program alone");
+  app.add_subcommand("import", "a subcommand")->add_option("FOLDER", folder, "to read");
+  words.insert(words.begin(), "program");
+  std::vector<char*> arguments;
+  arguments.reserve(words.size());
+  for (std::string& word : words) arguments.push_back(word.data());
+  return app.parse(static_cast<int>(arguments.size()), arguments.data());
+}
+
+TEST(Command, WhatASubcommandDoesNotTakeIsRefused) {
+  EXPECT_EQ(parse_with_subcommand({"rig", "--set", "a"}), -1);
+  EXPECT_EQ(parse_with_subcommand({"import", "a", "--json"}), -1);
+  EXPECT_EQ(parse_with_subcommand({"--json", "import", "a"}), -1);
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"import", "a", "b"}, {"import", "a", "--set", "b"}, {"--set", "b", "import", "a"}}) {
+    try {
+      EXPECT_EQ(parse_with_subcommand(words), 2) << words[2];
+      ADD_FAILURE() << words[2] << " is taken";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::usage);
+      EXPECT_EQ(error.what_failed().rfind("`import` takes no ", 0), 0U) << error.what_failed();
+    }
+  }
+}
+
 TEST(ShellWord, GoesThroughAShellWhole) {
   EXPECT_EQ(shell_word("out/C-1/sheet.ply"), "out/C-1/sheet.ply");
   for (const std::string word :

@@ -62,6 +62,7 @@ int main(int argc, char** argv) {
       "drape-fabric");
   CommonOptions common;
   add_common_options(app, common);
+  app.fallthrough();
   fs::path file;
   std::optional<fs::path> plot;
   int segments = 5;

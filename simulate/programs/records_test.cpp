@@ -216,6 +216,16 @@ TEST_F(Records, APartIsOfAPlanThatIsComputed) {
   }
 }
 
+TEST_F(Records, AStudyRefusesWordsThatItDoesNotUse) {
+  if (!fs::exists(test::program("drape-study"))) GTEST_SKIP() << "drape-study is not built";
+  for (const std::string words : {"status a.toml b.toml --out c", "a --part 1/2 --out c",
+                                  "--grids 6 status a.toml --out c"}) {
+    const int ended = std::system(
+        (test::program("drape-study").string() + " " + words + " 2> /dev/null").c_str());
+    EXPECT_EQ(WEXITSTATUS(ended), 2) << words;
+  }
+}
+
 TEST_F(Records, NameEveryFileThatADrapeIsMadeOf) {
   const std::string scene_file = scene().string();
   const std::string drape = out("drape").string(), fine = out("fine").string(),

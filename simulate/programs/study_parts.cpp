@@ -106,13 +106,13 @@ std::vector<std::string> fabric_warnings(const std::vector<StudyCase>& cases) {
 }
 
 void add_plan_options(Command& app, fs::path& rig, fs::path& out, PlanArguments& arguments) {
+  app.fallthrough();
   app.add_option("RIG", rig, "folder with scenes/, e.g. rigs/paper, or a plan.toml");
   app.add_option("--out", out,
                  "folder for <scene>/<model>/<grid>-<segments>/ and the tables; of a plan: for all "
                  "its parts");
   app.add_option("--part", arguments.part, "of a plan: I/N, every N-th case from the I-th on")
       ->capture_default_str();
-  app.fallthrough();  // common options may stand behind the subcommand as well
   Command* status = app.add_subcommand(
       "status", "counts what of a plan is done, failed or missing, and writes study.csv");
   status->add_option("PLAN", rig, "plan.toml")->required();
