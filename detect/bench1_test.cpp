@@ -323,6 +323,18 @@ TEST(Detect, NamesAMissingCamera) {
   EXPECT_EQ(error.where().set, "drape_A");
 }
 
+TEST(Detect, PicturesOfACameraThatTheRigLacksAreCountedAndNotUsed) {
+  Rig bench = rig();
+  bench.cameras.pop_back();
+  DetectOptions options;
+  options.surface = Surface::cloth;
+  options.sets = {"drape_C"};
+  const DetectResult result = detect::detect(recording(), bench, options);
+  EXPECT_EQ(result.detections.frames.size(), 2U);
+  EXPECT_EQ(result.report.not_in_rig, (std::map<std::string, int>{{"cam2", 1}}));
+  EXPECT_TRUE(drapes().report.not_in_rig.empty());
+}
+
 TEST(Detect, NamesAnAlteredImage) {
   Recording source = recording();
   for (FrameSet& set : source.sets) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
@@ -70,14 +71,13 @@ bool is_free_pose(const Rig& rig, const std::string& set) {
   return std::find(rig.free_poses.begin(), rig.free_poses.end(), set) != rig.free_poses.end();
 }
 
-/// Sets as asked, cameras as the rig lists them; a camera that is missing or unknown is an error,
-/// but a free pose of the target may lack a camera's image: calib lists it.
+/// Sets as asked, cameras as the rig lists them; a camera that is missing is an error, but a free
+/// pose of the target may lack a camera's image: calib lists it.
 std::vector<Job> plan(const Recording& recording, const Rig& rig,
                       const std::vector<std::string>& sets) {
   std::vector<Job> jobs;
   for (const std::string& name : sets) {
     const FrameSet& set = recording.set(name);
-    for (const RecordedFrame& frame : set.frames) (void)rig.camera(frame.camera);
     for (const RigCamera& camera : rig.cameras) {
       const auto frame =
           std::find_if(set.frames.begin(), set.frames.end(),
@@ -93,6 +93,16 @@ std::vector<Job> plan(const Recording& recording, const Rig& rig,
     }
   }
   return jobs;
+}
+
+/// Pictures of cameras that the rig does not name serve nothing, and are counted.
+std::map<std::string, int> not_in_rig(const Recording& recording, const Rig& rig,
+                                      const std::vector<std::string>& sets) {
+  std::map<std::string, int> pictures;
+  for (const std::string& name : sets)
+    for (const RecordedFrame& frame : recording.set(name).frames) ++pictures[frame.camera];
+  for (const RigCamera& camera : rig.cameras) pictures.erase(camera.name);
+  return pictures;
 }
 
 /// Tag finders are built on first use and handed from frame to frame.
@@ -302,6 +312,7 @@ DetectResult detect(const Recording& recording, const Rig& rig, const DetectOpti
     }
   });
   DetectResult result;
+  result.report.not_in_rig = not_in_rig(recording, rig, options.sets);
   result.detections.rig = rig.name;
   result.detections.lattice = surface.lattice;
   std::vector<PictureQuality> qualities;

@@ -49,6 +49,7 @@ struct DetectReport {
   std::optional<double> median_sigma_px;            ///< of the marks, root of half the trace
   std::optional<double> dot_size_ratio;             ///< of the dots, measured over stated diameter
   std::map<std::string, int> rejections_by_reason;  ///< reason without its figures
+  std::map<std::string, int> not_in_rig;            ///< pictures of each camera that the rig lacks
   /// Of pictures that must show marks: "set drape_A, camera cam1". A camera may not see a free
   /// pose.
   std::vector<std::string> frames_without_marks;
@@ -75,7 +76,8 @@ using DetectProgress = std::function<void(double fraction, const std::string& wh
 /// Finds, labels and measures the printed marks of the asked frame sets, each image decoded once
 /// (paper section 5: "the location of the grid points on the images"). Throws Error(bad_input)
 /// naming set, camera and file for an image that is missing, altered, no image, or of the wrong
-/// size; a frame in which nothing is found is reported, not thrown.
+/// size; a frame in which nothing is found is reported, not thrown, and so are pictures of a camera
+/// that the rig does not name.
 [[nodiscard]] DetectResult detect(const Recording& recording, const Rig& rig,
                                   const DetectOptions& options,
                                   const DetectProgress& progress = {});

@@ -33,6 +33,9 @@ Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
   for (const auto& [reason, count] : report.rejections_by_reason) {
     ending.rejected.push_back(fmt::format("{} x {}", count, reason));
   }
+  for (const auto& [camera, count] : report.not_in_rig)
+    ending.rejected.push_back(
+        fmt::format("{} x picture of {}, a camera that the rig does not name", count, camera));
   ending.warnings = report.poor_views;
   ending.warnings.insert(ending.warnings.end(), report.warnings.begin(), report.warnings.end());
   if (!report.refused.empty()) ending.verdict = report.refused;
@@ -44,7 +47,7 @@ Ending ending_of(const DetectReport& report, Surface surface, bool is_plate,
     ending.next_command = fmt::format(
         "drape object {} --calibration calibration.json --set NAME --scene SCENE.toml --out "
         "object.json",
-        out);
+        shell_word(out));
   } else if (surface == Surface::target) {
     ending.next_command = fmt::format(
         "drape calib {} --rig RIG --method joint --out calibration.json", shell_word(out));
