@@ -5,9 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstring>
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -124,7 +126,6 @@ fs::path import_layout(const CalibImagesOptions& options) {
                     "<camera>/<number>.png|jpg|tif");
   }
   fs::path staged = options.out / "images";
-  fs::remove_all(staged);
   for (const auto& [view, of_view] : views) {
     fs::create_directories(staged / view);
     for (const auto& [camera, file] : of_view) {
@@ -143,6 +144,39 @@ void claim(const fs::path& out) {
                     "give a new folder with --out");
   }
   write_durable(mark, "This folder was made by `drape calib-images`, which replaces its files.\n");
+}
+
+/// What is given cannot be what an earlier run wrote and this one removes.
+void require_apart(const fs::path& given, const fs::path& out) {
+  for (const char* own : {"recording", "images", "calibration.json"}) {
+    std::error_code absent;
+    if (fs::equivalent(given, out / own, absent))
+      throw usage_error(given.string() + " would be replaced: an earlier run wrote it",
+                        "give another folder with --out");
+  }
+}
+
+/// Removes what an earlier run wrote: beside what this one writes it would speak of other pictures.
+void remove_earlier(const fs::path& out) {
+  for (const char* file : {"calibration.json", "detections.json", "rig.toml", "target.toml"}) {
+    remove_durable(run_record_path(out / file));
+    remove_durable(ending_path(run_record_path(out / file)));
+    remove_durable(out / file);
+  }
+  for (const char* folder : {"recording", "images"}) fs::remove_all(out / folder);
+}
+
+/// What a stage's ending says of data and verdict, behind the stage's name.
+void take_over(const std::string& stage, const fs::path& output, Ending& ending) {
+  const fs::path file = ending_path(run_record_path(output));
+  if (!fs::is_regular_file(file)) return;  // a stage of another lab may keep none
+  std::istringstream lines(read_text(file));
+  for (std::string line; std::getline(lines, line);) {
+    for (const auto& [sign, list] :
+         {std::pair{"  rejected: ", &ending.rejected}, std::pair{"  warning: ", &ending.warnings}})
+      if (line.starts_with(sign)) list->push_back(stage + ": " + line.substr(std::strlen(sign)));
+    if (line.starts_with("NO-GO: ")) ending.verdict = line.substr(std::strlen("NO-GO: "));
+  }
 }
 
 std::string rig_text(const Recording& recording) {
@@ -195,9 +229,11 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";
   const fs::path calibration = options.out / "calibration.json";
+  require_apart(options.folder, options.out);
+  require_apart(options.lens_from, options.out);
   claim(options.out);
+  remove_earlier(options.out);
   write_durable(options.out / "target.toml", target);
-  fs::remove_all(recording);  // Ours alone, made from the folder of images each time.
   const std::string images = import_layout(options).string();
   if (const int code = run_stage(
           "capture", {"import", images, "--out", recording.string(), "--allow-missing"}, common);
@@ -224,7 +260,11 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   if (code > 1) return code;
   Ending ending;
   ending.go = code == 0;
-  ending.verdict = ending.go ? "the cameras are calibrated" : "see calib's verdict above";
+  take_over("capture", recording / "recording.json", ending);
+  take_over("detect", detections, ending);
+  ending.verdict.clear();
+  take_over("calib", calibration, ending);
+  if (ending.go) ending.verdict = "the cameras are calibrated";
   ending.numbers = {{"calibration", calibration.string()}, {"rig", rig.string()}};
   ending.next_command = fmt::format("drape calib-convert --help");
   return finish(ending, common);

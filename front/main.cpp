@@ -117,7 +117,8 @@ int calib_images_command(int argc, char** argv) {
          "than folders)")
       ->one_of({"views", "cameras"});
   app.add_option("--thickness-mm", options.thickness_mm,
-                 "how far a two-sided target's back lies behind its front");
+                 "how far a two-sided target's back lies behind its front")
+      ->range(0, 1000);
   app.add_option("--out", options.out, "output folder")->required();
   app.add_option("--lens-from", options.lens_from,
                  "calibration.json whose cameras of the same names have these lenses");

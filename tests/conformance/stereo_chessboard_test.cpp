@@ -2,6 +2,7 @@
 // Thirteen real stereo pairs of a chessboard (Bouguet's, as OpenCV ships them) through the programs
 // as a person would run them. The limits are OpenCV 4.6 with its best sub-pixel window and mrcal
 // 2.2 with the board's bow, both on the same pictures.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -10,6 +11,7 @@
 #include "core/calibration.hpp"
 #include "core/detections.hpp"
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
 #include "tests/support/small_bench.hpp"
@@ -107,6 +109,25 @@ TEST_F(StereoChessboard, AFolderOfSomebodysOwnIsNotTouched) {
   EXPECT_EQ(outcome.exit_code, 3) << outcome.text;
   EXPECT_EQ(read_text(out() / "mine/rig.toml"), "precious");
   EXPECT_EQ(std::distance(fs::directory_iterator(out() / "mine"), {}), 1);
+}
+
+TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarlierRunStays) {
+  const auto run = [&](const std::string& options) {
+    return run_line(program("drape").string() + " calib-images " + pictures_.string() + " --out " +
+                    (out() / "o").string() + " --square-mm 30 --json " + options);
+  };
+  const Outcome smaller = run("--board 8x6");
+  const Json ending = parse_json(smaller.text);
+  EXPECT_THAT(ending["warnings"].dump(),
+              testing::HasSubstr("detect: the chessboard looks the same"));
+  EXPECT_THAT(ending["rejected"].dump(), testing::HasSubstr("calib: set view_01, left"));
+  EXPECT_TRUE(fs::exists(out() / "o/calibration.json"));
+  EXPECT_EQ(run("--board 9x6 --thickness-mm -5").exit_code, 2);
+  EXPECT_EQ(run("--board 9x6 --lens-from " + (out() / "o/calibration.json").string()).exit_code, 2);
+  EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "a wrong call removes nothing";
+  EXPECT_EQ(run("--board 30x20").exit_code, 3);
+  EXPECT_FALSE(fs::exists(out() / "o/calibration.json"));
+  EXPECT_FALSE(fs::exists(out() / "o/calibration.run.json"));
 }
 
 /// The point nearest to both rays.
