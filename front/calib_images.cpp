@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -17,6 +18,7 @@
 #include "core/recording.hpp"
 #include "front/picture_names.hpp"
 #include "front/process.hpp"
+#include "front/toml_quoted.hpp"
 
 namespace drape {
 namespace {
@@ -109,8 +111,8 @@ bool are_cameras(const fs::path& folder) {
   return most > folders;
 }
 
-/// The folder in the layout of `drape import`: itself, or links in the output folder.
-fs::path import_layout(const CalibImagesOptions& options) {
+/// The pictures of a folder that is not in the layout of `drape import`; nothing where it is.
+std::optional<Views> views_of(const CalibImagesOptions& options) {
   if (!fs::is_directory(options.folder)) {
     throw bad_input("the folder of images is missing", {.file = options.folder.string()},
                     "name a folder of images such as left01.jpg, right01.jpg");
@@ -118,14 +120,19 @@ fs::path import_layout(const CalibImagesOptions& options) {
   const bool nested = has_folders(options.folder) && pictures_in(options.folder).empty();
   const bool cameras = options.folders.empty() ? nested && are_cameras(options.folder)
                                                : options.folders == "cameras";
-  if (nested && !cameras) return options.folder;
-  const Views views = nested ? images_by_camera(options.folder) : flat_images(options.folder);
+  if (nested && !cameras) return std::nullopt;
+  Views views = nested ? images_by_camera(options.folder) : flat_images(options.folder);
   if (views.empty()) {
     throw bad_input("no image is named like left01.jpg", {.file = options.folder.string()},
                     "name images <camera><number>.png|jpg|tif, <view>/<camera>.png|jpg|tif or "
                     "<camera>/<number>.png|jpg|tif");
   }
-  fs::path staged = options.out / "images";
+  return views;
+}
+
+/// Links to them in that layout.
+fs::path link_views(const Views& views, const fs::path& out) {
+  fs::path staged = out / "images";
   for (const auto& [view, of_view] : views) {
     fs::create_directories(staged / view);
     for (const auto& [camera, file] : of_view) {
@@ -181,19 +188,19 @@ void take_over(const std::string& stage, const fs::path& output, Ending& ending)
 
 std::string rig_text(const Recording& recording) {
   std::vector<std::string> views;
-  for (const FrameSet& set : recording.sets) views.push_back(set.name);
+  for (const FrameSet& set : recording.sets) views.push_back(toml_quoted(set.name));
   std::string text = fmt::format(
       "schema = \"drapebench/rig/1\"\nname = \"pictures\"\ntarget = \"target.toml\"\n"
-      "recording = \"recording\"\n\n[calibration]\nfree_poses = [\"{}\"]\n",
-      fmt::join(views, "\", \""));
+      "recording = \"recording\"\n\n[calibration]\nfree_poses = [{}]\n",
+      fmt::join(views, ", "));
   std::map<std::string, RecordedFrame> cameras;
   for (const FrameSet& set : recording.sets)
     for (const RecordedFrame& frame : set.frames) cameras.emplace(frame.camera, frame);
   for (const auto& [name, frame] : cameras) {
     text += fmt::format(
-        "\n[[camera]]\nname = \"{}\"\nwidth_px = {}\nheight_px = {}\n"
+        "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\n"
         "# Nominal: it only scales a focal length in mm.\npixel_pitch_um = [1.0, 1.0]\n",
-        name, frame.width_px, frame.height_px);
+        toml_quoted(name), frame.width_px, frame.height_px);
   }
   return text;
 }
@@ -229,12 +236,13 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";
   const fs::path calibration = options.out / "calibration.json";
+  const std::optional<Views> views = views_of(options);
   require_apart(options.folder, options.out);
   require_apart(options.lens_from, options.out);
   claim(options.out);
   remove_earlier(options.out);
   write_durable(options.out / "target.toml", target);
-  const std::string images = import_layout(options).string();
+  const std::string images = (views ? link_views(*views, options.out) : options.folder).string();
   if (const int code = run_stage(
           "capture", {"import", images, "--out", recording.string(), "--allow-missing"}, common);
       code > 1) {

@@ -12,6 +12,7 @@
 #include "core/files/json_file.hpp"
 #include "core/program/shell_word.hpp"
 #include "front/process.hpp"
+#include "front/toml_quoted.hpp"
 
 namespace drape {
 namespace {
@@ -258,16 +259,6 @@ method = "software_trigger"
 fall_back = ["free_run"]
 frame_rate_hz = 5.0
 )";
-
-/// As TOML writes it between quotes.
-std::string toml_quoted(const std::string& text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + '"';
-}
 
 std::string cameras_text(const std::vector<FoundCamera>& cameras) {
   std::string text = kCameras;

@@ -55,9 +55,8 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
     const Branch& branch = result.branches.found[k];
     ending.numbers.push_back(
         {fmt::format("branch {}", k + 1),
-         fmt::format("{:.2f} uJ, {} folds, {} start{}{}{}", branch.energy_j / 1e-6,
-                     branch.hem.nodes, branch.starts.size(), branch.starts.size() == 1 ? "" : "s",
-                     branch.own_start < 0 ? ", sought" : "",
+         fmt::format("{:.2f} uJ, {} folds, {} of the starts{}{}", branch.energy_j / 1e-6,
+                     branch.hem.nodes, branch.starts.size(), branch.own_start < 0 ? ", sought" : "",
                      branch.report.stable ? "" : ", a saddle")});
   }
   for (const int start : result.branches.not_at_rest)

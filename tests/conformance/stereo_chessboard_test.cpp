@@ -111,6 +111,20 @@ TEST_F(StereoChessboard, AFolderOfSomebodysOwnIsNotTouched) {
   EXPECT_EQ(std::distance(fs::directory_iterator(out() / "mine"), {}), 1);
 }
 
+TEST_F(StereoChessboard, ACameraMayHaveAnyNameThatAFileCanHave) {
+  const fs::path folder = out() / "named";
+  fs::create_directories(folder / "le \"ft\" \u00e4");
+  for (const auto& entry : fs::directory_iterator(pictures_))
+    if (entry.path().filename().string().starts_with("left") && entry.path().extension() == ".jpg")
+      fs::create_symlink(fs::canonical(entry.path()),
+                         folder / "le \"ft\" \u00e4" / entry.path().filename());
+  const Outcome outcome = run_line(program("drape").string() + " calib-images " + folder.string() +
+                                   " --board 9x6 --square-mm 30 --out " + (out() / "any").string());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.text;
+  EXPECT_EQ(read_calibration(out() / "any/calibration.json").cameras.at(0).camera.name,
+            "le \"ft\" \u00e4");
+}
+
 TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarlierRunStays) {
   const auto run = [&](const std::string& options) {
     return run_line(program("drape").string() + " calib-images " + pictures_.string() + " --out " +
@@ -125,6 +139,13 @@ TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarli
   EXPECT_EQ(run("--board 9x6 --thickness-mm -5").exit_code, 2);
   EXPECT_EQ(run("--board 9x6 --lens-from " + (out() / "o/calibration.json").string()).exit_code, 2);
   EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "a wrong call removes nothing";
+  EXPECT_EQ(run_line(program("drape").string() +
+                     " calib-images nothing --board 9x6 --square-mm 30 "
+                     "--out " +
+                     (out() / "o").string())
+                .exit_code,
+            3);
+  EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "nor a folder that is not there";
   EXPECT_EQ(run("--board 30x20").exit_code, 3);
   EXPECT_FALSE(fs::exists(out() / "o/calibration.json"));
   EXPECT_FALSE(fs::exists(out() / "o/calibration.run.json"));

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "core/files/json_file.hpp"
+
+namespace drape {
+
+/// The text as TOML writes it, with its quotes; basic strings have JSON's escapes.
+inline std::string toml_quoted(const std::string& text) {
+  return Json(text).dump();
+}
+
+}  // namespace drape
