@@ -67,18 +67,20 @@ double refined(const Pairs& pairs, double middle, double step) {
   return (low + high) / 2;
 }
 
-Branch branch_from(const JsonNode& entry, const JsonNode& root, std::size_t of,
-                   const fs::path& list) {
+Branch branch_from(const JsonNode& entry, const JsonNode& root,
+                   const std::vector<JsonNode>& entries, const fs::path& list) {
   Branch branch;
   branch.set_sha256 = sha256_of_file(list);
   branch.number = entry.integer("branch");
-  branch.of = static_cast<int>(of);
+  branch.of = static_cast<int>(entries.size());
   branch.energy_j = entry.number("energy_uJ") * 1e-6;
   branch.residual = entry.number("largest_residual_per_particle_weight");
   branch.stable = entry.boolean("stable");
   branch.starts = static_cast<int>(entry.at("starts").raw().size());
   branch.hem_nodes = entry.integer("hem_nodes");
   branch.round = root.boolean("scene_round_about_the_vertical");
+  for (const JsonNode& one : entries)
+    if (one.integer("branch") == 1) branch.least_j = one.number("energy_uJ") * 1e-6;
   return branch;
 }
 
@@ -88,7 +90,7 @@ std::optional<Branch> branch_in(const fs::path& list, int number) {
   const JsonNode root = JsonNode::open(list, "branches", kBranchesVersion);
   const std::vector<JsonNode> entries = root.items("branches");
   for (const JsonNode& entry : entries)
-    if (entry.integer("branch") == number) return branch_from(entry, root, entries.size(), list);
+    if (entry.integer("branch") == number) return branch_from(entry, root, entries, list);
   return std::nullopt;
 }
 
@@ -104,7 +106,7 @@ std::optional<ListedBranch> branch_of(const fs::path& sheet) {
     const fs::path listed =
         name_inside(list.parent_path(), entry.text("sheet"), entry.where("sheet"));
     if (!fs::equivalent(listed, ply, unreadable)) continue;
-    return ListedBranch{list.lexically_normal(), branch_from(entry, root, entries.size(), list)};
+    return ListedBranch{list.lexically_normal(), branch_from(entry, root, entries, list)};
   }
   return std::nullopt;
 }

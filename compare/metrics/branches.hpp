@@ -18,15 +18,16 @@ inline constexpr int kBranchesVersion = 1;  ///< of branches.json
 
 /// What drape-branches says of one equilibrium of a drape that has several.
 struct Branch {
-  std::string set_sha256;  ///< of branches.json, which lists all of them
-  int number = 0;          ///< 1 has the least energy
-  int of = 0;              ///< equilibria that were found
-  double energy_j = 0;     ///< only differences within one list mean anything
-  double residual = 0;     ///< largest, in weights of a particle
-  bool stable = true;      ///< false: a saddle
-  int starts = 0;          ///< how many starts ended here
-  int hem_nodes = 0;       ///< folds of the border
-  bool round = false;      ///< the scene looks the same turned about a vertical axis
+  std::string set_sha256;              ///< of branches.json, which lists all of them
+  int number = 0;                      ///< 1 has the least energy
+  int of = 0;                          ///< equilibria that were found
+  double energy_j = 0;                 ///< only differences within one list mean anything
+  double residual = 0;                 ///< largest, in weights of a particle
+  bool stable = true;                  ///< false: a saddle
+  int starts = 0;                      ///< how many starts ended here
+  int hem_nodes = 0;                   ///< folds of the border
+  bool round = false;                  ///< the scene looks the same turned about a vertical axis
+  std::optional<double> least_j = {};  ///< energy of the first of its list, given or not
 };
 
 /// branches.json ("drapebench/branches/1") in the folder above the sheet's, and its entry for this

@@ -125,6 +125,21 @@ TEST(Branches, TheRealShapeIsAssignedAndBothDistancesAreGiven) {
   EXPECT_TRUE(report.virtual_virtual.empty()) << "equilibria are no pair of the paper";
 }
 
+TEST(Branches, OfSomeOfAListNoneIsCalledTheNearestOrLeastOfAll) {
+  DrapeInput input = with_branches({7, 9, 2, 4});
+  for (Simulation& one : input.simulations) one.branch->least_j = 1e-3 + 1e-6;
+  input.simulations.erase(input.simulations.begin(), input.simulations.begin() + 2);
+  const Report report = compare_drape(input, {});
+  const BranchSet& set = report.branch_sets.front();
+  const std::string sentence = branch_sentence(input, set);
+  EXPECT_THAT(sentence, HasSubstr("nearest of those given is branch 3 of 4, 2.000 mm; branch 1 of "
+                                  "least energy, 2.00 µJ below, is not given; next nearest "
+                                  "branch 4, 4.000 mm"));
+  const Table table = branch_table(input, report, set);
+  EXPECT_EQ(table.rows[0].back(), "nearest");
+  EXPECT_EQ(table.rows[0][2], "2.00") << "above the least of the list";
+}
+
 TEST(Branches, NeverTakeThePlaceOfARun) {
   DrapeInput input = with_branches({7, 1});
   const test::Shape raised = [](const Eigen::Vector2d& m) -> Eigen::Vector3d {

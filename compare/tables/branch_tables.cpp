@@ -15,8 +15,14 @@ const Branch& facts_of(const DrapeInput& input, const BranchComparison& one) {
   return *input.simulations[one.as_placed.simulation].branch;
 }
 
-std::string role_of(const BranchSet& set, std::size_t k) {
-  std::string role = k == 0 ? "least energy" : "";
+/// The first that is given may not be the first of its list.
+double least_j_of(const DrapeInput& input, const BranchSet& set) {
+  const Branch& first = facts_of(input, set.branches.front());
+  return first.least_j.value_or(first.energy_j);
+}
+
+std::string role_of(const DrapeInput& input, const BranchSet& set, std::size_t k) {
+  std::string role = facts_of(input, set.branches[k]).number == 1 ? "least energy" : "";
   if (k == set.nearest) role += role.empty() ? "nearest" : ", nearest";
   return role;
 }
@@ -43,7 +49,7 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
   table.names.emplace_back("role");
   table.headings.emplace_back("");
   table.numeric.push_back(false);
-  const double least_j = facts_of(input, set.branches.front()).energy_j;
+  const double least_j = least_j_of(input, set);
   for (std::size_t k = 0; k < set.branches.size(); ++k) {
     const BranchComparison& one = set.branches[k];
     const Branch& branch = facts_of(input, one);
@@ -63,7 +69,7 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
       cells.push_back(fmt::format("{:.1f}", one.turned->turn_rad / units::deg));
       cells.emplace_back(one.turned->half_turn ? "yes" : "no");
     }
-    cells.push_back(role_of(set, k));
+    cells.push_back(role_of(input, set, k));
     table.add(std::move(cells));
   }
   table.marked_row = set.nearest;
@@ -71,20 +77,23 @@ Table branch_table(const DrapeInput& input, const Report& report, const BranchSe
 }
 
 std::string branch_sentence(const DrapeInput& input, const BranchSet& set) {
-  const BranchComparison &nearest = set.branches[set.nearest], &least = set.branches.front();
+  const BranchComparison &nearest = set.branches[set.nearest], &first = set.branches.front();
   const Branch& taken = facts_of(input, nearest);
+  const bool whole = set.branches.size() >= static_cast<std::size_t>(taken.of);
   const char* turn = nearest.turned ? " after the best turn" : "";
-  std::string text = fmt::format("nearest is branch {} of {}, {:.3f} mm{}", taken.number, taken.of,
-                                 nearest.match_m() / mm, turn);
-  if (set.nearest == 0) {
+  std::string text =
+      fmt::format("nearest{} is branch {} of {}, {:.3f} mm{}", whole ? "" : " of those given",
+                  taken.number, taken.of, nearest.match_m() / mm, turn);
+  if (taken.number == 1) {
     text += ", which also has the least energy";
   } else {
-    text += fmt::format("; branch {} of least energy, {:.2f} µJ below, {:.3f} mm{}",
-                        facts_of(input, least).number,
-                        (taken.energy_j - facts_of(input, least).energy_j) / kMicrojoule,
-                        least.match_m() / mm, turn);
+    text += fmt::format("; branch 1 of least energy, {:.2f} µJ below, ",
+                        (taken.energy_j - least_j_of(input, set)) / kMicrojoule);
+    text += facts_of(input, first).number == 1
+                ? fmt::format("{:.3f} mm{}", first.match_m() / mm, turn)
+                : "is not given";
   }
-  if (set.runner_up && *set.runner_up != 0) {
+  if (set.runner_up && facts_of(input, set.branches[*set.runner_up]).number != 1) {
     const BranchComparison& next = set.branches[*set.runner_up];
     text += fmt::format("; next nearest branch {}, {:.3f} mm", facts_of(input, next).number,
                         next.match_m() / mm);
