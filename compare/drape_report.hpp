@@ -112,6 +112,7 @@ struct Budget {
 /// Everything found for one drape.
 struct Report {
   std::string name;  ///< scene of the simulations, else the set of the measured sheet
+  std::string label = {};  ///< the name, and what tells it from others of one run: "C (repeat 2)"
   Measurement measurement;
   std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
   std::vector<RealSurface> real_surface;  ///< as DrapeInput::surfaces
@@ -135,6 +136,7 @@ struct Report {
   std::vector<std::string> warnings;
 
   [[nodiscard]] bool go() const { return no_go.empty(); }
+  [[nodiscard]] const std::string& called() const { return label.empty() ? name : label; }
 };
 
 /// Simulations of one scene without a real cloth, as the paper's even tables.

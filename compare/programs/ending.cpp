@@ -28,8 +28,8 @@ std::vector<std::string> rejected_marks(const Session& session, const Outcome& o
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     for (const auto& [reason, count] : counted_gaps(session.drapes[i].input.measured.sheet)) {
-      lines.push_back(fmt::format("{}: {} mark{} not measured: {}", outcome.reports[i].name, count,
-                                  count == 1 ? "" : "s", reason));
+      lines.push_back(fmt::format("{}: {} mark{} not measured: {}", outcome.reports[i].called(),
+                                  count, count == 1 ? "" : "s", reason));
     }
   }
   return lines;
@@ -45,7 +45,7 @@ Ending ending_of(const Session& session, const Outcome& outcome) {
                                 "the cloth is the match");
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
     for (auto& [name, value] : key_numbers(session.drapes[i].input, outcome.reports[i]))
-      ending.numbers.emplace_back(outcome.reports[i].name + ", " + name, value);
+      ending.numbers.emplace_back(outcome.reports[i].called() + ", " + name, value);
   }
   if (outcome.stored) {
     ending.numbers.emplace_back(
@@ -81,6 +81,7 @@ Json json_of(const Session& session, const Outcome& outcome, const Ending& endin
     const auto in_mm = [](const std::optional<double>& x) { return x ? Json(*x / mm) : Json(); };
     Json drape;
     drape["name"] = report.name;
+    drape["label"] = report.called();
     drape["measurement"] = report.go() ? "GO" : "NO-GO";
     drape["cause"] = report.go() ? Json() : Json(report.no_go.front());
     drape["match"] = name_of(report.match.match);

@@ -98,9 +98,9 @@ Table drapes_table(const Session& session, const Outcome& outcome) {
     if (report.budget)
       expanded = fmt::format("{}{:.3f}", report.budget->missing.empty() ? "" : "at least ",
                              report.budget->expanded_m / mm);
-    table.add({report.name, report.go() ? "GO" : "NO-GO", std::to_string(report.measurement.marks),
-               mm_text(report.measurement.sigma_median_m), simulation, mean, expanded,
-               name_of(report.match.match), report.match.rests_on});
+    table.add({report.called(), report.go() ? "GO" : "NO-GO",
+               std::to_string(report.measurement.marks), mm_text(report.measurement.sigma_median_m),
+               simulation, mean, expanded, name_of(report.match.match), report.match.rests_on});
   }
   return table;
 }
@@ -136,7 +136,7 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
   std::string text = "<section id=\"certificate\" class=\"certificate\">\n<h2>Certificate</h2>\n";
   text += html_table(drapes_table(session, outcome));
   for (const Report& report : outcome.reports) {
-    text += "<p><b>" + xml(report.name) + "</b>: match " + name_of(report.match.match) + "; " +
+    text += "<p><b>" + xml(report.called()) + "</b>: match " + name_of(report.match.match) + "; " +
             xml(report.match.reason) + ".";
     if (!report.go()) text += " <b>NO-GO:</b> " + xml(report.no_go.front()) + ".";
     if (report.budget) text += " " + xml(budget_sentence(*report.budget)) + ".";
@@ -153,7 +153,7 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
       "against the total uncertainty. The simulation was chosen before any distance was known: the "
       "finest grid with five segments.</p>\n<p>";
   for (const Report& report : outcome.reports)
-    text += link("drape-" + report.name, "Drape " + report.name) + " · ";
+    text += link("drape-" + report.name, "Drape " + report.called()) + " · ";
   text += link("calibration", "Calibration") + " · " + link("provenance", "Provenance") + "</p>\n";
   return text + "</section>\n";
 }

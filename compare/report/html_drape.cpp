@@ -268,12 +268,12 @@ std::string html_drape(const DrapeFiles& drape, const Report& report, const Sess
   const RealVirtual& headline = report.real_virtual[*report.headline];
   const Simulation& simulation = drape.input.simulations[headline.simulation];
   std::string text = fmt::format(
-      "<section id=\"drape-{0}\">\n<h2>Drape {0}</h2>\n<p class=\"soft\">Set {1} of rig {2}, "
+      "<section id=\"drape-{0}\">\n<h2>Drape {5}</h2>\n<p class=\"soft\">Set {1} of rig {2}, "
       "fabric "
       "{3}. Pictures and marks below belong to the headline simulation, {4}.</p>\n",
       xml(report.name), xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).set),
       xml(std::get<MeasuredSource>(drape.input.measured.sheet.source).rig),
-      xml(simulation.source().fabric), xml(simulation.label()));
+      xml(simulation.source().fabric), xml(simulation.label()), xml(report.called()));
   text += facts(drape.input, report);
   if (const std::string sentence = distance_sentence(headline); !sentence.empty())
     text += "<p>" + xml(sentence) + ".</p>\n";

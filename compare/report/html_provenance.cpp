@@ -87,7 +87,7 @@ std::string trees(const Session& session, const Outcome& outcome, const fs::path
     std::set<fs::path> followed;
     const Simulation& headline =
         input.simulations[report.real_virtual[*report.headline].simulation];
-    text += "<details><summary>Drape " + xml(report.name) + ": " + xml(headline.label()) +
+    text += "<details><summary>Drape " + xml(report.called()) + ": " + xml(headline.label()) +
             " and the measured sheet</summary>\n<pre>";
     text += tree_of(book, followed, input.measured, folder);
     if (!headline.other_simulator) text += tree_of(book, followed, headline.sheet, folder);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "compare/judgement.hpp"
 #include "compare/store/runs.hpp"
@@ -43,6 +44,28 @@ std::optional<std::string> warning_of_gaps(const DrapeFiles& drape, const Report
       marks, expanded_m / mm, interval->low_m / mm, interval->high_m / mm);
 }
 
+/// Names of the drapes; those of one scene have their repeat, set, else file beside it.
+std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
+  using Words = std::string (*)(const SheetFile&);
+  constexpr std::array<Words, 3> kWords{
+      [](const SheetFile& sheet) {
+        return sheet.repeat ? "repeat " + sheet.repeat->repeat : std::string();
+      },
+      [](const SheetFile& sheet) { return std::get<MeasuredSource>(sheet.sheet.source).set; },
+      [](const SheetFile& sheet) { return sheet.file.string(); }};
+  std::vector<std::string> labels;
+  for (const DrapeFiles& drape : drapes) labels.push_back(drape.input.name());
+  for (const Words words : kWords) {
+    const std::vector<std::string> before = labels;
+    for (std::size_t i = 0; i < drapes.size(); ++i) {
+      const std::string more = words(drapes[i].input.measured);
+      if (!more.empty() && std::count(before.begin(), before.end(), before[i]) > 1)
+        labels[i] += " (" + more + ")";
+    }
+  }
+  return labels;
+}
+
 }  // namespace
 
 bool Outcome::go() const {
@@ -52,7 +75,7 @@ bool Outcome::go() const {
 std::vector<std::string> Outcome::reasons() const {
   std::vector<std::string> list;
   for (const Report& drape : reports)
-    for (const std::string& reason : drape.no_go) list.push_back(drape.name + ": " + reason);
+    for (const std::string& reason : drape.no_go) list.push_back(drape.called() + ": " + reason);
   for (const VirtualGroup& group : groups)
     for (const std::string& reason : group.no_go) list.push_back(group.name + ": " + reason);
   list.insert(list.end(), not_compared.begin(), not_compared.end());
@@ -73,7 +96,7 @@ std::string Outcome::sentence() const {
   if (reports.empty()) return "simulations compared with each other: " + text;
   text.clear();
   for (const Report& drape : reports) {
-    text += fmt::format("{}{} {:.2f} mm, {}", text.empty() ? "" : "; ", drape.name,
+    text += fmt::format("{}{} {:.2f} mm, {}", text.empty() ? "" : "; ", drape.called(),
                         drape.real_virtual[*drape.headline].statistics.mean_m / mm,
                         name_of(drape.match.match));
   }
@@ -134,9 +157,12 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
           "give another --report");
   }
   const bool bad_calibration = session.calibration && session.calibration->no_go;
-  for (const DrapeFiles& drape : session.drapes) {
+  const std::vector<std::string> labels = labels_of(session.drapes);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const DrapeFiles& drape = session.drapes[i];
     outcome.reports.push_back(compare_drape(drape.input, options));
     Report& report = outcome.reports.back();
+    report.label = labels[i];
     if (bad_calibration && !drape.input.measured.sheet.no_go)
       report.no_go.insert(report.no_go.begin(),
                           "the calibration is NO-GO: " + *session.calibration->no_go);
@@ -150,8 +176,8 @@ void compare_session(const Session& session, const Options& options, Outcome& ou
     report.match = match_of(drape.input, report);
     if (auto warning = warning_of_gaps(drape, report))
       report.warnings.push_back(std::move(*warning));
-    for (const std::string& warning : outcome.reports.back().warnings)
-      outcome.warnings.push_back(outcome.reports.back().name + ": " + warning);
+    for (const std::string& warning : report.warnings)
+      outcome.warnings.push_back(report.label + ": " + warning);
   }
   for (const auto& simulations : session.virtual_only) {
     outcome.groups.push_back(compare_virtual_group(simulations));

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which drape, ensemble and repeat the sheets of one call belong to.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
+#include "compare/store/inputs.hpp"
+#include "compare/store/outcome.hpp"
+#include "compare/test_sheets.hpp"
+#include "core/error.hpp"
+#include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
+#include "core/units.hpp"
+#include "tests/support/paths.hpp"
+
+namespace drape::compare {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+using units::mm;
+
+class GivenSheets : public testing::Test {
+ protected:
+  GivenSheets() : first_(test::write_example(folder_.path() / "A")) {}
+
+  [[nodiscard]] fs::path part_of(const fs::path& name) const {
+    return first_[0].parent_path() / name.filename();
+  }
+  /// The first drape's sheet, its marks raised, as another laying; a copy where they are not.
+  [[nodiscard]] fs::path laying(const std::string& repeat, double raised_m) const {
+    Sheet sheet = read_sheet(first_[0]);
+    for (SheetMark& mark : sheet.marks) mark.point_in_world.z() += raised_m;
+    fs::path file = folder_.path() / ("laying_" + repeat) / "sheet.ply";
+    const fs::path json = fs::path(file).replace_extension(".json");
+    if (raised_m == 0) {
+      fs::create_directories(file.parent_path());
+      for (const fs::path& part : {file, json}) fs::copy_file(part_of(part), part);
+    } else {
+      write_sheet(file, sheet);
+    }
+    Json root = parse_json(read_text(json));
+    root["source"]["repeat"] = {{"scene", "A"}, {"repeat", repeat}, {"face", ""}};
+    write_json(json, root);
+    return file;
+  }
+  /// A list of one branch that was placed by the first drape's sheet.
+  [[nodiscard]] fs::path ensemble(const std::string& name, const std::string& fabric_sha256) const {
+    const fs::path list = folder_.path() / name / "branches.json";
+    Sheet sheet = test::simulated_sheet(15, 5);
+    auto& source = std::get<SimulatedSource>(sheet.source);
+    if (!fabric_sha256.empty()) source.fabric_sha256 = fabric_sha256;
+    source.start_sha256 = sha256_of_file(fs::path(first_[0]).replace_extension(".json"));
+    write_sheet(list.parent_path() / "branch-01" / "sheet.ply", sheet);
+    write_json(list, {{"schema", "drapebench/branches/1"},
+                      {"scene_round_about_the_vertical", false},
+                      {"members_at_rest", 24},
+                      {"band", Json::array()},
+                      {"measured",
+                       {{"nearest_branch", 1},
+                        {"branch", 1},
+                        {"distance_mm", 1},
+                        {"reach_mm", 2},
+                        {"started_there", "at rest"}}},
+                      {"branches",
+                       {{{"branch", 1},
+                         {"sheet", "branch-01/sheet.ply"},
+                         {"energy_uJ", name.size()},
+                         {"largest_residual_per_particle_weight", 1e-9},
+                         {"stable", true},
+                         {"starts", {0}},
+                         {"hem_nodes", 4}}}}});
+    return list.parent_path() / "branch-01" / "sheet.ply";
+  }
+  static std::string refusal_of(const std::vector<fs::path>& sheets,
+                                const std::vector<fs::path>& repeats) {
+    try {
+      static_cast<void>(read_session(sheets, {}, repeats));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  drape::test::TemporaryFolder folder_;
+  std::vector<fs::path> first_;
+};
+
+TEST_F(GivenSheets, DrapesOfOneSceneHaveNamesOfTheirOwn) {
+  const std::vector<fs::path> sheets = {first_[0], first_[1],           laying("2", 1 * mm),
+                                        first_[2], laying("3", 2 * mm), first_[3]};
+  const auto labels = [](const std::vector<fs::path>& files) {
+    Outcome outcome;
+    compare_session(read_session(files, {}), {}, outcome);
+    std::vector<std::string> list;
+    for (const Report& report : outcome.reports) list.push_back(report.called());
+    return list;
+  };
+  EXPECT_THAT(labels(sheets), ElementsAre("A", "A (repeat 2)", "A (repeat 3)"));
+  EXPECT_THAT(labels(first_), ElementsAre("A"));
+  Sheet again = read_sheet(first_[0]);
+  again.marks[0].point_in_world.z() += 1 * mm;
+  const fs::path file = folder_.path() / "again" / "sheet.ply";
+  write_sheet(file, again);
+  EXPECT_THAT(labels({first_[0], first_[1], file, first_[2]}),
+              ElementsAre(HasSubstr("A (drape_A) (" + first_[0].string()),
+                          HasSubstr("A (drape_A) (" + file.string())));
+}
+
+}  // namespace
+}  // namespace drape::compare
