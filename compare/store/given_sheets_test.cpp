@@ -89,6 +89,27 @@ class GivenSheets : public testing::Test {
   std::vector<fs::path> first_;
 };
 
+TEST_F(GivenSheets, ARepeatIsOneOfEveryDrapeOfItsScene) {
+  const fs::path second = laying("2", 1 * mm), third = laying("3", 2 * mm);
+  const std::vector<fs::path> sheets = {first_[0], first_[1], second, first_[2]};
+  const auto counts = [&](const std::vector<fs::path>& repeats) {
+    const Session session = read_session(sheets, {}, repeats);
+    return std::pair(session.drapes[0].input.repeats.size(),
+                     session.drapes[1].input.repeats.size());
+  };
+  EXPECT_EQ(counts({third}), std::pair(std::size_t{1}, std::size_t{1}));
+  EXPECT_EQ(counts({third, second}), std::pair(std::size_t{2}, std::size_t{1}))
+      << "its own sheet is no other laying of it";
+  EXPECT_THAT(refusal_of({second, first_[2]}, {second}), HasSubstr("given twice"));
+}
+
+TEST_F(GivenSheets, ACopyUnderAnotherNameIsNoRepeat) {
+  const fs::path second = laying("2", 1 * mm), copy = laying("copy", 1 * mm);
+  EXPECT_EQ(refusal_of(first_, {second}), "none");
+  EXPECT_THAT(refusal_of(first_, {second, copy}), HasSubstr("it is a copy of"));
+  EXPECT_THAT(refusal_of(first_, {laying("own", 0)}), HasSubstr("it is a copy of"));
+}
+
 TEST_F(GivenSheets, DrapesOfOneSceneHaveNamesOfTheirOwn) {
   const std::vector<fs::path> sheets = {first_[0], first_[1],           laying("2", 1 * mm),
                                         first_[2], laying("3", 2 * mm), first_[3]};

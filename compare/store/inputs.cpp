@@ -322,27 +322,44 @@ void require_new(const SheetFile& sheet, const Session& session) {
   }
 }
 
+/// The same marks under another name are no other laying.
+void require_no_copy(const SheetFile& sheet, const DrapeInput& drape) {
+  std::vector<const SheetFile*> layings = {&drape.measured};
+  for (const SheetFile& repeat : drape.repeats) layings.push_back(&repeat);
+  for (const SheetFile* other : layings) {
+    if (other->sha256 == sheet.sha256)
+      throw bad_input("this sheet is given twice for one drape", {.file = sheet.file.string()},
+                      "give each repeat once");
+    if (other->ply_sha256 == sheet.ply_sha256)
+      throw bad_input("it is a copy of " + other->file.string() + ", which is no repeat",
+                      {.file = sheet.file.string(), .field = "marks"}, "give each laying once");
+  }
+}
+
+/// Joins every drape of its scene but the one that it is the sheet of: of each of them it is
+/// another laying.
 void add_repeat(const fs::path& file, Session& session) {
   SheetFile sheet = read_sheet_file(file, session);
   if (!sheet.repeat)
     throw bad_input("the sheet does not say which repeat of which drape it is",
                     {.file = file.string(), .field = "source.repeat"},
                     "measure it with drape-triangulate --repeat NAME --scene FILE");
-  const auto of =
-      std::find_if(session.drapes.begin(), session.drapes.end(),
-                   [&](const DrapeFiles& drape) { return scene_of(drape) == sheet.repeat->scene; });
-  if (of == session.drapes.end())
+  bool known = false, joined = false;
+  for (DrapeFiles& drape : session.drapes) {
+    if (scene_of(drape) != sheet.repeat->scene) continue;
+    known = true;
+    if (drape.input.measured.sha256 == sheet.sha256) continue;
+    require_no_copy(sheet, drape.input);
+    drape.input.repeats.push_back(sheet);
+    joined = true;
+  }
+  if (!known)
     throw bad_input(fmt::format("no drape of scene `{}` is given", sheet.repeat->scene),
                     {.file = file.string(), .field = "source.repeat"},
                     "give that drape's sheet and simulations, or leave the repeat out");
-  std::vector<SheetFile>& repeats = of->input.repeats;
-  const bool twice = sheet.sha256 == of->input.measured.sha256 ||
-                     std::any_of(repeats.begin(), repeats.end(),
-                                 [&](const SheetFile& one) { return one.sha256 == sheet.sha256; });
-  if (twice)
+  if (!joined)
     throw bad_input("this sheet is given twice for one drape", {.file = file.string()},
                     "give each repeat once");
-  repeats.push_back(std::move(sheet));
 }
 
 }  // namespace

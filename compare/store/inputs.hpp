@@ -54,7 +54,7 @@ struct Session {
 /// .toml is another simulator's mesh (other_mesh.hpp). `calibration_file` may be empty. Throws
 /// Error(bad_input) when a sheet was measured with another calibration than the one given, or when
 /// a measured sheet is given twice, or a simulation is not what its run record says. Each of
-/// `repeats`, a measured sheet that says which repeat it is, joins the drape of its scene.
+/// `repeats`, a measured sheet that says which repeat it is, joins every drape of its scene.
 [[nodiscard]] Session read_session(const std::vector<std::filesystem::path>& sheets,
                                    const std::filesystem::path& calibration_file,
                                    const std::vector<std::filesystem::path>& repeats = {});

@@ -389,7 +389,9 @@ TEST_F(Runs, ARepeatOfNoDrapeIsRefused) {
   EXPECT_THROW((void)read_session(sheets_, {}, {file}), Error) << "it does not say that it is one";
   write_repeat(file, sheet, "B", "2", "");
   EXPECT_THROW((void)read_session(sheets_, {}, {file}), Error) << "no drape B";
-  write_repeat(file, sheet, "A", "2", "");
+  Sheet again = sheet;
+  again.marks[0].point_in_world.z() += 1e-3;
+  write_repeat(file, again, "A", "2", "");
   EXPECT_THROW((void)read_session(sheets_, {}, {file, file}), Error) << "twice";
   EXPECT_EQ(read_session(sheets_, {}, {file}).drapes[0].input.repeats.size(), 1U);
 }
