@@ -31,6 +31,15 @@ std::string value_of(const Surroundings& values, const std::string& key) {
   return found == values.end() || found->second.empty() ? "0" : found->second;
 }
 
+/// By its file's path or content: a record may name a copy, and a file may have changed since.
+bool is_among(const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
+  const std::string sha256 = fs::is_regular_file(file) ? sha256_of_file(file) : std::string();
+  return std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
+    return input.second == sha256 ||
+           fs::weakly_canonical(input.first) == fs::weakly_canonical(file);
+  });
+}
+
 }  // namespace
 
 std::optional<AskedScene> read_asked_scene(const fs::path& sheet_json) {
@@ -46,7 +55,7 @@ std::optional<AskedScene> read_asked_scene(const fs::path& sheet_json) {
 std::optional<SimulatedScene> read_simulated_scene(
     const fs::path& file, const std::vector<std::pair<fs::path, std::string>>& inputs) {
   const Scene scene = read_scene(file);
-  SimulatedScene simulated{scene.set, {}};
+  SimulatedScene simulated{scene.set, {}, scene.friction, is_among(scene.fabric_file, inputs)};
   for (const auto& [key, value] : TomlTable::open(file, "scene").values())
     if (is_of_surroundings(key)) simulated.surroundings[key] = value;
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i) {

@@ -27,6 +27,8 @@ struct AskedScene {
 struct SimulatedScene {
   std::string set;  ///< frame set of the recording that shows it; may be empty
   Surroundings surroundings;
+  double friction = 0;
+  bool own_fabric = false;  ///< the fabric that the scene names was simulated
 };
 
 /// `scene` has the content that was simulated; `inputs` are files with their SHA-256 as the run

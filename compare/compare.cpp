@@ -43,12 +43,6 @@ bool is(const Simulation& simulation, int grid, int segments) {
          simulation.sheet.sheet.cols == grid && simulation.segments() == segments;
 }
 
-/// Simulations may differ in grid and segments only; model, solver and fabric must be the same.
-bool same_physics(const Simulation& a, const Simulation& b) {
-  return a.source().model == b.source().model && a.source().solver == b.source().solver &&
-         a.source().fabric_sha256 == b.source().fabric_sha256;
-}
-
 std::string label_of(const PaperPair& pair) {
   if (pair.grid == pair.other_grid) {
     return fmt::format("{0}x{0}: {1} seg vs {2} seg", pair.grid, pair.segments,
@@ -70,8 +64,7 @@ void check_patch(const DrapeInput& input, const Simulation& simulation) {
 
 /// One scene per group, and no two simulations that the tables could not tell apart.
 void check_group(const std::vector<Simulation>& simulations) {
-  using Key = std::tuple<int, int, int, std::string, std::string, std::string, std::string, int,
-                         std::string>;
+  using Key = std::tuple<int, int, int, Setup, std::string, int, std::string>;
   std::map<Key, const Simulation*> seen;
   for (const Simulation& simulation : simulations) {
     const SimulatedSource& source = simulation.source();
@@ -82,7 +75,7 @@ void check_group(const std::vector<Simulation>& simulations) {
                       "put the measured sheet of each drape before its simulations");
     }
     const Key key(simulation.sheet.sheet.rows, simulation.sheet.sheet.cols, source.segments,
-                  source.model, source.solver, source.fabric_sha256,
+                  simulation.setup(),
                   simulation.branch ? simulation.branch->set_sha256 : std::string(),
                   simulation.branch ? simulation.branch->number : 0,
                   simulation.refined ? simulation.refined->list_sha256 : std::string());
@@ -102,8 +95,10 @@ std::vector<std::size_t> paper_order(const DrapeInput& input) {
     const Simulation& s = input.simulations[i];
     return std::tuple(-s.source().segments, -s.sheet.sheet.rows, -s.sheet.sheet.cols);
   };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    if (key(a) != key(b)) return key(a) < key(b);
+    return a != b && input.speaks_before(input.simulations[a], input.simulations[b]);
+  });
   return order;
 }
 
@@ -254,11 +249,12 @@ std::vector<VirtualVirtual> virtual_pairs(const std::vector<Simulation>& simulat
       if (!is(simulations[a], pair.grid, pair.segments)) continue;
       for (std::size_t b = 0; b < surfaces.size(); ++b) {
         const Simulation &first = simulations[a], &second = simulations[b];
-        if (!is(second, pair.other_grid, pair.other_segments) || !same_physics(first, second))
+        if (!is(second, pair.other_grid, pair.other_segments) || first.setup() != second.setup())
           continue;
         const std::vector<double> distances = distances_between(surfaces[a], surfaces[b], places);
         if (distances.empty()) continue;
-        VirtualVirtual row{a, b, label_of(pair), order, statistics_of(distances), {}};
+        VirtualVirtual row{
+            a, b, label_of(pair), first.apart_text(), order, statistics_of(distances), {}};
         add_bootstrap(distances, row.statistics);
         row.surface = surface_distance(mesh_of(first.sheet.sheet), mesh_of(second.sheet.sheet),
                                        kSurfaceSpacing_m);
@@ -291,12 +287,13 @@ void measure_drapes(const DrapeInput& input, Report& report) {
 
 /// See Report::headline.
 std::optional<std::size_t> headline_of(const DrapeInput& input, const Report& report) {
-  const auto rank = [&](const RealVirtual& row) {
-    return input.simulations[row.simulation].rank();
+  const auto speaks_before = [&](const RealVirtual& one, const RealVirtual& other) {
+    return input.speaks_before(input.simulations[one.simulation],
+                               input.simulations[other.simulation]);
   };
   std::optional<std::size_t> chosen;
   for (std::size_t row = 0; row < report.real_virtual.size(); ++row) {
-    if (!chosen || rank(report.real_virtual[row]) > rank(report.real_virtual[*chosen]))
+    if (!chosen || speaks_before(report.real_virtual[row], report.real_virtual[*chosen]))
       chosen = row;
   }
   return chosen;

@@ -3,7 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <set>
+
 #include "compare/store/inputs.hpp"
+#include "compare/tables/tables.hpp"
 #include "compare/test_sheets.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
@@ -120,6 +124,72 @@ TEST(CompareDrape, RefusesWhatDoesNotBelongTogether) {
   Sheet empty = measured_sheet();
   empty.marks.clear();
   EXPECT_THAT(refusal_of(drape_of(empty, {simulated_sheet(11, 5)})), HasSubstr("no mark"));
+}
+
+SimulatedSource& source_of(Simulation& simulation) {
+  return std::get<SimulatedSource>(simulation.sheet.sheet.source);
+}
+
+/// One grid of two fabrics, and a finer one of the second.
+DrapeInput of_two_fabrics() {
+  DrapeInput input = drape_of(measured_sheet(), {simulated_sheet(21, 5, raised_by(5 * mm)),
+                                                 simulated_sheet(21, 5, raised_by(7 * mm)),
+                                                 simulated_sheet(31, 5, raised_by(6 * mm))});
+  for (const std::size_t i : {1U, 2U}) {
+    source_of(input.simulations[i]).fabric = "another";
+    source_of(input.simulations[i]).fabric_sha256 = std::string(64, 'f');
+  }
+  return input;
+}
+
+std::string headline_label(const DrapeInput& input) {
+  const Report report = compare_drape(input, {});
+  return input.simulations[report.real_virtual[*report.headline].simulation].label();
+}
+
+TEST(Speaker, DoesNotHangOnTheOrderOfTheArguments) {
+  const auto in_both_orders = [](DrapeInput input) {
+    tell_apart(input.simulations);
+    const std::string label = headline_label(input);
+    std::reverse(input.simulations.begin(), input.simulations.end());
+    EXPECT_EQ(headline_label(input), label);
+    return label;
+  };
+  DrapeInput input = of_two_fabrics();
+  EXPECT_EQ(in_both_orders(input), "31x31, 5 segments, fabric another") << "the finest";
+  input.simulations[0].scene = SimulatedScene{"drape_A", {}, 0.4, true};
+  EXPECT_EQ(in_both_orders(input), "21x21, 5 segments, fabric cotton-like")
+      << "the fabric that the scene names";
+  input.simulations[0].scene.reset();
+  input.simulations.pop_back();
+  EXPECT_EQ(in_both_orders(input), "21x21, 5 segments, fabric another") << "by name";
+  source_of(input.simulations[1]).fabric = "cotton-like";
+  EXPECT_EQ(in_both_orders(input), in_both_orders(input)) << "by hash";
+  source_of(input.simulations[1]) = source_of(input.simulations[0]);
+  source_of(input.simulations[1]).scene_sha256 = std::string(64, '0');
+  EXPECT_THAT(in_both_orders(input), testing::StartsWith("21x21, 5 segments, scene "));
+  EXPECT_THAT(in_both_orders(input), testing::Not(HasSubstr("00000000")))
+      << "the scene that the marks were asked about";
+}
+
+TEST(Speaker, SimulationsOfOneGridHaveNamesOfTheirOwn) {
+  DrapeInput input = of_two_fabrics();
+  Simulation slippery = input.simulations[0], remembers = input.simulations[0];
+  source_of(slippery).scene_sha256 = std::string(64, '0');
+  slippery.scene = SimulatedScene{"drape_A", {}, 0.9, true};
+  remembers.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}, {}};
+  input.simulations.push_back(slippery);
+  input.simulations.push_back(remembers);
+  tell_apart(input.simulations);
+  const Report report = compare_drape(input, {});
+  EXPECT_EQ(report.real_virtual.size(), 5U) << "none of them is given twice";
+  const Table marks = mark_table(input, report), rows = real_virtual_table(input, report);
+  EXPECT_EQ(std::set(marks.names.begin(), marks.names.end()).size(), marks.names.size());
+  EXPECT_THAT(rows.names, testing::IsSupersetOf({"fabric", "scene", "internal_friction"}));
+  EXPECT_THAT(csv_of(rows), HasSubstr("00000000_friction_0.9"));
+  DrapeInput alike = full_input();
+  tell_apart(alike.simulations);
+  for (const Simulation& one : alike.simulations) EXPECT_EQ(one.apart_text(), "");
 }
 
 TEST(Verdict, SimulationNotAtRestIsNoGo) {

@@ -3,7 +3,54 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <set>
+#include <tuple>
+
 namespace drape::compare {
+namespace {
+
+constexpr std::size_t kShortHash = 8;  ///< characters that tell files apart for people
+
+/// Of a certificate's options: the others are how the cloth gets to its rest.
+constexpr std::array<const char*, 5> kRestOptions{"internal_friction", "mass", "round_specimen",
+                                                  "contact_between_particles",
+                                                  "cloth_thickness_mm"};
+constexpr const char* kFit = "curves_fitted";
+
+std::string hash_text(const std::string& sha256) {
+  return sha256.empty() ? "none" : sha256.substr(0, kShortHash);
+}
+
+/// The value of a setup for people.
+std::string shown(const Simulation& simulation, const std::string& key, const std::string& value,
+                  const std::vector<Simulation>& group) {
+  if (key == "start") return hash_text(value);
+  if (key == "scene")
+    return simulation.scene
+               ? fmt::format("{}_friction_{:g}", hash_text(value), simulation.scene->friction)
+               : hash_text(value);
+  if (key != "fabric") return value;
+  const SimulatedSource& own = simulation.source();
+  const bool ambiguous = std::any_of(group.begin(), group.end(), [&](const Simulation& other) {
+    return other.source().fabric == own.fabric && other.source().fabric_sha256 != value;
+  });
+  return ambiguous ? own.fabric + " " + hash_text(value) : own.fabric;
+}
+
+/// Branches have neither a certificate nor the start of the runs.
+bool is_compared(const Simulation& simulation, const std::string& key) {
+  if (simulation.other_simulator) return false;
+  return !simulation.branch || key == "model" || key == "fabric" || key == "scene";
+}
+
+std::string stated_value(const Setup& setup, const std::string& key) {
+  const auto found = setup.find(key);
+  return found == setup.end() ? "not stated" : found->second;
+}
+
+}  // namespace
 
 const SimulatedSource& Simulation::source() const {
   return std::get<SimulatedSource>(sheet.sheet.source);
@@ -21,8 +68,8 @@ std::string Simulation::grid_text() const {
 std::string Simulation::run_label() const {
   if (other_simulator) return fmt::format("{}, {}", *other_simulator, grid());
   const int count = source().segments;
-  return fmt::format("{}{}, {} segment{}", grid(), refined ? " refined" : "", count,
-                     count == 1 ? "" : "s");
+  return fmt::format("{}{}, {} segment{}{}", grid(), refined ? " refined" : "", count,
+                     count == 1 ? "" : "s", apart_text());
 }
 
 std::string Simulation::label() const {
@@ -37,10 +84,50 @@ std::string Simulation::segments_text() const {
   return other_simulator ? std::string() : std::to_string(source().segments);
 }
 
-std::tuple<bool, bool, int, bool, int> Simulation::rank() const {
-  constexpr int kSegments = 5;  // as far as the paper goes
-  const int count = segments().value_or(0);
-  return {!other_simulator, !branch, sheet.sheet.rows, count == kSegments, count};
+std::string Simulation::apart_text() const {
+  std::string text;
+  for (const auto& [key, value] : apart) text += fmt::format(", {} {}", key, value);
+  return text;
+}
+
+Setup Simulation::setup() const {
+  const SimulatedSource& own = source();
+  Setup setup{{"model", own.model},
+              {"solver", own.solver},
+              {"fabric", own.fabric_sha256},
+              {"scene", own.scene_sha256},
+              {"start", own.start_sha256.value_or(std::string())}};
+  if (!certificate) return setup;
+  // What certificates leave out where it is not used.
+  setup[kRestOptions.front()] = "no";
+  setup[kFit] = "whole";
+  for (const auto& [name, value] : certificate->entries) {
+    for (const char* option : kRestOptions)
+      if (name == std::string("options.") + option) setup[option] = value;
+    if (name.starts_with("options.curves_fitted_up_to.")) setup[kFit] = "to_a_range";
+  }
+  return setup;
+}
+
+bool Simulation::is_of_cloth_of(const Simulation& other) const {
+  const SimulatedSource &own = source(), &its = other.source();
+  return own.model == its.model && own.fabric_sha256 == its.fabric_sha256 &&
+         own.scene_sha256 == its.scene_sha256;
+}
+
+void tell_apart(std::vector<Simulation>& simulations) {
+  std::map<std::string, std::set<std::string>> values;
+  for (const Simulation& one : simulations)
+    for (const auto& [key, value] : one.setup()) values[key];
+  for (auto& [key, seen] : values)
+    for (const Simulation& one : simulations)
+      if (is_compared(one, key)) seen.insert(stated_value(one.setup(), key));
+  for (Simulation& one : simulations) {
+    const Setup setup = one.setup();
+    for (const auto& [key, seen] : values)
+      if (seen.size() > 1 && is_compared(one, key))
+        one.apart.emplace_back(key, shown(one, key, stated_value(setup, key), simulations));
+  }
 }
 
 std::string DrapeInput::name() const {
@@ -49,6 +136,44 @@ std::string DrapeInput::name() const {
   if (scene) return scene->name;
   return measured.asked ? measured.asked->name
                         : std::get<MeasuredSource>(measured.sheet.source).set;
+}
+
+bool DrapeInput::speaks_before(const Simulation& one, const Simulation& other) const {
+  constexpr int kSegments = 5;  // as far as the paper goes
+  const auto is_of_own_fabric = [&](const Simulation& simulation) {
+    return std::any_of(simulations.begin(), simulations.end(), [&](const Simulation& known) {
+      return known.scene && known.scene->own_fabric &&
+             known.source().fabric_sha256 == simulation.source().fabric_sha256;
+    });
+  };
+  const auto rank = [&](const Simulation& s) {
+    const int count = s.segments().value_or(0);
+    return std::tuple(!s.other_simulator, !s.branch,
+                      measured.asked && measured.asked->sha256 == s.source().scene_sha256,
+                      is_of_own_fabric(s), s.sheet.sheet.rows, count == kSegments, count);
+  };
+  const auto names = [](const Simulation& s) {
+    return std::tuple(s.source().model, s.source().fabric, s.setup(),
+                      s.branch ? s.branch->set_sha256 : std::string(), s.sheet.sha256);
+  };
+  const auto first = rank(one), second = rank(other);
+  return first != second ? first > second : names(one) < names(other);
+}
+
+const Simulation* DrapeInput::speaker() const {
+  const auto first = std::min_element(
+      simulations.begin(), simulations.end(),
+      [this](const Simulation& a, const Simulation& b) { return speaks_before(a, b); });
+  return first == simulations.end() ? nullptr : &*first;
+}
+
+const Simulation* DrapeInput::speaking_branch() const {
+  const Simulation* chosen = nullptr;
+  for (const Simulation& one : simulations)
+    if (one.branch && one.is_of_cloth_of(*speaker()) &&
+        (chosen == nullptr || speaks_before(one, *chosen)))
+      chosen = &one;
+  return chosen;
 }
 
 }  // namespace drape::compare

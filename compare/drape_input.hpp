@@ -2,9 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -47,6 +47,10 @@ struct History {
   std::vector<std::vector<double>> columns;
 };
 
+/// What simulations have in common that differ by grid and segments alone: model, solver, fabric,
+/// scene and start (the last three as SHA-256), and the options that decide where a cloth can rest.
+using Setup = std::map<std::string, std::string>;
+
 struct Simulation {
   SheetFile sheet;
   std::optional<Certificate> certificate;
@@ -56,6 +60,8 @@ struct Simulation {
   std::optional<Branch> branch = {};                ///< one equilibrium of several
   std::optional<Refined> refined = {};              ///< carried over from a coarser grid
   std::optional<SimulatedScene> scene = {};         ///< where its file is still what it read
+  /// In what it differs from others of its group, beside grid and segments: {"fabric", "B"}.
+  std::vector<std::pair<std::string, std::string>> apart = {};
   bool piece = false;  ///< by `drape piece`: a mesh like another simulator's, with its verdict
 
   /// Made by drapebench, so that it says whether it rests and what it read.
@@ -63,15 +69,20 @@ struct Simulation {
   [[nodiscard]] const SimulatedSource& source() const;
   [[nodiscard]] std::string grid() const;       ///< "21x21"
   [[nodiscard]] std::string grid_text() const;  ///< "21x21", "21x21, branch 3" or "61x61, refined"
-  [[nodiscard]] std::string run_label() const;  ///< "21x21, 5 segments"; "Blender 3.4, 111x111"
-  [[nodiscard]] std::string label() const;      ///< the same, and "..., branch 3"
+  /// "21x21, 5 segments"; "21x21, 5 segments, fabric B"; "Blender 3.4, 111x111"
+  [[nodiscard]] std::string run_label() const;
+  [[nodiscard]] std::string label() const;  ///< the same, and "..., branch 3"
   /// Line segments per Kawabata curve; another simulator has none.
   [[nodiscard]] std::optional<int> segments() const;
   [[nodiscard]] std::string segments_text() const;  ///< "5", or empty
-  /// The greatest speaks for its drape: a branch where there is no run, another simulator where it
-  /// is alone.
-  [[nodiscard]] std::tuple<bool, bool, int, bool, int> rank() const;
+  [[nodiscard]] std::string apart_text() const;     ///< ", fabric B", or empty
+  [[nodiscard]] Setup setup() const;
+  /// Same model, fabric and scene: what an ensemble and its drape have in common.
+  [[nodiscard]] bool is_of_cloth_of(const Simulation& other) const;
 };
+
+/// Fills `apart` of the simulations of one group.
+void tell_apart(std::vector<Simulation>& simulations);
 
 /// A mesh of another simulator that does not say which material point a vertex is: nothing in it
 /// corresponds to a mark, so only distances to its surface can be given.
@@ -88,12 +99,21 @@ struct DrapeInput {
   SheetFile measured;
   std::vector<Simulation> simulations;
   std::vector<OtherSurface> surfaces = {};
-  std::optional<Scene> scene = {};  ///< what the cloth lies on, where its file was found unchanged
+  std::optional<Scene> scene = {};  ///< of what speaks for it, where its file was found unchanged
   std::vector<SheetFile> repeats = {};  ///< the same cloth laid again; each says which repeat it is
-  std::optional<Ensemble> ensemble = {};  ///< that the branches among the simulations are of
+  std::optional<Ensemble> ensemble = {};  ///< that speaking_branch() is of
 
   /// Its scene, so that a drape has one name in every run; the set where no scene is known.
   [[nodiscard]] std::string name() const;
+  /// Whether the first speaks for the drape rather than the second, in whatever order they were
+  /// given: a run of drapebench before a branch and this before another simulator; of the scene
+  /// that the marks were asked about; of the fabric that its scene names; of the finest grid; with
+  /// five segments, else the most. The names and hashes decide between what is left.
+  [[nodiscard]] bool speaks_before(const Simulation& one, const Simulation& other) const;
+  [[nodiscard]] const Simulation* speaker() const;  ///< null without simulations
+  /// Of the list of branches that says what start and friction leave of the drape: one of the
+  /// speaker's cloth; null where there is none.
+  [[nodiscard]] const Simulation* speaking_branch() const;
 };
 
 }  // namespace drape::compare

@@ -29,6 +29,7 @@ struct RealVirtual {
 struct VirtualVirtual {
   std::size_t first = 0, second = 0;  ///< indices into DrapeInput::simulations
   std::string label;                  ///< "11x11: 5 seg vs 1 seg", "5 seg: 11x11 vs 21x21"
+  std::string apart;                  ///< Simulation::apart_text() of both
   std::size_t paper_order = 0;        ///< place in the paper's tables
   DistanceStatistics statistics;
   SurfaceDistance surface;  ///< of the two sheets as surfaces, in both directions
@@ -111,7 +112,7 @@ struct Budget {
 
 /// Everything found for one drape.
 struct Report {
-  std::string name;  ///< scene of the simulations, else the set of the measured sheet
+  std::string name;        ///< scene of the simulations, else the set of the measured sheet
   std::string label = {};  ///< the name, and what tells it from others of one run: "C (repeat 2)"
   Measurement measurement;
   std::vector<RealVirtual> real_virtual;  ///< 5 before 1 segments, fine before coarse grids
@@ -121,8 +122,8 @@ struct Report {
   std::vector<BranchSet> branch_sets;
   std::vector<VirtualVirtual> virtual_virtual;  ///< in the order of the paper's tables
   bool lattice_has_gaps_filled = false;  ///< virtual pairs use all marks of the lattice, gaps too
-  /// Index into real_virtual of the simulation that speaks for the drape. The rule stands before
-  /// any distance is known: the finest grid with five segments (else the most), of this program.
+  /// Index into real_virtual of the simulation that speaks for the drape, by
+  /// DrapeInput::speaks_before(): the rule stands before any distance is known.
   std::optional<std::size_t> headline;
   std::optional<Budget> budget;     ///< of the headline's mean distance
   std::vector<RepeatLine> repeats;  ///< empty: laid once; else its own first

@@ -128,7 +128,13 @@ void warn_of_other_starts(const DrapeInput& input, Report& report) {
 
 void warn_of_branches(const DrapeInput& input, Report& report) {
   for (const BranchSet& set : report.branch_sets) {
-    const Branch& first = *input.simulations[set.branches[0].as_placed.simulation].branch;
+    const Simulation& one = input.simulations[set.branches[0].as_placed.simulation];
+    const Branch& first = *one.branch;
+    if (!one.is_of_cloth_of(*input.speaker()))
+      report.warnings.push_back(fmt::format(
+          "branches of {}: of another model, fabric or scene than {}, which speaks for the drape, "
+          "so that they count for neither match nor U",
+          set.label, input.speaker()->label()));
     if (first.round && !set.branches[0].turned) {
       report.warnings.push_back(fmt::format(
           "branches of {}: the scene is round, but its file was not found, so that a branch turned "

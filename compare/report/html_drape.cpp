@@ -71,7 +71,8 @@ Table direction_table(const DrapeInput& input, const Report& report) {
     const auto n = static_cast<double>(row.marks.marks.size());
     const Eigen::Vector3d average = mean / n / mm, rms = (squares / n).cwiseSqrt() / mm;
     const Simulation& simulation = input.simulations[row.simulation];
-    std::vector<std::string> cells = {simulation.grid(), simulation.segments_text()};
+    std::vector<std::string> cells = {simulation.grid() + simulation.apart_text(),
+                                      simulation.segments_text()};
     // Adding zero turns a rounded -0.00 into +0.00.
     for (int k = 0; k < 3; ++k)
       cells.push_back(fmt::format("{:+.2f}", std::round(average[k] * 100) / 100 + 0.0));
@@ -252,11 +253,14 @@ std::string html_branches(const DrapeInput& input, const Report& report) {
           " The object is round, so a shape turned about its axis is the same shape: what counts "
           "is the mean distance after the turn that makes it smallest.";
     text += "</p>\n";
+    const Simulation& one = input.simulations[set.branches.front().as_placed.simulation];
+    if (!one.is_of_cloth_of(*input.speaker())) continue;
     if (const auto ensemble = ensemble_of(input, set))
       text += "<p>The ensemble: " + xml(ensemble_sentence(*ensemble)) + ".</p>\n";
-    if (const auto band = friction_band_of(input, report); band && &set == &report.branch_sets[0])
+    const bool speaks = input.speaking_branch()->branch->set_sha256 == set.sha256;
+    if (const auto band = friction_band_of(input); band && speaks)
       text += "<p>Friction: " + xml(friction_sentence(*band)) + ".</p>\n";
-    if (const auto band = memory_band_of(input, report); band && &set == &report.branch_sets[0])
+    if (const auto band = memory_band_of(input); band && speaks)
       text += "<p>Internal friction: " + xml(memory_sentence(*band)) + ".</p>\n";
     if (const auto figure = band_figure(report.name, input, set)) text += html_figure(*figure);
   }

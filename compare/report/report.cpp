@@ -136,8 +136,9 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   for (std::size_t i = 0; i < report.branch_sets.size(); ++i) {
     csv(i == 0 ? "-branches.csv" : fmt::format("-branches-{}.csv", i + 1),
         branch_table(input, report, report.branch_sets[i]));
-    if (const auto figure = band_figure(report.name, input, report.branch_sets[i]);
-        figure && i == 0)
+    const Simulation* speaks = input.speaking_branch();
+    if (speaks == nullptr || speaks->branch->set_sha256 != report.branch_sets[i].sha256) continue;
+    if (const auto figure = band_figure(report.name, input, report.branch_sets[i]))
       write_beside(folder, figure->name + ".svg", figure->svg, written);
   }
   csv("-virtual-vs-virtual.csv", virtual_virtual_table(report));

@@ -89,6 +89,28 @@ class GivenSheets : public testing::Test {
   std::vector<fs::path> first_;
 };
 
+TEST_F(GivenSheets, AnEnsembleOfAnotherFabricDoesNotSpeak) {
+  const fs::path own = ensemble("own", ""), other = ensemble("other", std::string(64, 'f'));
+  const auto judged = [&](const std::vector<fs::path>& branches) {
+    std::vector<fs::path> sheets = first_;
+    sheets.insert(sheets.end(), branches.begin(), branches.end());
+    const Session session = read_session(sheets, {});
+    Outcome outcome;
+    compare_session(session, {}, outcome);
+    const bool placed = session.drapes[0].input.ensemble.has_value();
+    EXPECT_EQ(outcome.reports[0].match.rests_on,
+              placed ? "total uncertainty, ensemble" : "total uncertainty");
+    return std::pair(placed, outcome.warnings);
+  };
+  const auto another = Contains(HasSubstr("of another model, fabric or scene"));
+  EXPECT_TRUE(judged({own}).first);
+  EXPECT_THAT(judged({own}).second, Not(another));
+  EXPECT_FALSE(judged({other}).first);
+  EXPECT_THAT(judged({other}).second, another);
+  EXPECT_TRUE(judged({other, own}).first) << "whichever was given first";
+  EXPECT_THAT(judged({other, own}).second, another);
+}
+
 TEST_F(GivenSheets, ARepeatIsOneOfEveryDrapeOfItsScene) {
   const fs::path second = laying("2", 1 * mm), third = laying("3", 2 * mm);
   const std::vector<fs::path> sheets = {first_[0], first_[1], second, first_[2]};
@@ -129,6 +151,33 @@ TEST_F(GivenSheets, DrapesOfOneSceneHaveNamesOfTheirOwn) {
   EXPECT_THAT(labels({first_[0], first_[1], file, first_[2]}),
               ElementsAre(HasSubstr("A (drape_A) (" + first_[0].string()),
                           HasSubstr("A (drape_A) (" + file.string())));
+}
+
+/// What stands behind a simulation is found through its record: its scene, and whether it is of the
+/// fabric that this names.
+TEST_F(GivenSheets, TheFabricThatTheSceneNamesIsKnown) {
+  const fs::path scene = folder_.path() / "scene.toml", fabric = folder_.path() / "a.toml",
+                 other = folder_.path() / "b.toml";
+  write_durable(scene,
+                "schema = \"drapebench/scene/1\"\nname = \"A\"\nset = \"drape_A\"\n"
+                "fabric = \"a.toml\"\nprint = \"p.toml\"\ntable_z_mm = -6.0\n"
+                "friction = 0.4\n[start]\nmode = \"measured\"\n");
+  write_durable(fabric, "# a\n");
+  write_durable(other, "# b\n");
+  for (const std::size_t i : {1U, 2U}) {
+    Sheet sheet = read_sheet(first_[i]);
+    std::get<SimulatedSource>(sheet.source).scene_sha256 = sha256_of_file(scene);
+    write_sheet(first_[i], sheet);
+    RunRecord record("drape-simulate", {}, run_record_path(first_[i]));
+    for (const fs::path& file : {scene, i == 1 ? fabric : other}) record.input(file);
+    record.output(first_[i]);
+    record.write(0, "");
+  }
+  const DrapeInput input = read_session(first_, {}).drapes[0].input;
+  EXPECT_TRUE(input.simulations[0].scene->own_fabric);
+  EXPECT_FALSE(input.simulations[1].scene->own_fabric);
+  EXPECT_FALSE(input.scene) << "what speaks is of another scene";
+  EXPECT_TRUE(read_session({first_[0], first_[2]}, {}).drapes[0].input.scene);
 }
 
 }  // namespace

@@ -74,25 +74,6 @@ void flatten(const Json& value, const std::string& path, Certificate& certificat
     certificate.penetration_accepted = value.get<bool>();
 }
 
-/// From the record beside the output; of a branch, whose run made several sheets, from the one
-/// above it that lists the sheet.
-std::optional<MadeBy> read_made_by(const fs::path& output) {
-  const fs::path record = run_record_path(output);
-  if (!fs::is_regular_file(record)) {
-    RecordBook book;
-    const StepRecord* step = book.maker_of(output);
-    if (step == nullptr) return std::nullopt;
-    return MadeBy{step->program, step->version, step->arguments, step->inputs};
-  }
-  const JsonNode root = JsonNode::open(record, "run", kRunVersion);
-  MadeBy made_by{root.text("program"), root.text("version"), root.texts("arguments"), {}};
-  for (const JsonNode& input : root.items("inputs")) {
-    made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
-                                input.text("sha256"));
-  }
-  return made_by;
-}
-
 /// The recording that the detections were found in; its date when its list is still there.
 void find_recording(DrapeFiles& drape) {
   for (const auto& [file, sha256] : drape.detected_by->inputs) {
@@ -209,51 +190,8 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
   return simulation;
 }
 
-/// The scene file named by the run record, when it is still what the simulation read.
-void find_scene(DrapeFiles& drape, Simulation& simulation, const MadeBy& made_by,
-                Session& session) {
-  for (const auto& [file, sha256] : made_by.inputs) {
-    if (sha256 != simulation.source().scene_sha256 || simulation.scene) continue;
-    if (!fs::is_regular_file(file) || sha256_of_file(file) != sha256) continue;
-    simulation.scene = read_simulated_scene(file, made_by.inputs);
-    if (drape.input.scene) continue;
-    drape.input.scene = read_scene(file);
-    session.read.emplace_back(file, sha256);
-  }
-}
-
-/// Of a drape without simulations: the scene that its marks were held against, while it is as it
-/// was.
-void find_scene_of_marks(DrapeFiles& drape, Session& session) {
-  if (!drape.input.simulations.empty() || !drape.measured_by) return;
-  for (const auto& [file, sha256] : drape.measured_by->inputs) {
-    if (file.extension() != ".toml" || !fs::is_regular_file(file) || sha256_of_file(file) != sha256)
-      continue;
-    drape.input.scene = read_scene(file);
-    session.read.emplace_back(file, sha256);
-    return;
-  }
-}
-
-/// Of branches whose maker read the measured sheet as it is now: it placed that sheet among them.
-void find_ensemble(DrapeFiles& drape, const Simulation& simulation) {
-  if (!simulation.branch || drape.input.ensemble) return;
-  const fs::path list = simulation.sheet.file.parent_path() / ".." / "branches.json";
-  const SheetFile& measured = drape.input.measured;
-  const auto is_measured = [&](const std::string& sha256) {
-    return sha256 == measured.sha256 || sha256 == measured.ply_sha256;
-  };
-  const auto& start = simulation.source().start_sha256;
-  bool placed = start && is_measured(*start);
-  if (const auto made_by = read_made_by(list))
-    for (const auto& [file, sha256] : made_by->inputs) placed = placed || is_measured(sha256);
-  if (placed) drape.input.ensemble = read_ensemble(list, simulation.branch->set_sha256);
-}
-
-void add_simulated(Simulation simulation, DrapeFiles& drape, Session& session) {
-  find_ensemble(drape, simulation);
+void add_simulated(Simulation simulation, DrapeFiles& drape) {
   drape.simulated_by.push_back(read_made_by(simulation.sheet.file));
-  if (drape.simulated_by.back()) find_scene(drape, simulation, *drape.simulated_by.back(), session);
   drape.input.simulations.push_back(std::move(simulation));
 }
 
@@ -364,6 +302,23 @@ void add_repeat(const fs::path& file, Session& session) {
 
 }  // namespace
 
+std::optional<MadeBy> read_made_by(const fs::path& output) {
+  const fs::path record = run_record_path(output);
+  if (!fs::is_regular_file(record)) {
+    RecordBook book;
+    const StepRecord* step = book.maker_of(output);
+    if (step == nullptr) return std::nullopt;
+    return MadeBy{step->program, step->version, step->arguments, step->inputs};
+  }
+  const JsonNode root = JsonNode::open(record, "run", kRunVersion);
+  MadeBy made_by{root.text("program"), root.text("version"), root.texts("arguments"), {}};
+  for (const JsonNode& input : root.items("inputs")) {
+    made_by.inputs.emplace_back((record.parent_path() / input.text("file")).lexically_normal(),
+                                input.text("sha256"));
+  }
+  return made_by;
+}
+
 Certificate read_certificate(const fs::path& file) {
   const JsonNode root = JsonNode::open(file, "certificate", kCertificateVersion);
   Certificate certificate;
@@ -404,13 +359,18 @@ Session read_session(const std::vector<fs::path>& sheets, const fs::path& calibr
     } else if (session.drapes.empty()) {
       add_virtual_only(read_simulated(std::move(sheet), session), session);
     } else {
-      add_simulated(read_simulated(std::move(sheet), session), session.drapes.back(), session);
+      add_simulated(read_simulated(std::move(sheet), session), session.drapes.back());
     }
   }
   if (session.drapes.empty() && session.virtual_only.empty())
     throw usage_error("no sheet was given", "name a measured sheet and its simulations");
-  for (DrapeFiles& drape : session.drapes) read_error_split_beside(drape, session);
-  for (DrapeFiles& drape : session.drapes) find_scene_of_marks(drape, session);
+  for (DrapeFiles& drape : session.drapes) {
+    find_scenes(drape, session);
+    find_ensemble(drape);
+    tell_apart(drape.input.simulations);
+    read_error_split_beside(drape, session);
+  }
+  for (auto& group : session.virtual_only) tell_apart(group);
   for (const fs::path& file : repeats) add_repeat(file, session);
   if (!calibration_file.empty()) read_calibration_of(calibration_file, session);
   return session;

@@ -59,6 +59,19 @@ struct Session {
                                    const std::filesystem::path& calibration_file,
                                    const std::vector<std::filesystem::path>& repeats = {});
 
+/// From the record beside the output; of a branch, whose run made several sheets, from the one
+/// above it that lists the sheet. Throws Error(bad_input) for a record that cannot be read.
+[[nodiscard]] std::optional<MadeBy> read_made_by(const std::filesystem::path& output);
+
+/// Fills the scene of each simulation and that of the drape, whose simulations are all known: the
+/// speaker's, else the one that the marks were held against; files that are as they were. Throws
+/// Error for a scene that cannot be read.
+void find_scenes(DrapeFiles& drape, Session& session);
+
+/// Fills the ensemble of the drape's speaking branch, where its maker read the measured sheet as it
+/// is now: it placed that sheet among the branches. Throws Error for a list that cannot be read.
+void find_ensemble(DrapeFiles& drape);
+
 /// Reads certificate.json ("drapebench/certificate/1"). Any entry may be absent.
 [[nodiscard]] Certificate read_certificate(const std::filesystem::path& file);
 

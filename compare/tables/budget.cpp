@@ -64,15 +64,13 @@ void add_grid(const DrapeInput& input, const Report& report, BudgetInputs& input
       {"grid", "what its refinement may leave, up or down", true, -moves_m, moves_m});
 }
 
-std::filesystem::path first_list(const DrapeInput& input, const Report& report) {
-  const BranchSet& set = report.branch_sets.front();
-  const Simulation& first = input.simulations[set.branches.front().as_placed.simulation];
-  return first.sheet.file.parent_path() / ".." / "branches.json";
+std::filesystem::path list_of(const Simulation& branch) {
+  return branch.sheet.file.parent_path() / ".." / "branches.json";
 }
 
 /// Friction holds the cloth somewhere between what pushes from two sides leave.
 void add_friction_band(const DrapeInput& input, const Report& report, BudgetInputs& inputs) {
-  const std::optional<FrictionBand> band = friction_band_of(input, report);
+  const std::optional<FrictionBand> band = friction_band_of(input);
   if (!band) return;
   const std::vector<MarkError>& marks = headline_of(report).marks.marks;
   std::vector<Index> rows;
@@ -114,7 +112,7 @@ void add_memory(const DrapeInput& input, const Report& report,
                 const std::optional<ErrorSplitFile>& split, BudgetInputs& inputs) {
   std::vector<MarkId> marks;
   InputEffect effect{"internal friction's interval", {}, true, {}, {}};
-  if (const std::optional<MemoryBand> band = memory_band_of(input, report)) {
+  if (const std::optional<MemoryBand> band = memory_band_of(input)) {
     marks = band->marks;
     effect.down_m = band->lowest_m();
     effect.up_m = band->highest_m();
@@ -267,14 +265,16 @@ void add_sensitivities(const DrapeInput& input, const Report& report,
 
 }  // namespace
 
-std::optional<FrictionBand> friction_band_of(const DrapeInput& input, const Report& report) {
-  if (report.branch_sets.empty()) return std::nullopt;
-  return read_friction_band(first_list(input, report), report.branch_sets.front().sha256);
+std::optional<FrictionBand> friction_band_of(const DrapeInput& input) {
+  const Simulation* one = input.speaking_branch();
+  if (one == nullptr) return std::nullopt;
+  return read_friction_band(list_of(*one), one->branch->set_sha256);
 }
 
-std::optional<MemoryBand> memory_band_of(const DrapeInput& input, const Report& report) {
-  if (report.branch_sets.empty()) return std::nullopt;
-  return read_memory_band(first_list(input, report), report.branch_sets.front().sha256);
+std::optional<MemoryBand> memory_band_of(const DrapeInput& input) {
+  const Simulation* one = input.speaking_branch();
+  if (one == nullptr) return std::nullopt;
+  return read_memory_band(list_of(*one), one->branch->set_sha256);
 }
 
 BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,

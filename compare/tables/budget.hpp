@@ -25,13 +25,11 @@ struct BudgetInputs {
 [[nodiscard]] BudgetInputs budget_inputs_of(const DrapeInput& input, const Report& report,
                                             const std::optional<ErrorSplitFile>& split);
 
-/// What the list behind the first set of branches says of friction; nothing without one.
-[[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input,
-                                                           const Report& report);
+/// What the list behind DrapeInput::speaking_branch() says of friction; nothing without one.
+[[nodiscard]] std::optional<FrictionBand> friction_band_of(const DrapeInput& input);
 
 /// The same of internal friction.
-[[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input,
-                                                       const Report& report);
+[[nodiscard]] std::optional<MemoryBand> memory_band_of(const DrapeInput& input);
 
 /// Total uncertainty of the headline's mean distance by propagation of distributions (JCGM 101)
 /// over all inputs together, each mark followed in space.

@@ -69,10 +69,8 @@ std::optional<MarkMoves> moves_of(const JsonNode& entry, const ErrorSplitFile& s
 
 std::optional<std::string> other_origin(const HashedFiles& inputs, const DrapeInput& drape) {
   if (!holds(inputs, drape.measured.sha256)) return "was not made from the sheet as it is now";
-  const auto first = std::max_element(
-      drape.simulations.begin(), drape.simulations.end(),
-      [](const Simulation& a, const Simulation& b) { return a.rank() < b.rank(); });
-  if (first == drape.simulations.end() || first->other_simulator) return std::nullopt;
+  const Simulation* first = drape.speaker();
+  if (first == nullptr || first->other_simulator) return std::nullopt;
   const SimulatedSource& source = first->source();
   for (const auto& [is_it, what] : {std::pair(holds(inputs, source.scene_sha256), "scene"),
                                     std::pair(hold_fabric(inputs, source.fabric_sha256), "fabric")})

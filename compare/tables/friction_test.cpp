@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "compare/tables/budget.hpp"
@@ -82,8 +83,7 @@ TEST(FrictionInTheBudget, IsDrawnBetweenWhatOppositePushesLeave) {
       EXPECT_NEAR(alone_m(inputs.differences_m, *effect) / mm, kLeft_mm / std::sqrt(3.0), 1e-6);
     else
       EXPECT_THAT(effect->origin, HasSubstr("one ends elsewhere"));
-    EXPECT_THAT(friction_sentence(*friction_band_of(input, report)),
-                HasSubstr("up to 0.200 mm away"));
+    EXPECT_THAT(friction_sentence(*friction_band_of(input)), HasSubstr("up to 0.200 mm away"));
   }
 }
 
@@ -131,7 +131,7 @@ TEST(InternalFrictionInTheBudget, IsALineOfItsOwn) {
           mm,
       std::sqrt(0.175 * 0.175 / 3 + 0.125 * 0.125 / 5), 1e-6)
       << "0.175 t - 0.125 t^2 through the three, for t uniform in -1 .. 1";
-  const std::string text = memory_sentence(*memory_band_of(input, compare_drape(input, {})));
+  const std::string text = memory_sentence(*memory_band_of(input));
   EXPECT_THAT(text, HasSubstr("lies at 75 %"));
   EXPECT_THAT(text, HasSubstr("1 of 4 ends"));
 }
@@ -140,9 +140,9 @@ TEST(FrictionInTheBudget, AListThatIsAnotherByNowHasNone) {
   const drape::test::TemporaryFolder folder;
   const DrapeInput input = drape_with(folder.path(), true);
   const Report report = compare_drape(input, {});
-  ASSERT_TRUE(friction_band_of(input, report).has_value());
+  ASSERT_TRUE(friction_band_of(input).has_value());
   write_durable(folder.path() / "branches.json", "{}");
-  EXPECT_FALSE(friction_band_of(input, report).has_value());
+  EXPECT_FALSE(friction_band_of(input).has_value());
 }
 
 constexpr double kCurve_m = 400 * mm;
@@ -212,6 +212,53 @@ TEST(GridError, IsExtrapolatedOnOneBranchOnly) {
   const GridError alone = error_of(input);
   EXPECT_FALSE(alone.left_m.has_value());
   EXPECT_THAT(grid_sentence(alone), HasSubstr("without an ensemble"));
+}
+
+using Change = void (*)(Simulation&);
+SimulatedSource& source_of(Simulation& simulation) {
+  return std::get<SimulatedSource>(simulation.sheet.sheet.source);
+}
+
+/// What makes a simulation another drape than the headline's grid or segments alone do.
+constexpr std::array<Change, 4> kOtherSetups{
+    [](Simulation& one) { source_of(one).fabric_sha256 = std::string(64, 'f'); },
+    [](Simulation& one) { source_of(one).scene_sha256 = std::string(64, '0'); },
+    [](Simulation& one) { source_of(one).start_sha256 = std::string(64, '1'); },
+    [](Simulation& one) {
+      one.certificate = Certificate{"c", {{"options.internal_friction", "yes"}}, {}};
+    }};
+
+TEST(GridError, IsSeenInTheHeadlinesOwnSetupOnly) {
+  for (const Change change : kOtherSetups) {
+    DrapeInput input =
+        test::drape_of(test::measured_sheet(), {test::simulated_sheet(31, 5, raised(5 * mm)),
+                                                test::simulated_sheet(21, 5, raised(8 * mm)),
+                                                test::simulated_sheet(31, 1, raised(6 * mm))});
+    EXPECT_EQ(error_of(input).coarser, "21x21, 5 segments");
+    change(input.simulations[1]);
+    change(input.simulations[2]);
+    const Report report = compare_drape(input, {});
+    EXPECT_FALSE(grid_error_of(input, report));
+    EXPECT_THAT(budget_inputs_of(input, report, std::nullopt).missing,
+                testing::IsSupersetOf({"grid: simulate two", "segments per curve: simulate two"}));
+    EXPECT_TRUE(report.virtual_virtual.empty()) << "and is in no pair of the tables";
+    Simulation coarse{test::file_of(test::simulated_sheet(21, 5, raised(9 * mm))), {}, {}};
+    input.simulations.insert(input.simulations.begin(), coarse);
+    EXPECT_NEAR(error_of(input).apart_m, 4 * mm, 1e-12) << "whichever was given first";
+  }
+}
+
+TEST(FrictionInTheBudget, IsThatOfAnEnsembleOfTheHeadlinesCloth) {
+  const drape::test::TemporaryFolder folder;
+  for (const std::size_t other : {0U, 1U}) {
+    DrapeInput input = drape_with(folder.path(), true);
+    kOtherSetups.at(other)(input.simulations[2]);
+    const Report report = compare_drape(input, {});
+    EXPECT_FALSE(friction_band_of(input));
+    for (const InputEffect& effect : budget_inputs_of(input, report, std::nullopt).effects)
+      EXPECT_THAT(effect.what, testing::Not(HasSubstr("friction's interval")));
+    EXPECT_THAT(report.warnings, testing::Contains(HasSubstr("count for neither match nor U")));
+  }
 }
 
 }  // namespace

@@ -58,9 +58,8 @@ const RealVirtual* neighbour_of(const DrapeInput& input, const Report& report, b
   const RealVirtual* best = nullptr;
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& other = input.simulations[row.simulation];
-    if (other.other_simulator || other.branch || other.refined ||
-        other.source().model != chosen.source().model ||
-        other.source().solver != chosen.source().solver || other.sheet.sheet.rows >= below)
+    if (other.other_simulator || other.branch || other.refined || other.setup() != chosen.setup() ||
+        other.sheet.sheet.rows >= below)
       continue;
     const bool same_grid = other.sheet.sheet.rows == chosen.sheet.sheet.rows;
     const bool same_segments = other.source().segments == chosen.source().segments;

@@ -65,6 +65,23 @@ bool several_models(const DrapeInput& input) {
   });
 }
 
+/// What tells the simulations of the group apart, but model and solver, which have columns.
+std::vector<std::string> apart_keys(const DrapeInput& input) {
+  std::vector<std::string> keys;
+  for (const Simulation& simulation : input.simulations)
+    for (const auto& [key, value] : simulation.apart)
+      if (key != "model" && key != "solver" &&
+          std::find(keys.begin(), keys.end(), key) == keys.end())
+        keys.push_back(key);
+  return keys;
+}
+
+std::string apart_value(const Simulation& simulation, const std::string& key) {
+  for (const auto& [name, value] : simulation.apart)
+    if (name == key) return value;
+  return {};
+}
+
 }  // namespace
 
 std::string text_of(const Table& table) {
@@ -145,6 +162,12 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
       table.numeric.push_back(false);
     }
   }
+  const std::vector<std::string> keys = apart_keys(input);
+  for (const std::string& key : keys) {
+    table.names.push_back(key);
+    table.headings.push_back(key);
+    table.numeric.push_back(false);
+  }
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     const DistanceStatistics& s = row.statistics;
@@ -156,9 +179,11 @@ Table real_virtual_table(const DrapeInput& input, const Report& report) {
                !simulation.says_its_verdict()            ? "not stated"
                : simulation.source().status == "at rest" ? "yes"
                                                          : "no"});
-    if (!models) continue;
-    table.rows.back().push_back(simulation.source().model);
-    table.rows.back().push_back(simulation.source().solver);
+    if (models) {
+      table.rows.back().push_back(simulation.source().model);
+      table.rows.back().push_back(simulation.source().solver);
+    }
+    for (const std::string& key : keys) table.rows.back().push_back(apart_value(simulation, key));
   }
   return table;
 }
@@ -173,7 +198,7 @@ Table pair_table(const std::string& name, const std::vector<VirtualVirtual>& pai
                     "points"};
   table.numeric = {false, true, true, true, true, true};
   for (const VirtualVirtual& row : pairs) {
-    table.add({row.label, mm_text(row.statistics.mean_m), mm_text(row.statistics.max_m),
+    table.add({row.label + row.apart, mm_text(row.statistics.mean_m), mm_text(row.statistics.max_m),
                mm_text(row.surface.mean_m()), mm_text(row.surface.hausdorff_m()),
                std::to_string(row.statistics.marks)});
   }
@@ -193,12 +218,16 @@ Table virtual_group_table(const VirtualGroup& group) {
 Table mark_table(const DrapeInput& input, const Report& report) {
   Table table;
   const bool models = several_models(input);
+  const std::vector<std::string> keys = apart_keys(input);
   table.names = {"row", "col", "x_mm", "y_mm", "z_mm", "sigma_mm", "views"};
   for (const RealVirtual& row : report.real_virtual) {
     const Simulation& simulation = input.simulations[row.simulation];
     std::string name = fmt::format("dist_{}_{}", simulation.grid(), simulation.segments_text());
     if (models || simulation.other_simulator)
       name += fmt::format("_{}_{}", simulation.source().model, simulation.source().solver);
+    for (const std::string& key : keys)
+      if (const std::string value = apart_value(simulation, key); !value.empty())
+        name += fmt::format("_{}_{}", key, value);
     if (simulation.branch) name += fmt::format("_branch_{}", simulation.branch->number);
     table.names.push_back(name + "_mm");
   }
