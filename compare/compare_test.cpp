@@ -123,7 +123,9 @@ TEST(CompareDrape, RefusesWhatDoesNotBelongTogether) {
       HasSubstr("given twice"));
   Sheet empty = measured_sheet();
   empty.marks.clear();
-  EXPECT_THAT(refusal_of(drape_of(empty, {simulated_sheet(11, 5)})), HasSubstr("no mark"));
+  EXPECT_THAT(compare_drape(drape_of(empty, {simulated_sheet(11, 5)}), {}).no_go,
+              testing::ElementsAre("the measured sheet has no mark"))
+      << "a drape that is NO-GO keeps no other from being compared";
 }
 
 SimulatedSource& source_of(Simulation& simulation) {

@@ -137,7 +137,7 @@ Table head_of(const Published& row, const std::vector<PublishedColumn>& columns)
   table.title = fmt::format("Table {}. {}, experiment {}{}", row.table,
                             row.real ? "Real vs virtual" : "Virtual vs virtual", row.experiment,
                             !columns.empty() ? ""
-                            : row.real       ? " (no current measured sheet of it in this store)"
+                            : row.real       ? " (no measured sheet of it is current in this store)"
                                              : " (no pair of it in this store)");
   table.names = row.real ? std::vector<std::string>{"grid_size", "segments", "published_mm"}
                          : std::vector<std::string>{"pair", "published_mm"};
