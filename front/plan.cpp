@@ -12,6 +12,7 @@
 #include "core/program/run_record.hpp"
 #include "core/units.hpp"
 #include "front/plan_bench.hpp"
+#include "front/toml_quoted.hpp"
 
 namespace drape {
 
@@ -81,10 +82,6 @@ std::vector<Drape> read_drapes(const Rig& rig, const fs::path& out) {
   return drapes;
 }
 
-std::string quoted(const std::string& text) {
-  return Json(text).dump();  // TOML's basic strings have JSON's escapes
-}
-
 constexpr const char* kMadeByRun = "# Made by `drape run`";
 
 /// A rig.toml in the output folder that no run made is somebody's own.
@@ -98,25 +95,25 @@ void refuse_to_replace(const fs::path& reduced_rig) {
 /// grids, segments and scenes leave their results up to date. Written only when it changes.
 fs::path write_reduced_rig(const Bench& bench) {
   const auto relative = [&](const fs::path& file) {
-    return quoted(fs::proximate(file, bench.out).generic_string());
+    return toml_quoted(fs::proximate(file, bench.out).generic_string());
   };
   const Rig& rig = bench.rig;
   std::string text = fmt::format(
       "{}: the part of {} that detect and calib read.\n"
       "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\nprint = {}\nrecording = {}\n\n"
       "[calibration]\nestimate_scale_x = {}\n",
-      kMadeByRun, rig.file.filename().string(), quoted(rig.name), relative(rig.target_file),
+      kMadeByRun, rig.file.filename().string(), toml_quoted(rig.name), relative(rig.target_file),
       relative(rig.print_file), relative(bench.recording), rig.estimate_scale_x);
   text += fmt::format("free_poses = {}\n", Json(rig.free_poses).dump());
   for (const TargetStage& stage : rig.stages)
-    text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
-                        stage.z_m / units::mm);
+    text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n",
+                        toml_quoted(stage.set), stage.z_m / units::mm);
   for (const RigCamera& camera : rig.cameras)
     text += fmt::format(
         "\n[[camera]]\nname = {}\nwidth_px = {}\nheight_px = {}\npixel_pitch_um = [{:.9f}, "
         "{:.9f}]\n",
-        quoted(camera.name), camera.width_px, camera.height_px, camera.pixel_pitch_x_m / units::um,
-        camera.pixel_pitch_y_m / units::um);
+        toml_quoted(camera.name), camera.width_px, camera.height_px,
+        camera.pixel_pitch_x_m / units::um, camera.pixel_pitch_y_m / units::um);
   fs::path file = bench.out / "rig.toml";
   if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
   return file;
