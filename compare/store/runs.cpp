@@ -50,9 +50,9 @@ void add_file(const std::string& owner, const fs::path& file, std::vector<RunVal
   if (root.has("stand_ins")) stand_ins = root.texts("stand_ins");
   for (const auto& [key, value] : root.values()) {
     if (key == "schema") continue;
-    const bool stand_in =
-        std::any_of(stand_ins.begin(), stand_ins.end(),
-                    [&](const std::string& what) { return stands_in_for(what, key); });
+    const bool stand_in = std::any_of(
+        stand_ins.begin(), stand_ins.end(),
+        [&, &name = key](const std::string& what) { return stands_in_for(what, name); });
     std::string text = value;
     // A curve's name stays when its points change; their hash shows it.
     if (const fs::path curve = root.beside(value);
