@@ -54,6 +54,7 @@ std::vector<std::string> labels_of(const std::vector<DrapeFiles>& drapes) {
       [](const SheetFile& sheet) { return std::get<MeasuredSource>(sheet.sheet.source).set; },
       [](const SheetFile& sheet) { return sheet.file.string(); }};
   std::vector<std::string> labels;
+  labels.reserve(drapes.size());
   for (const DrapeFiles& drape : drapes) labels.push_back(drape.input.name());
   for (const Words words : kWords) {
     const std::vector<std::string> before = labels;
