@@ -78,7 +78,7 @@ TEST_F(Verify, NeedsAManifest) {
 
 TEST(CaptureProgram, AFolderTooManyIsRefusedAndNotLeftOut) {
   const fs::path program = test::program("drape-capture");
-  if (!fs::exists(program)) GTEST_SKIP() << "drape-capture is not built";
+  if (!fs::exists(program)) GTEST_SKIP() << "missing: the program drape-capture";
   for (const char* words : {"verify a b", "import a b --out c", "import a --out c --set drape_A",
                             "--average verify a"}) {
     const int ended = std::system((program.string() + " " + words + " 2> /dev/null").c_str());

@@ -153,13 +153,14 @@ void claim(const fs::path& out) {
   write_durable(mark, "This folder was made by `drape calib-images`, which replaces its files.\n");
 }
 
-/// What is given cannot be what an earlier run wrote and this one removes.
+/// What is given cannot be, or lie in, what an earlier run wrote and this one removes.
 void require_apart(const fs::path& given, const fs::path& out) {
   for (const char* own : {"recording", "images", "calibration.json"}) {
     std::error_code absent;
-    if (fs::equivalent(given, out / own, absent))
-      throw usage_error(given.string() + " would be replaced: an earlier run wrote it",
-                        "give another folder with --out");
+    for (fs::path at = fs::weakly_canonical(given); at.has_relative_path(); at = at.parent_path())
+      if (fs::equivalent(at, out / own, absent))
+        throw usage_error(given.string() + " would be replaced: an earlier run wrote it",
+                          "give another folder with --out");
   }
 }
 
@@ -236,9 +237,9 @@ int calibrate_images(const CalibImagesOptions& options, const CommonOptions& com
   const fs::path recording = options.out / "recording", rig = options.out / "rig.toml";
   const fs::path detections = options.out / "detections.json";
   const fs::path calibration = options.out / "calibration.json";
-  const std::optional<Views> views = views_of(options);
   require_apart(options.folder, options.out);
   require_apart(options.lens_from, options.out);
+  const std::optional<Views> views = views_of(options);
   claim(options.out);
   remove_earlier(options.out);
   write_durable(options.out / "target.toml", target);

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <regex>
 #include <set>
 
 #include "compare/report/figures.hpp"
@@ -153,16 +154,22 @@ void write_exports(const fs::path& folder, const DrapeFiles& drape, const Report
   csv("-model-changes.csv", variant_effect_table(*drape.error_split));
 }
 
-/// Pictures and tables of an earlier report, whose drapes this one may not have.
+/// Pictures and tables of an earlier report, whose drapes this one may not have; by their names,
+/// for the folder may hold files of other people.
 void remove_others(const fs::path& folder, const std::vector<fs::path>& written) {
+  static const std::regex of_a_report(
+      "[A-Za-z0-9_-]+-(band|branches|convergence|drapemeter|fabric|fabric-values|gaps|hem|"
+      "histogram|"
+      "map|marks|model-changes|overlay|real-vs-surface|real-vs-virtual|render|sheet|strain|trust|"
+      "virtual-vs-virtual)(-.*)?\\.(csv|svg)");
   if (!fs::is_directory(folder)) return;
   std::set<std::string> names;
   for (const fs::path& file : written) names.insert(file.filename().string());
   std::vector<fs::path> others;
   for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string kind = entry.path().extension().string();
-    if (entry.is_regular_file() && !entry.is_symlink() && (kind == ".svg" || kind == ".csv") &&
-        !names.contains(entry.path().filename().string()))
+    const std::string name = entry.path().filename().string();
+    if (entry.is_regular_file() && !entry.is_symlink() && !names.contains(name) &&
+        std::regex_match(name, of_a_report))
       others.push_back(entry.path());
   }
   for (const fs::path& file : others) remove_durable(file);

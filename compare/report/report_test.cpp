@@ -135,17 +135,22 @@ TEST(Report, NoGoStandsFirstWithItsReasons) {
   EXPECT_THAT(html, HasSubstr("<li>A: only 119 marks could be compared, 200 are asked for</li>"));
 }
 
-TEST(Report, LeavesNoPictureOfAnEarlierOne) {
+TEST(Report, LeavesNoPictureOfAnEarlierOneAndEveryOtherFile) {
   const drape::test::TemporaryFolder folder;
   const fs::path beside = folder.path() / "report";
-  write_durable(beside / "B-map.svg", "<svg/>");
-  write_durable(beside / "A-branches.csv", "branch\n");
-  write_durable(beside / "notes.txt", "mine");
   make_report(folder.path());
-  EXPECT_FALSE(fs::exists(beside / "B-map.svg"));
-  EXPECT_FALSE(fs::exists(beside / "A-branches.csv"));
-  EXPECT_TRUE(fs::exists(beside / "notes.txt"));
-  EXPECT_TRUE(fs::exists(beside / "A-map.svg"));
+  std::vector<fs::path> written, earlier = {beside / "A-branches-2.csv", beside / "A-band.svg"};
+  for (const auto& entry : fs::directory_iterator(beside)) written.push_back(entry.path());
+  for (const fs::path& file : written)
+    earlier.push_back(beside / ("B" + file.filename().string().substr(1)));
+  const std::vector<fs::path> others = {beside / "notes.txt", beside / "loads.csv",
+                                        beside / "A-loads.csv"};
+  for (const auto& files : {earlier, others})
+    for (const fs::path& file : files) write_durable(file, "before");
+  make_report(folder.path());
+  for (const fs::path& file : earlier) EXPECT_FALSE(fs::exists(file)) << file;
+  for (const auto& files : {written, others})
+    for (const fs::path& file : files) EXPECT_TRUE(fs::exists(file)) << file;
 }
 
 TEST(Report, SameInputGivesTheSameBytesInAnotherFolder) {

@@ -47,10 +47,10 @@ struct SplitOptions {
   bool scene_values = false;      ///< those to place and size of the objects and to friction too
 };
 
-/// Drapes the scene with the static solver, finds how the distance from `reference` answers to
-/// each value of the fabric, and repeats the drape with one thing changed at a time: mass rule,
-/// twist, friction, segments, contact between particles, grid, internal friction and branch. Throws
-/// Error for wrong input.
+/// Drapes the scene with the static solver, after a fall where the options say so, finds how the
+/// distance from `reference` answers to each value of the fabric, and repeats the drape with one
+/// thing changed at a time: mass rule, twist, friction, segments, contact between particles, grid,
+/// internal friction and branch. Throws Error for wrong input.
 [[nodiscard]] ErrorSplit split_error(const Scene& scene, const Fabric& fabric, const Print& print,
                                      const std::optional<Sheet>& measured, const Sheet& reference,
                                      const SimulateOptions& options, const SplitOptions& how);

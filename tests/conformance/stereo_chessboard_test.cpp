@@ -146,6 +146,12 @@ TEST_F(StereoChessboard, WhatTheStagesWarnOfStandsInTheEndingAndNothingOfAnEarli
                 .exit_code,
             3);
   EXPECT_TRUE(fs::exists(out() / "o/calibration.json")) << "nor a folder that is not there";
+  for (const char* own : {"o/recording", "o/recording/view_01"})
+    EXPECT_EQ(run_line(program("drape").string() + " calib-images " + (out() / own).string() +
+                       " --board 9x6 --square-mm 30 --out " + (out() / "o").string())
+                  .exit_code,
+              2)
+        << own;
   EXPECT_EQ(run("--board 30x20").exit_code, 3);
   EXPECT_FALSE(fs::exists(out() / "o/calibration.json"));
   EXPECT_FALSE(fs::exists(out() / "o/calibration.run.json"));
