@@ -233,31 +233,35 @@ std::vector<std::string> stage_warnings(const std::vector<StepEnding>& endings) 
   return warnings;
 }
 
+/// The end of a run for --json; without a report where nothing was compared.
+int print_json(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
+               const std::string& cause, std::vector<std::string> warnings) {
+  Json json;
+  json["verdict"] = cause.empty() ? "GO" : "NO-GO";
+  json["cause"] = cause.empty() ? Json() : Json(cause);
+  json["warnings"] = std::move(warnings);
+  json["rejected"] = Json::array();
+  for (const auto& [drape, why] : failed)
+    json["rejected"].push_back(fmt::format("drape {}: {}", drape, why));
+  json["steps"] = Json::array();
+  for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
+  json["report"] = fs::is_regular_file(plan.report) ? Json(plan.report.string()) : Json();
+  json["store"] = plan.store.string();
+  print_text(pretty(json));
+  return cause.empty() ? 0 : 1;
+}
+
 int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Failed& failed,
              const CommonOptions& common) {
+  const std::string cause = cause_of(endings, failed);
+  if (common.json)
+    return print_json(plan, endings, failed, cause, warnings_of(endings.back().text));
   std::size_t made = 0;
   for (const StepEnding& ending : endings) made += ending.made;
-  const std::string cause = cause_of(endings, failed);
-  const bool go = cause.empty();
-  if (common.json) {
-    Json json;
-    json["verdict"] = go ? "GO" : "NO-GO";
-    json["cause"] = go ? Json() : Json(cause);
-    json["warnings"] = warnings_of(endings.back().text);
-    json["rejected"] = Json::array();
-    for (const auto& [drape, why] : failed)
-      json["rejected"].push_back(fmt::format("drape {}: {}", drape, why));
-    json["steps"] = Json::array();
-    for (const StepEnding& ending : endings) json["steps"].push_back(json_of(ending));
-    json["report"] = plan.report.string();
-    json["store"] = plan.store.string();
-    print_text(pretty(json));
-    return go ? 0 : 1;
-  }
   if (!common.quiet) print_text(printable("\n" + endings.back().text + "\n"));
   Ending ending;
-  ending.go = go;
-  ending.verdict = go ? "the bench ran from images to stored millimetres" : cause;
+  ending.go = cause.empty();
+  ending.verdict = ending.go ? "the bench ran from images to stored millimetres" : cause;
   ending.numbers = {{"steps", fmt::format("{} made, {} up to date", made, endings.size() - made)},
                     {"results", plan.store.string()},
                     {"report", plan.report.string()}};
@@ -270,8 +274,8 @@ int conclude(const Plan& plan, const std::vector<StepEnding>& endings, const Fai
 
 /// Nothing could be stored, for the reason `why`, of what is NO-GO; an older report would say
 /// otherwise.
-int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const std::string& why,
-              const CommonOptions& common) {
+int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const Failed& failed,
+              const std::string& why, const CommonOptions& common) {
   std::error_code absent;
   fs::remove(plan.report, absent);
   Ending ending;
@@ -282,6 +286,7 @@ int end_early(const Plan& plan, const std::vector<StepEnding>& kept, const std::
     ending.warnings.push_back(fmt::format("what {} holds of these photographs is of an earlier run",
                                           plan.store.string()));
   for (std::string& warning : stage_warnings(kept)) ending.warnings.push_back(std::move(warning));
+  if (common.json) return print_json(plan, kept, failed, ending.verdict, ending.warnings);
   return finish(ending, common);
 }
 
@@ -371,7 +376,8 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   const bool measured = std::any_of(kept.begin(), kept.end(), [](const StepEnding& one) {
     return one.step.stage == "triangulate";
   });
-  if (stopped && !measured) return end_early(plan, kept, "there is no measured sheet", common);
+  if (stopped && !measured)
+    return end_early(plan, kept, failed, "there is no measured sheet", common);
   Group compare{"compare", {plan.compare(records_not_made(plan, kept))}, 1};
   for (const auto& warnings : {stage_warnings(kept), lacking})
     for (const std::string& warning : warnings)
@@ -384,7 +390,7 @@ int run_bench(const RunOptions& options, const CommonOptions& common) {
   const std::vector<StepEnding> endings = run_group(compare, {}, common);
   if (const int signal = Interrupts::signal(); signal != 0) return interrupted(signal);
   if (endings.front().exit_code > 1)
-    return stopped ? end_early(plan, kept, endings.front().sentence, common)
+    return stopped ? end_early(plan, kept, failed, endings.front().sentence, common)
                    : given_up(plan, endings.front().exit_code);
   print_ending(endings.front(), common);
   kept.push_back(endings.front());

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "core/files/files.hpp"
+#include "core/files/json_file.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 #include "tests/support/bench1_truth.hpp"
@@ -75,10 +76,20 @@ TEST(ForeignStage, AProgramThatCrashesIsNoVerdictAndLosesNoOther) {
   EXPECT_THAT(read_text(bench.folder() / "out/report.html"), HasSubstr(said));
   // A box in which no simulation can start: the measured sheet alone goes to compare.
   bench.replace("scenes/C.toml", "[128.0, 128.0, 128.0]", "[128.0, 128.0, 178.0]");
-  const Outcome uncompared = Programs("drape-compare", crashes).run(bench);
+  const Programs comparing("drape-compare", crashes);
+  const Outcome uncompared = comparing.run(bench);
   EXPECT_EQ(uncompared.exit_code, 1) << uncompared.text;
   EXPECT_THAT(uncompared.text, HasSubstr("\nNO-GO: triangulate (drape C): "));
   EXPECT_THAT(uncompared.text, HasSubstr("nothing was compared, stored or reported: compare "));
+  // For scripts it has the keys of any run, and no report.
+  const Outcome read = comparing.run(bench, " --json 2>/dev/null");
+  EXPECT_EQ(read.exit_code, 1) << read.text;
+  const Json json = Json::parse(read.text);
+  EXPECT_EQ(json.at("verdict"), "NO-GO");
+  EXPECT_THAT(json.at("cause").get<std::string>(), HasSubstr("triangulate (drape C): "));
+  EXPECT_FALSE(json.at("steps").empty());
+  EXPECT_FALSE(json.at("rejected").empty());
+  EXPECT_TRUE(json.at("report").is_null());
 }
 
 }  // namespace
