@@ -153,8 +153,10 @@ std::string html_certificate(const Session& session, const Outcome& outcome) {
       "against the total uncertainty. The simulation was chosen before any distance was known: the "
       "finest grid with five segments.</p>\n<p>";
   for (const Report& report : outcome.reports)
-    text += link("drape-" + report.name, "Drape " + report.called()) + " · ";
-  text += link("calibration", "Calibration") + " · " + link("provenance", "Provenance") + "</p>\n";
+    if (report.headline || !report.real_surface.empty())
+      text += link("drape-" + report.name, "Drape " + report.called()) + " · ";
+  if (session.calibration) text += link("calibration", "Calibration") + " · ";
+  text += link("provenance", "Provenance") + "</p>\n";
   return text + "</section>\n";
 }
 

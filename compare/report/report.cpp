@@ -175,38 +175,41 @@ void remove_others(const fs::path& folder, const std::vector<fs::path>& written)
   for (const fs::path& file : others) remove_durable(file);
 }
 
-/// Drape names become file names: anything but letters, digits, `-` and `_` is replaced, and what
-/// is the same then gets a number.
-Report with_safe_name(Report report, std::set<std::string>& taken) {
-  for (char& c : report.name)
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
-  const std::string base = report.name;
-  for (int n = 2; !taken.insert(report.name).second; ++n)
-    report.name = fmt::format("{}_{}", base, n);
-  return report;
+/// Names of drapes become names of files and places of the page: anything but letters, digits, `-`
+/// and `_` is replaced, and what is the same then gets a number. Headings keep what they called it.
+Outcome with_safe_names(Outcome outcome) {
+  std::set<std::string> taken;
+  for (Report& report : outcome.reports) {
+    report.label = report.called();
+    for (char& c : report.name)
+      if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '-' && c != '_') c = '_';
+    const std::string base = report.name;
+    for (int n = 2; !taken.insert(report.name).second; ++n)
+      report.name = fmt::format("{}_{}", base, n);
+  }
+  return outcome;
 }
 
 }  // namespace
 
 std::vector<fs::path> write_report(const fs::path& file, const Session& session,
                                    const Outcome& outcome) {
+  const Outcome safe = with_safe_names(outcome);
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   std::vector<fs::path> written;
   std::string drapes;
-  std::set<std::string> taken;
   for (std::size_t i = 0; i < outcome.reports.size(); ++i) {
-    const Report& report = outcome.reports[i];
+    const Report& report = safe.reports[i];
     if (!report.headline) {
       if (!report.real_surface.empty())
-        drapes += "<section>\n<h2>Drape " + xml(report.name) + "</h2>\n" +
-                  html_surfaces(session.drapes[i].input, report) + "</section>\n";
+        drapes += "<section id=\"drape-" + report.name + "\">\n<h2>Drape " + xml(report.called()) +
+                  "</h2>\n" + html_surfaces(session.drapes[i].input, report) + "</section>\n";
       continue;
     }
-    const Report safe = with_safe_name(report, taken);
-    const DrapeFigures figures = figures_of(session.drapes[i], safe, session);
+    const DrapeFigures figures = figures_of(session.drapes[i], report, session);
     drapes += html_drape(session.drapes[i], report, session, figures,
-                         html_values(session, outcome, report.name));
-    write_exports(folder / file.stem(), session.drapes[i], safe, figures, written);
+                         html_values(session, outcome, outcome.reports[i].name));
+    write_exports(folder / file.stem(), session.drapes[i], report, figures, written);
   }
   for (const VirtualGroup& group : outcome.groups)
     drapes += "<section>\n<h2>Simulations of " + xml(group.name) + "</h2>\n" +
@@ -230,7 +233,7 @@ std::vector<fs::path> write_report(const fs::path& file, const Session& session,
       std::string(outcome.go() ? "GO" : "NO-GO") + "</title>\n<style>" + html_style() +
       "</style>\n</head>\n<body>\n<main>\n<h1>drapebench " + version() +
       " · distance between real and virtual drapes</h1>\n" + verdict_part(outcome) +
-      html_certificate(session, outcome) + drapes + html_calibration(session) +
+      html_certificate(session, safe) + drapes + html_calibration(session) +
       html_provenance(session, outcome, folder) + "</main>\n" + scripts + "</body>\n</html>\n";
   write_durable(file, html);
   written.push_back(file);

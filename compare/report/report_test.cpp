@@ -135,6 +135,30 @@ TEST(Report, NoGoStandsFirstWithItsReasons) {
   EXPECT_THAT(html, HasSubstr("<li>A: only 119 marks could be compared, 200 are asked for</li>"));
 }
 
+TEST(Report, EachLinkLeadsToOnePlaceOfItsOwn) {
+  const drape::test::TemporaryFolder folder;
+  Session session = read_session(test::write_example(folder.path() / "A"), {});
+  session.drapes.push_back(session.drapes[0]);
+  Outcome outcome;
+  for (const char* set : {"first laying", "second laying"}) {
+    outcome.reports.push_back(compare_drape(session.drapes[0].input, {}));
+    outcome.reports.back().label = outcome.reports.back().name + ", " + set;
+  }
+  write_report(folder.path() / "report.html", session, outcome);
+  const std::string html = without_library(read_text(folder.path() / "report.html"));
+  EXPECT_THAT(html, HasSubstr("<h2>Drape A, second laying</h2>"));
+  int links = 0;
+  const std::string link = "href=\"#";
+  for (std::size_t at = html.find(link); at != std::string::npos; at = html.find(link, at + 1)) {
+    const std::size_t begin = at + link.size();
+    const std::string place = " id=\"" + html.substr(begin, html.find('"', begin) - begin) + "\"";
+    EXPECT_NE(html.find(place), std::string::npos) << place;
+    EXPECT_EQ(html.find(place), html.rfind(place)) << place;
+    ++links;
+  }
+  EXPECT_EQ(links, 3);  // both drapes and the provenance
+}
+
 TEST(Report, LeavesNoPictureOfAnEarlierOneAndEveryOtherFile) {
   const drape::test::TemporaryFolder folder;
   const fs::path beside = folder.path() / "report";
