@@ -54,6 +54,7 @@ std::vector<MadeBy> steps_of(const Session& session, const Outcome& outcome) {
     add(drape.detected_by);
     add(drape.measured_by);
     for (const auto& simulated_by : drape.simulated_by) add(simulated_by);
+    add(drape.split_by);
   }
   steps.push_back({"drape-compare", version(), outcome.arguments});
   return steps;

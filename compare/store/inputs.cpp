@@ -139,7 +139,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
   if (!fs::is_regular_file(file)) return;
-  const auto made_by = read_made_by(file);
+  auto made_by = read_made_by(file);
   auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
   if (!why) {
     ErrorSplitFile split = read_error_split(file);
@@ -149,6 +149,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
     if (!why) {
       session.read.emplace_back(file, split.sha256);
       drape.error_split = std::move(split);
+      drape.split_by = std::move(made_by);
       return;
     }
   }

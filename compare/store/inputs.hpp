@@ -33,6 +33,7 @@ struct DrapeFiles {
   std::optional<RecordingId> recording;             ///< through the record of the detections
   std::vector<std::optional<MadeBy>> simulated_by;  ///< as DrapeInput::simulations
   std::optional<ErrorSplitFile> error_split;  ///< sensitivity/sensitivity.json beside the sheet
+  std::optional<MadeBy> split_by;
 };
 
 /// All that one call of drape-compare reads.
