@@ -9,6 +9,7 @@
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
 #include "triangulate/ending.hpp"
+#include "triangulate/guards/guards.hpp"
 #include "triangulate/triangulate.hpp"
 
 namespace fs = std::filesystem;
@@ -81,8 +82,10 @@ int main(int argc, char** argv) {
     for (const fs::path& file : object_files)
       for (const std::string& text : JsonNode::open(file, "object", 1).texts("contradictions"))
         options.contradictions.push_back(text);
+    const Detections detections = read_detections(detections_file);
+    if (options.scene) require_detected_print(detections.lattice, *options.scene);
     TriangulateResult result = drape::triangulate::triangulate(
-        read_detections(detections_file), read_calibration(calibration_file), set, options);
+        detections, read_calibration(calibration_file), set, options);
     auto& source = std::get<MeasuredSource>(result.sheet.source);
     source.detections_sha256 = sha256_of_file(detections_file);
     source.calibration_sha256 = sha256_of_file(calibration_file);

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "triangulate/guards/guards.hpp"
 
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "core/rig.hpp"
+#include "core/units.hpp"
 #include "triangulate/guards/detection_limit.hpp"
 #include "triangulate/guards/mesh_gaps.hpp"
 
@@ -30,6 +35,28 @@ double scale_sd_of(const Sheet& sheet, const MarkLattice& lattice) {
 }
 
 }  // namespace
+
+void require_detected_print(const MarkLattice& lattice, const Scene& scene) {
+  const Print print = read_print(scene.print_file);
+  constexpr double kRounding_m = 1e-9;  // of millimetres in a text file
+  const auto same = [](const auto& one, const auto& other) {
+    return (one - other).norm() < kRounding_m;
+  };
+  if (print.rows == lattice.rows && print.cols == lattice.cols &&
+      same(print.patch_m, lattice.patch_m) && same(print.margin_m, lattice.margin_m) &&
+      same(Eigen::Vector2d(print.pitch_m, print.dot_diameter_m),
+           Eigen::Vector2d(lattice.pitch_m, lattice.dot_diameter_m)))
+    return;
+  constexpr double mm = units::mm;
+  throw bad_input(
+      fmt::format(
+          "the marks were detected with another print: {} x {} marks, pitch {} mm, diameter "
+          "{} mm, patch {} x {} mm, margin {} x {} mm",
+          lattice.rows, lattice.cols, lattice.pitch_m / mm, lattice.dot_diameter_m / mm,
+          lattice.patch_m.x() / mm, lattice.patch_m.y() / mm, lattice.margin_m.x() / mm,
+          lattice.margin_m.y() / mm),
+      {.file = scene.print_file.string()}, "detect again with this print, or name its scene");
+}
 
 std::vector<std::string> contradictions_of(const Detections& detections,
                                            const Calibration& calibration, const std::string& set,

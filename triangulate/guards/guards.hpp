@@ -18,6 +18,10 @@
 
 namespace drape::triangulate {
 
+/// Throws Error(bad_input) where the scene's print is not the one that the marks were detected
+/// with: their material coordinates are that one's.
+void require_detected_print(const MarkLattice& lattice, const Scene& scene);
+
 /// Why the print's pitch cannot be right: the length along the cloth between neighbouring marks,
 /// from chords and the turns at both ends, must be the pitch but for `most_strain` (of woven cloth
 /// under its own weight) and four standard uncertainties. Warp and weft are judged each by itself.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
@@ -57,6 +58,26 @@ std::vector<std::string> pitch_of(const Sheet& sheet) {
 
 std::vector<std::string> objects_of(const Sheet& sheet, const Scene& scene) {
   return contradictions_of_objects({sheet, spans_of(sheet, 1e-3)}, scene);
+}
+
+TEST(Guards, MarksOfAnotherPrintThanTheScenesAreRefused) {
+  Scene scene;
+  scene.print_file = test::source_root() / "rigs/bench1/print.toml";
+  MarkLattice detected;
+  detected.rows = detected.cols = 11;
+  detected.pitch_m = kPitch_m;
+  detected.dot_diameter_m = 4 * mm;
+  detected.patch_m = {220 * mm, 220 * mm};
+  detected.margin_m = {10 * mm, 10 * mm};
+  EXPECT_NO_THROW(require_detected_print(detected, scene));
+  for (double* value : {&detected.pitch_m, &detected.dot_diameter_m, &detected.patch_m.x(),
+                        &detected.margin_m.y()}) {
+    *value += 1e-3 * mm;
+    EXPECT_THROW(require_detected_print(detected, scene), Error);
+    *value -= 1e-3 * mm;
+  }
+  detected.rows = 12;
+  EXPECT_THROW(require_detected_print(detected, scene), Error);
 }
 
 TEST(Guards, BentClothOfTheRightPitchGivesNoAlarm) {

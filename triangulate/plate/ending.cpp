@@ -63,8 +63,8 @@ Ending ending_of(const std::vector<ObjectValue>& values, const PlatePose& plate,
     ending.warnings.push_back(fmt::format("the plate is tilted by {:.2f} +- {:.2f} degrees",
                                           tilt.rad / units::deg,
                                           tilt.uncertainty_rad / units::deg));
-  ending.advice = {fmt::format("in the scene: place_uncertainty_mm = {:.2f}",
-                               std::max(values[0].uncertainty, values[1].uncertainty))};
+  ending.advice = {
+      fmt::format("in the scene: place_uncertainty_mm = {:.2f}", place_uncertainty_mm(values))};
   return ending;
 }
 

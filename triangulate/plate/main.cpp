@@ -53,7 +53,10 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     given.lies.check();
     StepFiles files{{given.out}, {given.detections, given.calibration, given.scene}};
-    if (!given.scene_out.empty()) files.outputs.push_back(given.scene_out);
+    if (!given.scene_out.empty()) {
+      require_own_scene(given.scene_out);
+      files.outputs.push_back(given.scene_out);
+    }
     RunRecord record("drape-object", arguments_of(argc, argv), run_record_path(given.out), files);
     const Scene scene = read_scene(given.scene);
     const auto index = static_cast<std::size_t>(given.object) - 1;
@@ -69,6 +72,14 @@ int main(int argc, char** argv) {
     std::vector<std::string> against;
     if (calibration.no_go) against.push_back("the calibration is NO-GO: " + *calibration.no_go);
     if (const auto reason = detections.reason_against({given.set})) against.push_back(*reason);
+    if (const auto why = why_not_edge_on_edge(detections.lattice, given.lies,
+                                              scene.obstacles[index], scene.uncertainty_of(index)))
+      against.push_back(name + ": " + *why);
+    // A scene cannot say that its place rests on a measurement that is NO-GO.
+    if (!given.scene_out.empty() && !against.empty())
+      throw bad_input("no scene is written from a place that is not measured: " + against.front(),
+                      {.file = given.detections.string(), .set = given.set},
+                      "mend that first, or leave --scene-out out to see the place");
     for (const std::string& text : contradictions_of(values, name)) against.push_back(text);
     write_json(given.out, json_of(values, plate, against));
     if (!given.scene_out.empty()) {

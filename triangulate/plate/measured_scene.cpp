@@ -17,6 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::string_view kMadeBy = "# Made by `drape object` from ";
+
 /// "x_mm" of "x_mm = -3.0  # centre"; empty for a line without a key.
 std::string key_of(const std::string& line) {
   const std::size_t equals = line.find('=');
@@ -48,15 +50,10 @@ std::string file_line(const std::string& key, const std::string& line, const fs:
 std::string measured_scene(const fs::path& scene, std::size_t object,
                            const std::vector<ObjectValue>& values, const fs::path& folder) {
   std::map<std::string, std::string> wanted;
-  double place_mm = 0;
-  for (const ObjectValue& value : values) {
-    wanted[value.key] = fmt::format("{:.6f}", value.measured);
-    if (value.key != "yaw_deg") place_mm = std::max(place_mm, value.uncertainty);
-  }
-  wanted["place_uncertainty_mm"] = fmt::format("{:.6f}", place_mm);
-  std::string text = fmt::format(
-      "# Made by `drape object` from {}: object {} stands where its plate of tags shows it.\n",
-      scene.filename().string(), object);
+  for (const ObjectValue& value : values) wanted[value.key] = fmt::format("{:.6f}", value.measured);
+  wanted["place_uncertainty_mm"] = fmt::format("{:.6f}", place_uncertainty_mm(values));
+  std::string text = fmt::format("{}{}: object {} stands where its plate of tags shows it.\n",
+                                 kMadeBy, scene.filename().string(), object);
   std::size_t number = 0;
   bool here = false;
   std::istringstream lines(read_text(scene));
@@ -79,6 +76,12 @@ std::string measured_scene(const fs::path& scene, std::size_t object,
     text += line + "\n";
   }
   return text;
+}
+
+void require_own_scene(const fs::path& file) {
+  if (!fs::exists(file) || read_text(file).starts_with(kMadeBy)) return;
+  throw usage_error(file.string() + " is there and was not made by drape object",
+                    "give --scene-out another name");
 }
 
 }  // namespace drape::triangulate

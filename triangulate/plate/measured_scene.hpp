@@ -17,4 +17,7 @@ namespace drape::triangulate {
                                          const std::vector<ObjectValue>& values,
                                          const std::filesystem::path& folder);
 
+/// Throws Error(usage) where `file` is there and no measured scene: it may be a scene by hand.
+void require_own_scene(const std::filesystem::path& file);
+
 }  // namespace drape::triangulate

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <tuple>
@@ -115,6 +116,26 @@ std::vector<ObjectValue> object_values(const PlatePose& plate, const PlateOnObje
        std::hypot(std::sqrt(plate.covariance(5, 5)), ends * lies.placing_mm * mm) / deg,
        stated_rad / deg, ends * stated.place_m() / deg});
   return values;
+}
+
+double place_uncertainty_mm(const std::vector<ObjectValue>& values) {
+  return std::max(values.at(0).uncertainty, values.at(1).uncertainty);
+}
+
+std::optional<std::string> why_not_edge_on_edge(const MarkLattice& lattice,
+                                                const PlateOnObject& lies, const Obstacle& object,
+                                                const ObjectUncertainty& stated) {
+  const auto* box = std::get_if<Box>(&object);
+  if (box == nullptr) return std::nullopt;
+  const Vector3d sheet_m(lattice.cols * lattice.pitch_m, lattice.rows * lattice.pitch_m, 0);
+  const double sd_m = std::hypot(std::sqrt(2.0) * lies.placing_mm * mm, stated.size_m());
+  if (((sheet_m - box->size_m).head<2>().array().abs() <= kPoseSigmas * sd_m).all())
+    return std::nullopt;
+  return fmt::format(
+      "a plate of {:g} x {:g} mm does not lie edge on edge on a top of {:g} x {:g} mm; print one "
+      "of "
+      "its size or correct size_mm",
+      sheet_m.x() / mm, sheet_m.y() / mm, box->size_m.x() / mm, box->size_m.y() / mm);
 }
 
 Tilt tilt_of(const PlatePose& plate) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,18 @@ struct ObjectValue {
                                                      const PlateOnObject& lies,
                                                      const Obstacle& object,
                                                      const ObjectUncertainty& stated);
+
+/// Standard uncertainty of the place for a scene file (mm): the larger of x and y. The height of
+/// the bottom has that of the size besides, which the scene states by itself.
+[[nodiscard]] double place_uncertainty_mm(const std::vector<ObjectValue>& values);
+
+/// Why the plate of this lattice cannot lie on the top of a box edge on edge: its sheet, a pitch
+/// for each dot (`drape print object-tags`), is larger or smaller than a side of the top by more
+/// than three standard deviations of two edges laid on each other and of the stated size.
+[[nodiscard]] std::optional<std::string> why_not_edge_on_edge(const MarkLattice& lattice,
+                                                              const PlateOnObject& lies,
+                                                              const Obstacle& object,
+                                                              const ObjectUncertainty& stated);
 
 /// Angle between the plate's normal and the vertical (rad), and its standard uncertainty.
 struct Tilt {
