@@ -164,7 +164,8 @@ Output run_job(const Recording& recording, const Job& job, const Surroundings& s
   output.frame.image_sha256 = job.frame->sha256;
   const std::string stem = job.set->name + "_" + job.camera->name;
   if (options.previews && options.surface == Surface::cloth) {
-    output.preview = Picture{"preview_" + stem + ".jpg", half_scale_jpeg(image)};
+    output.preview =
+        Picture{options.preview_prefix + "preview_" + stem + ".jpg", half_scale_jpeg(image)};
     output.frame.preview_file = output.preview->file_name;
     output.frame.preview_scale = preview_scale;
   }

@@ -18,6 +18,7 @@ struct DetectOptions {
   std::vector<std::string> sets;   ///< frame sets, in the order of the output
   int threads = 1;                 ///< frames at a time; never changes a result
   bool previews = true;            ///< half-scale JPEG per frame of a cloth
+  std::string preview_prefix;      ///< of their names, so that two runs may write into one folder
   bool overlays = false;           ///< PNG per frame with what was found and what was rejected
   double most_chi2_per_dof = 60;   ///< of the fit, in units of the frame's noise
   double most_misfit = 0.08;       ///< rms of its residuals in contrasts; both must be exceeded

@@ -112,7 +112,11 @@ std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks, con
   return lines;
 }
 
-void note_calibration(const Calibration& calibration, TriangulateReport& report) {
+void note_calibration(const Calibration& calibration, const std::string& rig,
+                      TriangulateReport& report) {
+  if (calibration.rig != rig)
+    report.warnings.push_back(
+        fmt::format("the calibration is of rig {}, the marks are of rig {}", calibration.rig, rig));
   const std::vector<std::string>& warnings = calibration.warnings;
   if (warnings.empty()) return;
   std::string text = "calibration: " + warnings.front();

@@ -36,7 +36,9 @@ void note_statistics(const std::vector<MarkViews>& marks, const std::vector<Plac
 [[nodiscard]] std::vector<std::string> costs_of_views(const std::vector<MarkViews>& marks,
                                                       const Sheet& sheet);
 
-/// One line, however much there is to say of the calibration: its own ending and file say all.
-void note_calibration(const Calibration& calibration, TriangulateReport& report);
+/// One line, however much there is to say of the calibration: its own ending and file say all; and
+/// one where it is of another rig than the detections' `rig`.
+void note_calibration(const Calibration& calibration, const std::string& rig,
+                      TriangulateReport& report);
 
 }  // namespace drape::triangulate

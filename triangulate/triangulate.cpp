@@ -254,7 +254,7 @@ TriangulateResult triangulate(const Detections& all_detections, const Calibratio
   report.warnings = suspicious_pairs(result.sheet.marks, lattice.pitch_m, options.max_stretch);
   const std::vector<std::string> costs = costs_of_views(marks, result.sheet);
   report.warnings.insert(report.warnings.end(), costs.begin(), costs.end());
-  note_calibration(calibration, report);
+  note_calibration(calibration, detections.rig, report);
   std::vector<std::string> contradictions = options.contradictions;
   const std::vector<std::string> of_marks = contradictions_of(
       detections, calibration, set, options, misses_of(marks, placed), all, result.sheet);

@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
     record.input(options.surface == Surface::target ? rig.target_file : rig.print_file);
     if (options.sets.empty()) options.sets = default_sets(rig, options.surface);
     options.threads = thread_count(common);
+    if (out.stem() != "detections") options.preview_prefix = out.stem().string() + "_";
     options.overlays = !overlay_folder.empty();
     Progress progress("detect", common.quiet);
     const DetectResult result = drape::detect::detect(
