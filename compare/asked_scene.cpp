@@ -70,13 +70,14 @@ std::optional<SimulatedScene> read_simulated_scene(
   return simulated;
 }
 
-std::optional<std::string> difference_of(const Surroundings& asked, const Surroundings& simulated) {
+std::optional<std::string> difference_of(const Surroundings& asked, const Surroundings& other,
+                                         const std::string& in_other) {
   Surroundings all = asked;
-  all.insert(simulated.begin(), simulated.end());
+  all.insert(other.begin(), other.end());
   for (const auto& [key, any] : all) {
-    const std::string one = value_of(asked, key), other = value_of(simulated, key);
-    if (!touches_a_mark(key) || one == other) continue;
-    return fmt::format("{} is {} in the simulation, {} for the marks", key, other, one);
+    const std::string one = value_of(asked, key), its = value_of(other, key);
+    if (!touches_a_mark(key) || one == its) continue;
+    return fmt::format("{} is {} {}, {} for the marks", key, its, in_other, one);
   }
   return std::nullopt;
 }

@@ -38,8 +38,9 @@ struct SimulatedScene {
     const std::vector<std::pair<std::filesystem::path, std::string>>& inputs);
 
 /// Where solid and table differ in what a mark can touch, as a sentence: their stated uncertainties
-/// and tags may differ.
-[[nodiscard]] std::optional<std::string> difference_of(const Surroundings& asked,
-                                                       const Surroundings& simulated);
+/// and tags may differ. `in_other`: what the other is.
+[[nodiscard]] std::optional<std::string> difference_of(
+    const Surroundings& asked, const Surroundings& other,
+    const std::string& in_other = "in the simulation");
 
 }  // namespace drape::compare

@@ -13,7 +13,7 @@
 
 #include "compare/crate/crate_files.hpp"
 #include "compare/crate/crate_tables.hpp"
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"

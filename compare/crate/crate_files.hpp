@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 #include "compare/store/store.hpp"
 
 namespace drape::compare {

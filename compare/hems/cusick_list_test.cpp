@@ -7,6 +7,7 @@
 
 #include "compare/hems/hem_files.hpp"
 #include "core/files/files.hpp"
+#include "core/program/run_record.hpp"
 #include "tests/support/paths.hpp"
 
 namespace drape::compare {
@@ -54,6 +55,26 @@ TEST(Shadow, AMeshThatTheListBesideItDoesNotNameIsRefused) {
   ASSERT_EQ(set.refused.size(), 1U);
   EXPECT_THAT(set.refused[0], testing::HasSubstr("start-01.ply"));
   EXPECT_THAT(set.refused[0], testing::HasSubstr("does not name it"));
+}
+
+TEST(Shadow, ADrapeThatIsNotTheOneOfItsRunIsRefused) {
+  const test::TemporaryFolder folder;
+  const auto mesh = folder.path() / "start-00.ply", file = folder.path() / "cusick.json";
+  write_square(mesh);
+  Json list;
+  list["schema"] = "drapebench/cusick/1";
+  list["fabric"] = "wool";
+  list["starts"] = {{{"file", "start-00.ply"}, {"at_rest", true}, {"specimen_area_mm2", 70000}}};
+  write_json(file, list);
+  RunRecord record("drape-cusick", {}, run_record_path(file));
+  for (const auto& output : {mesh, file}) record.output(output);
+  record.write(0, "");
+  EXPECT_EQ(read_hems({folder.path()}, {}).hems.size(), 1U);
+  write_square(mesh, "119");
+  const HemSet set = read_hems({folder.path()}, {});
+  EXPECT_TRUE(set.hems.empty());
+  ASSERT_EQ(set.refused.size(), 1U);
+  EXPECT_THAT(set.refused[0], testing::HasSubstr("not the one that its run wrote"));
 }
 
 TEST(Shadow, ADrapeOverAnotherDiscIsRefusedWithTheOptionsThatFit) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
 #include "core/files/mesh_file.hpp"
@@ -169,14 +170,20 @@ void read_list(const std::filesystem::path& list, const std::string& name, Shado
 ShadowMesh read_shadow_mesh(const std::filesystem::path& file) {
   std::filesystem::path json = file;
   json.replace_extension(".json");
-  if (std::filesystem::exists(json)) return mesh_of(read_sheet(json));
+  if (std::filesystem::exists(json)) {
+    require_as_recorded(json);
+    return mesh_of(read_sheet(json));
+  }
   const MeshFile read = read_mesh_file(file);
   ShadowMesh mesh;
   for (const auto& point : read.points) mesh.points_m.emplace_back(point * units::mm);
   for (const auto& t : read.triangles)
     mesh.triangles.push_back({t[0].point, t[1].point, t[2].point});
   const std::filesystem::path list = file.parent_path() / "cusick.json";
-  if (std::filesystem::exists(list)) read_list(list, file.filename().string(), mesh);
+  if (std::filesystem::exists(list)) {
+    require_as_recorded(list);
+    read_list(list, file.filename().string(), mesh);
+  }
   return mesh;
 }
 

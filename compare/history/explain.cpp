@@ -10,7 +10,7 @@
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
 #include "compare/schema/schema.hpp"
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "compare/folds/folds_json.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -24,8 +25,12 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+  StepFiles named{{}, files_of_sheets(arguments.sheets)};
+  for (const auto& file : files_of_sheets(arguments.against)) named.inputs.push_back(file);
+  if (arguments.out) named.outputs = {*arguments.out};
   RunRecord record("drape-folds", std::move(words),
-                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
+                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
+                   named);
   const FoldOptions options{arguments.least_curvature_per_m, arguments.least_length_mm * mm};
   Ending ending;
   Json json;
@@ -35,7 +40,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     std::vector<SheetShape> shapes;
     json[key] = Json::array();
     for (const auto& file : files) {
-      record.input(file);
+      require_as_recorded(std::filesystem::path(file).replace_extension(".json"));
       read.emplace_back(file.string(), read_sheet(file));
       const Sheet& sheet = read.back().second;
       shapes.push_back(shape_of(sheet, options, file.string()));
@@ -66,10 +71,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   if (!ending.go) ending.verdict = ending.rejected.front() + "; ";
   ending.verdict += fmt::format("{} sheets", sheets.size());
   if (!against.empty()) ending.verdict += fmt::format(" against {}", against.size());
-  if (arguments.out) {
-    write_json(*arguments.out, json);
-    record.output(*arguments.out);
-  }
+  if (arguments.out) write_json(*arguments.out, json);
   return finish(ending, common, record);
 }
 

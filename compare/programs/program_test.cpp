@@ -9,6 +9,7 @@
 #include "compare/test_sheets.hpp"
 #include "core/files/files.hpp"
 #include "core/files/json_file.hpp"
+#include "core/program/run_record.hpp"
 #include "core/sheet.hpp"
 #include "core/units.hpp"
 #include "tests/support/paths.hpp"
@@ -212,6 +213,46 @@ TEST_F(Program, ATableOfHemsIsNeverWrittenOverOneThatIsRead) {
     EXPECT_THAT(output_, HasSubstr("would be written over"));
     EXPECT_EQ(read_text(path("o/hems.csv")), hems);
     EXPECT_EQ(read_text(path("o/hems.run.json")), record);
+  }
+}
+
+TEST_F(Program, NothingIsWrittenOverEitherFileOfASheet) {
+  write_sheet(path("a.ply"), test::measured_sheet());
+  const std::string ply = read_text(path("a.ply")), json = read_text(path("a.json"));
+  for (const char* program : {"drape-folds", "drape-repeats"})
+    for (const char* out : {"a.json", "a.ply"})
+      for (const char* named : {"a.ply", "a.json"}) {
+        EXPECT_EQ(run(program, path(named) + " --out " + path(out)), 2) << output_;
+        EXPECT_THAT(output_, HasSubstr("would be written over"));
+      }
+  EXPECT_EQ(read_text(path("a.ply")), ply);
+  EXPECT_EQ(read_text(path("a.json")), json);
+}
+
+TEST_F(Program, WhatIsNotAsItsRecordSaysIsRefused) {
+  ASSERT_EQ(run("drape-folds", files_[1].string() + " --out " + path("folds.json")), 0) << output_;
+  RunRecord record("drape-simulate", {}, run_record_path(files_[1]));
+  record.output(fs::path(files_[1]).replace_extension(".json"));
+  record.write(0, "");
+  EXPECT_EQ(run("drape-folds", files_[1].string()), 0) << output_;
+  Sheet sheet = read_sheet(files_[1]);
+  std::get<SimulatedSource>(sheet.source).fabric = "another";
+  write_sheet(files_[1], sheet);
+  const std::string split = path("A/sensitivity/sensitivity.json");
+  write_json(split, {{"schema", "drapebench/sensitivity/1"}});
+  RunRecord of_split("drape-sensitivity", {}, run_record_path(split));
+  of_split.output(split);
+  of_split.write(0, "");
+  write_json(split, {{"schema", "drapebench/sensitivity/1"}, {"marks", 1}});
+  const std::string first = files_[0].string(), second = files_[1].string();
+  for (const auto& [program, arguments] :
+       {std::pair("drape-folds", second),
+        std::pair("drape-repeats", first + " --compare " + second),
+        std::pair("drape-drapemeter", second + " --disc-mm 90"),
+        std::pair("drape-compare", first + " " + files_[2].string())}) {
+    EXPECT_EQ(run(program, arguments), program == std::string("drape-drapemeter") ? 1 : 3)
+        << program << output_;
+    EXPECT_THAT(output_, HasSubstr("this file is not the one that its run wrote")) << program;
   }
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "compare/records/provenance.hpp"
 #include "compare/repeats/repeat_sheets.hpp"
+#include "compare/store/inputs.hpp"
 #include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -18,13 +20,10 @@ struct Arguments {
   double significance = 0.05;
 };
 
-std::vector<RepeatSheet> sheets_of(const std::vector<std::filesystem::path>& files,
-                                   RunRecord& record) {
+std::vector<RepeatSheet> sheets_of(const std::vector<std::filesystem::path>& files) {
   std::vector<RepeatSheet> sheets;
-  for (const auto& file : files) {
-    record.input(file);
-    sheets.push_back(read_repeat_sheet(file));
-  }
+  sheets.reserve(files.size());
+  for (const auto& file : files) sheets.push_back(read_repeat_sheet(file));
   return sheets;
 }
 
@@ -36,15 +35,21 @@ std::vector<NamedSheet> named(const std::vector<RepeatSheet>& sheets) {
 }
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
+  StepFiles files{{}, files_of_sheets(arguments.repeats)};
+  for (const auto& file : files_of_sheets(arguments.compared)) files.inputs.push_back(file);
+  if (arguments.out) files.outputs = {*arguments.out};
   RunRecord record("drape-repeats", std::move(words),
-                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path());
-  const std::vector<RepeatSheet> repeats = sheets_of(arguments.repeats, record);
-  const std::vector<RepeatSheet> compared = sheets_of(arguments.compared, record);
+                   arguments.out ? run_record_path(*arguments.out) : std::filesystem::path(),
+                   files);
+  const std::vector<RepeatSheet> repeats = sheets_of(arguments.repeats);
+  const std::vector<RepeatSheet> compared = sheets_of(arguments.compared);
   require_one_drape(repeats, compared);
   const MarkRepeats found = mark_repeats(named(repeats), named(compared), arguments.significance);
   Ending ending;
   for (const auto* sheets : {&repeats, &compared})
     for (const std::string& reason : no_go_of(*sheets)) ending.rejected.push_back(reason);
+  for (std::string& reason : moved_objects(arguments.repeats, arguments.compared))
+    ending.rejected.push_back(std::move(reason));
   ending.go = ending.rejected.empty();
   ending.verdict =
       fmt::format("{} repeats with {} marks in common", arguments.repeats.size(), found.marks);
@@ -56,7 +61,6 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
     std::vector<std::string> names;
     for (const auto& file : arguments.repeats) names.push_back(file.string());
     write_json(*arguments.out, repeats_json(found, names, arguments.significance));
-    record.output(*arguments.out);
   }
   return finish(ending, common, record);
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
@@ -66,6 +67,7 @@ RepeatSheet read_repeat_sheet(const std::filesystem::path& file) {
   std::filesystem::path json = file, ply = file;
   json.replace_extension(".json");
   ply.replace_extension(".ply");
+  require_as_recorded(json);
   RepeatSheet sheet{
       {file.string(), read_sheet(file)}, {}, {}, sha256_of_file(json), sha256_of_file(ply)};
   if (!sheet.named.sheet.is_measured()) {

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "compare/report/html.hpp"
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 

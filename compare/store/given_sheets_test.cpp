@@ -111,6 +111,42 @@ TEST_F(GivenSheets, AnEnsembleOfAnotherFabricDoesNotSpeak) {
   EXPECT_THAT(judged({other, own}).second, another);
 }
 
+TEST_F(GivenSheets, ABranchOfAnEarlierRunIsNoSimulation) {
+  const fs::path branch = ensemble("own", ""),
+                 stale = branch.parent_path() / "../branch-02/sheet.ply";
+  write_sheet(stale, read_sheet(first_[1]));
+  EXPECT_EQ(refusal_of({first_[0], branch}, {}), "none");
+  EXPECT_THAT(refusal_of({first_[0], branch, stale}, {}), HasSubstr("does not name it"));
+  RunRecord record("drape-simulate", {}, run_record_path(stale));
+  record.output(stale);
+  record.write(0, "");
+  EXPECT_EQ(refusal_of({first_[0], branch, stale}, {}), "none") << "another program's own";
+}
+
+TEST_F(GivenSheets, ALayingOverAnObjectThatMovedIsLeftOut) {
+  const auto asked_at = [&](const fs::path& sheet, const std::string& x_mm) {
+    const fs::path json = fs::path(sheet).replace_extension(".json");
+    Json root = parse_json(read_text(json));
+    root["source"]["asked_scene"] = {{"name", "A"},
+                                     {"sha256", std::string(64, 'a')},
+                                     {"surroundings", {{"object.1.x_mm", x_mm}}}};
+    write_json(json, root);
+    return sheet;
+  };
+  asked_at(first_[0], "4");
+  const fs::path second = asked_at(laying("2", 1 * mm), "4"),
+                 moved = asked_at(laying("3", 2 * mm), "20");
+  Outcome outcome;
+  compare_session(read_session(first_, {}, {second, moved}), {}, outcome);
+  const std::vector<RepeatLine>& lines = outcome.reports[0].repeats;
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[1].left_out, "");
+  EXPECT_THAT(lines[2].left_out, HasSubstr("object.1.x_mm is 20 in its scene, 4 for the marks"));
+  EXPECT_THAT(moved_objects({first_[0], second}, {}), testing::IsEmpty());
+  EXPECT_THAT(moved_objects({first_[0], moved}, {first_[1]}),
+              ElementsAre(HasSubstr("object.1.x_mm"), HasSubstr("is not there as simulated")));
+}
+
 TEST_F(GivenSheets, ARepeatIsOneOfEveryDrapeOfItsScene) {
   const fs::path second = laying("2", 1 * mm), third = laying("3", 2 * mm);
   const std::vector<fs::path> sheets = {first_[0], first_[1], second, first_[2]};

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "compare/meshes/other_mesh.hpp"
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 #include "core/error.hpp"
 #include "core/files/csv.hpp"
 #include "core/files/files.hpp"
@@ -139,6 +139,7 @@ void read_error_split_beside(DrapeFiles& drape, Session& session) {
   const SheetFile& measured = drape.input.measured;
   const fs::path file = measured.file.parent_path() / "sensitivity" / "sensitivity.json";
   if (!fs::is_regular_file(file)) return;
+  require_as_recorded(file);
   auto made_by = read_made_by(file);
   auto why = other_origin(made_by ? made_by->inputs : HashedFiles(), drape.input);
   if (!why) {
@@ -167,6 +168,17 @@ DrapeFiles read_measured(SheetFile sheet, Session& session) {
   return drape;
 }
 
+/// Left by an earlier run of what wrote the list above it, whose files it is not among any more.
+void require_listed(const fs::path& sheet) {
+  const fs::path above = sheet.parent_path() / "..";
+  for (const char* list : {"branches.json", "refinement.json"})
+    if (fs::is_regular_file(above / list) && !read_made_by(sheet))
+      throw bad_input(fmt::format("no record says what made this sheet, and {} above it does not "
+                                  "name it",
+                                  list),
+                      {.file = sheet.string()}, "leave it out: it is of an earlier run");
+}
+
 /// The sheet with the files beside it, and the run record of what made it.
 Simulation read_simulated(SheetFile sheet, Session& session) {
   Simulation simulation;
@@ -188,6 +200,7 @@ Simulation read_simulated(SheetFile sheet, Session& session) {
     simulation.branch = listed->branch;
     session.read.emplace_back(listed->list, listed->branch.set_sha256);
   }
+  if (!simulation.branch && !simulation.refined) require_listed(simulation.sheet.file);
   return simulation;
 }
 

@@ -56,6 +56,10 @@ std::string left_out(const SheetFile& own_file, const SheetFile& other_file) {
   if (own.rows != other.rows || own.cols != other.cols ||
       (own.patch_m - other.patch_m).norm() > 0.01 * mm)
     return "it is another patch or print";
+  if (own_file.asked && other_file.asked)
+    if (const auto why = difference_of(own_file.asked->surroundings, other_file.asked->surroundings,
+                                       "in its scene"))
+      return "its object is not where the drape's own was: " + *why;
   return apart_m(own, other) ? "" : "it has no mark in common with the drape's own";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "compare/store/provenance.hpp"
+#include "compare/records/provenance.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -186,6 +186,14 @@ void require_as_recorded(const fs::path& output) {
       throw bad_input("this file is not the one that its run wrote", {.file = file.string()},
                       "run the step again, or restore what " + record->file.string() + " lists");
   }
+}
+
+std::vector<fs::path> files_of_sheets(const std::vector<fs::path>& sheets) {
+  std::vector<fs::path> files;
+  for (const fs::path& sheet : sheets)
+    for (const char* ending : {".ply", ".json"})
+      files.push_back(fs::path(sheet).replace_extension(ending));
+  return files;
 }
 
 std::vector<ChainLink> chain_of(RecordBook& book, const fs::path& file, const std::string& sha256,

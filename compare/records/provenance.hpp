@@ -46,6 +46,10 @@ class RecordBook {
 /// folder, or in the one above that lists it), has another content than the record says.
 void require_as_recorded(const std::filesystem::path& output);
 
+/// Both files of each sheet, whichever of them is named.
+[[nodiscard]] std::vector<std::filesystem::path> files_of_sheets(
+    const std::vector<std::filesystem::path>& sheets);
+
 /// A step of the chain from a number back to what was photographed and measured.
 struct ChainLink {
   int depth = 0;
