@@ -9,8 +9,8 @@
 #include "compare/history/results.hpp"
 #include "compare/history/seal.hpp"
 #include "compare/meshes/other_mesh.hpp"
-#include "compare/schema/schema.hpp"
 #include "compare/records/provenance.hpp"
+#include "compare/schema/schema.hpp"
 #include "core/error.hpp"
 
 namespace drape::compare {

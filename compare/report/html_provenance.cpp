@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <set>
 
-#include "compare/report/html.hpp"
 #include "compare/records/provenance.hpp"
+#include "compare/report/html.hpp"
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 
