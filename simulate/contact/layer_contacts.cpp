@@ -14,10 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStiffens = 0.5;     // of the thickness, below which contact stiffens
-constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
-constexpr double kKept = 0.2;         // of a pair's distance, that a step leaves
-constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
 constexpr double kNotAsked = -1e300;  // of a distance
 constexpr double kSurely = 1 + 1e-9;  // of the thickness: beyond, no rounding makes a pair press
 
@@ -158,7 +154,7 @@ void LayerContacts::list_cells(const Cell& a, const Cell& b, const Field& to) {
   const double closer =
       2 * kSurely * ((a.displacement - b.displacement).norm() + a.spread + b.spread);
   const auto offer_near = [&](const LayerPair& pair) {
-    if (!is_far(pair, start_, thickness_ + closer)) offer(pair, neighbours, to);
+    if (!are_apart(pair, start_, thickness_ + closer)) offer(pair, neighbours, to);
   };
   for (const auto& [from, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     for (int v = 0; v < from->vertices; ++v) {
@@ -188,15 +184,9 @@ void LayerContacts::offer(const LayerPair& pair, bool neighbours, const Field& t
     most = std::max(most, (displacement[k] - mean).norm());
   }
   const double thickness = layers_apart_m(grid_, pair.particle, firsts, thickness_);
-  if (is_far(pair, start_, thickness + first + second)) return;
+  if (are_apart(pair, start_, thickness + first + second)) return;
   const double distance = nearest_points(pair, start_).apart.norm();
   if (distance - first - second < thickness) found_.push_back({pair, thickness, distance});
-}
-
-double LayerContacts::part_of(const LayerPair& pair, const Field& position) const {
-  if (!pair.edges) return 1;
-  const double crossing = crossing_of(pair, position) / kSmooth;
-  return crossing < 1 ? crossing * (2 - crossing) : 1.0;
 }
 
 double LayerContacts::safe_fraction(const Field& to) const {
@@ -209,9 +199,9 @@ double LayerContacts::safe_fraction(const Field& to) const {
   double fraction = 1;
   for (const Pair& pair : pairs_) {
     const double distance = pair.distance_m;
-    if ((1 - kKept) * distance > surely) continue;
-    fraction = std::min(fraction,
-                        clear_fraction(pair.of, start_, to, distance, kKept * distance, fraction));
+    if ((1 - kLayersKeep) * distance > surely) continue;
+    fraction = std::min(
+        fraction, clear_fraction(pair.of, start_, to, distance, kLayersKeep * distance, fraction));
   }
   return fraction;
 }
@@ -219,31 +209,11 @@ double LayerContacts::safe_fraction(const Field& to) const {
 double LayerContacts::free_fraction(const Field& to) const {
   double fraction = 1;
   for (const Pair& pair : pairs_) {
-    const double least = std::min(kStiffens * pair.thickness_m, pair.distance_m);
+    const double least = std::min(kLayersStiffen * pair.thickness_m, pair.distance_m);
     fraction =
         std::min(fraction, clear_fraction(pair.of, start_, to, pair.distance_m, least, fraction));
   }
   return fraction;
-}
-
-/// Whether boxes about the two pieces are more than `reach_m` apart, which costs less than their
-/// distance.
-bool LayerContacts::is_far(const LayerPair& pair, const Field& position, double reach_m) const {
-  const int firsts = pair.edges ? 2 : 1;
-  const std::size_t n = position.size() / 3;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double* x = position.data() + axis * n;
-    double low[2], high[2];
-    for (int k = 0; k < 4; ++k) {
-      const int side = k < firsts ? 0 : 1;
-      const double value = x[pair.particle[k]];
-      const bool first = k == 0 || k == firsts;
-      low[side] = first ? value : std::min(low[side], value);
-      high[side] = first ? value : std::max(high[side], value);
-    }
-    if (std::max(low[0] - high[1], low[1] - high[0]) > kSurely * reach_m) return true;
-  }
-  return false;
 }
 
 int LayerContacts::review(const Field& to) {
@@ -264,29 +234,13 @@ int LayerContacts::review(const Field& to) {
   return changed;
 }
 
-LayerContacts::Law LayerContacts::law(double distance_m, double thickness_m) const {
-  const double d = std::max(distance_m, kNearest * thickness_m);
-  const double in = thickness_m - d;
-  Law law{0.5 * in * in, -in, 1};
-  const double stiff = kStiffens * thickness_m;
-  if (d < stiff) {
-    const double left = stiff - d, log = std::log(d / stiff);
-    law.energy_j -= left * left * log;
-    law.slope_n += 2 * left * log - left * left / d;
-    law.stiffness_n_per_m += -2 * log + 4 * left / d + left * left / (d * d);
-  }
-  law.energy_j *= stiffness_;
-  law.slope_n *= stiffness_;
-  law.stiffness_n_per_m *= stiffness_;
-  return law;
-}
-
 double LayerContacts::energy_j(const Field& position) const {
   double sum = 0;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position, pair.thickness_m)) continue;
+    if (are_apart(pair.of, position, pair.thickness_m)) continue;
     const double distance = nearest_points(pair.of, position).apart.norm();
-    if (distance < pair.thickness_m) sum += pair.part * law(distance, pair.thickness_m).energy_j;
+    if (distance < pair.thickness_m)
+      sum += pair.part * layer_law(distance, pair.thickness_m, stiffness_).energy_j;
   }
   return sum;
 }
@@ -294,13 +248,13 @@ double LayerContacts::energy_j(const Field& position) const {
 std::vector<LayerContacts::Push> LayerContacts::pushes(const Field& position) const {
   std::vector<Push> all;
   for (const Pair& pair : pairs_) {
-    if (is_far(pair.of, position, pair.thickness_m)) continue;
+    if (are_apart(pair.of, position, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     if (!(distance < pair.thickness_m) || !(distance > 0) || pair.part == 0) continue;
-    all.push_back(
-        {pair.of.particle, nearest.weight,
-         -pair.part * law(distance, pair.thickness_m).slope_n / distance * nearest.apart});
+    all.push_back({pair.of.particle, nearest.weight,
+                   -pair.part * layer_law(distance, pair.thickness_m, stiffness_).slope_n /
+                       distance * nearest.apart});
   }
   return all;
 }
@@ -318,12 +272,13 @@ int LayerContacts::pressing(const Field& position) const {
 std::vector<LayerContacts::Block> LayerContacts::blocks(const Field& position, bool convex) const {
   std::vector<Block> all;
   for (const Pair& pair : pairs_) {
-    if (!pair.lands && is_far(pair.of, position, pair.thickness_m)) continue;
+    if (!pair.lands && are_apart(pair.of, position, pair.thickness_m)) continue;
     const NearestPoints nearest = nearest_points(pair.of, position);
     const double distance = nearest.apart.norm();
     const bool presses = distance < pair.thickness_m;
     if ((!presses && !pair.lands) || !(distance > 0) || pair.part == 0) continue;
-    const Law at_distance = presses ? law(distance, pair.thickness_m) : Law{0, 0, stiffness_};
+    const LayerLaw at_distance =
+        presses ? layer_law(distance, pair.thickness_m, stiffness_) : LayerLaw{0, 0, stiffness_};
     Eigen::Matrix<double, 12, 1> slope;
     for (int k = 0; k < 4; ++k)
       slope.segment<3>(3 * k) = nearest.weight[k] / distance * nearest.apart;

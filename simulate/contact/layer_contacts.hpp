@@ -71,10 +71,6 @@ class LayerContacts {
     double part = 1;         ///< of edges that are nearly parallel
     bool lands = false;      ///< review() found that it will press
   };
-  /// Of the energy of a pair, N/m and N: by distance.
-  struct Law {
-    double energy_j = 0, slope_n = 0, stiffness_n_per_m = 0;
-  };
   struct Cell {
     int corner = 0, row = 0, col = 0;
     std::array<int, 4> vertex{};
@@ -89,15 +85,12 @@ class LayerContacts {
     bool changed = false;  ///< that path since list() was asked last
   };
 
-  [[nodiscard]] Law law(double distance_m, double thickness_m) const;
   void list(const Field& to);
   [[nodiscard]] bool goes_elsewhere(const Cell& cell, const Field& to) const;
   void measure(Cell& cell, const Field& to) const;
   [[nodiscard]] bool may_meet(Cell& a, const Cell& b);
   void list_cells(const Cell& a, const Cell& b, const Field& to);
   void offer(const LayerPair& pair, bool neighbours, const Field& to);
-  [[nodiscard]] bool is_far(const LayerPair& pair, const Field& position, double reach_m) const;
-  [[nodiscard]] double part_of(const LayerPair& pair, const Field& position) const;
 
   GridSpec grid_;
   double thickness_ = 0, stiffness_ = 0;

@@ -14,6 +14,9 @@ using Places = std::array<Vector3d, 4>;
 constexpr double kParallelEdges = 1e-10;  // squared sine
 constexpr double kNearly = 0.1;           // of the distance still to go at which an advance ends
 constexpr int kAdvances = 200;
+constexpr double kNearest = 1e-6;     // of the thickness, as near as its law is asked for
+constexpr double kSmooth = 1e-3;      // squared sine from which edges count in full
+constexpr double kBeyond = 1 + 1e-9;  // of a reach: beyond, no rounding makes a pair press
 
 Places places_of(const LayerPair& pair, const Field& position) {
   Places p;
@@ -188,6 +191,47 @@ double crossing_of(const LayerPair& pair, const Field& position) {
   const Vector3d u = p[1] - p[0], v = p[3] - p[2];
   const double sizes = u.squaredNorm() * v.squaredNorm();
   return sizes > 0 ? u.cross(v).squaredNorm() / sizes : 0.0;
+}
+
+double part_of(const LayerPair& pair, const Field& position) {
+  if (!pair.edges) return 1;
+  const double crossing = crossing_of(pair, position) / kSmooth;
+  return crossing < 1 ? crossing * (2 - crossing) : 1.0;
+}
+
+bool are_apart(const LayerPair& pair, const Field& position, double reach_m) {
+  const int firsts = pair.edges ? 2 : 1;
+  const std::size_t n = position.size() / 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* x = position.data() + axis * n;
+    double low[2], high[2];
+    for (int k = 0; k < 4; ++k) {
+      const int side = k < firsts ? 0 : 1;
+      const double value = x[pair.particle[k]];
+      const bool first = k == 0 || k == firsts;
+      low[side] = first ? value : std::min(low[side], value);
+      high[side] = first ? value : std::max(high[side], value);
+    }
+    if (std::max(low[0] - high[1], low[1] - high[0]) > kBeyond * reach_m) return true;
+  }
+  return false;
+}
+
+LayerLaw layer_law(double distance_m, double thickness_m, double n_per_m) {
+  const double d = std::max(distance_m, kNearest * thickness_m);
+  const double in = thickness_m - d;
+  LayerLaw law{0.5 * in * in, -in, 1};
+  const double stiff = kLayersStiffen * thickness_m;
+  if (d < stiff) {
+    const double left = stiff - d, log = std::log(d / stiff);
+    law.energy_j -= left * left * log;
+    law.slope_n += 2 * left * log - left * left / d;
+    law.stiffness_n_per_m += -2 * log + 4 * left / d + left * left / (d * d);
+  }
+  law.energy_j *= n_per_m;
+  law.slope_n *= n_per_m;
+  law.stiffness_n_per_m *= n_per_m;
+  return law;
 }
 
 }  // namespace drape::simulate

@@ -43,5 +43,24 @@ struct NearestPoints {
 
 /// Squared sine of the angle between two edges.
 [[nodiscard]] double crossing_of(const LayerPair& pair, const Field& position);
+/// What a pair counts with: 1, of edges that are nearly parallel less, of parallel ones nothing.
+[[nodiscard]] double part_of(const LayerPair& pair, const Field& position);
+
+/// Whether boxes about the two pieces are more than `reach_m` apart, which costs less than their
+/// distance.
+[[nodiscard]] bool are_apart(const LayerPair& pair, const Field& position, double reach_m);
+
+/// Of the thickness, below which layers stiffen.
+inline constexpr double kLayersStiffen = 0.5;
+/// Of a pair's distance, that a step leaves.
+inline constexpr double kLayersKeep = 0.2;
+
+/// Energy of a pair that is nearer than the thickness, and its derivatives by the distance (N and
+/// N/m): a spring of `n_per_m`, and from half a thickness on ever stiffer (Li et al. 2020), so that
+/// no force closes the last of it.
+struct LayerLaw {
+  double energy_j = 0, slope_n = 0, stiffness_n_per_m = 0;
+};
+[[nodiscard]] LayerLaw layer_law(double distance_m, double thickness_m, double n_per_m);
 
 }  // namespace drape::simulate

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 namespace drape::simulate {
 namespace {
@@ -19,7 +18,7 @@ struct Triangle {
   std::array<Vector3d, 3> corner;
   std::array<int, 3> particle{};
   Vector3d centre;
-  int row = 0, col = 0;  ///< of its cell
+  Eigen::Vector2d in_sheet;  ///< of its cell, or of its middle, in steps along warp and weft
 };
 
 std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
@@ -31,9 +30,28 @@ std::vector<Triangle> triangles_of(const GridSpec& grid, const Field& x) {
       const Vector3d a = at(x, i), b = at(x, i + 1), d = at(x, i + grid.cols),
                      e = at(x, i + grid.cols + 1);
       const int s = grid.cols;
-      all.push_back({{a, b, d}, {i, i + 1, i + s}, (a + b + d) / 3, r, c});
-      all.push_back({{b, e, d}, {i + 1, i + s + 1, i + s}, (b + e + d) / 3, r, c});
+      all.push_back({{a, b, d}, {i, i + 1, i + s}, (a + b + d) / 3, {r, c}});
+      all.push_back({{b, e, d}, {i + 1, i + s + 1, i + s}, (b + e + d) / 3, {r, c}});
     }
+  }
+  return all;
+}
+
+std::vector<Triangle> triangles_of(const std::vector<std::array<int, 3>>& facets,
+                                   const std::vector<Eigen::Vector2d>& material_m, double step_m,
+                                   const Field& x) {
+  std::vector<Triangle> all;
+  for (const auto& f : facets) {
+    Triangle t;
+    t.particle = f;
+    t.centre.setZero();
+    t.in_sheet.setZero();
+    for (int k = 0; k < 3; ++k) {
+      t.corner[k] = at(x, f[k]);
+      t.centre += t.corner[k] / 3;
+      if (!material_m.empty()) t.in_sheet += material_m[f[k]] / (3 * step_m);
+    }
+    all.push_back(t);
   }
   return all;
 }
@@ -99,9 +117,7 @@ void judge_pair(const Triangle& one, const Triangle& two, SelfDistance& found, d
     ++found.crossings;
     least = 0;
   }
-  if (std::abs(one.row - two.row) < kNeighbourSteps &&
-      std::abs(one.col - two.col) < kNeighbourSteps)
-    return;
+  if ((one.in_sheet - two.in_sheet).cwiseAbs().maxCoeff() < kNeighbourSteps) return;
   for (int k = 0; k < 3; ++k) {
     const Vector3d &a = one.corner[k], &b = one.corner[(k + 1) % 3];
     least = std::min({least, point_triangle(a, two), point_triangle(two.corner[k], one)});
@@ -178,10 +194,7 @@ double largest_radius(const std::vector<Triangle>& triangles) {
   return radius;
 }
 
-}  // namespace
-
-bool passes_through_itself(const GridSpec& grid, const Field& position) {
-  const std::vector<Triangle> triangles = triangles_of(grid, position);
+bool any_pierces(const std::vector<Triangle>& triangles) {
   const double reach = 2 * largest_radius(triangles);
   const Strips strips(triangles, reach);
   bool passes = false;
@@ -193,10 +206,9 @@ bool passes_through_itself(const GridSpec& grid, const Field& position) {
   return passes;
 }
 
-SelfDistance self_distance(const GridSpec& grid, const Field& position) {
-  const std::vector<Triangle> triangles = triangles_of(grid, position);
+/// Nothing farther than `cap` is looked for.
+SelfDistance distance_of(const std::vector<Triangle>& triangles, double cap) {
   const double radius = largest_radius(triangles);
-  const double cap = std::max(grid.warp_spacing_m(), grid.weft_spacing_m());
   const Strips strips(triangles, cap + 2 * radius);
   SelfDistance found;
   double least = cap;
@@ -204,6 +216,27 @@ SelfDistance self_distance(const GridSpec& grid, const Field& position) {
                        [&](int i, int j) { judge_pair(triangles[i], triangles[j], found, least); });
   if (least < cap) found.least_m = least;
   return found;
+}
+
+}  // namespace
+
+bool passes_through_itself(const GridSpec& grid, const Field& position) {
+  return any_pierces(triangles_of(grid, position));
+}
+
+bool passes_through_itself(const std::vector<std::array<int, 3>>& facets, const Field& position) {
+  return any_pierces(triangles_of(facets, {}, 1, position));
+}
+
+SelfDistance self_distance(const GridSpec& grid, const Field& position) {
+  return distance_of(triangles_of(grid, position),
+                     std::max(grid.warp_spacing_m(), grid.weft_spacing_m()));
+}
+
+SelfDistance self_distance(const std::vector<std::array<int, 3>>& facets,
+                           const std::vector<Eigen::Vector2d>& material_m, double step_m,
+                           const Field& position) {
+  return distance_of(triangles_of(facets, material_m, step_m, position), step_m);
 }
 
 }  // namespace drape::simulate

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
+#include <array>
 #include <optional>
+#include <vector>
 
 #include "simulate/cloth/cloth.hpp"
 
@@ -17,5 +20,13 @@ struct SelfDistance {
 [[nodiscard]] SelfDistance self_distance(const GridSpec& grid, const Field& position);
 /// Whether there are crossings, at less cost.
 [[nodiscard]] bool passes_through_itself(const GridSpec& grid, const Field& position);
+
+/// The same of any triangles, by the flat places (warp, weft) of their corners; a step along the
+/// sheet is `step_m`, which stands for the grid's spacing.
+[[nodiscard]] SelfDistance self_distance(const std::vector<std::array<int, 3>>& facets,
+                                         const std::vector<Eigen::Vector2d>& material_m,
+                                         double step_m, const Field& position);
+[[nodiscard]] bool passes_through_itself(const std::vector<std::array<int, 3>>& facets,
+                                         const Field& position);
 
 }  // namespace drape::simulate
