@@ -45,7 +45,6 @@ constexpr double kPinAllowed_m = 1e-6;
 constexpr Real kMostTurned_deg = 90;  // farther the cloth is folded back in the clamp's own line
 constexpr Real kMostOfMeasured = 2;   // beyond, more of the strain is guessed than was measured
 constexpr double kPatchAllowed_m = 1e-6;  // rounding of the file
-constexpr double kThickest_m = 0.01;      // of cloth
 
 std::vector<Point> points_of(const Sheet& sheet) {
   std::vector<Point> points;
@@ -279,10 +278,10 @@ void find_refusals(CertifyReport& report, const Sheet& sheet, const Print& print
     report.refusals.push_back(
         fmt::format("the residual tolerance is {:g} of a particle's weight; a rest is at most {:g}",
                     claim.residual_tolerance, checker::kMostResidual));
-  if (!(claim.cloth_thickness_m >= 0 && claim.cloth_thickness_m <= kThickest_m))
+  if (!(claim.cloth_thickness_m >= 0 && claim.cloth_thickness_m <= checker::kThickestCloth_m))
     report.refusals.push_back(fmt::format("layers of cloth are kept {:g} mm apart, at most {:g}",
                                           claim.cloth_thickness_m / units::mm,
-                                          kThickest_m / units::mm));
+                                          checker::kThickestCloth_m / units::mm));
 }
 
 }  // namespace

@@ -177,41 +177,65 @@ class LayerCollector {
 /// Whether the four particles are a first piece of `firsts` and a second one, each within one cell,
 /// and the weights are those of a place on either.
 bool are_pieces(const ContactForce& stated, int firsts, int cols) {
-  std::array<Real, 2> sum{};
+  if (!are_layer_weights(stated.weight, firsts)) return false;
   for (int k = 0; k < 4; ++k) {
-    const Real weight = k < firsts ? stated.weight[k] : -stated.weight[k];
-    if (weight < 0) return false;
-    sum[k < firsts ? 0 : 1] += weight;
     for (int l = 0; l < k; ++l) {
       const bool same = (k < firsts) == (l < firsts);
       if (same && !are_within(stated.particle[k], stated.particle[l], cols, 1)) return false;
     }
   }
-  return std::abs(sum[0] - 1) <= kWeightAllowed && std::abs(sum[1] - 1) <= kWeightAllowed;
+  return true;
 }
 
 /// The same as add_stated_layers(), of a first piece of `firsts` particles.
 bool add_as(const std::vector<Point>& points, int firsts, int cols, Real friction,
             const LayerReach& reach, const ContactForce& stated, std::vector<Point>& sum) {
   if (!are_pieces(stated, firsts, cols)) return false;
-  const Real near_m = reach_of(stated.particle, firsts, cols, reach);
+  std::array<Point, 4> corner{};
+  for (int k = 0; k < 4; ++k) corner[k] = points[stated.particle[k]];
+  const auto force =
+      layer_force(corner, stated.weight, firsts, friction,
+                  reach_of(stated.particle, firsts, cols, reach), stated.force_in_world);
+  if (!force) return false;
+  for (int k = 0; k < 4; ++k) {
+    for (int axis = 0; axis < 3; ++axis)
+      sum[stated.particle[k]][axis] += stated.weight[k] * (*force)[axis];
+  }
+  return true;
+}
+
+}  // namespace
+
+bool are_layer_weights(const std::array<double, 4>& weight, int firsts) {
+  std::array<Real, 2> sum{};
+  for (int k = 0; k < 4; ++k) {
+    const Real of = k < firsts ? weight[k] : -weight[k];
+    if (!(of >= 0)) return false;
+    sum[k < firsts ? 0 : 1] += of;
+  }
+  return std::abs(sum[0] - 1) <= kWeightAllowed && std::abs(sum[1] - 1) <= kWeightAllowed;
+}
+
+std::optional<Point> layer_force(const std::array<Point, 4>& corner,
+                                 const std::array<double, 4>& weight, int firsts, Real friction,
+                                 Real near_m, const Eigen::Vector3d& force_in_world) {
   Point apart{}, force{};
   std::array<Point, 2> place{};  // on the first and on the second layer
   for (int k = 0; k < 4; ++k) {
     for (int axis = 0; axis < 3; ++axis) {
-      const Real part = stated.weight[k] * points[stated.particle[k]][axis];
+      const Real part = weight[k] * corner[k][axis];
       apart[axis] += part;
       place[k < firsts ? 0 : 1][axis] += k < firsts ? part : -part;
     }
   }
-  for (int axis = 0; axis < 3; ++axis) force[axis] = stated.force_in_world[axis];
+  for (int axis = 0; axis < 3; ++axis) force[axis] = force_in_world[axis];
   const Real distance = std::sqrt(dot(apart, apart));
-  if (!(distance > 0) || distance > near_m) return false;
+  if (!(distance > 0) || distance > near_m) return std::nullopt;
   for (int k = 0; k < 4; ++k) {
     const bool first = k < firsts;
-    const Point along = minus(points[stated.particle[k]], place[first ? 0 : 1]);
+    const Point along = minus(corner[k], place[first ? 0 : 1]);
     const Real toward = (first ? 1 : -1) * dot(along, apart);
-    if (toward < -kNearestAllowed * distance * std::sqrt(dot(along, along))) return false;
+    if (toward < -kNearestAllowed * distance * std::sqrt(dot(along, along))) return std::nullopt;
   }
   for (Real& a : apart) a /= distance;
   const Real pressing = std::max<Real>(0, dot(force, apart));
@@ -219,15 +243,11 @@ bool add_as(const std::vector<Point>& points, int firsts, int cols, Real frictio
   for (int axis = 0; axis < 3; ++axis) across[axis] = force[axis] - pressing * apart[axis];
   const Real size = std::sqrt(dot(across, across));
   const Real fraction = std::min<Real>(1, friction * pressing / std::max<Real>(size, 1e-300L));
-  for (int k = 0; k < 4; ++k) {
-    for (int axis = 0; axis < 3; ++axis)
-      sum[stated.particle[k]][axis] +=
-          stated.weight[k] * (pressing * apart[axis] + fraction * across[axis]);
-  }
-  return true;
+  Point left{};
+  for (int axis = 0; axis < 3; ++axis)
+    left[axis] = pressing * apart[axis] + fraction * across[axis];
+  return left;
 }
-
-}  // namespace
 
 bool add_stated_layers(const std::vector<Point>& points, int cols, Real friction,
                        const LayerReach& reach, const ContactForce& stated,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <optional>
 #include <vector>
 
 #include "simulate/checker/sheet.hpp"
@@ -8,6 +10,8 @@
 
 /// The checker's own view of a sheet that lies on itself, in long double.
 namespace drape::simulate::checker {
+
+constexpr double kThickestCloth_m = 0.01;
 
 /// Pairs of an edge of one cell and a triangle of another, which have no particle in common, that
 /// pass through each other.
@@ -23,6 +27,18 @@ struct LayerReach {
 /// positive weights on one layer, negative ones on the other.
 [[nodiscard]] std::vector<Support> layer_supports_of(const std::vector<Point>& points, int rows,
                                                      int cols, const LayerReach& reach);
+
+/// What is left of a force (N) of one layer on another at most `near_m` away, when it is cut to
+/// what contact can do: pressing along the line between the two places, with what friction adds
+/// across. The places are mixtures of the first `firsts` corners and of the others, whose weights
+/// are negative. Nothing where they are not nearest to each other, or too far apart.
+[[nodiscard]] std::optional<Point> layer_force(const std::array<Point, 4>& corner,
+                                               const std::array<double, 4>& weight, int firsts,
+                                               Real friction, Real near_m,
+                                               const Eigen::Vector3d& force_in_world);
+
+/// Whether the weights are those of a place on either piece, the first one of `firsts` corners.
+[[nodiscard]] bool are_layer_weights(const std::array<double, 4>& weight, int firsts);
 
 /// Adds the stated force (N) of one layer of the sheet on another to `sum`, and its opposite to
 /// that one, as far as contact can do it: pressing along the line between the two places, with what

@@ -26,6 +26,9 @@ struct MeshDepths {
 };
 
 /// Pairs of a side and a triangle that pass through each other and have no corner in common.
+[[nodiscard]] int crossings_of(const std::vector<Point>& corners,
+                               const std::vector<std::array<int, 2>>& sides,
+                               const std::vector<std::array<int, 3>>& triangles);
 [[nodiscard]] int crossings_of(const MeshRest& rest);
 
 }  // namespace drape::simulate::checker

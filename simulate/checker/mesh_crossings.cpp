@@ -9,13 +9,12 @@
 namespace drape::simulate::checker {
 namespace {
 
-bool passes(const MeshRest& rest, int from, int to, const Point& a, const Point& span, int t) {
-  const std::array<int, 3>& c = rest.triangles[t];
+bool passes(const std::vector<Point>& corners, int from, int to, const Point& span,
+            const std::array<int, 3>& c) {
   for (const int i : c)
     if (i == from || i == to) return false;
-  const Point o = point_of(rest.points_m[c[0]]);
-  const Point u = minus(point_of(rest.points_m[c[1]]), o),
-              v = minus(point_of(rest.points_m[c[2]]), o), w = minus(a, o);
+  const Point o = corners[c[0]];
+  const Point u = minus(corners[c[1]], o), v = minus(corners[c[2]], o), w = minus(corners[from], o);
   const Point normal = cross(u, v);
   const Real speed = dot(normal, span);
   if (speed == 0) return false;
@@ -31,16 +30,17 @@ bool passes(const MeshRest& rest, int from, int to, const Point& a, const Point&
 }  // namespace
 
 /// Sides through triangles, by a lattice of boxes as large as the largest triangle.
-int crossings_of(const MeshRest& rest) {
+int crossings_of(const std::vector<Point>& corners, const std::vector<std::array<int, 2>>& sides,
+                 const std::vector<std::array<int, 3>>& triangles) {
   int crossings = 0;
   Real size = 0;
   std::vector<std::pair<Point, Point>> bounds;
-  for (const auto& t : rest.triangles) {
-    Point low = point_of(rest.points_m[t[0]]), high = low;
+  for (const auto& t : triangles) {
+    Point low = corners[t[0]], high = low;
     for (const int i : {t[1], t[2]})
       for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], Real(rest.points_m[i][axis]));
-        high[axis] = std::max(high[axis], Real(rest.points_m[i][axis]));
+        low[axis] = std::min(low[axis], corners[i][axis]);
+        high[axis] = std::max(high[axis], corners[i][axis]);
       }
     for (int axis = 0; axis < 3; ++axis) size = std::max(size, high[axis] - low[axis]);
     bounds.emplace_back(low, high);
@@ -56,8 +56,8 @@ int crossings_of(const MeshRest& rest) {
   for (std::size_t t = 0; t < bounds.size(); ++t)
     visit(bounds[t].first, bounds[t].second,
           [&](const auto& key) { boxes[key].push_back(static_cast<int>(t)); });
-  for (const auto& [from, to] : rest.sides) {
-    const Point a = point_of(rest.points_m[from]), b = point_of(rest.points_m[to]);
+  for (const auto& [from, to] : sides) {
+    const Point a = corners[from], b = corners[to];
     Point low = a, high = a;
     for (int axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(a[axis], b[axis]);
@@ -70,9 +70,16 @@ int crossings_of(const MeshRest& rest) {
     });
     std::sort(near.begin(), near.end());
     near.erase(std::unique(near.begin(), near.end()), near.end());
-    for (const int t : near) crossings += passes(rest, from, to, a, minus(b, a), t) ? 1 : 0;
+    for (const int t : near)
+      crossings += passes(corners, from, to, minus(b, a), triangles[t]) ? 1 : 0;
   }
   return crossings;
+}
+
+int crossings_of(const MeshRest& rest) {
+  std::vector<Point> points;
+  for (const Eigen::Vector3d& p : rest.points_m) points.push_back(point_of(p));
+  return crossings_of(points, rest.sides, rest.triangles);
 }
 
 }  // namespace drape::simulate::checker

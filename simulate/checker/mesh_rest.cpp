@@ -50,7 +50,7 @@ class Judge {
     }
     balance();
     enter();
-    result_.crossings = crossings_of(rest_);
+    result_.crossings = surface_ ? surface_->crossings() : crossings_of(rest_);
     if (result_.crossings > 0)
       refuse("the cloth passes through itself in {} places", result_.crossings);
     return std::move(result_);
@@ -249,6 +249,8 @@ class Judge {
   }
 
   void press() {
+    if (!(rest_.layers_apart_m >= 0 && rest_.layers_apart_m <= kThickestCloth_m))
+      refuse("layers {:g} mm apart are no contact", rest_.layers_apart_m * 1e3);
     int unknown = 0;
     for (const ContactForce& stated : rest_.contact_forces)
       unknown += surface_->add(*objects_, stated, force_, moment_) ? 0 : 1;

@@ -28,8 +28,10 @@ struct MeshRest {
   std::vector<int> pinned;       ///< points that the scene holds ...
   std::vector<Eigen::Vector3d> pinned_in_world;  ///< ... and where
   /// What objects do to places of triangles, by weights of their corners in `triangles`' order, and
-  /// to points; a place by corners is that of the surface (checker/mesh_surface.hpp) there.
+  /// to points; a place by corners is that of the surface (checker/mesh_surface.hpp) there. What
+  /// layers do to each other by points of that surface: those of the mesh, then middles of sides.
   std::vector<ContactForce> contact_forces;
+  double layers_apart_m = 0;  ///< layers press when they are nearer than this; 0: they do not press
   Eigen::Vector3d gravity_m_per_s2 = {0, 0, -9.80665};
   double residual_tolerance = 0;  ///< that was claimed, in mean weights of a point
 };

@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "simulate/checker/layers.hpp"
 #include "simulate/checker/mesh_membrane.hpp"
 
 namespace drape::simulate::checker {
 namespace {
 
 constexpr Real kOfWeights = 1e-12L;  // what stated weights may miss one by
+constexpr Real kOfFlat = 0.25L;      // of the distance on the flat piece: nearer, layers press
 
 Point mean(std::initializer_list<Point> places) {
   Point sum{};
@@ -50,6 +52,26 @@ MeshSurface::MeshSurface(const MeshRest& rest, const std::vector<Quadratic>& qua
         weights[q.unknown[c]] -= second / (8 * static_cast<Real>(beside[side]));
       }
     }
+  for (const Eigen::Vector3d& p : rest.points_m) nodes_.push_back(point_of(p));
+  for (const Mixture& of : middles_) nodes_.push_back(place_of(of));
+  const auto points = static_cast<int>(rest.points_m.size());
+  const auto add = [&](std::array<int, 3> facet) {
+    std::sort(facet.begin(), facet.end());
+    facets_.push_back(facet);
+    edges_.push_back({facet[0], facet[1]});
+    edges_.push_back({facet[0], facet[2]});
+    edges_.push_back({facet[1], facet[2]});
+  };
+  for (std::size_t t = 0; t < sides_of_.size(); ++t) {
+    std::array<int, 3> middle = sides_of_[t];
+    for (int& m : middle) m += points;
+    add(middle);
+    for (int k = 0; k < 3; ++k)
+      add({rest.triangles[t][k], middle[(k + 1) % 3], middle[(k + 2) % 3]});
+  }
+  std::sort(facets_.begin(), facets_.end());
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
 }
 
 Point MeshSurface::place_of(const Mixture& of) const {
@@ -103,6 +125,8 @@ MeshDepths MeshSurface::depths(const Objects& objects) const {
 
 bool MeshSurface::add(const Objects& objects, const ContactForce& stated,
                       std::vector<Point>& on_points, std::vector<Point>& on_sides) const {
+  if (stated.shape == static_cast<int>(objects.scene->obstacles.size()) + 1)
+    return add_layers(stated, Real(objects.scene->friction), on_points, on_sides);
   Mixture of;
   if (stated.shape < 0 || static_cast<std::size_t>(stated.shape) > objects.scene->obstacles.size())
     return false;
@@ -148,6 +172,71 @@ bool MeshSurface::add(const Objects& objects, const ContactForce& stated,
   for (int axis = 0; axis < 3; ++axis) {
     for (const auto& [i, weight] : of.points) on_points[i][axis] += weight * (*force)[axis];
     for (const auto& [i, weight] : of.sides) on_sides[i][axis] += weight * (*force)[axis];
+  }
+  return true;
+}
+
+int MeshSurface::crossings() const {
+  return crossings_of(nodes_, edges_, facets_);
+}
+
+bool MeshSurface::are_pieces(const std::array<int, 4>& node, int firsts) const {
+  for (int k = 0; k < firsts; ++k)
+    for (int l = firsts; l < 4; ++l)
+      if (node[k] == node[l]) return false;
+  const auto is_edge = [&](int a, int b) {
+    const std::array<int, 2> edge = {std::min(a, b), std::max(a, b)};
+    return std::binary_search(edges_.begin(), edges_.end(), edge);
+  };
+  if (firsts == 2) return is_edge(node[0], node[1]) && is_edge(node[2], node[3]);
+  std::array<int, 3> facet = {node[1], node[2], node[3]};
+  std::sort(facet.begin(), facet.end());
+  return std::binary_search(facets_.begin(), facets_.end(), facet);
+}
+
+/// Of the two places.
+Real MeshSurface::apart_on_flat_m(const ContactForce& stated) const {
+  const auto points = static_cast<int>(rest_.points_m.size());
+  std::array<Real, 2> apart{};
+  for (int k = 0; k < 4; ++k) {
+    const int i = stated.particle[k];
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto at = [&](int point) { return Real(rest_.material_m[point][axis]); };
+      const Real place =
+          i < points ? at(i)
+                     : (at(rest_.sides[i - points][0]) + at(rest_.sides[i - points][1])) / 2;
+      apart[axis] += stated.weight[k] * place;
+    }
+  }
+  return std::sqrt(apart[0] * apart[0] + apart[1] * apart[1]);
+}
+
+bool MeshSurface::add_layers(const ContactForce& stated, Real friction,
+                             std::vector<Point>& on_points, std::vector<Point>& on_sides) const {
+  std::array<Point, 4> corner{};
+  for (int k = 0; k < 4; ++k) {
+    const int i = stated.particle[k];
+    if (i < 0 || static_cast<std::size_t>(i) >= nodes_.size()) return false;
+    corner[k] = nodes_[i];
+  }
+  const int firsts = are_layer_weights(stated.weight, 1) ? 1 : 2;
+  if (!are_layer_weights(stated.weight, firsts) || !are_pieces(stated.particle, firsts))
+    return false;
+  const Real near_m = std::min(Real(rest_.layers_apart_m), kOfFlat * apart_on_flat_m(stated));
+  const auto force = layer_force(corner, stated.weight, firsts, friction, near_m + kTouch_m,
+                                 stated.force_in_world);
+  if (!force) return false;
+  for (int k = 0; k < 4; ++k) {
+    const auto side = stated.particle[k] - static_cast<std::ptrdiff_t>(rest_.points_m.size());
+    const auto add = [&](Point& sum, Real weight) {
+      for (int axis = 0; axis < 3; ++axis) sum[axis] += stated.weight[k] * weight * (*force)[axis];
+    };
+    if (side < 0) {
+      add(on_points[stated.particle[k]], 1);
+      continue;
+    }
+    for (const auto& [i, weight] : middles_[side].points) add(on_points[i], weight);
+    for (const auto& [i, weight] : middles_[side].sides) add(on_sides[i], weight);
   }
   return true;
 }
