@@ -211,6 +211,10 @@ RelaxationReport descend(MeshCloth& cloth, State& state, const std::vector<bool>
     double far = 0;
     for (int i = 0; i < cloth.points(); ++i) far = std::max(far, step[i].norm());
     double part = std::min(1.0, options.farthest_step * potential.mean_side_m() / far);
+    if (pushes != nullptr && slope > 0) {
+      flat(next) = flat(state) + part * flat(step);
+      part *= pushes->clear_part(state, next, false);
+    }
     Potential::Balance then;
     bool down = false;
     int tries = 0;

@@ -36,6 +36,12 @@ class Pushes {
   [[nodiscard]] virtual std::vector<Support> supports(const MeshCloth::State& state) = 0;
   /// After an increment of load: takes it over into what holds by friction.
   virtual void settle(const MeshCloth::State& state) = 0;
+  /// The part of the straight path between two states that cloth may go, 1 for all of it. `led`:
+  /// nothing pushes it back there, as pins that are carried.
+  [[nodiscard]] virtual double clear_part(const MeshCloth::State& /*from*/,
+                                          const MeshCloth::State& /*to*/, bool /*led*/) {
+    return 1;
+  }
 };
 
 struct DescentOptions {

@@ -108,4 +108,11 @@ std::vector<std::pair<int, double>> ClothSurface::side_weights(int facet,
   return sum;
 }
 
+std::vector<std::pair<int, double>> ClothSurface::side_weights(int side) const {
+  std::vector<std::pair<int, double>> weights;
+  for (std::size_t m = begin_[side]; m < begin_[side + 1]; ++m)
+    if (middle_[m].first >= cloth_.points()) weights.push_back(middle_[m]);
+  return weights;
+}
+
 }  // namespace drape::simulate

@@ -38,6 +38,9 @@ class ClothSurface {
   [[nodiscard]] std::vector<std::pair<int, double>> side_weights(
       int facet, const Eigen::Vector3d& weights) const;
 
+  /// Weights of the sides' unknowns in the middle of a side.
+  [[nodiscard]] std::vector<std::pair<int, double>> side_weights(int side) const;
+
  private:
   const MeshCloth& cloth_;
   std::vector<std::array<int, 3>> facets_;

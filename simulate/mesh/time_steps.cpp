@@ -6,6 +6,16 @@
 #include <numeric>
 
 namespace drape::simulate {
+namespace {
+
+/// Takes a state back along the straight path to it, where that leads cloth through cloth.
+void go_clear(const MeshCloth::State& from, MeshCloth::State& to, Pushes& pushes, bool led) {
+  const double part = pushes.clear_part(from, to, led);
+  if (part >= 1) return;
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] = from[i] + part * (to[i] - from[i]);
+}
+
+}  // namespace
 
 TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
                              const std::vector<bool>& held, MeshStiffness& stiffness,
@@ -44,7 +54,12 @@ TimeStepsReport move_in_time(MeshCloth& cloth, MeshCloth::State& state,
     const State last = state;
     for (std::size_t i = 0; i < state.size(); ++i)
       if (!held[i]) state[i] += i < points ? (dt * velocity[i]).eval() : state[i] - before[i];
-    if (carry) carry(report.time_s, state);
+    if (pushes != nullptr) go_clear(last, state, *pushes, false);
+    if (carry) {
+      const State free = state;
+      carry(report.time_s, state);
+      if (pushes != nullptr) go_clear(free, state, *pushes, true);
+    }
     bodies.table_z_m = table_z_m(report.time_s);
     descent.keep_matrix = report.increments > 2;  // of the second step on, inertia is the same
     const RelaxationReport found = descend(cloth, state, held, stiffness, bodies, descent, pushes);

@@ -5,12 +5,15 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
 #include "simulate/objects/surroundings.hpp"
+#include "simulate/piece/layer_pushes.hpp"
 #include "simulate/piece/object_pushes.hpp"
 #include "simulate/start/start.hpp"
 #include "simulate/start/start_check.hpp"
@@ -92,10 +95,45 @@ class PinsCarried {
   std::vector<Vector3d> from_;
 };
 
+/// Objects, and cloth on cloth.
+class AllPushes : public Pushes {
+ public:
+  AllPushes(ObjectPushes& objects, LayerPushes& layers) : all_{&objects, &layers} {}
+
+  [[nodiscard]] double energy_j(const MeshCloth::State& state) override {
+    double sum = 0;
+    for (Pushes* pushes : all_) sum += pushes->energy_j(state);
+    return sum;
+  }
+  void add_forces(const MeshCloth::State& state, MeshCloth::State& force) override {
+    for (Pushes* pushes : all_) pushes->add_forces(state, force);
+  }
+  [[nodiscard]] std::vector<Support> supports(const MeshCloth::State& state) override {
+    std::vector<Support> found;
+    for (Pushes* pushes : all_) {
+      const std::vector<Support> more = pushes->supports(state);
+      found.insert(found.end(), more.begin(), more.end());
+    }
+    return found;
+  }
+  void settle(const MeshCloth::State& state) override {
+    for (Pushes* pushes : all_) pushes->settle(state);
+  }
+  [[nodiscard]] double clear_part(const MeshCloth::State& from, const MeshCloth::State& to,
+                                  bool led) override {
+    double part = 1;
+    for (Pushes* pushes : all_) part = std::min(part, pushes->clear_part(from, to, led));
+    return part;
+  }
+
+ private:
+  std::array<Pushes*, 2> all_;
+};
+
 /// Falls, and goes down to rest; then points carry on what presses them until none enters. Each
 /// descent is one increment, at whose end friction settles: at rest nothing is left after that.
 void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, ObjectPushes& pushes,
-          TimeStepsOptions motion, const DescentOptions& descent) {
+          Pushes& all, TimeStepsOptions motion, const DescentOptions& descent) {
   MeshStiffness stiffness(cloth, held);
   // Where nothing holds by friction a fall chooses folds, and no more is remembered of it.
   if (!pushes.holds() && !cloth.laws().friction) {
@@ -105,13 +143,13 @@ void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, Ob
   const auto no_table = [](double) { return -std::numeric_limits<double>::infinity(); };
   const PinsCarried carried(piece, descent.gravity_m_per_s2.norm() / motion.drag_per_s);
   piece.motion = move_in_time(cloth, piece.state, held, stiffness, {}, no_table,
-                              carried.arrival_s(), descent, motion, &pushes, carried);
+                              carried.arrival_s(), descent, motion, &all, carried);
   int steps = 0;
   for (int round = 0; round < kMostRounds; ++round) {
     DescentOptions now = descent;
     if (!pushes.is_firm()) now.residual = std::max(now.residual, kPassingResidual);
     now.most_steps -= steps;
-    piece.report = descend(cloth, piece.state, held, stiffness, {}, now, &pushes);
+    piece.report = descend(cloth, piece.state, held, stiffness, {}, now, &all);
     steps += piece.report.steps;
     if (!piece.report.at_rest) break;
     const bool on = pushes.is_firm() && pushes.off_surface_m(piece.state) <= kOn_m;
@@ -120,6 +158,38 @@ void rest(MeshCloth& cloth, PieceDrape& piece, const std::vector<bool>& held, Ob
     if (!on) pushes.press_on(piece.state);
   }
   piece.report.steps = steps;
+}
+
+/// The same start to its rest, by cloth that remembers nothing yet.
+PieceDrape dropped(PieceDrape piece, MeshCloth cloth, const std::vector<bool>& held,
+                   const Scene& scene, const Surroundings& around, const PieceOptions& options,
+                   double layers_apart_m) {
+  DescentOptions descent = options.descent;
+  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
+  const double gravity = scene.gravity_m_per_s2.norm();
+  ObjectPushes pushes(cloth, held, around, scene.friction, gravity);
+  if (layers_apart_m > 0) {
+    LayerPushes layers(cloth, gravity, layers_apart_m);
+    AllPushes all(pushes, layers);
+    rest(cloth, piece, held, pushes, all, options.motion, descent);
+    piece.contact_forces = layers.stated(piece.state, around.count());
+  } else {
+    rest(cloth, piece, held, pushes, pushes, options.motion, descent);
+  }
+  piece.layers_apart_m = layers_apart_m;
+  piece.surface = ClothSurface(cloth).nodes(piece.state);
+  const std::vector<ContactForce> forces = pushes.stated(piece.state);
+  piece.contact_forces.insert(piece.contact_forces.begin(), forces.begin(), forces.end());
+  piece.mesh = cloth.mesh();
+  piece.memory = cloth.memory();
+  return piece;
+}
+
+bool meets_itself(const PieceDrape& piece) {
+  Field nodes(3 * piece.surface.size());
+  for (std::size_t i = 0; i < piece.surface.size(); ++i)
+    put_at(nodes, static_cast<int>(i), piece.surface[i]);
+  return passes_through_itself(facets_of(piece.mesh), nodes);
 }
 
 }  // namespace
@@ -173,15 +243,10 @@ PieceDrape drape_piece(const Scene& scene, const Print& print, const std::option
     piece.pinned.push_back(static_cast<int>(nearest - points.begin()));
     held[piece.pinned.back()] = true;
   }
-  DescentOptions descent = options.descent;
-  descent.gravity_m_per_s2 = scene.gravity_m_per_s2;
-  ObjectPushes pushes(cloth, held, around, scene.friction, scene.gravity_m_per_s2.norm());
-  rest(cloth, piece, held, pushes, options.motion, descent);
-  piece.surface = ClothSurface(cloth).nodes(piece.state);
-  piece.contact_forces = pushes.stated(piece.state);
-  piece.mesh = cloth.mesh();
-  piece.memory = cloth.memory();
-  return piece;
+  PieceDrape drape = dropped(piece, cloth, held, scene, around, options, 0);
+  if (options.cloth_thickness_m > 0 && meets_itself(drape))
+    drape = dropped(piece, cloth, held, scene, around, options, options.cloth_thickness_m);
+  return drape;
 }
 
 std::string ply_text(const PieceDrape& piece, const Vector2d& patch_m) {

@@ -19,6 +19,9 @@ struct PieceOptions {
   /// cloth falls at 0.25 m/s. Quiet: 0.4 mm/s.
   TimeStepsOptions motion = {.step_s = 8e-3, .drag_per_s = 40, .quiet_m = 1e-8, .longest_s = 10};
   DescentOptions descent;
+  /// Layers of a piece that else passes through itself press this far apart, as on the particle
+  /// grid; 0: they do not press.
+  double cloth_thickness_m = 0.5e-3;
 };
 
 /// A piece of cloth on a triangle mesh, draped over the objects of a scene.
@@ -29,10 +32,12 @@ struct PieceDrape {
   ClothMemory memory;
   std::vector<int> pinned;  ///< points of the mesh, in the order of the scene's pins
   std::vector<Eigen::Vector3d> pinned_in_world;
-  /// By the corners of triangles, whose places stand on the surface; the fourth has no weight.
+  /// Of objects by the corners of triangles, whose places stand on the surface; the fourth has no
+  /// weight. Of cloth on cloth by points of the surface, the second layer's weights negative.
   std::vector<ContactForce> contact_forces;
-  TimeStepsReport motion;   ///< before the descents to rest
-  RelaxationReport report;  ///< of these
+  double layers_apart_m = 0;  ///< that it fell with; 0: its layers did not press
+  TimeStepsReport motion;     ///< before the descents to rest
+  RelaxationReport report;    ///< of these
 };
 
 /// Corners of the print's patch, for a piece that is all of it.
@@ -40,8 +45,9 @@ struct PieceDrape {
 
 /// Drapes a piece from flat, as the scene's start says ("flat" or "flat_from_measured"): it falls
 /// in time, friction settling once per step, until it is quiet, then goes down its energy to rest
-/// on objects and table (object_pushes.hpp), with the scene's Coulomb friction; cloth on cloth does
-/// not touch. Pins hold points of the mesh. Throws
+/// on objects and table (object_pushes.hpp), with the scene's Coulomb friction. Where that rest
+/// passes through itself, it falls again with its layers apart (layer_pushes.hpp), without friction
+/// between them. Pins hold points of the mesh. Throws
 /// Error(bad_input) for a start from a measured shape, a pin beside the piece, and as make_start().
 [[nodiscard]] PieceDrape drape_piece(const Scene& scene, const Print& print,
                                      const std::optional<Sheet>& measured, const ClothLaws& laws,

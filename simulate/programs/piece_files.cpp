@@ -30,6 +30,7 @@ MeshJudgement judge_piece(const PieceDrape& piece, const Scene& scene, const Clo
   rest.pinned_in_world = piece.pinned_in_world;
   rest.gravity_m_per_s2 = scene.gravity_m_per_s2;
   rest.contact_forces = piece.contact_forces;
+  rest.layers_apart_m = piece.layers_apart_m;
   rest.residual_tolerance = residual_tolerance;
   return judge_mesh(rest);
 }
@@ -61,6 +62,7 @@ Ending write_piece(const std::filesystem::path& out, const PieceNames& names,
   json["moved_s"] = piece.motion.time_s;
   const int hurried = piece.motion.hurried + (piece.motion.quiet ? 0 : 1);
   if (hurried > 0) json["hurried_increments"] = hurried;
+  if (piece.layers_apart_m > 0) json["layers_apart_mm"] = piece.layers_apart_m / mm;
   const int steps = piece.motion.steps + found.steps;
   json["steps"] = steps;
   json["residual_point_weights"] = found.residual;

@@ -24,6 +24,7 @@ struct Arguments {
   double step_ms = PieceOptions{}.motion.step_s * 1e3;
   int segments = SimulateOptions{}.segments, most_steps = DescentOptions{}.most_steps;
   int seed = static_cast<int>(PieceOptions{}.seed);
+  double thickness_mm = PieceOptions{}.cloth_thickness_m / mm;
   bool internal_friction = false;
 };
 
@@ -40,6 +41,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   options.seed = static_cast<unsigned>(arguments.seed);
   options.motion.step_s = arguments.step_ms * 1e-3;
   options.descent.most_steps = arguments.most_steps;
+  options.cloth_thickness_m = arguments.thickness_mm * mm;
   ClothOutline outline = outline_of(print);
   if (arguments.outline) {
     outline = read_outline(*arguments.outline, options.spacing_m);
@@ -84,6 +86,10 @@ int main(int argc, char** argv) {
                "use both branches of the bending and shear loops");
   app.add_option("--step-ms", a.step_ms, "of the fall: at each, friction settles")
       ->range(0.1, 20)
+      ->capture_default_str();
+  app.add_option("--thickness-mm", a.thickness_mm,
+                 "layers of a piece that else passes through itself press this far apart; 0: never")
+      ->range(0, 10)
       ->capture_default_str();
   app.add_option("--max-steps", a.most_steps, "of the descents after it")
       ->positive()
