@@ -219,9 +219,12 @@ bool MeshSurface::add_layers(const ContactForce& stated, Real friction,
     if (i < 0 || static_cast<std::size_t>(i) >= nodes_.size()) return false;
     corner[k] = nodes_[i];
   }
-  const int firsts = are_layer_weights(stated.weight, 1) ? 1 : 2;
-  if (!are_layer_weights(stated.weight, firsts) || !are_pieces(stated.particle, firsts))
-    return false;
+  // An edge whose end is nearest has the weights of a point.
+  int firsts = 0;
+  for (const int count : {1, 2})
+    if (are_layer_weights(stated.weight, count) && are_pieces(stated.particle, count))
+      firsts = count;
+  if (firsts == 0) return false;
   const Real near_m = std::min(Real(rest_.layers_apart_m), kOfFlat * apart_on_flat_m(stated));
   const auto force = layer_force(corner, stated.weight, firsts, friction, near_m + kTouch_m,
                                  stated.force_in_world);
