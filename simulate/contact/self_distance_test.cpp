@@ -83,6 +83,29 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   }
 }
 
+/// The grid's triangles as any others, whose places are their middles: of pairs beyond a step more
+/// than the grid's neighbours both say the same.
+TEST(SelfDistance, OfTrianglesIsThatOfTheGrid) {
+  std::vector<std::array<int, 3>> triangles;
+  std::vector<Eigen::Vector2d> material;
+  const int s = kSelfGrid.cols;
+  for (int i = 0; i < kSelfGrid.count(); ++i) {
+    material.emplace_back(kSelfGrid.warp_spacing_m() * (i / s),
+                          kSelfGrid.weft_spacing_m() * (i % s));
+    if (!kSelfGrid.has_cell(i / s, i % s)) continue;
+    triangles.push_back({i, i + 1, i + s});
+    triangles.push_back({i + 1, i + s + 1, i + s});
+  }
+  for (const Field& sheet : {hairpin(0.003, 0.0037), pleats(0.004), pleats(0.0001)}) {
+    const SelfDistance grid = self_distance(kSelfGrid, sheet);
+    const SelfDistance any = self_distance(triangles, material, kSelfGrid.warp_spacing_m(), sheet);
+    EXPECT_EQ(any.crossings, grid.crossings);
+    EXPECT_EQ(passes_through_itself(triangles, sheet), grid.crossings > 0);
+    ASSERT_TRUE(any.least_m.has_value());
+    EXPECT_NEAR(*any.least_m, *grid.least_m, 1e-15);
+  }
+}
+
 /// The flat sheet, its twelfth row standing up and a particle of the tenth drawn `rows` along it.
 SelfDistance drawn(double rows) {
   Field x = shaped([](double u, double v) { return Vector3d(u, v, 0); });

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+// A piece that lies on itself.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "simulate/contact/self_distance.hpp"
+#include "simulate/piece/layer_pushes.hpp"
+#include "simulate/piece/test_piece.hpp"
+#include "simulate/programs/piece_files.hpp"
+
+namespace drape::simulate {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using units::mm;
+using State = MeshCloth::State;
+
+constexpr double kThickness = 0.5 * mm, kGravity = 9.80665;
+
+Print whole_patch() {
+  return square_patch(200 * mm);
+}
+
+MeshCloth strip(double spacing_m) {
+  MeshOptions options;
+  options.spacing_m = spacing_m;
+  return {triangulated({{{0, 0}, {0.1, 0}, {0.1, 0.03}, {0, 0.03}}, {}, {}, {}}, options),
+          cotton()};
+}
+
+/// A hairpin whose layers are `gap_m` apart, the upper one `down_m` lower at its end and askew in
+/// plan.
+State hairpin(const MeshCloth& cloth, double gap_m, double down_m = 0) {
+  const double radius = gap_m / 2, bend = std::numbers::pi * radius, half = 0.05 - bend / 2;
+  return cloth.state_of([&](const Vector2d& p) {
+    const double u = p.x(), v = p.y();
+    if (u <= half) return MeshCloth::Jet{{u, v, 0}, {1, 0, 0}, {0, 1, 0}};
+    if (u <= half + bend) {
+      const double turn = (u - half) / radius;
+      return MeshCloth::Jet{{half + radius * std::sin(turn), v, radius * (1 - std::cos(turn))},
+                            {std::cos(turn), 0, std::sin(turn)},
+                            {0, 1, 0}};
+    }
+    const double back = u - half - bend, part = back / half;
+    return MeshCloth::Jet{{half - back, v + 0.07 * back, gap_m - down_m * part * part},
+                          {-1, 0.07, -2 * down_m * part / half},
+                          {0, 1, 0}};
+  });
+}
+
+Field field_of(const State& surface) {
+  Field nodes(3 * surface.size());
+  for (std::size_t i = 0; i < surface.size(); ++i) put_at(nodes, static_cast<int>(i), surface[i]);
+  return nodes;
+}
+
+/// Of the facets of the surface, by steps of half a side.
+SelfDistance distance_of(const MaterialMesh& mesh, const State& surface, double spacing_m) {
+  std::vector<Vector2d> material = mesh.points_m;
+  for (const MaterialMesh::Edge& edge : mesh.edges)
+    material.push_back((mesh.points_m[edge.from] + mesh.points_m[edge.to]) / 2);
+  return self_distance(facets_of(mesh), material, spacing_m / 2, field_of(surface));
+}
+
+TEST(LayerPushes, ForcesAreTheGradientOfTheirEnergy) {
+  const MeshCloth cloth = strip(5 * mm);
+  // Above and below half a thickness.
+  for (const double gap : {0.8 * kThickness, 0.3 * kThickness}) {
+    LayerPushes pushes(cloth, kGravity, kThickness);
+    State state = hairpin(cloth, gap);
+    pushes.settle(state);
+    for (int i = 0; i < cloth.points(); ++i)
+      state[i] += 1e-6 * Vector3d(std::sin(i), std::cos(i), std::sin(2 * i));
+    State force(state.size(), Vector3d::Zero());
+    pushes.add_forces(state, force);
+    int edges = 0;
+    for (const ContactForce& of : pushes.stated(state, 1)) edges += of.weight[1] > 0 ? 1 : 0;
+    EXPECT_GT(edges, 0);
+    double largest = 0;
+    for (const Vector3d& f : force) largest = std::max(largest, f.norm());
+    ASSERT_GT(largest, 0);
+    constexpr double kStep = 1e-9;
+    for (std::size_t i = 0; i < state.size(); i += 3)
+      for (int axis = 0; axis < 3; ++axis) {
+        State to = state;
+        to[i][axis] += kStep;
+        const double after = pushes.energy_j(to);
+        to[i][axis] -= 2 * kStep;
+        const double before = pushes.energy_j(to);
+        ASSERT_NEAR((before - after) / (2 * kStep), force[i][axis], 1e-3 * largest) << i;
+      }
+  }
+}
+
+/// A flat piece, however fine, does not press on itself.
+TEST(LayerPushes, NeighboursDoNotPressForBeingNeighbours) {
+  const MeshCloth cloth = strip(2 * mm);
+  LayerPushes pushes(cloth, kGravity, 3 * mm);
+  const State flat = cloth.state_of([](const Vector2d& p) {
+    return MeshCloth::Jet{{p.x(), p.y(), 0}, {1, 0, 0}, {0, 1, 0}};
+  });
+  EXPECT_EQ(pushes.energy_j(flat), 0);
+}
+
+TEST(LayerPushes, NoPathLeadsThroughAnotherLayer) {
+  const MeshCloth cloth = strip(5 * mm);
+  const ClothSurface surface(cloth);
+  const State from = hairpin(cloth, 4 * mm);
+  const auto least = [&](const State& state) {
+    return distance_of(cloth.mesh(), surface.nodes(state), 5 * mm);
+  };
+  const double start = 4 * mm;
+  for (const double down : {5 * mm, 30 * mm}) {
+    const State to = hairpin(cloth, 4 * mm, down);
+    ASSERT_GT(least(to).crossings, 0);
+    for (const bool led : {false, true}) {
+      LayerPushes pushes(cloth, kGravity, kThickness);
+      const double part = pushes.clear_part(from, to, led);
+      EXPECT_GT(part, 0);
+      ASSERT_LT(part, 1);
+      State cut = from;
+      for (std::size_t i = 0; i < cut.size(); ++i) cut[i] += part * (to[i] - from[i]);
+      const SelfDistance found = least(cut);
+      EXPECT_EQ(found.crossings, 0);
+      EXPECT_GT(found.least_m.value_or(start), led ? 0.5 * kThickness : 0.2 * start - 1e-9);
+    }
+  }
+  // Apart it may go as far as it likes.
+  LayerPushes pushes(cloth, kGravity, kThickness);
+  EXPECT_EQ(pushes.clear_part(from, hairpin(cloth, 4 * mm, -10 * mm), false), 1);
+}
+
+/// Hung from two corners that are 10 mm apart, its sides swing through each other.
+Scene curtain() {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.name = "curtain";
+  scene.table_z_m = -1;
+  scene.friction = 0.3;
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(0, 0, 0);
+  for (const double side : {-1.0, 1.0}) {
+    Pin pin;
+    pin.at_material_m = {0, 100 * mm + side * 100 * mm};
+    pin.point_in_world = Vector3d(side * 5 * mm, 100 * mm, 0);
+    scene.pins.push_back(pin);
+  }
+  return scene;
+}
+
+PieceDrape draped(const Scene& scene, double thickness_m) {
+  PieceOptions options;
+  options.spacing_m = 10 * mm;
+  options.cloth_thickness_m = thickness_m;
+  return drape_piece(scene, whole_patch(), std::nullopt, cotton(), outline_of(whole_patch()),
+                     options);
+}
+
+std::vector<std::string> refusals_of(const PieceDrape& piece, const Scene& scene) {
+  return judge_piece(piece, scene, cotton(), DescentOptions{}.residual).refusals;
+}
+
+TEST(PieceLayers, APieceThatMeetsItselfRestsWithItsLayersApart) {
+  const Scene scene = curtain();
+  const PieceDrape through = draped(scene, 0);
+  EXPECT_EQ(through.layers_apart_m, 0);
+  EXPECT_GT(distance_of(through.mesh, through.surface, 10 * mm).crossings, 0);
+  EXPECT_THAT(refusals_of(through, scene), Contains(HasSubstr("passes through itself")));
+  const PieceDrape piece = draped(scene, kThickness);
+  EXPECT_EQ(piece.layers_apart_m, kThickness);
+  ASSERT_TRUE(piece.report.at_rest);
+  EXPECT_THAT(refusals_of(piece, scene), IsEmpty());
+  const SelfDistance found = distance_of(piece.mesh, piece.surface, 10 * mm);
+  EXPECT_EQ(found.crossings, 0);
+  ASSERT_TRUE(found.least_m.has_value());
+  EXPECT_GT(*found.least_m, 0.5 * kThickness);
+  EXPECT_LT(*found.least_m, kThickness);
+  std::printf("curtain: %zu pairs of layers press, the nearest %.3f mm apart\n",
+              piece.contact_forces.size(), *found.least_m / mm);
+}
+
+TEST(PieceLayers, WhatLayersCannotDoIsRefused) {
+  const Scene scene = curtain();
+  const PieceDrape piece = draped(scene, kThickness);
+  ASSERT_THAT(refusals_of(piece, scene), IsEmpty());
+  ASSERT_FALSE(piece.contact_forces.empty());
+  const std::size_t hardest = static_cast<std::size_t>(
+      std::max_element(piece.contact_forces.begin(), piece.contact_forces.end(),
+                       [](const ContactForce& a, const ContactForce& b) {
+                         return a.force_in_world.norm() < b.force_in_world.norm();
+                       }) -
+      piece.contact_forces.begin());
+  PieceDrape other = piece;
+  other.contact_forces.clear();
+  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("is left on a point")));
+  for (const double times : {-1.0, 2.0}) {
+    other = piece;
+    other.contact_forces[hardest].force_in_world *= times;
+    EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("is left on a point"))) << times;
+  }
+  // Places that are not nearest, of no facet, of no node, and farther apart than the thickness.
+  other = piece;
+  ContactForce& force = other.contact_forces[hardest];
+  const int node = force.particle[3];
+  force.particle[3] = force.particle[0];
+  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
+  force.particle[3] = static_cast<int>(piece.surface.size());
+  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
+  force.particle[3] = node;
+  EXPECT_THAT(refusals_of(other, scene), IsEmpty());
+  for (const double thickness : {0.0, 0.1 * mm}) {
+    other.layers_apart_m = thickness;
+    EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("press on nothing")));
+  }
+  other.layers_apart_m = 20 * mm;
+  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("no contact")));
+  // A point through the other layer, and all that presses on it as it was.
+  other = piece;
+  for (int k = 0; k < 4; ++k) {
+    const int i = piece.contact_forces[hardest].particle[k];
+    const double weight = piece.contact_forces[hardest].weight[k];
+    if (weight <= 0) continue;
+    const Vector3d back = -5 * mm * piece.contact_forces[hardest].force_in_world.normalized();
+    const auto points = static_cast<int>(piece.mesh.points_m.size());
+    if (i < points) {
+      other.state[i] += back;
+    } else {
+      other.state[piece.mesh.edges[i - points].from] += back;
+      other.state[piece.mesh.edges[i - points].to] += back;
+    }
+  }
+  EXPECT_THAT(refusals_of(other, scene), Contains(HasSubstr("passes through itself")));
+}
+
+/// What does not meet itself never sees its layers: the same bytes.
+TEST(PieceLayers, OtherPiecesAreAsTheyWere) {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.name = "ball";
+  scene.table_z_m = -60 * mm;
+  scene.friction = 0.3;
+  scene.obstacles = {Sphere{{0, 0, -30 * mm}, 30 * mm}};
+  scene.start.mode = StartMode::flat;
+  scene.start.centre_in_world = Vector3d(0, 0, 1 * mm);
+  const PieceDrape with = draped(scene, kThickness), without = draped(scene, 0);
+  EXPECT_EQ(with.layers_apart_m, 0);
+  EXPECT_EQ(ply_text(with, whole_patch().patch_m), ply_text(without, whole_patch().patch_m));
+}
+
+}  // namespace
+}  // namespace drape::simulate
