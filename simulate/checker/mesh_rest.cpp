@@ -44,7 +44,7 @@ class Judge {
     if (over_limit_ > 1 + kOverLimit)
       refuse("a friction element bears {:.2g} of its limit", double(over_limit_));
     hold();
-    if (result_.refusals.empty() && objects_) {
+    if (objects_ && seen_.size() == rest_.triangles.size()) {
       surface_.emplace(rest_, seen_);
       press();
     }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "simulate/checker/layers.hpp"
 #include "simulate/checker/mesh_membrane.hpp"
@@ -219,15 +220,13 @@ bool MeshSurface::add_layers(const ContactForce& stated, Real friction,
     if (i < 0 || static_cast<std::size_t>(i) >= nodes_.size()) return false;
     corner[k] = nodes_[i];
   }
-  // An edge whose end is nearest has the weights of a point.
-  int firsts = 0;
-  for (const int count : {1, 2})
-    if (are_layer_weights(stated.weight, count) && are_pieces(stated.particle, count))
-      firsts = count;
-  if (firsts == 0) return false;
   const Real near_m = std::min(Real(rest_.layers_apart_m), kOfFlat * apart_on_flat_m(stated));
-  const auto force = layer_force(corner, stated.weight, firsts, friction, near_m + kTouch_m,
-                                 stated.force_in_world);
+  // Where a weight is 0, neighbours may be read in both directions.
+  std::optional<Point> force;
+  for (const int firsts : {1, 2})
+    if (!force && are_layer_weights(stated.weight, firsts) && are_pieces(stated.particle, firsts))
+      force = layer_force(corner, stated.weight, firsts, friction, near_m + kTouch_m,
+                          stated.force_in_world);
   if (!force) return false;
   for (int k = 0; k < 4; ++k) {
     const auto side = stated.particle[k] - static_cast<std::ptrdiff_t>(rest_.points_m.size());
