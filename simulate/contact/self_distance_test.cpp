@@ -83,8 +83,8 @@ TEST(SelfDistance, IsTheSameHoweverTheSheetIsTurned) {
   }
 }
 
-/// The grid's triangles as any others, whose places are their middles: of pairs beyond a step more
-/// than the grid's neighbours both say the same.
+/// The grid's triangles as any others, which count as neighbours by their middles and not by their
+/// cells: of layers that are farther apart along the sheet both say the same.
 TEST(SelfDistance, OfTrianglesIsThatOfTheGrid) {
   std::vector<std::array<int, 3>> triangles;
   std::vector<Eigen::Vector2d> material;
@@ -96,7 +96,7 @@ TEST(SelfDistance, OfTrianglesIsThatOfTheGrid) {
     triangles.push_back({i, i + 1, i + s});
     triangles.push_back({i + 1, i + s + 1, i + s});
   }
-  for (const Field& sheet : {hairpin(0.003, 0.0037), pleats(0.004), pleats(0.0001)}) {
+  for (const Field& sheet : {hairpin(0.003, 0), hairpin(0.003, 0.0037), pleats(0.0001)}) {
     const SelfDistance grid = self_distance(kSelfGrid, sheet);
     const SelfDistance any = self_distance(triangles, material, kSelfGrid.warp_spacing_m(), sheet);
     EXPECT_EQ(any.crossings, grid.crossings);
