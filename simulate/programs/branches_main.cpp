@@ -44,8 +44,7 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
                                      args.options),
                  json);
   }
-  write_json(args.out / "branches.json", json);
-  record.output(args.out / "branches.json");
+  write_branch_list(args.out, json, record);
   Ending ending;
   ending.warnings = inputs.fabric.warnings;
   for (std::size_t k = 0; k < result.sheets.size(); ++k) {

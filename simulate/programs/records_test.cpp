@@ -111,6 +111,48 @@ TEST_F(Records, BranchesAndFinerGridsNeverReplaceTheSheetThatTheyStartFrom) {
   EXPECT_EQ(read_text(out("8x8/sheet.ply")), coarse);
 }
 
+TEST_F(Records, BranchesAndFinerGridsOfAnEarlierRunDoNotStayBesideTheNewList) {
+  const auto run = [&](const std::string& name, const std::string& arguments) {
+    return WEXITSTATUS(std::system(
+        (test::program(name).string() + " " + arguments + " > /dev/null 2>&1").c_str()));
+  };
+  const std::string starts =
+      scene().string() + " --grid 6 --starts 1 --kicks 0 --fit whole --out " + out("m").string();
+  ASSERT_EQ(run("drape-branches", starts), 0);
+  // As a run that found two left them, and what other people put there.
+  std::string list = read_text(out("m/branches.json"));
+  const std::size_t first = list.find("\"branches\": [") + 13, end = list.find("\"members_at_rest");
+  std::string one = list.substr(first, list.rfind(']', end) - first);
+  one.replace(one.find("branch-01"), 9, "branch-02");
+  list.insert(first, one + ",");
+  write_durable(out("m/branches.json"), list);
+  for (const char* folder : {"m/branch-02", "m/branch-03", "m/branch-two"})
+    fs::copy(out("m/branch-01"), out(folder));
+  write_durable(out("m/branch-02/note.txt"), "of a person");
+  ASSERT_EQ(run("drape-branches", starts), 0);
+  EXPECT_TRUE(fs::exists(out("m/branch-01/sheet.ply")));
+  for (const char* name : {"sheet.ply", "sheet.json"})
+    EXPECT_FALSE(fs::exists(out("m/branch-02") / name)) << name;
+  for (const char* file : {"branch-02/note.txt", "branch-03/sheet.ply", "branch-two/sheet.ply"})
+    EXPECT_TRUE(fs::exists(out("m") / file)) << file;
+
+  const std::string drape = out("drape").string();
+  ASSERT_EQ(run("drape-simulate", scene().string() + " --grid 6 --solver static --out " + drape),
+            0);
+  const std::string refine = drape + " --scene " + scene().string() + " --goal-mm 1e-9 --out " +
+                             out("f").string() + " --finest ";
+  ASSERT_EQ(run("drape-refine", refine + "11"), 0);
+  ASSERT_TRUE(fs::exists(out("f/11x11/sheet.ply")));
+  fs::copy(drape, out("f/6x6"));
+  EXPECT_EQ(run("drape-refine", out("f/11x11").string() + " --scene " + scene().string() +
+                                    " --finest 16 --out " + out("f").string()),
+            2);
+  ASSERT_EQ(run("drape-refine", refine + "9"), 0);
+  EXPECT_TRUE(fs::exists(out("f/8x8/sheet.ply")));
+  EXPECT_FALSE(fs::exists(out("f/11x11")));
+  EXPECT_TRUE(fs::exists(out("f/6x6/sheet.ply")));
+}
+
 TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   const auto run = [&](const std::string& name, const std::string& arguments) {
     const fs::path text = out("text");

@@ -10,6 +10,7 @@
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/earlier_sheets.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
@@ -62,14 +63,17 @@ Ending ending_of(const Refinement& refinement, const RefineArguments& args,
   return ending;
 }
 
-/// Throws Error(usage) where a sheet that is read stands in place of one that may be written.
+/// Throws Error(usage) where a sheet that is read stands in place of one that may be written, or is
+/// of an earlier run there.
 void refuse_to_replace(const RefineArguments& args, const std::vector<GridSpec>& grids) {
   StepFiles replaced{{}, {args.folder / "sheet.json"}};
   if (args.start)
     for (const fs::path& file : start_files(*args.start)) replaced.inputs.push_back(file);
+  std::vector<fs::path> folders = earlier_grids(args.out);
   for (const GridSpec& grid : grids)
-    for (const char* name : {"sheet.ply", "sheet.json"})
-      replaced.outputs.push_back(args.out / fmt::format("{}x{}", grid.rows, grid.cols) / name);
+    folders.push_back(args.out / fmt::format("{}x{}", grid.rows, grid.cols));
+  for (const fs::path& folder : folders)
+    for (const char* name : {"sheet.ply", "sheet.json"}) replaced.outputs.push_back(folder / name);
   const RunRecord kept_nowhere("drape-refine", {}, {}, replaced);
 }
 
@@ -112,6 +116,8 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
     cause = fmt::format("{}x{} particles are as fine as --finest {} allows", claim.rows, claim.cols,
                         args.how.finest);
   if (cause.empty()) refinement = refine(scene, fabric, print, measured, options, rest, args.how);
+  remove_durable(args.out / "refinement.json");
+  remove_sheets(earlier_grids(args.out));
   for (RefinedGrid& grid : refinement.grids) {
     auto& own = std::get<SimulatedSource>(grid.result.sheet.source);
     own.start_sha256 = source->start_sha256;

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/files/json_file.hpp"
+#include "simulate/earlier_sheets.hpp"
 #include "simulate/objects/scene_files.hpp"
 #include "simulate/start/start_check.hpp"
 #include "simulate/start/start_file.hpp"
@@ -38,6 +39,7 @@ std::vector<fs::path> start_inputs(const RunArguments& args) {
 }
 
 StepFiles start_beside_branches(const RunArguments& args) {
+  (void)earlier_branches(args.out);  // a list that cannot be read is named before hours of work
   StepFiles replaced{{}, start_inputs(args)};
   std::error_code absent;
   for (const auto& entry : fs::directory_iterator(args.out, absent))
@@ -46,6 +48,12 @@ StepFiles start_beside_branches(const RunArguments& args) {
         replaced.outputs.push_back(entry.path() / name);
   const RunRecord kept_nowhere("drape-branches", {}, {}, replaced);
   return {{}, replaced.inputs};
+}
+
+void write_branch_list(const fs::path& out, const Json& json, RunRecord& record) {
+  remove_sheets(earlier_branches(out));
+  write_json(out / "branches.json", json);
+  record.output(out / "branches.json");
 }
 
 RunInputs read_checked(const fs::path& scene_file, const std::optional<fs::path>& fabric_file) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/files/json_file.hpp"
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
 #include "core/program/run_record.hpp"
@@ -51,8 +52,12 @@ void require_same_drape(const std::filesystem::path& reference, const Scene& sce
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 
 /// The same, and throws Error(usage) where it is a sheet in a folder `branch-*` of --out, in whose
-/// place a branch would be written.
+/// place a branch would be written, and Error(bad_input) where the list there cannot be read.
 [[nodiscard]] StepFiles start_beside_branches(const RunArguments& args);
+
+/// Writes branches.json after removing the sheets that the earlier one names, and before any new
+/// sheet: whenever a run may end, every sheet of a branch stands in the list.
+void write_branch_list(const std::filesystem::path& out, const Json& json, RunRecord& record);
 
 /// Reads them, books all but start_inputs() in the record and sets the grid of the options and,
 /// after a first run, the reach of the curves. Throws Error.
