@@ -153,6 +153,49 @@ TEST_F(Records, BranchesAndFinerGridsOfAnEarlierRunDoNotStayBesideTheNewList) {
   EXPECT_TRUE(fs::exists(out("f/6x6/sheet.ply")));
 }
 
+TEST_F(Records, ARestOfAnotherPrintOrStartIsNotRefined) {
+  const auto run = [&](const std::string& name, const std::string& arguments) {
+    const int ended = std::system(
+        (test::program(name).string() + " " + arguments + " > " + out("said").string() + " 2>&1")
+            .c_str());
+    return std::pair(WEXITSTATUS(ended), read_text(out("said")));
+  };
+  const std::string drape = out("drape").string(), flat = out("flat").string(),
+                    simulate = scene().string() + " --solver static --out ",
+                    refine = drape + " --scene " + scene().string() + " --finest 9 --out " +
+                             out("fine").string();
+  ASSERT_EQ(run("drape-simulate", simulate + flat + " --grid 11").first, 0);
+  std::string held = read_text(scene());
+  for (const char* pin : {"col = 1\nat_mm = [-80.0, 100.0, 0.0]", "col = 9"})
+    held += fmt::format("[[pin]]\nrow = 0\n{}\n", pin);
+  write_durable(scene(), held);
+  const std::string start = " --start-from " + flat + "/sheet.ply", coarse = " --grid 6";
+  ASSERT_EQ(run("drape-simulate", simulate + drape + start + coarse).first, 0)
+      << read_text(out("said"));
+  ASSERT_EQ(run("drape-refine", refine + start).first, 0) << read_text(out("said"));
+
+  const std::string sheet = read_text(flat + "/sheet.json");
+  Sheet moved = read_sheet(flat + "/sheet.ply");
+  for (SheetMark& mark : moved.marks) mark.point_in_world.x() += 6e-3;
+  write_sheet(flat + "/sheet.ply", moved);
+  const auto other_start = run("drape-refine", refine + start);
+  EXPECT_EQ(other_start.first, 3) << other_start.second;
+  EXPECT_NE(other_start.second.find("placed by another start"), std::string::npos)
+      << other_start.second;
+
+  // The start as it was, and marks 2 mm nearer to each other: the pins hold other points.
+  for (SheetMark& mark : moved.marks) mark.point_in_world.x() -= 6e-3;
+  write_sheet(flat + "/sheet.ply", moved);
+  ASSERT_EQ(run("drape-simulate", simulate + drape + start + coarse).first, 0)
+      << read_text(out("said"));
+  std::string print = read_text(out("print.toml"));
+  print.replace(print.find("pitch_mm = 20.0"), 15, "pitch_mm = 18.0");
+  write_durable(out("print.toml"), print);
+  const auto other_print = run("drape-refine", refine + start);
+  EXPECT_EQ(other_print.first, 3) << other_print.second;
+  EXPECT_NE(other_print.second.find("mm from its place"), std::string::npos) << other_print.second;
+}
+
 TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   const auto run = [&](const std::string& name, const std::string& arguments) {
     const fs::path text = out("text");

@@ -93,8 +93,16 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
   if (source == nullptr || source->scene_sha256 != sha256_of_file(args.scene) ||
       source->fabric_sha256 != fabric_sha256(fabric) ||
       !((rest.sheet.patch_m - print.patch_m).norm() <= kSame_m))
-    throw bad_input("the sheet was simulated from another content of scene, fabric or print",
-                    {.file = rest_file.string()}, "simulate it again");
+    throw bad_input(
+        "the sheet was simulated from another content of scene or fabric, or of another patch",
+        {.file = rest_file.string()}, "simulate it again");
+  if (args.start && source->start_sha256 != start_sha256(*args.start))
+    throw bad_input(
+        source->start_sha256
+            ? fmt::format("the sheet was placed by another start than {}", args.start->string())
+            : "the sheet was simulated without --start-from",
+        {.file = rest_file.string(), .field = "source.start_sha256"},
+        "give the start that it was simulated with, or simulate it again");
   const std::vector<GridSpec> finer =
       refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest);
   refuse_to_replace(args, finer);

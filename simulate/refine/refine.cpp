@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "simulate/checker/certify.hpp"
 #include "simulate/equilibrium/prolong.hpp"
 #include "simulate/equilibrium/run.hpp"
@@ -75,6 +76,26 @@ StaticDrape rest_on(const StaticCase& the_case, const GridSpec& grid, const Here
   drape.position = solver.position;
   drape.iterations = drape.report.iterations;
   return drape;
+}
+
+/// A rest is one of the print and start only where what they hold stands where they hold it.
+void require_held(const StaticCase& the_case, const Here& coarse) {
+  constexpr double kHeld_m = 1e-6;  // rounding of the file
+  const StartState state = make_start(the_case.scene, the_case.print, coarse.grid,
+                                      the_case.measured, the_case.surroundings.top_z_m(), 0);
+  double most_m = 0;
+  for (std::size_t k = 0; k < state.holds.size(); ++k) {
+    Vector3d place = Vector3d::Zero();
+    for (int i = 0; i < 4; ++i)
+      place += state.holds[k].weight[i] * at(coarse.position, state.holds[k].particle[i]);
+    most_m = std::max(most_m, (place - state.hold_in_world[k]).norm());
+  }
+  if (most_m > kHeld_m)
+    throw bad_input(
+        fmt::format("a point of the cloth that the scene holds lies {:.3g} mm from its place there "
+                    "in the sheet to refine: the print or the start has changed since",
+                    most_m / units::mm),
+        {.file = the_case.scene.file.string(), .field = "pin"}, "simulate it again");
 }
 
 void require_refinable(const SimulateOptions& options, const Rest& rest) {
@@ -155,6 +176,7 @@ Refinement refine(const Scene& scene, const Fabric& fabric, const Print& print,
   for (std::size_t i = 0; i < rest.sheet.marks.size(); ++i)
     put_at(coarse.position, static_cast<int>(i),
            local.to_local(rest.sheet.marks[i].point_in_world));
+  require_held(the_case, coarse);
   bool meets = meets_itself(rest, surroundings);
   std::vector<double> spacing_m{coarse.grid.warp_spacing_m()};
   std::vector<const MatrixX3d*> places_m{&refinement.coarse_places_m};
