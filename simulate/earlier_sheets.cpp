@@ -48,12 +48,16 @@ std::vector<fs::path> earlier_grids(const fs::path& out) {
   return folders;
 }
 
+std::vector<fs::path> sheet_files(const fs::path& folder) {
+  return {folder / "sheet.json",  folder / "sheet.ply",  folder / "certificate.json",
+          folder / "history.csv", folder / "memory.csv", folder / "contact_forces.csv"};
+}
+
 void remove_sheets(const std::vector<fs::path>& folders) {
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(fs::symlink_status(folder))) continue;
-    for (const char* name : {"sheet.json", "sheet.ply", "certificate.json", "history.csv",
-                             "memory.csv", "contact_forces.csv"})
-      if (fs::is_regular_file(fs::symlink_status(folder / name))) remove_durable(folder / name);
+    for (const fs::path& file : sheet_files(folder))
+      if (fs::is_regular_file(fs::symlink_status(file))) remove_durable(file);
     std::error_code not_empty;
     fs::remove(folder, not_empty);
   }

@@ -15,7 +15,10 @@ namespace drape::simulate {
 /// drape-refine writes such.
 [[nodiscard]] std::vector<std::filesystem::path> earlier_grids(const std::filesystem::path& out);
 
-/// Removes a sheet and what is written with it, sheet.json first, and each folder that is empty
+/// Files of a simulated sheet in its folder, sheet.json first.
+[[nodiscard]] std::vector<std::filesystem::path> sheet_files(const std::filesystem::path& folder);
+
+/// Removes a sheet and what is written with it, sheet_files(), and each folder that is empty
 /// then. Links and other people's files stay.
 void remove_sheets(const std::vector<std::filesystem::path>& folders);
 

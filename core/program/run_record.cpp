@@ -94,7 +94,7 @@ void RunRecord::refuse_output(const fs::path& input) const {
     if (fs::weakly_canonical(output) != fs::weakly_canonical(input)) continue;
     throw usage_error(
         fmt::format("{} would be written over {}, which is read", output.string(), input.string()),
-        "give another file with --out");
+        "give another place for what is written");
   }
 }
 

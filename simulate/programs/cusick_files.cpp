@@ -11,6 +11,14 @@
 
 namespace drape::simulate {
 
+namespace {
+
+std::string file_of_start(std::size_t start) {
+  return fmt::format("start-{:02d}.ply", start);
+}
+
+}  // namespace
+
 void check(const CusickArguments& arguments) {
   const CusickArguments usual;
   const bool stepwise = arguments.lowering_steps != usual.lowering_steps;
@@ -21,6 +29,10 @@ void check(const CusickArguments& arguments) {
         "--lowering-steps is for cloth without internal friction, --lowering-s and --step-ms are "
         "for cloth with it",
         "leave out what does not fit, or --internal-friction");
+  StepFiles replaced{{arguments.out / "cusick.json"}, read_fabric(arguments.fabric).files()};
+  for (std::size_t i = 0; i < kMostStarts; ++i)
+    replaced.outputs.push_back(arguments.out / file_of_start(i));
+  const RunRecord kept_nowhere("drape-cusick", {}, {}, replaced);
 }
 
 CusickOptions options_of(const CusickArguments& arguments, unsigned start) {
@@ -63,10 +75,6 @@ JudgedDrape judged_drape(const ClothLaws& laws, const CusickOptions& options) {
 }
 
 namespace {
-
-std::string file_of_start(std::size_t start) {
-  return fmt::format("start-{:02d}.ply", start);
-}
 
 /// Drapes that the new list does not name would be taken for those of its fabric.
 void remove_drapes(const std::filesystem::path& folder) {

@@ -27,7 +27,8 @@ struct CusickArguments {
   double laid_coarser = CusickOptions{}.laid_coarser;
   double shake_percent = 50;
 };
-/// Throws Error(usage) where an option would change nothing.
+/// Throws Error(usage) where an option would change nothing, or a file of the fabric would be
+/// written over.
 void check(const CusickArguments& arguments);
 [[nodiscard]] CusickOptions options_of(const CusickArguments& arguments, unsigned start);
 

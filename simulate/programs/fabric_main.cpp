@@ -24,10 +24,12 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
   if (file.empty()) throw usage_error("FABRIC is missing", "give a fabric.toml");
   if (segments < 1 || segments > 20)
     throw usage_error("a curve has 1 to 20 segments", "give --segments 5");
-  RunRecord record("drape-fabric", std::move(words), plot ? run_record_path(*plot) : fs::path());
+  StepFiles files{{}, read_fabric(file).files()};
+  if (plot) files.outputs.push_back(*plot);
+  RunRecord record("drape-fabric", std::move(words), plot ? run_record_path(*plot) : fs::path(),
+                   files);
   const Fabric fabric = read_fabric(file);
   require_textile(fabric);
-  for (const fs::path& input : fabric.files()) record.input(input);
   SimulateReport report;
   const ClothLaws laws = make_laws(fabric, segments, report);
   Ending ending;
@@ -46,10 +48,7 @@ int run(const fs::path& file, const std::optional<fs::path>& plot, int segments,
     ending.warnings.push_back("not measured: " + what);
   ending.next_command =
       fmt::format("drape-simulate SCENE --fabric {} --out DIR", shell_word(file.string()));
-  if (plot) {
-    write_durable(*plot, curves_svg(fabric, segments));
-    record.output(*plot);
-  }
+  if (plot) write_durable(*plot, curves_svg(fabric, segments));
   return finish(ending, common, record);
 }
 

@@ -6,6 +6,7 @@
 #include "core/program/progress.hpp"
 #include "core/program/run_record.hpp"
 #include "simulate/checker/certify.hpp"
+#include "simulate/earlier_sheets.hpp"
 #include "simulate/ensemble/checked.hpp"
 #include "simulate/programs/ending.hpp"
 #include "simulate/programs/run_inputs.hpp"
@@ -28,8 +29,9 @@ int run(Arguments& args, std::vector<std::string> words, const CommonOptions& co
   if (args.validate) return run_checks(common);
   if (args.check_objects) return finish(objects_read(args.scene), common);
   require_scene_and_out(args.scene, args.out);
+  refuse_to_replace(args.scene, args.fabric, {sheet_files(args.out), start_inputs(args)});
   RunRecord record("drape-simulate", std::move(words), run_record_path(args.out / "sheet.ply"),
-                   {{args.out / "sheet.ply", args.out / "sheet.json"}, start_inputs(args)});
+                   {{}, start_inputs(args)});
   const RunInputs inputs = read_run_inputs(args, record);
   args.options.cloth_thickness_m = args.thickness_mm * 1e-3;
   args.options.mass = args.mass == "paper" ? MassRule::paper : MassRule::area;

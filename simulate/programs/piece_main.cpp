@@ -29,13 +29,18 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-piece", std::move(words), run_record_path(arguments.out / "piece.ply"));
+  StepFiles files{
+      {arguments.out / "piece.ply", arguments.out / "piece.toml", arguments.out / "piece.json"},
+      {}};
+  if (arguments.start)
+    files.inputs.push_back(fs::path(*arguments.start).replace_extension(".json"));
+  if (arguments.outline) files.inputs.push_back(*arguments.outline);
+  refuse_to_replace(arguments.scene, arguments.fabric, files);
+  RunRecord record("drape-piece", std::move(words), run_record_path(arguments.out / "piece.ply"),
+                   {{}, files.inputs});
   auto [scene, fabric, print, measured] = read_checked(arguments.scene, arguments.fabric);
   for (const fs::path& file : files_of(scene, fabric)) record.input(file);
-  if (arguments.start) {
-    measured = read_sheet(*arguments.start);
-    record.input(fs::path(*arguments.start).replace_extension(".json"));
-  }
+  if (arguments.start) measured = read_sheet(*arguments.start);
   PieceOptions options;
   options.spacing_m = arguments.spacing_mm * mm;
   options.seed = static_cast<unsigned>(arguments.seed);
@@ -43,10 +48,7 @@ int run(const Arguments& arguments, std::vector<std::string> words, const Common
   options.descent.most_steps = arguments.most_steps;
   options.cloth_thickness_m = arguments.thickness_mm * mm;
   ClothOutline outline = outline_of(print);
-  if (arguments.outline) {
-    outline = read_outline(*arguments.outline, options.spacing_m);
-    record.input(*arguments.outline);
-  }
+  if (arguments.outline) outline = read_outline(*arguments.outline, options.spacing_m);
   SimulateReport fits;
   const auto reach = find_reach(scene, fabric, print, measured);
   ClothLaws laws = make_laws(fabric, arguments.segments, fits, reach);

@@ -196,6 +196,51 @@ TEST_F(Records, ARestOfAnotherPrintOrStartIsNotRefined) {
   EXPECT_NE(other_print.second.find("mm from its place"), std::string::npos) << other_print.second;
 }
 
+TEST_F(Records, NoProgramWritesOverAFileThatItReads) {
+  const fs::path curve = out("fabrics/A/bending_warp.csv"), fabric = out("fabrics/A.toml");
+  ASSERT_TRUE(fs::exists(curve));
+  fs::rename(scene(), out("piece.toml"));
+  fs::copy(out("piece.toml"), scene());
+  fs::copy(out("fabrics"), out("curves"), fs::copy_options::recursive);
+  std::string text = read_text(out("curves/A.toml"));
+  const std::string named = "A/bending_warp.csv";
+  ASSERT_NE(text.find(named), std::string::npos);
+  const auto with_curve = [&](const std::string& name) {
+    fs::copy(curve, out("curves/") / name, fs::copy_options::overwrite_existing);
+    write_durable(out("curves/A.toml"), std::string(text).replace(text.find(named), 18, name));
+  };
+  const auto expect_kept = [&](const std::string& name, const std::string& words,
+                               const fs::path& read) {
+    const std::string before = read_text(read);
+    const int ended = std::system(
+        (test::program(name).string() + " " + words + " > " + out("said").string() + " 2>&1")
+            .c_str());
+    EXPECT_EQ(WEXITSTATUS(ended), 2) << name << " " << words << read_text(out("said"));
+    EXPECT_EQ(read_text(read), before) << name;
+  };
+  for (const fs::path& read : {fabric, curve})
+    expect_kept("drape-fabric", fabric.string() + " --plot " + read.string(), read);
+  expect_kept("drape-piece",
+              out("piece.toml").string() + " --spacing-mm 50 --out " + out("").string(),
+              out("piece.toml"));
+  const std::string with = scene().string() + " --fabric " + out("curves/A.toml").string() +
+                           " --out " + out("curves").string();
+  for (const char* name : {"sheet.json", "history.csv", "contact_forces.csv"}) {
+    with_curve(name);
+    expect_kept("drape-simulate", with + " --grid 6 --solver static", out("curves") / name);
+  }
+  with_curve("error_split.csv");
+  write_durable(out("curves/sensitivity.json"), "{}");
+  for (const std::string& other : {out("x.ply").string(), out("curves/sensitivity.ply").string()})
+    expect_kept("drape-sensitivity", with + " --grid 6 --reference " + other,
+                out("curves/error_split.csv"));
+  with_curve("start-07.ply");
+  expect_kept("drape-cusick",
+              out("curves/A.toml").string() + " --spacing-mm 30 --max-steps 1 --out " +
+                  out("curves").string(),
+              out("curves/start-07.ply"));
+}
+
 TEST_F(Records, WhatIsPlacedByASheetThatIsNoGoIsNoGo) {
   const auto run = [&](const std::string& name, const std::string& arguments) {
     const fs::path text = out("text");

@@ -65,7 +65,7 @@ Ending ending_of(const Refinement& refinement, const RefineArguments& args,
 
 /// Throws Error(usage) where a sheet that is read stands in place of one that may be written, or is
 /// of an earlier run there.
-void refuse_to_replace(const RefineArguments& args, const std::vector<GridSpec>& grids) {
+void refuse_replaced(const RefineArguments& args, const std::vector<GridSpec>& grids) {
   StepFiles replaced{{}, {args.folder / "sheet.json"}};
   if (args.start)
     for (const fs::path& file : start_files(*args.start)) replaced.inputs.push_back(file);
@@ -73,8 +73,8 @@ void refuse_to_replace(const RefineArguments& args, const std::vector<GridSpec>&
   for (const GridSpec& grid : grids)
     folders.push_back(args.out / fmt::format("{}x{}", grid.rows, grid.cols));
   for (const fs::path& folder : folders)
-    for (const char* name : {"sheet.ply", "sheet.json"}) replaced.outputs.push_back(folder / name);
-  const RunRecord kept_nowhere("drape-refine", {}, {}, replaced);
+    for (const fs::path& file : sheet_files(folder)) replaced.outputs.push_back(file);
+  refuse_to_replace(args.scene, args.fabric, std::move(replaced));
 }
 
 }  // namespace
@@ -105,7 +105,7 @@ int run_refine(RefineArguments args, std::vector<std::string> words, const Commo
         "give the start that it was simulated with, or simulate it again");
   const std::vector<GridSpec> finer =
       refined_grids({claim.rows, claim.cols, print.patch_m}, args.how.finest);
-  refuse_to_replace(args, finer);
+  refuse_replaced(args, finer);
   RunRecord record("drape-refine", std::move(words), args.out / "refinement.run.json");
   record.input(rest_file);
   record.input(args.folder / "certificate.json");

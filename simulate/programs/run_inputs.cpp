@@ -38,15 +38,23 @@ std::vector<fs::path> start_inputs(const RunArguments& args) {
   return args.start ? start_files(*args.start) : std::vector<fs::path>{};
 }
 
+StepFiles refuse_to_replace(const fs::path& scene_file, const std::optional<fs::path>& fabric_file,
+                            StepFiles files) {
+  const Scene scene = read_scene(scene_file);
+  for (const fs::path& file : files_of(scene, read_fabric(fabric_file.value_or(scene.fabric_file))))
+    files.inputs.push_back(file);
+  const RunRecord kept_nowhere("drape-simulate", {}, {}, files);
+  return files;
+}
+
 StepFiles start_beside_branches(const RunArguments& args) {
   (void)earlier_branches(args.out);  // a list that cannot be read is named before hours of work
   StepFiles replaced{{}, start_inputs(args)};
   std::error_code absent;
   for (const auto& entry : fs::directory_iterator(args.out, absent))
     if (entry.path().filename().string().starts_with("branch-"))
-      for (const char* name : {"sheet.ply", "sheet.json"})
-        replaced.outputs.push_back(entry.path() / name);
-  const RunRecord kept_nowhere("drape-branches", {}, {}, replaced);
+      for (const fs::path& file : sheet_files(entry.path())) replaced.outputs.push_back(file);
+  refuse_to_replace(args.scene, args.fabric, replaced);
   return {{}, replaced.inputs};
 }
 

@@ -48,6 +48,12 @@ struct RunInputs {
 /// Throws Error(bad_input) where the sheet says that it was measured of another scene.
 void require_same_drape(const std::filesystem::path& reference, const Scene& scene);
 
+/// Throws Error(usage), before anything is touched, where an output is one of the inputs or a file
+/// of the scene or its fabric, of which nothing is given for the scene's own. Returns
+/// the files with those among the inputs.
+StepFiles refuse_to_replace(const std::filesystem::path& scene,
+                            const std::optional<std::filesystem::path>& fabric, StepFiles files);
+
 /// What is read of --start-from; a record takes them when it begins, before any output is touched.
 [[nodiscard]] std::vector<std::filesystem::path> start_inputs(const RunArguments& args);
 

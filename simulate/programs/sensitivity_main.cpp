@@ -9,7 +9,6 @@
 #include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "core/units.hpp"
-#include "simulate/objects/scene_files.hpp"
 #include "simulate/programs/foundation.hpp"
 #include "simulate/programs/run_inputs.hpp"
 #include "simulate/study/split.hpp"
@@ -53,22 +52,22 @@ Ending ending_of(const ErrorSplit& split, const fs::path& out) {
 }
 
 int run(Arguments& args, std::vector<std::string> words, const CommonOptions& common) {
-  RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json");
+  StepFiles files{{args.out / "sensitivity.json", args.out / "error_split.csv"},
+                  {fs::path(args.reference).replace_extension(".json")}};
+  if (args.start) files.inputs.push_back(fs::path(*args.start).replace_extension(".json"));
+  files = refuse_to_replace(args.scene, args.fabric, files);
+  RunRecord record("drape-sensitivity", std::move(words), args.out / "sensitivity.run.json", files);
   auto [scene, fabric, print, start] = read_checked(args.scene, args.fabric);
   require_same_drape(args.reference, scene);
-  const Sheet reference = read_sheet(args.reference);
   start = read_sheet(args.start.value_or(args.reference));
-  for (const fs::path& file : files_of(scene, fabric)) record.input(file);
-  record.input(fs::path(args.reference).replace_extension(".json"));
-  if (args.start) record.input(fs::path(*args.start).replace_extension(".json"));
-  args.options.rows = args.options.cols = args.grid;
   args.options.solver = "fall";
+  args.options.rows = args.options.cols = args.grid;
   args.options.threads = thread_count(common);
   if (args.fit == "drape") args.options.reach = find_reach(scene, fabric, print, start);
-  const auto split = split_error(scene, fabric, print, start, reference, args.options, args.split);
-  write_json(args.out / "sensitivity.json", sensitivity_json(split));
-  write_durable(args.out / "error_split.csv", split_csv(split));
-  for (const char* name : {"sensitivity.json", "error_split.csv"}) record.output(args.out / name);
+  const auto split = split_error(scene, fabric, print, start, read_sheet(args.reference),
+                                 args.options, args.split);
+  write_json(files.outputs[0], sensitivity_json(split));
+  write_durable(files.outputs[1], split_csv(split));
   Ending ending = ending_of(split, args.out);
   ending.warnings = fabric.warnings;
   return finish(resting_on(split.no_go, std::move(ending)), common, record);
