@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
+#include "simulate/start/local_frame.hpp"
 #include "simulate/start/start.hpp"
 #include "tests/support/bench1_truth.hpp"
 #include "tests/support/paths.hpp"
@@ -85,6 +86,37 @@ TEST(Start, Bench1SheetsAreTurnedAsTheirDotsAre) {
     const FlatPose pose = fit_flat(true_sheet(name, print), objects.top_z_m(), report);
     EXPECT_NEAR(pose.yaw_rad / deg, yaw_deg, 3) << name;
     EXPECT_LT(report.placement_rms_mm, 2) << name;
+  }
+}
+
+TEST(Start, MarksOfAnotherClothOrOfOneSeenFromBehindPlaceNothing) {
+  const Print print = read_print(bench() / "print.toml");
+  for (const std::string name : {"A", "C", "E"}) {
+    const Scene scene = read_scene(bench() / "scenes" / (name + ".toml"));
+    const double top_z_m = Surroundings(scene).top_z_m();
+    const Sheet right = true_sheet(name, print);
+    EXPECT_NO_THROW((void)local_scene(scene, right, top_z_m)) << name;
+    const auto fault_of = [&](const auto& change) -> std::string {
+      Sheet sheet = right;
+      for (SheetMark& mark : sheet.marks) change(mark);
+      try {
+        (void)local_scene(scene, sheet, top_z_m);
+      } catch (const Error& error) {
+        return error.what();
+      }
+      return "placed";
+    };
+    for (const std::string& fault :
+         {fault_of([](SheetMark& m) { std::swap(m.material_m.x(), m.material_m.y()); }),
+          fault_of([&](SheetMark& m) { m.material_m.x() = print.patch_m.x() - m.material_m.x(); }),
+          fault_of([](SheetMark& m) { m.point_in_world.x() *= -1; })})
+      EXPECT_NE(fault.find("its mirror image misses it by"), std::string::npos) << name << fault;
+    // Heights as they are, or the sheet would stand above its object.
+    for (const double scale : {0.8, 1.2}) {
+      const std::string fault =
+          fault_of([&](SheetMark& m) { m.point_in_world.head<2>() *= scale; });
+      EXPECT_NE(fault.find("its unit right?"), std::string::npos) << name << scale << fault;
+    }
   }
 }
 

@@ -25,6 +25,9 @@ constexpr double kTopLimit = 12e-3;  // m; marks further below do not place the 
 constexpr double kTopFar = 25e-3;    // m; highest mark this far below the object: not on top
 constexpr double kHuber = 1e-3;      // m; larger misfits lose weight
 constexpr int kReweights = 10;
+// Of a cloth's length: suitings extend by about as much under 100 gf/cm (FAST's E100; De Boos and
+// Tester 1994), and lying on an object they bear far less.
+constexpr double kExtended = 0.05;
 constexpr double kMarkWeight = 100;  // of a mark against a second difference, both in m
 constexpr double kLeastSide_m = 1e-4, kLargestSide_m = 100;  // of a patch: a yarn, a hall
 
@@ -158,7 +161,15 @@ Hold hold_at(const GridSpec& grid, const Vector2d& material_m) {
           {(1 - a) * (1 - b), (1 - a) * b, a * (1 - b), a * b}};
 }
 
-FlatPose fit_flat(const Sheet& measured, double top_z_m, StartReport& report) {
+namespace {
+
+/// The marks that place a sheet, in its flat axes and in the world.
+struct TopMarks {
+  std::vector<Vector2d> local, world;
+  std::vector<double> depth_m, weight;  ///< below the highest mark; 1 there
+};
+
+TopMarks top_marks_of(const Sheet& measured, double top_z_m) {
   if (measured.marks.empty()) {
     throw bad_input("no mark was measured, so nothing places the cloth", {.field = "start.mode"},
                     "see why in the sheet's gaps, or use start mode `flat` with a centre and yaw");
@@ -167,23 +178,80 @@ FlatPose fit_flat(const Sheet& measured, double top_z_m, StartReport& report) {
   for (const SheetMark& mark : measured.marks) {
     highest = std::max(highest, mark.point_in_world.z());
   }
-  std::vector<Vector2d> local;
-  std::vector<Vector2d> world;
-  std::vector<double> top_weight;
+  TopMarks top;
   for (const SheetMark& mark : measured.marks) {
     const double depth = highest - mark.point_in_world.z();
     if (depth > kTopLimit) continue;
-    local.push_back(local_of(mark.material_m, measured.patch_m));
-    world.emplace_back(mark.point_in_world.head<2>());
-    top_weight.push_back(std::exp(-(depth / kTopDepth) * (depth / kTopDepth)));
+    top.local.push_back(local_of(mark.material_m, measured.patch_m));
+    top.world.emplace_back(mark.point_in_world.head<2>());
+    top.depth_m.push_back(depth);
+    top.weight.push_back(std::exp(-(depth / kTopDepth) * (depth / kTopDepth)));
   }
-  if (local.size() < 2 || highest < top_z_m - kTopFar) {
+  if (top.local.size() < 2 || highest < top_z_m - kTopFar) {
     throw bad_input(
         fmt::format("only {} measured marks lie on top of the objects (highest mark {:.1f} mm, "
                     "highest object {:.1f} mm)",
-                    local.size(), highest / mm, top_z_m / mm),
+                    top.local.size(), highest / mm, top_z_m / mm),
         {.field = "start.mode"}, "use start mode `flat` with a centre and yaw, or `measured`");
   }
+  return top;
+}
+
+/// Root of the weighted mean square of what `length_m(i)` gives for each of the marks.
+template <class Length>
+double rms_m(const TopMarks& top, const Length& length_m) {
+  double sum = 0, total = 0;
+  for (std::size_t i = 0; i < top.weight.size(); ++i) {
+    sum += top.weight[i] * length_m(i) * length_m(i);
+    total += top.weight[i];
+  }
+  return std::sqrt(sum / total);
+}
+
+/// Of the marks from the flat sheet where the least squares place it; `local` in its own axes.
+double misfit_m(const TopMarks& top, const std::vector<Vector2d>& local) {
+  const PlanarFit fit = fit_plane(local, top.world, top.weight);
+  const Eigen::Rotation2Dd turn(fit.yaw);
+  return rms_m(top,
+               [&](std::size_t i) { return (fit.centre + turn * local[i] - top.world[i]).norm(); });
+}
+
+/// A thread that has come down by d from the highest mark has lost no more than d of its horizontal
+/// length (1 - cos <= sin, down to the vertical), so no drape misses the flat sheet by more than it
+/// has come down and is extended. What misses it by more is another cloth, or one seen from behind.
+void require_laid(const Scene& scene, const TopMarks& top) {
+  Vector2d middle = Vector2d::Zero();
+  double total = 0;
+  for (std::size_t i = 0; i < top.local.size(); ++i) {
+    middle += top.weight[i] * top.local[i];
+    total += top.weight[i];
+  }
+  middle /= total;
+  const double fallen_m = rms_m(top, [&](std::size_t i) { return top.depth_m[i]; });
+  const double most_m = fallen_m + kExtended * rms_m(top, [&](std::size_t i) {
+                                     return (top.local[i] - middle).norm();
+                                   });
+  const double found_m = misfit_m(top, top.local);
+  if (found_m <= most_m) return;
+  std::vector<Vector2d> mirrored = top.local;
+  for (Vector2d& place : mirrored) place.x() = -place.x();
+  const double mirrored_m = misfit_m(top, mirrored);
+  throw bad_input(
+      fmt::format("the {} measured marks on top of the objects miss the flat cloth by {:.3g} mm "
+                  "(rms); one that has come down by {:.3g} mm there misses it by {:.3g} mm at most",
+                  top.local.size(), found_m / mm, fallen_m / mm, most_m / mm),
+      {.file = scene.file.string(), .field = "start.mode"},
+      mirrored_m <= most_m
+          ? fmt::format("its mirror image misses it by {:.3g} mm: are warp and weft exchanged, or "
+                        "one of them counted from the other end?",
+                        mirrored_m / mm)
+          : "are the marks of this cloth and print, and its unit right?");
+}
+
+}  // namespace
+
+FlatPose fit_flat(const Sheet& measured, double top_z_m, StartReport& report) {
+  const auto [local, world, depth_m, top_weight] = top_marks_of(measured, top_z_m);
   std::vector<double> weight = top_weight;
   PlanarFit fit;
   for (int round = 0; round < kReweights; ++round) {
@@ -255,9 +323,10 @@ FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured, do
                     StartReport& report) {
   if (scene.start.mode == StartMode::flat)
     return {scene.start.centre_in_world.value_or(Vector3d::Zero()), scene.start.yaw_rad};
-  FlatPose flat =
-      fit_flat(need(measured, scene, "start.mode", "the measured sheet places the virtual one"),
-               top_z_m, report);
+  const Sheet& placing =
+      need(measured, scene, "start.mode", "the measured sheet places the virtual one");
+  FlatPose flat = fit_flat(placing, top_z_m, report);
+  require_laid(scene, top_marks_of(placing, top_z_m));
   flat.centre_in_world.z() = top_z_m + scene.start.clearance_m;
   return flat;
 }
