@@ -7,8 +7,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/files/csv.hpp"
-#include "core/files/json_file.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/clamps.hpp"
 #include "simulate/checker/edges.hpp"
@@ -244,6 +242,9 @@ void judge_balance(CertifyReport& report, const CertificateClaim& claim, const O
     report.contacts = static_cast<int>(claim.contact_forces.size() + pins.size());
   }
   if (!(found.largest <= most * mean_weight)) {
+    if (!claim.contact_forces.empty())
+      report.warnings.emplace_back(
+          "the stated contact forces do not balance the sheet: others are sought");
     const std::vector<Support> supports = all_supports(claim, objects, points, reach, pins);
     const checker::Balance sought =
         checker::balance(mechanics.force, supports, scene.friction, most * mean_weight, kRounds);
@@ -338,58 +339,6 @@ CertifyReport certify(const Sheet& sheet, const Scene& scene, const Fabric& fabr
   if (claim.at_rest)
     judge_balance(report, claim, objects, points, layer_reach_of(claim, sheet), mechanics, pins);
   return report;
-}
-
-CertificateClaim read_claim(const std::filesystem::path& folder) {
-  using units::mm;
-  using units::percent;
-  const JsonNode root = JsonNode::open(folder / "certificate.json", "certificate", 1);
-  const JsonNode options = root.at("options");
-  const JsonNode strain = root.at("strain");
-  const JsonNode distance = root.at("distance");
-  CertificateClaim claim;
-  claim.at_rest = root.boolean("at_rest");
-  claim.rows = options.integer("rows");
-  claim.cols = options.integer("cols");
-  claim.segments = options.integer("segments");
-  if (options.has("curves_fitted_up_to")) {
-    const JsonNode reach = options.at("curves_fitted_up_to");
-    const Eigen::Vector2d tensile = reach.vector2("strain_percent") * percent;
-    claim.reach = {.tensile = {tensile[0], tensile[1]},
-                   .shear_rad = reach.number("shear_deg") * units::deg,
-                   .curvature_per_m = reach.number("curvature_per_cm") * units::per_cm};
-  }
-  claim.model = options.text("model");
-  claim.paper_mass = options.text("mass") == "paper";
-  claim.residual = root.number("largest_residual_per_particle_weight");
-  claim.residual_tolerance = root.number("residual_tolerance");
-  const Eigen::Vector2d warp = strain.vector2("warp_percent") * percent;
-  const Eigen::Vector2d weft = strain.vector2("weft_percent") * percent;
-  claim.warp_least = warp[0];
-  claim.warp_most = warp[1];
-  claim.weft_least = weft[0];
-  claim.weft_most = weft[1];
-  if (const auto gap = distance.optional_number("least_particle_to_object_mm"))
-    claim.least_gap_object_m = *gap * mm;
-  claim.deepest_between_m = distance.number("deepest_between_particles_mm") * mm;
-  // Certificates of before these were options.
-  claim.penetration_tolerance_m =
-      options.optional_number("penetration_tolerance_mm").value_or(0.5) * mm;
-  claim.cloth_thickness_m = options.optional_number("cloth_thickness_mm").value_or(0) * mm;
-  if (options.has("internal_friction") && options.boolean("internal_friction"))
-    claim.memory = read_memory(folder / "memory.csv");
-  if (distance.has("contact_forces_stated") && distance.integer("contact_forces_stated") > 0)
-    claim.contact_forces = read_contact_forces(folder / "contact_forces.csv");
-  const Csv history = read_csv(folder / "history.csv", history_columns());
-  if (!history.lines.empty()) {
-    constexpr double kMicro = 1e-6;
-    claim.gravity_j = history.columns[2].back() * kMicro;
-    claim.stretch_j = history.columns[3].back() * kMicro;
-    claim.shear_j = history.columns[4].back() * kMicro;
-    claim.bending_j = history.columns[5].back() * kMicro;
-    claim.twist_j = history.columns[6].back() * kMicro;
-  }
-  return claim;
 }
 
 }  // namespace drape::simulate

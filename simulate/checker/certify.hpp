@@ -53,9 +53,11 @@ struct CertifyLine {
 struct CertifyReport {
   std::vector<CertifyLine> lines;
   std::vector<std::string> refusals;  ///< what cannot be compared at all, e.g. missing points
-  int contacts = 0;                   ///< places where the sheet may push on an object
-  int rounds = 0;                     ///< of the search for contact forces
-  double residual = 0;                ///< that they leave, of a particle's weight
+  /// What is odd though the sheet can rest: stated contact forces that do not hold it.
+  std::vector<std::string> warnings;
+  int contacts = 0;     ///< places where the sheet may push on an object
+  int rounds = 0;       ///< of the search for contact forces
+  double residual = 0;  ///< that they leave, of a particle's weight
   [[nodiscard]] bool accepted() const;
 };
 

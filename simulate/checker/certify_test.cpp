@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/units.hpp"
 #include "simulate/checker/layers.hpp"
@@ -49,6 +50,16 @@ TEST(Certify, CurvesFittedWhereTheClothLivesAreJudgedByTheSameFit) {
                   contact_forces_csv(drape.result.contact_forces));
   drape.claim = read_claim(folder.path());
   EXPECT_TRUE(drape.judge().accepted()) << listed(drape.judge());
+  EXPECT_TRUE(drape.judge().warnings.empty());
+  ASSERT_FALSE(drape.claim.contact_forces.empty());
+  CertificateClaim exaggerated = drape.claim;
+  for (ContactForce& force : exaggerated.contact_forces) force.force_in_world *= 1000;
+  std::swap(drape.claim, exaggerated);
+  EXPECT_TRUE(drape.judge().accepted()) << "other forces hold it";
+  EXPECT_EQ(drape.judge().warnings.size(), 1U);
+  std::swap(drape.claim, exaggerated);
+  write_durable(folder.path() / "contact_forces.csv", contact_forces_csv({}));
+  EXPECT_THROW((void)read_claim(folder.path()), Error) << "the certificate states some";
   drape.claim.reach.reset();
   EXPECT_FALSE(drape.judge().accepted()) << "the whole fit is another cloth";
 }
