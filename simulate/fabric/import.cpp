@@ -56,7 +56,7 @@ std::string escaped(const std::string& text) {
   std::string result;
   for (const char c : text) {
     if (c == '"' || c == '\\') result += '\\';
-    result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
   }
   return result;
 }
@@ -130,7 +130,16 @@ Numbers numbers_of(const PropertySheet& sheet, const std::string& name, const st
   if (!density) throw bad_input("W is missing", sheet.where("W"), "give the areal density");
   numbers.areal_density = *density;
   numbers.from[kDensityKey] = sheet.where("W");
-  for (const char* unused : {"T", "T2", "T100"}) (void)sheet.whole(unused);
+  for (const char* thickness : {"T", "T2", "T100"})  // not used, but of this cloth
+    if (const auto value = sheet.whole(thickness); value && !(*value > 0))
+      throw bad_input(fmt::format("a thickness of {:g} mm", *value), sheet.where(thickness),
+                      "correct or remove it");
+  if (const auto thin = sheet.whole("T100"), thick = sheet.whole("T2");
+      thin && thick && *thin > *thick)
+    throw bad_input(fmt::format("T100 is {:g} mm, T2 {:g} mm: under 100 gf/cm2 a cloth is no "
+                                "thicker than under 2",
+                                *thin, *thick),
+                    sheet.where("T100"), "are the two exchanged?");
   return numbers;
 }
 
@@ -257,6 +266,9 @@ ImportedFabric import_fast(const fs::path& file, const std::string& name) {
       numbers.from[curve] = sheet.where(property);
     }
     if (strain.size() == 1) continue;
+    if (strain.size() == 2)
+      throw bad_input("a tensile curve needs two of E5, E20 and E100: the others are missing",
+                      numbers.from.at(curve), "give one more, or remove this one");
     curves.curves.emplace_back(
         curve, csv_text({"strain_percent", "loading_force_gf_per_cm", "unloading_force_gf_per_cm"},
                         {strain, force, force}));

@@ -154,9 +154,39 @@ TEST_F(Import, WhatNoTextileHasIsNamedByTheLineOfTheSheet) {
   refused(kes("# a note\nB,gf.cm2/cm,0.088,86\n"), 4, "B");
   refused(kes(kBend + "B45,gf.cm2/cm,-1,\n"), 4, "B45");
   refused(fast(kLengths + "E5,%,0.4,0.6\nE20,%,1.1,0.3\nE100,%,2.9,4.4\n"), 5, "E20");
-  refused(fast(kLengths + "E100,%,2.9,4.4\n"), 4, "E100");
+  for (const std::string property : {"E5", "E100"})
+    expect_refused([&] { (void)fast(kLengths + property + ",%,2.9,4.4\n"); }, 4, property);
+  for (const std::string thickness : {"T2,mm,-0.5,", "T100,mm,0,", "T2,mm,0.3,\nT100,mm,0.5,"}) {
+    const int line = thickness.starts_with("T2,mm,0.3") ? 5 : 4;
+    expect_refused([&] { (void)fast(kLengths + thickness + "\n"); }, line,
+                   line == 5 ? "T100" : thickness.substr(0, thickness.find(',')));
+  }
+  expect_refused([&] { (void)kes(kBend + "T,mm,-0.5,\n"); }, 4, "T");
   expect_refused([&] { (void)fast("C,mm,170,16\n"); }, 3, "C");
   expect_refused([&] { (void)kes("B,gf.cm2/cm,0.088,\n"); }, 3, "B");
+}
+
+TEST_F(Import, LoopsThatDoNotGoWithTheirSlopesAreWarnedOf) {
+  const auto warnings = [&](const std::string& rows) {
+    std::filesystem::remove_all(folder_.path() / "out");
+    return write_imported(folder_.path() / "out", import_kes(file(kHead + kBend + rows), "x"));
+  };
+  EXPECT_THAT(warnings("2HB,gf.cm/cm,0.43,0.29\n"), IsEmpty());
+  // Half a loop of 0.45 is above 0.088 gf cm2/cm times 2.5 per cm.
+  EXPECT_THAT(warnings("2HB,gf.cm/cm,0.45,0.29\n"),
+              testing::ElementsAre(HasSubstr("bending.warp_kes: let go at the largest strain")));
+  const std::string slope = "G,gf/cm.deg,0.6,0.7\n";
+  EXPECT_THAT(warnings(slope + "2HG,gf/cm,0.5,0.5\n2HG5,gf/cm,1.4,0.4\n"),
+              testing::ElementsAre(HasSubstr("shear.weft_kes: 2HG 0.5 gf/cm is above 2HG5 0.4")));
+  EXPECT_THAT(warnings(slope + "2HG5,gf/cm,5,12\n"),
+              testing::ElementsAre(HasSubstr("shear.weft_kes: let go at the largest strain")));
+}
+
+TEST_F(Import, ANameIsWrittenAsItIs) {
+  const std::string name = "\"A\" \\ b # ' = [x]";
+  EXPECT_EQ(written(import_kes(file(kKes), name)).name, name);
+  std::filesystem::remove_all(folder_.path() / "out");
+  EXPECT_EQ(written(import_kes(file(kKes), "a\x7f\nb")).name, "a  b");
 }
 
 /// Numbers that some fabric has, beside a density with which none has them.

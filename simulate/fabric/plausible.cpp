@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
@@ -87,6 +88,30 @@ class Judge {
             "is a decimal point lost, or is it in uN m (98 times as large)?");
   }
 
+  /// A cloth that is let go at the largest strain that KES reaches goes back, or its slope and
+  /// width say nothing; and a loop of shear is no narrower at 5 degrees than at 0.5.
+  void loops() {
+    for (const int direction : {0, 1}) {
+      const std::string key = direction == 0 ? "warp" : "weft";
+      for (const auto& [kind, curve, width, slope] :
+           {std::tuple{"bending", &fabric_.bending[direction], "2HB", "B"},
+            std::tuple{"shear", &fabric_.shear[direction], "2HG5", "G"}})
+        if (curve->file == fabric_.file && curve->unloading.back() < 0)
+          warning(fmt::format("{}.{}_kes", kind, key),
+                  fmt::format("let go at the largest strain of the test the cloth would not go "
+                              "back: {} is too large or {} too small",
+                              width, slope));
+      const TomlTable shear = root_.table("shear");
+      const char *hg = "hg2_gf_per_cm", *hg5 = "hg5_gf_per_cm";
+      if (!shear.has(key + "_kes")) continue;
+      const TomlTable numbers = shear.table(key + "_kes");
+      if (numbers.has(hg) && numbers.has(hg5) && numbers.number(hg) > numbers.number(hg5))
+        warning(fmt::format("shear.{}_kes", key),
+                fmt::format("2HG {:g} gf/cm is above 2HG5 {:g}: are the two exchanged?",
+                            numbers.number(hg), numbers.number(hg5)));
+    }
+  }
+
   [[nodiscard]] Plausibility result() && { return std::move(result_); }
 
  private:
@@ -131,6 +156,7 @@ Plausibility judge(const Fabric& fabric) {
   judge.density();
   for (const int direction : {0, 1}) judge.bending(direction);
   judge.bias();
+  judge.loops();
   return std::move(judge).result();
 }
 

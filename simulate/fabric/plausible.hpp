@@ -16,7 +16,8 @@ struct Plausibility {
   std::vector<std::string> warnings;  ///< few fabrics have it; each with file and field
 };
 
-/// Areal density and bending along warp, weft and at 45 degrees against 618 measured fabrics.
+/// Areal density and bending along warp, weft and at 45 degrees against 618 measured fabrics; the
+/// loops of KES numbers against their slopes.
 /// A simulation warns of problems only, since it takes sheets that are no textiles.
 [[nodiscard]] Plausibility judge(const Fabric& fabric);
 
