@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/program/run_record.hpp"
 #include "core/program/shell_word.hpp"
 #include "simulate/fabric/import.hpp"
 
@@ -45,16 +46,23 @@ Ending listed(const LibraryArguments& arguments) {
   return ending;
 }
 
-void write(const ImportedFabric& fabric, const LibraryArguments& arguments, Ending& ending) {
+/// Writes the fabric and, last, the record: only then is there a folder for it.
+void write(const ImportedFabric& fabric, const LibraryArguments& arguments, RunRecord& record,
+           Ending& ending) {
   for (const std::string& what : fabric.stand_ins) ending.rejected.push_back("stand-in: " + what);
   if (!arguments.out) return;
   ending.warnings = write_imported(*arguments.out, fabric);
-  ending.next_command =
-      fmt::format("drape fabric {}", shell_word((*arguments.out / "fabric.toml").string()));
+  const fs::path file = *arguments.out / "fabric.toml";
+  ending.next_command = fmt::format("drape fabric {}", shell_word(file.string()));
+  for (const auto& [name, text] : fabric.curves) record.output(*arguments.out / name);
+  record.output(file);
+  record.write(run_record_path(file), 0, text_of(ending));
 }
 
-Ending shown(const LibraryArguments& arguments) {
-  const auto library = read_published(library_of(arguments));
+Ending shown(const LibraryArguments& arguments, RunRecord& record) {
+  const fs::path file = library_of(arguments);
+  record.input(file);
+  const auto library = read_published(file);
   const PublishedFabric& fabric = published_fabric(library, arguments.id);
   Ending ending;
   ending.verdict = fmt::format("{}: {}", fabric.id, fabric.name);
@@ -72,21 +80,25 @@ Ending shown(const LibraryArguments& arguments) {
                     {"source", fabric.source},
                     {"note", fabric.note}};
   if (arguments.out || (fabric.areal_density_g_per_m2 && fabric.b_warp_gf_cm2_per_cm))
-    write(import_published(fabric), arguments, ending);
+    write(import_published(fabric), arguments, record, ending);
   return ending;
 }
 
-Ending imported(const LibraryArguments& arguments) {
+Ending imported(const LibraryArguments& arguments, RunRecord& record) {
   const std::string name = arguments.name.empty() ? arguments.file.stem().string() : arguments.name;
   if (arguments.format == "u3m" && arguments.bend_unit.empty())
     throw usage_error("U3M names no unit for bend", "give --bend-unit, such as dyn.cm");
+  if (arguments.format != "u3m" && !arguments.bend_unit.empty())
+    throw usage_error("--bend-unit is for U3M: a sheet of KES or FAST names the unit of each row",
+                      "leave it out, or give --format u3m");
+  record.input(arguments.file);
   const ImportedFabric fabric = arguments.format == "kes" ? import_kes(arguments.file, name)
                                 : arguments.format == "fast"
                                     ? import_fast(arguments.file, name)
                                     : import_u3m(arguments.file, name, arguments.bend_unit);
   Ending ending;
   ending.verdict = fmt::format("{}: its numbers are those of a textile", name);
-  write(fabric, arguments, ending);
+  write(fabric, arguments, record, ending);
   return ending;
 }
 
@@ -113,13 +125,15 @@ void add_library_commands(Command& app, LibraryArguments& arguments) {
     command->add_option("--out", arguments.out, "new folder for fabric.toml and its curves");
 }
 
-std::optional<Ending> run_library_command(const Command& app, const LibraryArguments& arguments) {
+std::optional<Ending> run_library_command(const Command& app, const LibraryArguments& arguments,
+                                          std::vector<std::string> words) {
   const Command* chosen = app.chosen();
   if (chosen == nullptr) return std::nullopt;
   if (chosen->name() == "list") return listed(arguments);
-  if (chosen->name() == "show") return shown(arguments);
+  RunRecord record("drape-fabric", std::move(words));
+  if (chosen->name() == "show") return shown(arguments, record);
   if (!arguments.out) throw usage_error("--out is missing", "name a new folder");
-  return imported(arguments);
+  return imported(arguments, record);
 }
 
 }  // namespace drape::simulate

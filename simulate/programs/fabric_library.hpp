@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/program/command.hpp"
 #include "core/program/program.hpp"
@@ -19,8 +20,10 @@ struct LibraryArguments {
 
 void add_library_commands(Command& app, LibraryArguments& arguments);
 
-/// The ending of the subcommand that was given; nothing without one. Writes where `--out` says.
+/// The ending of the subcommand that was given; nothing without one. Writes where `--out` says,
+/// with a record of `words`.
 [[nodiscard]] std::optional<Ending> run_library_command(const Command& app,
-                                                        const LibraryArguments& arguments);
+                                                        const LibraryArguments& arguments,
+                                                        std::vector<std::string> words);
 
 }  // namespace drape::simulate

@@ -71,7 +71,8 @@ int main(int argc, char** argv) {
   LibraryArguments library;
   add_library_commands(app, library);
   return run_program(app, argc, argv, common, [&] {
-    if (const auto ending = run_library_command(app, library)) return finish(*ending, common);
+    if (const auto ending = run_library_command(app, library, arguments_of(argc, argv)))
+      return finish(*ending, common);
     return run(file, plot, segments, arguments_of(argc, argv), common);
   });
 }
