@@ -13,7 +13,9 @@ namespace drape::simulate {
 /// The measured sheet, or an Error that says why it is needed.
 [[nodiscard]] const Sheet& need_measured(const std::optional<Sheet>& measured, const Scene& scene);
 
-/// Where a sheet that starts flat lies; `report` says which marks placed it.
+/// Where a sheet that starts flat lies; `report` says which marks placed it. Throws
+/// Error(bad_input) where they miss the flat cloth by more than they have come down and it can be
+/// extended.
 [[nodiscard]] FlatPose flat_start(const Scene& scene, const std::optional<Sheet>& measured,
                                   double top_z_m, StartReport& report);
 
