@@ -179,9 +179,12 @@ void Bench::merge_detections(const std::vector<std::string>& sets) const {
     if (!one)
       throw bad_input("the marks of a set are not those of its pictures", {.set = set},
                       "calibrate again");
+    if (!all.frames.empty() && all.lattice.sha256 != one->lattice.sha256)
+      throw bad_input("the marks of the sets are of two targets", {.set = set}, "calibrate again");
     all.rig = one->rig;
     all.lattice = one->lattice;
-    for (const FrameDetections& frame : one->frames) all.frames.push_back(frame);
+    all.frames.insert(all.frames.end(), one->frames.begin(), one->frames.end());
+    all.no_go.insert(one->no_go.begin(), one->no_go.end());
   }
   write_detections(target_detections_file(), all);
 }

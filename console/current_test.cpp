@@ -157,6 +157,22 @@ TEST_F(Current, APlateThatIsLeftOutHasNoPartInTheNextSheet) {
               HasSubstr("the plate of `stage_z090` was measured since"));
 }
 
+/// What rests on a NO-GO is NO-GO, however the sets reach the calibration.
+TEST_F(Current, ASetThatIsNoMeasurementMakesCalibrationAndSheetNoGo) {
+  Recording recording = read_recording(bench_.rig() / "recording");
+  for (FrameSet& one : recording.sets)
+    if (one.name == "pose_01") one.no_go = "the cloth moved by 3.1 px";
+  write_recording(recording);
+  const RunningBench server(bench_.rig(), out());
+  take(server, {"stage_z000", "pose_00", "pose_01", "pose_02", "drape_C"});
+  EXPECT_EQ(set_of(server.idle_state(), "pose_01")["verdict"], "NO-GO");
+  static_cast<void>(done(server, {{"do", "calibrate"}}));
+  const Json state = done(server, {{"do", "measure"}, {"drape", "C"}});
+  EXPECT_EQ(state["calibration"]["verdict"], "NO-GO") << state["calibration"].dump(1);
+  EXPECT_THAT(state["calibration"]["no_go"].dump(), HasSubstr("moved by 3.1 px"));
+  EXPECT_EQ(state["drapes"][0]["sheet"]["verdict"], "NO-GO") << state["drapes"][0].dump(1);
+}
+
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {
   const auto browser = open_chromium();
   if (!browser) GTEST_SKIP() << "missing: the browser (chromium)";
