@@ -34,8 +34,9 @@ std::string field(const Json& request, const char* name) {
 
 Bench::Bench(const ConsoleOptions& options, Tell tell)
     : options_(options),
-      rig_(read_rig(options.rig)),
-      target_(read_target(rig_.target_file)),
+      rig_(read_rig(as_read(fs::is_directory(options.rig) ? options.rig / "rig.toml"
+                                                          : fs::path(options.rig)))),
+      target_(read_target(as_read(rig_.target_file))),
       out_(out_of(options, rig_)),
       own_(out_ / "console"),
       recording_folder_(recording_of(options, rig_)),
@@ -45,8 +46,8 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
       jobs_([this](const Job& job) { job_changed(job); },
             [this](const Job& job) { job_ended(job); }) {
   for (const fs::path& file : rig_.scenes) {
-    const Scene scene = read_scene(file);
-    drapes_.push_back({scene, read_print(scene.print_file), {}});
+    const Scene scene = read_scene(as_read(file));
+    drapes_.push_back({scene, read_print(as_read(scene.print_file)), {}});
   }
   read_layings();
   if (options_.replay) static_cast<void>(read_recording(recording_folder_));
@@ -60,6 +61,12 @@ Bench::Bench(const ConsoleOptions& options, Tell tell)
   live_marks_ = std::make_unique<LiveMarks>(
       [this] { return newest_pictures(); },
       [this](const fs::path& folder, const auto& px) { return live_rig_text(folder, px); });
+}
+
+/// The content that a file had when it was read, or just before.
+const fs::path& Bench::as_read(const fs::path& file) {
+  read_at_start_[file] = sha256_of_file(file);
+  return file;
 }
 
 /// The cameras first, while all that they report to is there.
@@ -114,6 +121,7 @@ std::string Bench::operator_name() const {
 void Bench::act(const Json& request) {
   if (!request.is_object()) throw bad_input("the request is no object", {}, "reload the page");
   const std::string what = field(request, "do");
+  if (what == "take" || what == "lay" || what == "measure" || what == "run") require_as_read();
   if (what == "take") {
     const std::string set = field(request, "set");
     require_set(set);
@@ -201,17 +209,19 @@ void Bench::calibrate() {
     throw bad_input(
         "a calibration needs a stage of the target, which is the world, and two more sets", {},
         "take them first");
+  require_as_read();
   require_not_being_taken(sets);
   std::vector<Call> calls;
   for (const std::string& set : sets) calls.push_back(missing_detect_call(set));
   const bool free = !std::all_of(sets.begin(), sets.end(),
                                  [this](const std::string& set) { return is_stage(set); });
-  calls.push_back({{"calib", target_detections_file().string(), "--rig", rig_file().string(),
-                    "--method", free ? "joint" : "tsai", "--out", calibration_file().string()},
-                   [this, sets] {
-                     write_rig();
-                     merge_detections(sets);
-                   }});
+  calls.push_back(
+      {{"calib", target_detections_file().string(), "--rig", calibration_rig_file().string(),
+        "--method", free ? "joint" : "tsai", "--out", calibration_file().string()},
+       [this, sets] {
+         write_calibration_rig();
+         merge_detections(sets);
+       }});
   const std::string what = fmt::format("with {} sets", sets.size());
   ask("pressed calibrate " + what, "calibrate", what, std::move(calls));
 }

@@ -98,6 +98,8 @@ class Bench {
   };
   /// By file, and what was read from it.
   using KeptFiles = std::map<std::pair<std::filesystem::path, std::type_index>, KeptFile>;
+  /// SHA-256 of each input by its name, as the record of a step has it.
+  using Inputs = std::map<std::filesystem::path, std::string>;
   /// SHA-256 of the images of a set by camera.
   using Images = std::map<std::string, std::string>;
   /// What the pages show of a set's detections; it stays small, whatever was detected.
@@ -105,6 +107,7 @@ class Bench {
     Json detected;
     std::string verdict, sentence;
     std::map<std::string, Images> images;  ///< in which the marks of each set were measured
+    std::map<std::string, std::string> no_go = {};
   };
   /// Files that one measured sheet rests on: the console's own, or those of `drape run`.
   struct Chain {
@@ -176,6 +179,10 @@ class Bench {
   [[nodiscard]] std::filesystem::path detections_file(const std::string& set) const;
   [[nodiscard]] std::filesystem::path calibration_file() const { return own_ / "calibration.json"; }
   [[nodiscard]] std::filesystem::path rig_file() const { return own_ / "rig.toml"; }
+  /// Of the sets of the last calibration alone, so that a run does not replace it.
+  [[nodiscard]] std::filesystem::path calibration_rig_file() const {
+    return own_ / "calibration-rig.toml";
+  }
   [[nodiscard]] std::filesystem::path target_detections_file() const {
     return own_ / "target-detections.json";
   }
@@ -189,11 +196,12 @@ class Bench {
   [[nodiscard]] Call detect_call(const std::string& set) const;
   /// Where the set has no marks of its present pictures when the job begins.
   [[nodiscard]] Call missing_detect_call(const std::string& set) const;
-  [[nodiscard]] std::string rig_text() const;
+  [[nodiscard]] std::string rig_text(bool for_calibration) const;
   [[nodiscard]] std::string live_rig_text(
       const std::filesystem::path& folder,
       const std::map<std::string, std::pair<int, int>>& px) const;
   void write_rig() const;
+  void write_calibration_rig() const;
   void merge_detections(const std::vector<std::string>& sets) const;
   [[nodiscard]] Json results(const std::vector<std::string>& words) const;
 
@@ -204,6 +212,7 @@ class Bench {
                                               T (*read)(const std::filesystem::path&)) const;
   [[nodiscard]] std::shared_ptr<const Recording> recording() const;
   [[nodiscard]] Images images(const std::string& set) const;  ///< as the recording lists them
+  [[nodiscard]] bool is_no_go(const std::string& set) const;
   [[nodiscard]] bool shows(const SetFacts& seen, const std::string& set) const;
   /// These four give nothing where the file is of other pictures.
   [[nodiscard]] std::shared_ptr<const SetFacts> facts(const std::string& set) const;
@@ -211,14 +220,10 @@ class Bench {
   [[nodiscard]] std::shared_ptr<const Calibration> calibration() const;
   [[nodiscard]] std::shared_ptr<const Sheet> measured_sheet(const Drape& drape) const;
   [[nodiscard]] std::shared_ptr<const Sheet> sheet_in(const std::filesystem::path& file) const;
+  [[nodiscard]] std::shared_ptr<const Sheet> whole_sheet(const std::filesystem::path& file) const;
   [[nodiscard]] Chain own_chain(const Drape& drape) const;
   [[nodiscard]] Chain run_chain(const Drape& drape) const;
   [[nodiscard]] Chain run_chain(const Drape& drape, const Laying& laying) const;  ///< a further one
-  [[nodiscard]] bool is_made_of(const std::filesystem::path& output,
-                                const std::filesystem::path& input) const;
-  /// The record of the output lists the input, with whatever content.
-  [[nodiscard]] bool is_listed(const std::filesystem::path& output,
-                               const std::filesystem::path& input) const;
   /// Why the file is superseded, for people; nothing where it belongs to the pictures.
   [[nodiscard]] std::optional<std::string> against_marks(const std::filesystem::path& marks,
                                                          const std::string& set) const;
@@ -233,15 +238,43 @@ class Bench {
   [[nodiscard]] std::optional<std::string> against_result(const Drape& drape,
                                                           const Json& row) const;
 
+  // ---- inputs that are not the same any more (bench_inputs.cpp) --------------------------------
+  static Inputs read_inputs(const std::filesystem::path& record);
+  [[nodiscard]] std::shared_ptr<const Inputs> inputs_of(const std::filesystem::path& output) const;
+  [[nodiscard]] std::shared_ptr<const std::string> content_of(
+      const std::filesystem::path& file) const;  ///< its SHA-256; nothing where it is gone
+  [[nodiscard]] std::shared_ptr<const Rig> rig_in(const std::filesystem::path& file) const;
+  [[nodiscard]] std::string shown(const std::filesystem::path& file) const;
+  /// The record of the output lists the input with the content that it has now.
+  [[nodiscard]] bool is_made_of(const std::filesystem::path& output,
+                                const std::filesystem::path& input) const;
+  /// The record of the output lists the input, with whatever content.
+  [[nodiscard]] bool is_listed(const std::filesystem::path& output,
+                               const std::filesystem::path& input) const;
+  /// Which input was edited since or is gone, for people.
+  [[nodiscard]] std::optional<std::string> against_input(const std::filesystem::path& input,
+                                                         const std::string& sha256) const;
+  [[nodiscard]] std::optional<std::string> against_inputs(
+      const std::filesystem::path& output) const;
+  [[nodiscard]] std::optional<std::string> against_pictures(const std::string& set) const;
+  [[nodiscard]] std::optional<std::string> against_report(const Drape& drape) const;
+  [[nodiscard]] std::optional<std::string> edited_since_start() const;
+  const std::filesystem::path& as_read(const std::filesystem::path& file);
+  void require_as_read() const;
+
   static SetFacts read_set_facts(const std::filesystem::path& file);
   [[nodiscard]] Json set_json(const std::string& set) const;
   [[nodiscard]] Json outlines(const Drape& drape) const;  ///< of its objects, in every picture
   [[nodiscard]] Json drape_json(const Drape& drape) const;
+  [[nodiscard]] std::filesystem::path best_simulation(const Drape& drape) const;
+  [[nodiscard]] Json comparison_of(const Drape& drape, const Json& row) const;
+  [[nodiscard]] std::filesystem::path simulation_of(const Json& comparison) const;
   [[nodiscard]] Json calibration_json() const;
   [[nodiscard]] Json capture_json() const;
   [[nodiscard]] std::string operator_name() const;
 
   ConsoleOptions options_;
+  Inputs read_at_start_;  ///< rig, target, scenes, prints and targets of plates
   Rig rig_;
   Target target_;
   std::vector<Drape> drapes_;

@@ -18,24 +18,6 @@ namespace fs = std::filesystem;
 /// read, 600 sets would take 60 MB.
 constexpr std::size_t kMostKept = 64;
 
-/// Content of each input by its name, as the record of a step has it.
-using Inputs = std::map<fs::path, std::string>;
-
-/// Links to folders followed, as `drape run` spells its files; the file's own name stays.
-fs::path one_name(const fs::path& file) {
-  const fs::path whole = fs::absolute(file).lexically_normal();
-  std::error_code unreachable;
-  return fs::weakly_canonical(whole.parent_path(), unreachable) / whole.filename();
-}
-
-Inputs read_inputs(const fs::path& record) {
-  const fs::path folder = fs::weakly_canonical(fs::absolute(record).parent_path());
-  Inputs inputs;
-  for (const JsonNode& item : JsonNode::open(record, "run", 1).items("inputs"))
-    inputs[one_name(folder / item.text("file"))] = item.text("sha256");
-  return inputs;
-}
-
 /// Why something is superseded; what cannot be read is.
 template <class Ask>
 std::optional<std::string> reason_of(Ask ask) {
@@ -103,9 +85,30 @@ Bench::Images Bench::images(const std::string& set) const {
   return images;
 }
 
+std::shared_ptr<const Bench::Inputs> Bench::inputs_of(const fs::path& output) const {
+  return kept<Inputs>(facts_, run_record_path(output), read_inputs);
+}
+
+std::shared_ptr<const std::string> Bench::content_of(const fs::path& file) const {
+  return kept<std::string>(facts_, file, sha256_of_file);
+}
+
+std::shared_ptr<const Rig> Bench::rig_in(const fs::path& file) const {
+  const auto read = [](const fs::path& path) { return read_rig(path); };
+  return kept<Rig>(facts_, file, read);
+}
+
+/// As the recording says.
+bool Bench::is_no_go(const std::string& set) const {
+  const auto recorded = recording();
+  return std::any_of(recorded->sets.begin(), recorded->sets.end(),
+                     [&](const FrameSet& one) { return one.name == set && one.no_go; });
+}
+
 bool Bench::shows(const SetFacts& seen, const std::string& set) const {
   const auto found = seen.images.find(set);
-  return found != seen.images.end() && found->second == images(set);
+  return found != seen.images.end() && found->second == images(set) &&
+         (!is_no_go(set) || seen.no_go.contains(set));
 }
 
 std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) const {
@@ -113,7 +116,8 @@ std::shared_ptr<const Bench::SetFacts> Bench::facts(const std::string& set) cons
   if (!fs::is_regular_file(run_record_path(file))) return nullptr;
   try {
     auto seen = kept<SetFacts>(facts_, file, read_set_facts);
-    return seen && shows(*seen, set) ? seen : nullptr;
+    return seen && shows(*seen, set) && !against_pictures(set) && !against_inputs(file) ? seen
+                                                                                        : nullptr;
   } catch (const Error&) {  // damaged: it is measured again
     return nullptr;
   }
@@ -136,7 +140,11 @@ std::shared_ptr<const Sheet> Bench::measured_sheet(const Drape& drape) const {
 
 std::shared_ptr<const Sheet> Bench::sheet_in(const fs::path& file) const {
   if (file.empty() || !fs::is_regular_file(run_record_path(file))) return nullptr;
-  return kept<Sheet>(kept_, file, read_sheet);
+  return whole_sheet(file);
+}
+
+std::shared_ptr<const Sheet> Bench::whole_sheet(const fs::path& file) const {
+  return file.empty() ? nullptr : kept<Sheet>(kept_, file, read_sheet);
 }
 
 Bench::Chain Bench::own_chain(const Drape& drape) const {
@@ -174,27 +182,15 @@ Bench::Chain Bench::run_chain(const Drape& drape, const Laying& laying) const {
   return chain;
 }
 
-/// The record of the output lists the input with the content that it has now.
-bool Bench::is_made_of(const fs::path& output, const fs::path& input) const {
-  const auto inputs = kept<Inputs>(facts_, run_record_path(output), read_inputs);
-  const auto content = kept<std::string>(facts_, input, sha256_of_file);
-  if (!inputs || !content) return false;
-  const auto found = inputs->find(one_name(input));
-  return found != inputs->end() && found->second == *content;
-}
-
-bool Bench::is_listed(const fs::path& output, const fs::path& input) const {
-  const auto inputs = kept<Inputs>(facts_, run_record_path(output), read_inputs);
-  return inputs && inputs->contains(one_name(input));
-}
-
 std::optional<std::string> Bench::against_marks(const fs::path& marks,
                                                 const std::string& set) const {
   if (is_left_out(set)) return fmt::format("`{}` is left out", set);
   return reason_of([&]() -> std::optional<std::string> {
     const auto seen = kept<SetFacts>(facts_, marks, read_set_facts);
-    if (seen && shows(*seen, set)) return std::nullopt;
-    return fmt::format("`{}` has other pictures now", set);
+    if (!seen || !shows(*seen, set)) return fmt::format("`{}` has other pictures now", set);
+    if (auto why = against_pictures(set)) return why;
+    // Marks that the console merged have no record; those of each set have.
+    return against_inputs(marks == target_detections_file() ? detections_file(set) : marks);
   });
 }
 
@@ -208,7 +204,7 @@ std::optional<std::string> Bench::against_calibration(const fs::path& calibratio
     for (const std::string& set : made->sets)
       if (auto why = against_marks(target_marks, set)) return why;
     if (!is_made_of(calibration, target_marks)) return "the target's marks were measured again";
-    return std::nullopt;
+    return against_inputs(calibration);
   });
 }
 
@@ -217,7 +213,7 @@ std::optional<std::string> Bench::against_object(const Chain& chain,
   if (auto why = against_marks(object.marks, object.set)) return why;
   if (!is_made_of(object.file, object.marks) || !is_made_of(object.file, chain.calibration))
     return fmt::format("the plate of `{}` is not measured with its pictures", object.set);
-  return std::nullopt;
+  return against_inputs(object.file);
 }
 
 std::optional<std::string> Bench::against_sheet(const Chain& chain) const {
@@ -237,13 +233,13 @@ std::optional<std::string> Bench::against_sheet(const Chain& chain) const {
     if (!is_made_of(chain.sheet, object.file))
       return fmt::format("the plate of `{}` was measured since", object.set);
   }
-  return std::nullopt;
+  return against_inputs(chain.sheet);
 }
 
 /// Rows of the store that are of the sheet that `drape run` measured last, in one run.
 Json Bench::comparisons(const Drape& drape, const Json& run) const {
   Json some = Json::array();
-  const auto content = kept<std::string>(facts_, run_chain(drape).sheet, sha256_of_file);
+  const auto content = content_of(run_chain(drape).sheet);
   const Json all = results({"list", "--scene", drape.scene.name});
   if (content && all.is_array())
     for (const Json& one : all)
@@ -254,7 +250,7 @@ Json Bench::comparisons(const Drape& drape, const Json& run) const {
 
 /// The match of a run is judged by the further layings too that it was given.
 std::optional<std::string> Bench::against_layings(const Drape& drape, const Json& run) const {
-  const auto own = kept<std::string>(facts_, run_chain(drape).sheet, sha256_of_file);
+  const auto own = content_of(run_chain(drape).sheet);
   const Json given = results(
       {"sql", fmt::format("SELECT l.set_name, l.repeat, l.sheet_sha256 FROM real_repeat AS l JOIN "
                           "run_match AS m ON m.sha256 = l.match_sha256 JOIN run AS r ON r.sha256 = "
@@ -271,7 +267,7 @@ std::optional<std::string> Bench::against_layings(const Drape& drape, const Json
     if (laying == known.end()) return fmt::format("`{}` is no laying of the rig now", set);
     const Chain chain = run_chain(drape, *laying);
     if (const auto why = against_sheet(chain)) return fmt::format("its laying `{}`: {}", set, *why);
-    const auto content = kept<std::string>(facts_, chain.sheet, sha256_of_file);
+    const auto content = content_of(chain.sheet);
     if (!content || *content != one["sheet_sha256"])
       return fmt::format("its laying `{}` was measured again", set);
   }
@@ -281,7 +277,8 @@ std::optional<std::string> Bench::against_layings(const Drape& drape, const Json
 std::optional<std::string> Bench::against_result(const Drape& drape, const Json& row) const {
   if (auto why = against_sheet(run_chain(drape))) return why;
   if (comparisons(drape, row["run"]).empty()) return "the drape was measured again";
-  return against_layings(drape, row["run"]);
+  if (auto why = against_layings(drape, row["run"])) return why;
+  return against_report(drape);
 }
 
 }  // namespace drape::console

@@ -19,6 +19,10 @@ std::string quoted(const std::string& text) {
   return Json(text).dump();  // TOML's basic strings have JSON's escapes
 }
 
+void write_where_new(const fs::path& file, const std::string& text) {
+  if (!fs::is_regular_file(file) || read_text(file) != text) write_durable(file, text);
+}
+
 }  // namespace
 
 Json ending_of(const fs::path& output) {
@@ -96,7 +100,7 @@ Scene Bench::measured_scene(const Drape& drape) const {
 }
 
 /// The rig with what was taken only, so that a bench is measured from the sets it has.
-std::string Bench::rig_text() const {
+std::string Bench::rig_text(bool for_calibration) const {
   const auto relative = [&](const fs::path& file) {
     return quoted(fs::proximate(fs::absolute(file), fs::absolute(own_)).generic_string());
   };
@@ -104,12 +108,13 @@ std::string Bench::rig_text() const {
   std::vector<std::string> poses, scenes;
   std::copy_if(rig_.free_poses.begin(), rig_.free_poses.end(), std::back_inserter(poses), taken);
   for (const Drape& drape : drapes_)
-    if (taken(drape.scene.set)) scenes.push_back(relative(drape.scene.file));
+    if (!for_calibration && taken(drape.scene.set)) scenes.push_back(relative(drape.scene.file));
   std::string text = fmt::format(
       "# Made by `drape bench`: {} with the sets that were taken.\n"
       "schema = \"drapebench/rig/1\"\nname = {}\ntarget = {}\n",
       rig_.file.filename().string(), quoted(rig_.name), relative(rig_.target_file));
-  if (!rig_.print_file.empty()) text += fmt::format("print = {}\n", relative(rig_.print_file));
+  if (!for_calibration && !rig_.print_file.empty())
+    text += fmt::format("print = {}\n", relative(rig_.print_file));
   text += fmt::format("recording = {}\n", relative(recording_folder_));
   if (!scenes.empty())
     text += fmt::format("scenes = [{}]\ngrids = [{}]\nsegments = [{}]\n", fmt::join(scenes, ", "),
@@ -121,7 +126,7 @@ std::string Bench::rig_text() const {
       text += fmt::format("\n[[calibration.stage]]\nset = {}\nz_mm = {:.9f}\n", quoted(stage.set),
                           stage.z_m / units::mm);
   for (const Laying& one : layings())
-    if (one.named && taken(one.set) && taken(drape(one.drape).scene.set)) {
+    if (!for_calibration && one.named && taken(one.set) && taken(drape(one.drape).scene.set)) {
       text += fmt::format("\n[[repeat]]\nscene = {}\nset = {}\nrepeat = {}\n", quoted(one.drape),
                           quoted(one.set), quoted(one.repeat));
       if (!one.face.empty()) text += fmt::format("face = {}\n", quoted(one.face));
@@ -160,9 +165,7 @@ std::string Bench::live_rig_text(const fs::path& folder,
 }
 
 void Bench::write_rig() const {
-  const std::string text = rig_text();
-  if (!fs::is_regular_file(rig_file()) || read_text(rig_file()) != text)
-    write_durable(rig_file(), text);
+  write_where_new(rig_file(), rig_text(false));
   // `drape run` looks for it beside the rig.
   const fs::path accepted = rig_.file.parent_path() / "acceptance.json";
   const fs::path copy = own_ / "acceptance.json";
@@ -170,6 +173,10 @@ void Bench::write_rig() const {
     write_durable(copy, read_text(accepted));
   else
     fs::remove(copy);
+}
+
+void Bench::write_calibration_rig() const {
+  write_where_new(calibration_rig_file(), rig_text(true));
 }
 
 void Bench::merge_detections(const std::vector<std::string>& sets) const {

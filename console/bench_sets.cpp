@@ -29,6 +29,7 @@ void Bench::read_layings() {
             std::pair{"tags_hole_mm", "--hole-mm"}, std::pair{"tags_placing_mm", "--placing-mm"}})
         if (table.has(key))
           plate.lies.insert(plate.lies.end(), {option, fmt::format("{}", table.number(key))});
+      as_read(plate.target);
       one.plates.push_back(std::move(plate));
     }
   }

@@ -46,20 +46,6 @@ struct ObjectJson {
   Json operator()(const MeshObject&) const { return {{"is", "mesh"}}; }
 };
 
-/// The simulation that speaks for a drape: the finest grid, five segments or else the most.
-fs::path best_simulation(const fs::path& folder, const Rig& rig) {
-  std::vector<int> grids = rig.grids, segments = rig.segments;
-  std::sort(grids.rbegin(), grids.rend());
-  std::sort(segments.rbegin(), segments.rend());
-  std::stable_partition(segments.begin(), segments.end(), [](int s) { return s == 5; });
-  for (const int grid : grids)
-    for (const int segment : segments) {
-      fs::path file = folder / fmt::format("{}-{}", grid, segment) / "sheet.json";
-      if (fs::is_regular_file(file)) return file;
-    }
-  return {};
-}
-
 /// Corners of the cells whose four marks are there, 12 numbers each.
 Json quads_json(const Sheet& sheet) {
   Json quads = Json::array();
@@ -78,6 +64,47 @@ Json quads_json(const Sheet& sheet) {
 
 }  // namespace
 
+/// Before there is a comparison: the finest grid, five segments or else the most.
+fs::path Bench::best_simulation(const Drape& drape) const {
+  if (against_sheet(run_chain(drape))) return {};
+  std::vector<int> grids = rig_.grids, segments = rig_.segments;
+  std::sort(grids.rbegin(), grids.rend());
+  std::sort(segments.rbegin(), segments.rend());
+  std::stable_partition(segments.begin(), segments.end(), [](int s) { return s == 5; });
+  for (const int grid : grids)
+    for (const int segment : segments) {
+      fs::path file = out_ / drape.scene.name / "simulations" /
+                      fmt::format("{}-{}", grid, segment) / "sheet.json";
+      if (!against_inputs(file)) return file;
+    }
+  return {};
+}
+
+/// The comparison that a row of the distances sums up; the same grid may have several branches.
+Json Bench::comparison_of(const Drape& drape, const Json& row) const {
+  for (const Json& item : comparisons(drape, row.value("run", Json())))
+    if (item.value("grid_size", "") == row.value("grid_size", "") &&
+        item.value("segments", 0.0) == row.value("segments", 0.0) &&
+        item.value("mean_dist_mm", 0.0) == row.value("mean_dist_mm", 0.0))
+      return item;
+  return {};
+}
+
+/// The sheet that a comparison is of, where the report still has it; a refined one lies elsewhere
+/// than those of the rig's grids.
+fs::path Bench::simulation_of(const Json& comparison) const {
+  const Json of = results({"sql", fmt::format("SELECT simulated_sha256 AS sheet FROM comparison "
+                                              "WHERE substr(sha256, 1, 12) = '{}'",
+                                              comparison.value("comparison", ""))});
+  const auto inputs = inputs_of(report());
+  if (!inputs || !of.is_array() || of.size() != 1) return {};
+  for (const auto& [file, sha256] : *inputs)
+    if (file.filename() == "sheet.json" && sha256 == of[0].value("sheet", "") &&
+        !against_input(file, sha256))
+      return file;
+  return {};
+}
+
 Json Bench::sheet(const std::string& name) const {
   const Drape& one = drape(name);
   Json json = {{"drape", name},         {"marks", Json::array()},   {"gaps", Json::array()},
@@ -90,22 +117,17 @@ Json Bench::sheet(const std::string& name) const {
   std::map<std::pair<int, int>, double> distances;
   const Json headline = results({"trend", "--by", "fabric"});
   const Json* row = of_scene(headline, name);
-  const auto simulated = against_sheet(run_chain(one))
-                             ? nullptr
-                             : sheet_in(best_simulation(out_ / name / "simulations", rig_));
+  const Json shown =
+      row != nullptr && !against_result(one, *row) ? comparison_of(one, *row) : Json();
+  const auto simulated =
+      shown.is_null() ? sheet_in(best_simulation(one)) : whole_sheet(simulation_of(shown));
   if (simulated) json["virtual"] = quads_json(*simulated);
-  if (row != nullptr && simulated) {
-    for (const Json& item : comparisons(one, row->value("run", Json())))
-      if (item.value("grid_size", "") == row->value("grid_size", "") &&
-          item.value("segments", 0.0) == row->value("segments", 0.0)) {
-        json["comparison"] = item;
-        const Json shown = results({"show", item.value("comparison", "")});
-        if (shown.is_array() && shown.size() == 3)
-          for (const Json& mark : shown[2]["rows"])
-            distances[{mark.value("row", 0), mark.value("col", 0)}] =
-                mark.value("distance_mm", 0.0);
-        break;
-      }
+  if (!shown.is_null()) {
+    json["comparison"] = shown;
+    const Json tables = results({"show", shown.value("comparison", "")});
+    if (tables.is_array() && tables.size() == 3)
+      for (const Json& mark : tables[2]["rows"])
+        distances[{mark.value("row", 0), mark.value("col", 0)}] = mark.value("distance_mm", 0.0);
   }
   for (const SheetMark& mark : measured->marks) {
     Json item = {{"row", mark.mark.row},

@@ -106,7 +106,7 @@ const Json* of_scene(const Json& rows, const std::string& scene) {
 
 Bench::SetFacts Bench::read_set_facts(const fs::path& file) {
   const Detections detections = read_detections(file);
-  SetFacts facts{detection_json(detections), {}, {}, {}};
+  SetFacts facts{detection_json(detections), {}, {}, {}, detections.no_go};
   for (const FrameDetections& frame : detections.frames)
     facts.images[frame.set][frame.camera] = frame.image_sha256;
   const Json ending = ending_of(file);
@@ -196,7 +196,7 @@ Json Bench::drape_json(const Drape& one) const {
     for (const int segment : rig_.segments) {
       const fs::path file =
           out_ / name / "simulations" / fmt::format("{}-{}", grid, segment) / "sheet.json";
-      const bool there = simulated && fs::is_regular_file(file);
+      const bool there = simulated && fs::is_regular_file(file) && !against_inputs(file);
       const Json ending = there ? ending_of(file) : Json();
       json["simulations"].push_back(
           {{"grid", grid},
@@ -247,8 +247,11 @@ Json Bench::state() const {
   json["log"] = log_.last(kShownEntries);
   json["log_entries"] = log_.size();
   json["log_torn"] = log_.torn();
+  const auto edited = edited_since_start();
   const std::lock_guard lock(mutex_);
   json["trouble"] = trouble_;
+  if (edited && trouble_.empty())
+    json["trouble"] = *edited + " was edited: end the console and start it again";
   return json;
 }
 

@@ -173,6 +173,86 @@ TEST_F(Current, ASetThatIsNoMeasurementMakesCalibrationAndSheetNoGo) {
   EXPECT_EQ(state["drapes"][0]["sheet"]["verdict"], "NO-GO") << state["drapes"][0].dump(1);
 }
 
+/// Whatever the record of a step lists as an input.
+TEST_F(Current, AnEditedInputSupersedesWhatWasMadeOfItAndIsNamed) {
+  bench_.replace("rig.toml", kLaterPoses, "");
+  const auto server = std::make_unique<RunningBench>(bench_.rig(), out());
+  take(*server, {"stage_z000", "stage_z030", "pose_00", "pose_01", "drape_C"});
+  static_cast<void>(done(*server, {{"do", "calibrate"}}));
+  static_cast<void>(done(*server, {{"do", "measure"}, {"drape", "C"}}));
+  const Json before = done(*server, {{"do", "run"}})["drapes"][0];
+  ASSERT_TRUE(before["sheet"].is_object() && before["result"].is_object()) << before.dump(1);
+  struct Edit {
+    const char *file, *from, *to, *calibration, *sheet, *result;  ///< what names each, if it is
+  };
+  for (const Edit& edit :
+       {Edit{"rig.toml", "z_mm = 30.0", "z_mm = 28.0", "rig.toml", "rig.toml", "z_mm of `stage_z0"},
+        Edit{"target.toml", "dot_diameter_mm = 8", "dot_diameter_mm = 7", "target.toml",
+             "target.toml", "target.toml"},
+        Edit{"print.toml", "margin_mm = [10.0", "margin_mm = [11.0", "", "print.toml",
+             "print.toml"},
+        Edit{"scenes/C.toml", "friction = 0.4", "friction = 0.5", "", "scenes/C.toml",
+             "scenes/C.toml"},
+        Edit{"fabrics/A.toml", "areal_density_g_per_m2 = 138", "areal_density_g_per_m2 = 139", "",
+             "", "fabrics/A.toml"}}) {
+    const std::string text = read_text(bench_.rig() / edit.file);
+    bench_.replace(edit.file, edit.from, edit.to);
+    const Json state = server->get("api/state"), drape = state["drapes"][0];
+    for (const auto& [why, named] : {std::pair{state["calibration_superseded"], edit.calibration},
+                                     std::pair{drape["sheet_superseded"], edit.sheet},
+                                     std::pair{drape["result_superseded"], edit.result}}) {
+      EXPECT_EQ(why.is_null(), std::string(named).empty()) << edit.file << why.dump();
+      EXPECT_THAT(why.dump(), HasSubstr(named)) << edit.file;
+    }
+    EXPECT_EQ(state["report_superseded"], true) << edit.file;
+    // What the server read when it started is not used further.
+    const bool read = std::string(edit.file) != "fabrics/A.toml";
+    EXPECT_EQ(server->act({{"do", "take"}, {"set", "pose_02"}}), read ? 400 : 200) << edit.file;
+    EXPECT_EQ(state["trouble"] == "", !read) << edit.file;
+    write_durable(bench_.rig() / edit.file, text);
+    const Json after = server->idle_state();
+    EXPECT_EQ(after["drapes"][0], before) << edit.file;
+    EXPECT_EQ(after["trouble"], "");
+  }
+  // A picture under the running server.
+  const fs::path folder = bench_.rig() / "recording/drape_C";
+  const fs::path own = fs::canonical(folder);
+  const std::string bytes = read_text(own / "cam0.png");
+  fs::remove(folder);  // a link to the project's
+  fs::copy(own, folder);
+  write_durable(folder / "cam0.png", bytes + " ");
+  EXPECT_THAT(server->get("api/state")["drapes"][0]["sheet_superseded"].dump(),
+              HasSubstr("drape_C/cam0.png` is not as recorded"));
+}
+
+TEST_F(Current, AfterAnEditOfTheTargetCalibrateDetectsAgain) {
+  auto server = std::make_unique<RunningBench>(bench_.rig(), out());
+  take(*server, {"stage_z000", "pose_00", "pose_01"});
+  static_cast<void>(done(*server, {{"do", "calibrate"}}));
+  server.reset();
+  const std::string text = read_text(bench_.rig() / "target.toml");
+  write_durable(bench_.rig() / "target.toml", text + "# measured again\n");
+  server = std::make_unique<RunningBench>(bench_.rig(), out());
+  EXPECT_THAT(server->get("api/state")["calibration_superseded"].dump(), HasSubstr("target.toml"));
+  const Json state = done(*server, {{"do", "calibrate"}});
+  EXPECT_EQ(state["calibration"]["verdict"], "GO") << state["jobs"].dump(1);
+  EXPECT_TRUE(state["calibration_superseded"].is_null());
+}
+
+TEST_F(Current, TheVirtualSheetIsTheOneOfTheDistances) {
+  bench_.replace("rig.toml", kLaterPoses, "");
+  const RunningBench server(bench_.rig(), out());
+  take(server, {"stage_z000", "stage_z030", "pose_00", "pose_01", "drape_C"});
+  const Json result = done(server, {{"do", "run"}})["drapes"][0]["result"];
+  ASSERT_TRUE(result.is_object());
+  const Json sheet = server.get("api/sheet?drape=C");
+  const std::string grid = result["grid_size"];
+  const auto side = static_cast<std::size_t>(std::stoi(grid));
+  ASSERT_GT(side, 11U) << "the refined one speaks for the drape";
+  EXPECT_EQ(sheet["comparison"]["grid_size"], grid);
+  EXPECT_EQ(sheet["virtual"].size(), (side - 1) * (side - 1) * 12) << "corners of its cells";
+}
+
 TEST_F(Current, ThePageShowsThePicturesOfARetake) {
   const auto browser = open_chromium();
   if (!browser) GTEST_SKIP() << "missing: the browser (chromium)";
