@@ -13,6 +13,7 @@
 #include "core/error.hpp"
 #include "core/files/files.hpp"
 #include "core/files/inside.hpp"
+#include "core/files/json_file.hpp"
 #include "core/parallel.hpp"
 
 namespace drape::capture {
@@ -122,6 +123,15 @@ std::vector<const CheckedImage*> images_to_copy(const fs::path& recording_folder
   return to_copy;
 }
 
+/// The notes of a set are as little replaced as its pictures.
+void require_same_details(const fs::path& recording_folder, const std::string& set,
+                          const std::string& sha256) {
+  const fs::path file = recording_folder / set / "capture.json";
+  if (fs::exists(file) && sha256_of_file(file) != sha256)
+    throw bad_input("another file of this name is already there",
+                    {.file = file.string(), .set = set}, "import into a new or empty folder");
+}
+
 void copy_one(const fs::path& folder, const fs::path& recording_folder,
               const CheckedImage& checked) {
   const std::vector<unsigned char> bytes = read_bytes(folder / checked.image.file);
@@ -132,6 +142,75 @@ void copy_one(const fs::path& folder, const fs::path& recording_folder,
   write_inside(recording_folder, checked.frame.file,
                {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
                where_is(folder, checked.image));
+}
+
+/// What a capture noted in the folder of a set; nothing where the file is not of a capture.
+struct Details {
+  std::string set;  ///< under which it was taken
+  std::string bytes, sha256;
+  std::optional<double> motion_px, camera_shift_px;
+  std::optional<std::string> no_go;
+};
+
+std::optional<Details> details_in(const fs::path& folder, const std::string& set) {
+  const fs::path file = folder / set / "capture.json";
+  if (!fs::is_regular_file(file)) return std::nullopt;
+  Details details;
+  details.bytes = read_text(file);
+  const Json json = try_json(details.bytes);
+  if (json.is_discarded())
+    throw bad_input("the file is damaged, so that nobody knows whether the set is a measurement",
+                    {.file = file.string(), .set = set},
+                    "bring it back from where the set was copied, or record the set again");
+  if (!json.is_object() || !json.contains("schema") || !json["schema"].is_string() ||
+      !json["schema"].get<std::string>().starts_with("drapebench/capture/"))
+    return std::nullopt;
+  const JsonNode root = JsonNode::open(file, "capture", 1), still = root.at("stillness");
+  details.sha256 = sha256_of(details.bytes);
+  details.set = root.text("set");
+  details.motion_px = still.optional_number("motion_px");
+  details.camera_shift_px = still.optional_number("background_shift_px");
+  if (root.has("no_go")) details.no_go = root.optional_text("no_go");
+  if (!details.no_go && still.optional_text("cloth") == "moved")
+    details.no_go = details.motion_px
+                        ? fmt::format("the cloth moved by {:.2f} px or more during the burst",
+                                      *details.motion_px)
+                        : "the cloth moved farther than can be followed during the burst";
+  return details;
+}
+
+/// `drape_A_000` to `drape_A_012` are one burst of `drape_A`; empty for a set of its own.
+std::string burst_of(const std::string& set) {
+  constexpr std::size_t kNumber = 4;  // _000
+  if (set.size() <= kNumber || set[set.size() - kNumber] != '_') return {};
+  const std::string number = set.substr(set.size() - kNumber + 1);
+  const bool counts =
+      std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return counts ? set.substr(0, set.size() - kNumber) : "";
+}
+
+/// By name of the set. A capture writes them as the sets of a burst come: what ended one of them
+/// is so of all.
+std::map<std::string, Details> all_details(const fs::path& folder, const FolderLayout& layout) {
+  std::map<std::string, Details> all;
+  std::map<std::string, std::string> moved;  ///< by burst
+  for (const SetLayout& set : layout.sets)
+    if (auto details = details_in(folder, set.name)) {
+      if (details->no_go) moved[burst_of(details->set)] = *details->no_go;
+      all.emplace(set.name, std::move(*details));
+    }
+  for (auto& [set, details] : all)
+    if (const std::string burst = burst_of(details.set); !details.no_go && moved.contains(burst))
+      if (!burst.empty()) details.no_go = moved.at(burst);
+  return all;
+}
+
+/// A manifest knows more: of the whole burst, and what was said of it later.
+void note(const Details& details, FrameSet& set) {
+  set.details_sha256 = details.sha256;
+  set.motion_px = details.motion_px;
+  set.camera_shift_px = details.camera_shift_px;
+  set.no_go = details.no_go;
 }
 
 bool is_same_folder(const fs::path& a, const fs::path& b) {
@@ -163,7 +242,7 @@ Recording make_recording(const fs::path& recording_folder, const FolderLayout& l
 
 /// Gives a set what was noted before of its pictures: why one of them is no measurement, the times
 /// of its frames and, where all are those of one set, how still that stood. The details are a file
-/// that only its own folder has. Returns whether all are.
+/// of their own. Returns whether all are.
 bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
   bool all = true;
   for (RecordedFrame& frame : set.frames) {
@@ -178,9 +257,9 @@ bool keep_notes(const FrameSet& before, bool in_place, FrameSet& set) {
     all = all && known;
   }
   if (!all) return false;
-  set.motion_px = before.motion_px;
-  set.camera_shift_px = before.camera_shift_px;
-  if (in_place) set.details_sha256 = before.details_sha256;
+  if (before.motion_px) set.motion_px = before.motion_px;
+  if (before.camera_shift_px) set.camera_shift_px = before.camera_shift_px;
+  if (in_place && before.details_sha256) set.details_sha256 = before.details_sha256;
   return true;
 }
 
@@ -208,6 +287,11 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   report.cameras =
       require_same_cameras(folder, layout, options.allow_missing ? &report.warnings : nullptr);
   report.ignored = layout.ignored;
+  const std::map<std::string, Details> noted = all_details(folder, layout);
+  for (const SetLayout& set : layout.sets)
+    if (const std::string file = set.name + "/capture.json";
+        fs::exists(folder / file) && !noted.contains(set.name))
+      report.ignored.push_back({file, "not of a capture"});
 
   std::vector<CheckedImage> images = list_images(layout);
   Ticker ticker(options, images.size());
@@ -225,16 +309,24 @@ ImportResult import_folder(const fs::path& folder, const fs::path& recording_fol
   const std::vector<std::string> same = same_bytes_warnings(images);
   report.warnings.insert(report.warnings.end(), same.begin(), same.end());
 
-  if (!report.in_place)
+  if (!report.in_place) {
+    for (const auto& [set, details] : noted)
+      require_same_details(recording_folder, set, details.sha256);
     for (const CheckedImage* image : images_to_copy(recording_folder, images))
       copy_one(folder, recording_folder, *image);
+    for (const auto& [set, details] : noted)
+      write_inside(recording_folder, set + "/capture.json", details.bytes, {.set = set});
+  }
   Recording recording = make_recording(recording_folder, layout, images);
   recording.recorded_on = options.recorded_on;
+  for (FrameSet& set : recording.sets)
+    if (const auto found = noted.find(set.name); found != noted.end()) note(found->second, set);
   if (source) keep_notes_of(*source, false, recording);
   if (existing) keep_notes_of(*existing, true, recording);
   for (const FrameSet& set : recording.sets)
     if (set.no_go)
-      report.warnings.push_back(fmt::format("{}: NO-GO as before: {}", set.name, *set.no_go));
+      report.warnings.push_back(
+          fmt::format("{}: NO-GO as when it was taken: {}", set.name, *set.no_go));
   write_recording(recording);
   return {std::move(recording), std::move(report)};
 }

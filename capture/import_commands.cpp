@@ -34,6 +34,8 @@ int run_import(const fs::path& folder, const fs::path& recording_folder,
   const ImportResult result = import_folder(folder, recording_folder, options);
   for (const FrameSet& set : result.recording.sets) {
     for (const RecordedFrame& frame : set.frames) record.input(folder / frame.file, frame.sha256);
+    if (const fs::path notes = folder / set.name / "capture.json"; fs::exists(notes))
+      record.input(notes);
   }
   record.output(manifest);  // which holds the hashes of the copied images
   return finish(ending_of(result, recording_folder), common, record);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "capture/capture.hpp"
@@ -91,7 +92,7 @@ TEST_F(Import, KeepsWhatWasNotedOfTheSamePictures) {
     EXPECT_EQ(found.sets[0].motion_px, 0.3);
     EXPECT_EQ(found.sets[0].frames[1].device_time_s, 12.5);
     EXPECT_EQ(found.sets[1].no_go, std::nullopt);
-    EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as before")));
+    EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as when it was taken")));
   }
   EXPECT_THAT(verify_recording(out(), {}).no_go, ElementsAre("set2: the cloth moved by 0.30 px"));
 }
@@ -117,6 +118,45 @@ TEST_F(Import, ANoGoSetStaysNoGoUnderAnotherNameAndWithOnePictureMore) {
   EXPECT_EQ(renamed.sets[0].no_go, std::nullopt);
   ASSERT_EQ(renamed.sets[1].name, "set11");
   EXPECT_EQ(renamed.sets[1].no_go, "the cloth moved by 0.30 px");
+}
+
+/// Of a set's folder alone, or where recording.json was given up: capture.json lies in the folder.
+TEST_F(Import, TheNotesOfACaptureKeepANoGo) {
+  const auto notes = [](const std::string& set, const char* cloth, const char* more) {
+    return fmt::format(
+        R"({{"schema": "drapebench/capture/1", "set": "{}", {} "stillness": {{"cloth": {}, )"
+        R"("motion_px": 0.993, "background_shift_px": null}}}})",
+        set, more, cloth);
+  };
+  write_durable(in() / "set2/capture.json", notes("drape_A_001", "\"moved\"", ""));
+  write_durable(in() / "set10/capture.json", notes("pose_01", "\"still\"", ""));
+  // From there on each of them has the notes only.
+  for (const auto& [from, to] : {std::pair{in(), out()}, std::pair{in(), in()},
+                                 std::pair{out(), out()}, std::pair{out(), out() / "../next"}}) {
+    fs::remove(from / "recording.json");
+    const ImportResult result = import_folder(from, to, {});
+    const Recording found = read_recording(to);
+    EXPECT_EQ(found.sets[0].no_go, "the cloth moved by 0.99 px or more during the burst") << to;
+    EXPECT_EQ(found.sets[0].motion_px, 0.993);
+    EXPECT_EQ(found.sets[1].no_go, std::nullopt);
+    EXPECT_TRUE(result.report.ignored.empty());
+    EXPECT_THAT(result.report.warnings, testing::Contains(HasSubstr("NO-GO as when")));
+    EXPECT_TRUE(verify_recording(to, {}).good());
+  }
+  // The sets before the one that moved are of the same burst.
+  write_durable(in() / "set10/capture.json", notes("drape_A_000", "null", ""));
+  EXPECT_TRUE(import_folder(in(), out() / "burst", {}).recording.sets[1].no_go.has_value());
+  write_durable(in() / "set2/capture.json",
+                notes("drape_B", "null", "\"no_go\": \"the average is of 2 of 3 frames\","));
+  const Recording average = import_folder(in(), out() / "average", {}).recording;
+  EXPECT_EQ(average.sets[0].no_go, "the average is of 2 of 3 frames");
+  EXPECT_EQ(average.sets[1].no_go, std::nullopt);
+  write_durable(in() / "set10/capture.json", "{\"of\": \"another program\"}");
+  EXPECT_EQ(import_folder(in(), out() / "foreign", {}).report.ignored.at(0).file,
+            "set10/capture.json");
+  write_durable(in() / "set10/capture.json", "{\"schema\": \"drapeb");
+  EXPECT_THAT(refusal(in(), out() / "damaged"), HasSubstr("set10/capture.json"));
+  EXPECT_FALSE(fs::exists(out() / "damaged"));
 }
 
 TEST_F(Import, ADamagedManifestIsRefusedBeforeAnythingIsWritten) {

@@ -83,10 +83,12 @@ std::string raw_file(const std::string& camera, const LiveFrame& frame) {
 
 Json set_details(const std::string& name, const LiveSet& set,
                  const std::vector<FrameQuality>& qualities, std::size_t averaged,
-                 const LiveReport& report, const StillReport& still, const RecordOptions& options) {
+                 const LiveReport& report, const StillReport& still, const RecordOptions& options,
+                 const std::optional<std::string>& no_go) {
   Json json;
   json["schema"] = "drapebench/capture/1";
   json["set"] = name;
+  if (no_go) json["no_go"] = *no_go;
   json["recorded_on"] = options.recorded_on;
   json["sync_method"] = to_string(report.method);
   json["fallen_back_because"] =
