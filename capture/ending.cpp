@@ -129,6 +129,13 @@ Ending ending_of(const LiveReport& report, const RecordResult& stored, int sets_
             fmt::format("{} sends {}, which is lossy: a dot's centre is less sure "
                         "(capture/README.md, Pixels)",
                         camera.name, one.value));
+  if (const auto& why = stored.still.calibration_no_go)
+    ending.warnings.push_back("no speed in mm/s: the calibration is NO-GO: " + *why);
+  for (const std::string& camera : stored.still.not_judged())
+    ending.warnings.push_back(
+        fmt::format("{}: stillness could not be judged: its pictures have structure in one "
+                    "direction only, or none above their noise",
+                    camera));
   for (const LiveFault& fault : report.faults) ending.rejected.push_back(line_of(fault));
   if (moved) ending.rejected.push_back(line_of(*moved));
   if (stored.short_average) ending.rejected.push_back(line_of(*stored.short_average));

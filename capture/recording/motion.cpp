@@ -35,6 +35,9 @@ struct Normal {
   double xx = 0, xy = 0, yy = 0;  ///< of the gradients, about their mean
   double mean_x = 0, mean_y = 0, mean = 0, variance = 0;
   [[nodiscard]] double smallest() const { return 0.5 * (xx + yy - std::hypot(xx - yy, 2 * xy)); }
+  [[nodiscard]] double largest() const { return 0.5 * (xx + yy + std::hypot(xx - yy, 2 * xy)); }
+  /// Of the strongest gradients, from +x.
+  [[nodiscard]] double angle_rad() const { return 0.5 * std::atan2(2 * xy, xx - yy); }
 };
 
 }  // namespace following
@@ -51,6 +54,9 @@ constexpr double kOverNoise = 1.5;       ///< nor is it below this multiple of t
 /// Noise lowers the correlation of a block of variance v to 1 - n / (2 v), n that of the difference
 /// of two pictures: to 0.7 where v is 1.7 n, to 0.94 where it is 8 n.
 constexpr double kHiddenByNoise = 8.0;
+
+/// Variance of a grey level for being rounded.
+constexpr double kOfRounding = 1.0 / 12;
 
 /// Means of squares of `factor` x `factor` pixels.
 Plane shrunk(const GreyView& view, int factor) {
@@ -160,9 +166,12 @@ bool inside(const Plane& p, const Block& b, double dx, double dy) {
          b.y0 + b.side + dy < p.height - 1;
 }
 
+/// In which directions a block is followed: both, or across its edges alone.
+enum class Along { both, gradient };
+
 /// The block's motion in px of the planes; nothing when it is lost.
 std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& block,
-                                  const Normal& n, const MotionOptions& options) {
+                                  const Normal& n, const MotionOptions& options, Along along) {
   BlockMotion motion;
   motion.sd_px = std::numeric_limits<double>::infinity();  // until it has converged
   const double determinant = n.xx * n.yy - n.xy * n.xy;
@@ -170,13 +179,19 @@ std::optional<BlockMotion> follow(const Plane& a, const Plane& b, const Block& b
   for (int i = 0; i < kIterations; ++i) {
     if (!inside(b, block, motion.dx_px, motion.dy_px)) return std::nullopt;
     m = misfit_of(a, b, block, n, motion.dx_px, motion.dy_px);
-    const double step_x = -(n.yy * m.x - n.xy * m.y) / determinant;
-    const double step_y = -(n.xx * m.y - n.xy * m.x) / determinant;
+    double step_x = -(n.yy * m.x - n.xy * m.y) / determinant;
+    double step_y = -(n.xx * m.y - n.xy * m.x) / determinant;
+    if (along == Along::gradient) {
+      const double u = std::cos(n.angle_rad()), v = std::sin(n.angle_rad());
+      const double step = -(u * m.x + v * m.y) / n.largest();
+      step_x = step * u;
+      step_y = step * v;
+    }
     motion.dx_px += step_x;
     motion.dy_px += step_y;
     if (std::hypot(motion.dx_px, motion.dy_px) > options.largest_px) return std::nullopt;
     if (std::hypot(step_x, step_y) > kConverged_px) continue;
-    motion.sd_px = std::sqrt(m.variance / n.smallest());
+    motion.sd_px = std::sqrt(m.variance / (along == Along::both ? n.smallest() : n.largest()));
     break;
   }
   motion.residual_variance = m.variance;
@@ -212,11 +227,12 @@ struct BlockFollower::First {
   int width_px, height_px;
   Plane plane;
   std::vector<Textured> blocks;
+  std::vector<Textured> edges;  ///< blocks with structure in one direction only
 };
 
 BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options) {
   options.check();
-  First first{options, from.width_px, from.height_px, shrunk(from, options.shrink), {}};
+  First first{options, from.width_px, from.height_px, shrunk(from, options.shrink), {}, {}};
   const int side = options.block_px / options.shrink;
   const double scale = options.shrink;
   for (int y0 = 1; y0 + side + 1 < first.plane.height; y0 += side)
@@ -224,10 +240,16 @@ BlockFollower::BlockFollower(const GreyView& from, const MotionOptions& options)
       const Block block{x0, y0, side};
       const Normal n = normal_of(first.plane, block);
       // Noise alone gives half its variance per px to each gradient.
-      const double energy = n.smallest() / (0.5 * side * side);
-      if (energy < kTextureOfNoise / (scale * scale)) continue;
-      if (energy < kOverNoise * noise_variance(first.plane, block)) continue;
-      first.blocks.push_back({block, n});
+      const double count = 0.5 * side * side, least = kTextureOfNoise / (scale * scale);
+      if (n.largest() / count < least) continue;
+      const double noise = noise_variance(first.plane, block);
+      const auto is_texture = [&](double energy) {
+        return energy / count >= least && energy / count >= kOverNoise * noise;
+      };
+      if (is_texture(n.smallest()))
+        first.blocks.push_back({block, n});
+      else if (is_texture(n.largest()))
+        first.edges.push_back({block, n});
     }
   first_ = std::make_shared<const First>(std::move(first));
 }
@@ -266,7 +288,7 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
   std::vector<double> noises, levels;  // of the found: variances left, mean greys
   std::vector<const Normal*> lost;
   for (const auto& [block, normal] : first_->blocks) {
-    const auto motion = follow(first_->plane, now, block, normal, options);
+    const auto motion = follow(first_->plane, now, block, normal, options, Along::both);
     if (!motion) {
       lost.push_back(&normal);
       continue;
@@ -287,6 +309,30 @@ MotionResult BlockFollower::motion_to(const GreyView& to) const {
     result.gone = static_cast<int>(std::count_if(lost.begin(), lost.end(), [&](const Normal* n) {
       return n->variance > hidden * std::max(1.0, n->mean / level);
     }));
+  }
+  return result;
+}
+
+MotionResult BlockFollower::motion_across_edges_to(const GreyView& to) const {
+  const MotionOptions& options = first_->options;
+  if (!has_size_of(to))
+    throw usage_error("the pictures differ in size", "compare frames of one camera");
+  const Plane now = shrunk(to, options.shrink);
+  const double scale = options.shrink;
+  MotionResult result;
+  result.textured = static_cast<int>(first_->edges.size());
+  for (const auto& [block, normal] : first_->edges) {
+    const auto motion = follow(first_->plane, now, block, normal, options, Along::gradient);
+    if (!motion) {
+      ++result.lost;
+      const double noise = std::max(kOfRounding, noise_variance(first_->plane, block));
+      if (normal.variance > kHiddenByNoise * 2 * noise) ++result.gone;
+    } else if (motion->sd_px * scale <= options.largest_sd_px) {
+      result.blocks.push_back({scale * (block.x0 + 0.5 * block.side),
+                               scale * (block.y0 + 0.5 * block.side), scale * motion->dx_px,
+                               scale * motion->dy_px, scale * motion->sd_px,
+                               motion->residual_variance});
+    }
   }
   return result;
 }

@@ -57,6 +57,10 @@ class BlockFollower {
 
   /// Throws Error(usage) when the pictures differ in size.
   [[nodiscard]] MotionResult motion_to(const GreyView& to) const;
+  /// Blocks with structure in one direction only, which motion_to() leaves out: how far they moved
+  /// across it, which is the least that they moved. Gone are those that the noise, as it is in each
+  /// block, cannot have hidden.
+  [[nodiscard]] MotionResult motion_across_edges_to(const GreyView& to) const;
   [[nodiscard]] int textured() const;
   /// Of these, the blocks that noise as in the first picture, `from`, lets find again as well as
   /// the options ask.

@@ -49,6 +49,54 @@ MotionResult motion_between(const cv::Mat& first, const cv::Mat& second) {
   return BlockFollower(view(first), {}).motion_to(view(second));
 }
 
+/// The pattern of Aravis's fake camera: a ramp along the diagonal, from white back to black.
+cv::Mat ramp(int at, double noise_grey, int seed) {
+  cv::Mat image(512, 512, CV_8U), noise(image.size(), CV_16S);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x)
+      image.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(20 + (x + y + at) % 200);
+  cv::RNG random(static_cast<std::uint64_t>(seed));
+  random.fill(noise, cv::RNG::NORMAL, 0, noise_grey);
+  image.convertTo(image, CV_16S);
+  image += noise;
+  image.convertTo(image, CV_8U);
+  return image;
+}
+
+StillReport look_at(const std::vector<cv::Mat>& images) {
+  CamerasFile cameras;
+  cameras.cameras.emplace_back().name = "cam0";
+  LiveResult live;
+  for (const cv::Mat& image : images) {
+    PairedFrames& set = live.pairing.sets.emplace_back();
+    set.frames = {live.frames.size()};
+    live.frames.push_back(
+        {{}, image.cols, image.rows, "", {image.data, image.data + image.total()}});
+  }
+  return look_still(live, cameras, {});
+}
+
+TEST(Motion, WhatMovesAcrossTheOnlyEdgesIsMovedAndWhatCannotBeJudgedIsNamed) {
+  for (const double noise : {0.0, 1.0, 4.0}) {
+    for (const int at : {1, 2, 3, 5, 40}) {
+      const StillReport moving = look_at({ramp(0, noise, 1), ramp(at, noise, 2)});
+      EXPECT_TRUE(moving.cloth_moved) << at << " of noise " << noise;
+      EXPECT_LT(moving.motion_px.value_or(0), at / std::sqrt(2.0) + 0.1) << "the least it moved";
+      EXPECT_TRUE(moving.not_judged().empty());
+    }
+    for (int seed = 2; seed < 12; ++seed) {
+      const StillReport still = look_at({ramp(0, noise, 1), ramp(0, noise, seed)});
+      EXPECT_FALSE(still.cloth_moved) << "noise " << noise;
+      EXPECT_EQ(still.not_judged(), std::vector<std::string>{"cam0"}) << "it may move along them";
+    }
+  }
+  const cv::Mat grey(512, 512, CV_8U, cv::Scalar(90));
+  EXPECT_EQ(look_at({grey, grey}).not_judged(), std::vector<std::string>{"cam0"});
+  EXPECT_TRUE(look_at({grey}).not_judged().empty()) << "one frame is no burst";
+  const cv::Mat cloth = frame("drape_A", 0);
+  EXPECT_TRUE(look_at({cloth, moved(cloth, 0, 0)}).not_judged().empty());
+}
+
 TEST(Motion, ABurstOfAStillClothIsStillAndOneThatMovesIsNot) {
   const cv::Mat first = frame("drape_A", 0);
   for (const double shift : {0.0, 0.1, 0.5, 1.5}) {

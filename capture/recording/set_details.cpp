@@ -59,7 +59,11 @@ Json camera_json(const LiveCameraReport& camera, const LiveFrame& frame,
 
 Json json_of(const StillReport& still, const StillOptions& options) {
   Json json;
-  json["cloth"] = still.cloth_moved ? Json("moved") : still.motion_px ? Json("still") : Json();
+  const std::vector<std::string> not_judged = still.not_judged();
+  json["cloth"] = still.cloth_moved                       ? Json("moved")
+                  : still.motion_px && not_judged.empty() ? Json("still")
+                                                          : Json();
+  if (!not_judged.empty()) json["not_judged"] = not_judged;
   json["motion_px"] = optional_json(still.motion_px);
   json["motion_limit_px"] = options.largest_motion_px;
   json["speed_mm_per_s"] = optional_json(still.speed_mm_per_s);

@@ -104,9 +104,20 @@ std::optional<LiveFault> StillReport::cloth_fault() const {
       "wait until it hangs still and keep draughts away"};
 }
 
+std::vector<std::string> StillReport::not_judged() const {
+  std::vector<std::string> names;
+  for (const CameraStill& camera : cameras)
+    if (camera.not_judged && !cloth_moved) names.push_back(camera.name);
+  return names;
+}
+
 StillWatch::StillWatch(const CamerasFile& cameras, const StillOptions& options)
     : options_(options) {
   if (options_.calibration) calibration_ = read_calibration(*options_.calibration);
+  if (calibration_ && calibration_->no_go) {
+    report_.calibration_no_go = calibration_->no_go;
+    calibration_.reset();  // nothing measured with it can be trusted
+  }
   std::optional<Recording> reference;
   if (cameras.reference) reference = read_recording(cameras.reference->recording);
   for (const LiveCamera& camera : cameras.cameras) {
@@ -140,6 +151,7 @@ StillWatch::Sight StillWatch::see(std::size_t c, const LiveFrame& now) const {
   } else if (first_[c].fine.has_size_of(view(now))) {
     sight.fine = first_[c].fine.motion_to(view(now));
     sight.coarse = first_[c].coarse.motion_to(view(now));
+    if (sight.fine.blocks.empty()) sight.edges = first_[c].fine.motion_across_edges_to(view(now));
   }
   if (!backgrounds_.empty()) sight.background_shift_px = backgrounds_[c].shift_px(view(now));
   return sight;
@@ -149,13 +161,17 @@ void StillWatch::add_motion(std::size_t c, const LiveFrame& now, const Sight& si
   CameraStill& camera = report_.cameras[c];
   const MotionResult& fine = sight.fine;
   const double coarse_px = median_px(sight.coarse);
-  camera.lost = camera.lost || fine.is_lost();
+  camera.lost = camera.lost || fine.is_lost() || sight.edges.gone > 0;
   std::optional<double> largest;
   if (coarse_px > kBeyondFine_px) {
     largest = coarse_px;
   } else if (!camera.lost && !fine.blocks.empty()) {
     largest = fine.largest_px();
+  } else if (const double across_px = sight.edges.largest_px();
+             across_px > options_.largest_motion_px) {
+    largest = across_px;
   }
+  camera.not_judged = camera.not_judged || (!largest && !camera.lost);
   keep_larger(camera.motion_px, largest);
   if (camera.lost && !largest) camera.motion_px.reset();
   report_.cloth_moved = report_.cloth_moved || camera.lost ||

@@ -25,6 +25,9 @@ struct CameraStill {
   std::optional<double> speed_mm_per_s;  ///< of that block, at the depth of the target
   std::optional<double> background_shift_px;
   bool lost = false;  ///< blocks moved out of reach
+  /// In one frame at least nothing could be followed: the pictures have structure in one direction
+  /// only, or none above their noise.
+  bool not_judged = false;
   /// In one frame at least the background was not found again: the shift is not known.
   bool background_lost = false;
 };
@@ -38,8 +41,11 @@ struct StillReport {
   std::optional<double> sync_error_mm;  ///< that speed times the largest spread of a set
   bool cloth_moved = false;
   std::vector<LiveFault> moved_cameras;
+  std::optional<std::string> calibration_no_go;  ///< why no speed is given
 
   [[nodiscard]] std::optional<LiveFault> cloth_fault() const;
+  /// Cameras in which nobody knows whether the cloth was still, unless it moved in another one.
+  [[nodiscard]] std::vector<std::string> not_judged() const;
 };
 
 /// Looks at the sets of a burst as they come: each against the first, and against the reference
@@ -63,6 +69,7 @@ class StillWatch {
   struct Sight {
     std::optional<First> first;  ///< of the first set
     MotionResult fine, coarse;   ///< of the others
+    MotionResult edges;          ///< where nothing else can be followed
     std::optional<double> background_shift_px;
   };
 

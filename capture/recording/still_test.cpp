@@ -143,6 +143,18 @@ TEST_F(Still, AMovingClothIsNamedWithItsSpeedAndNeverAveraged) {
   EXPECT_FALSE(check_still(stored.still)[0].go);
 }
 
+TEST_F(Still, ACalibrationThatIsNoGoGivesNoSpeed) {
+  add_set(0, 0);
+  add_set(0, 0.1);
+  Calibration calibration = test::bench1_true_calibration();
+  calibration.no_go = "cam1 misses by 3 px";
+  options_.still.calibration = temporary_.path() / "calibration.json";
+  write_calibration(*options_.still.calibration, calibration);
+  const StillReport still = look_still(live_, cameras_, options_.still);
+  EXPECT_TRUE(still.motion_px && !still.speed_mm_per_s);
+  EXPECT_EQ(still.calibration_no_go, "cam1 misses by 3 px");
+}
+
 /// Farther than blocks of the full picture are followed: right to a tenth, or absent.
 TEST_F(Still, AClothThatMovedFarIsNeverCalledStill) {
   for (const double shift_px : {6.0, 25.0, 40.0, 90.0}) {
