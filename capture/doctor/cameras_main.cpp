@@ -52,10 +52,13 @@ int main(int argc, char** argv) {
     ending.go = !devices.empty();
     ending.verdict = ending.go ? fmt::format("{} camera(s) answer", devices.size())
                                : "no camera answers: check power, cable and network card";
-    for (const auto& d : devices)
-      ending.numbers.emplace_back(
-          d.name, fmt::format("{}, {} {}, {}", to_string(d.backend), d.identity.vendor,
-                              d.identity.model, d.identity.address));
+    for (const auto& d : devices) {
+      std::string line = fmt::format("{}, {} {}, {}", to_string(d.backend), d.identity.vendor,
+                                     d.identity.model, d.identity.address);
+      if (d.width_px && d.height_px) line += fmt::format(", {} x {} px", *d.width_px, *d.height_px);
+      if (sizes && !d.why_not_asked.empty()) line += ", size not known: " + d.why_not_asked;
+      ending.numbers.emplace_back(d.name, line);
+    }
     ending.next_command = "drape doctor RIG";
     return finish(ending, common);
   });

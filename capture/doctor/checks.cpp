@@ -14,10 +14,8 @@
 #include <map>
 
 #include "capture/recording/frame_quality.hpp"
-#include "core/calibration.hpp"
 #include "core/error.hpp"
 #include "core/files/files.hpp"
-#include "core/files/json_file.hpp"
 
 namespace drape::capture {
 namespace {
@@ -224,60 +222,6 @@ std::vector<Check> check_devices(const CamerasFile& cameras,
   return checks;
 }
 
-Check check_calibration(const std::optional<std::filesystem::path>& calibration,
-                        double largest_days) {
-  if (!calibration)
-    return {"calibration", true, "none is given: record the target, then drape calib", ""};
-  if (!std::filesystem::exists(*calibration))
-    return {"calibration", false, "there is none at " + calibration->string(),
-            "correct --calibration, or leave it out"};
-  if (const auto no_go = read_calibration(*calibration).no_go)
-    return {"calibration", false, "it is NO-GO: " + *no_go,
-            "record the target once more, then drape calib"};
-  const auto age = std::filesystem::file_time_type::clock::now() -
-                   std::filesystem::last_write_time(*calibration);
-  const double days = std::chrono::duration<double>(age).count() / 86400;
-  return {"calibration", days <= largest_days,
-          fmt::format("{:.1f} days old, at most {:.0f}", days, largest_days),
-          "record the target once more, then drape calib"};
-}
-
-Check check_acceptance(const std::filesystem::path& rig,
-                       const std::optional<std::filesystem::path>& calibration,
-                       const std::string& today) {
-  const std::filesystem::path folder = std::filesystem::is_directory(rig) ? rig : rig.parent_path();
-  const std::filesystem::path file = folder / "acceptance.json";
-  Check check{"acceptance", true, "none is beside rig.toml: drape accept makes it", ""};
-  if (!std::filesystem::exists(file)) return check;
-  const JsonNode root = JsonNode::open(file, "acceptance", 1);
-  const auto until = root.optional_text("valid_until");
-  check.found = "of " + root.optional_text("date").value_or("no stated day");
-  if (until) check.found += ", valid until " + *until;
-  check.to_type = "record the target in new places, then drape accept";
-  if (calibration && std::filesystem::exists(*calibration) &&
-      sha256_of_file(*calibration) != root.text("calibration_sha256")) {
-    check.found += ": warning, of another calibration than the one in use; " + check.to_type;
-  } else if (!root.boolean("go")) {
-    check.go = false;
-    check.found += ": NO-GO, " + root.optional_text("cause").value_or(
-                                     "a figure is beyond its limit or was not measured");
-  } else if (until && *until < today) {
-    check.found += ": warning, expired; " + check.to_type;
-  }
-  return check;
-}
-
-std::vector<Check> check_calibrated(const std::filesystem::path& rig,
-                                    const std::optional<std::filesystem::path>& calibration,
-                                    double largest_days) {
-  const std::chrono::year_month_day day{
-      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now())};
-  const std::string today =
-      fmt::format("{:04d}-{:02d}-{:02d}", static_cast<int>(day.year()),
-                  static_cast<unsigned>(day.month()), static_cast<unsigned>(day.day()));
-  return {check_calibration(calibration, largest_days), check_acceptance(rig, calibration, today)};
-}
-
 std::vector<Check> check_still(const StillReport& still) {
   std::vector<Check> checks;
   const auto moved = still.cloth_fault();
@@ -286,6 +230,11 @@ std::vector<Check> check_still(const StillReport& still) {
   else if (still.motion_px)
     checks.push_back(
         {"cloth", true, fmt::format("moves by {:.3f} px at most", *still.motion_px), ""});
+  for (const std::string& camera : still.not_judged())
+    checks.push_back({"cloth in " + camera, true,
+                      "warning, stillness could not be judged: its pictures have structure in one "
+                      "direction only, or none above their noise",
+                      ""});
   for (const CameraStill& camera : still.cameras) {
     const auto fault = std::find_if(still.moved_cameras.begin(), still.moved_cameras.end(),
                                     [&](const LiveFault& f) { return f.camera == camera.name; });

@@ -66,10 +66,11 @@ struct Reached {
 /// Do all devices of the rig answer, each once?
 [[nodiscard]] std::vector<Check> check_devices(const CamerasFile& cameras,
                                                const std::vector<FoundDevice>& found);
-/// Verdict of the calibration and its age in days. Before the first one there is none to look at,
-/// and nothing against a capture.
+/// Verdict of the calibration, whether it is of the rig's cameras, and its age in days by the
+/// record beside it; without that a warning. Before the first one there is none to look at, and
+/// nothing against a capture.
 [[nodiscard]] Check check_calibration(const std::optional<std::filesystem::path>& calibration,
-                                      double largest_days);
+                                      const CamerasFile& rig, double largest_days);
 /// acceptance.json beside rig.toml, if there is one: NO-GO where it is for this calibration; of
 /// another calibration or expired on `today` (ISO date) it is a warning.
 [[nodiscard]] Check check_acceptance(const std::filesystem::path& rig,
@@ -77,8 +78,8 @@ struct Reached {
                                      const std::string& today);
 /// Both of these, today.
 [[nodiscard]] std::vector<Check> check_calibrated(
-    const std::filesystem::path& rig, const std::optional<std::filesystem::path>& calibration,
-    double largest_days);
+    const std::filesystem::path& rig, const CamerasFile& cameras,
+    const std::optional<std::filesystem::path>& calibration, double largest_days);
 /// `wanted` sets: were all frames whole and together, clocks, exposure, focus?
 [[nodiscard]] std::vector<Check> check_capture(const LiveResult& live, const CamerasFile& cameras,
                                                std::size_t wanted);

@@ -58,8 +58,8 @@ TEST(DoctorChecks, LinkBudgetAndDelay) {
   EXPECT_THAT(check_receive_buffers(report).at(0).found,
               HasSubstr("sysctl -w net.core.rmem_max=4400000"));
   EXPECT_FALSE(check_disk_space(1, 2, "x").go);
-  EXPECT_TRUE(check_calibration(std::nullopt, 30).go);
-  EXPECT_FALSE(check_calibration("nowhere.json", 30).go);
+  EXPECT_TRUE(check_calibration(std::nullopt, {}, 30).go);
+  EXPECT_FALSE(check_calibration("nowhere.json", {}, 30).go);
 }
 
 /// However young it is.
@@ -68,13 +68,54 @@ TEST(DoctorChecks, ACalibrationThatIsNoGoIsNotFitToMeasureWith) {
   const fs::path file = folder.path() / "calibration.json";
   Calibration calibration = test::bench1_true_calibration();
   write_calibration(file, calibration);
-  EXPECT_TRUE(check_calibration(file, 30).go);
+  EXPECT_TRUE(check_calibration(file, {}, 30).go);
   calibration.no_go = "cam1 misses by 3 px";
   write_calibration(file, calibration);
-  const Check check = check_calibration(file, 30);
+  const Check check = check_calibration(file, {}, 30);
   EXPECT_FALSE(check.go);
   EXPECT_THAT(check.found, HasSubstr("NO-GO: cam1 misses by 3 px"));
   EXPECT_THAT(check.to_type, HasSubstr("drape calib"));
+}
+
+/// A copy is as old as what it is a copy of.
+TEST(DoctorChecks, TheAgeOfACalibrationIsThatOfItsRecord) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "calibration.json";
+  write_calibration(file, test::bench1_true_calibration());
+  const Check unknown = check_calibration(file, {}, 30);
+  EXPECT_TRUE(unknown.go);
+  EXPECT_THAT(unknown.found, HasSubstr("warning, its age is unknown"));
+  const auto record = [&](const std::string& ended, const std::string& sha256) {
+    Json json;
+    json["schema"] = "drapebench/run/1";
+    json["outputs"] = {{{"file", "calibration.json"}, {"sha256", sha256}}};
+    json["ended_utc"] = ended;
+    write_json(folder.path() / "calibration.run.json", json);
+  };
+  record("2020-01-31T12:00:00Z", sha256_of_file(file));
+  EXPECT_FALSE(check_calibration(file, {}, 30).go);
+  EXPECT_THAT(check_calibration(file, {}, 30).found, HasSubstr("days old, at most 30"));
+  EXPECT_TRUE(check_calibration(file, {}, 1e6).go);
+  record("2020-01-31T12:00:00Z", std::string(64, '0'));
+  EXPECT_THAT(check_calibration(file, {}, 30).found, HasSubstr("of another file"));
+}
+
+TEST(DoctorChecks, ACalibrationOfOtherCamerasIsNotFitToMeasureWith) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "calibration.json";
+  write_calibration(file, test::bench1_true_calibration());
+  CamerasFile rig;
+  LiveCamera& camera = rig.cameras.emplace_back();
+  camera.name = "cam0";
+  camera.settings.width_px = 1600;
+  camera.settings.height_px = 1200;
+  EXPECT_TRUE(check_calibration(file, rig, 30).go);
+  camera.settings.width_px = 1200;
+  EXPECT_FALSE(check_calibration(file, rig, 30).go);
+  camera.settings.width_px = 1600;
+  camera.name = "camX";
+  EXPECT_FALSE(check_calibration(file, rig, 30).go);
+  EXPECT_THAT(check_calibration(file, rig, 30).found, HasSubstr("camX"));
 }
 
 TEST(DoctorChecks, AClockIsKnownNoBetterThanItsDriftLets) {

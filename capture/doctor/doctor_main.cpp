@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, common, [&] {
     const auto cameras = read_cameras_file(rig);
     auto checks = check_machine(cameras, out);
-    append(checks, check_calibrated(rig, calibration, 30));
+    append(checks, check_calibrated(rig, cameras, calibration, 30));
     add_cameras(cameras, calibration, checks);
     return tell(checks, common);
   });
