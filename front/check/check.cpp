@@ -13,6 +13,7 @@
 #include "core/files/json_file.hpp"
 #include "core/files/toml_file.hpp"
 #include "core/units.hpp"
+#include "front/object_tags.hpp"
 
 namespace drape {
 namespace {
@@ -107,6 +108,17 @@ void check_tags(const Rig& rig, const Target& target, const Print& print, BenchC
         fmt::format("give the target other ids than {} uses", print.file.string()));
     return;
   }
+}
+
+/// Targets of the objects' plates of tags, each once.
+void check_plates(const Rig& rig, const std::vector<Scene>& scenes, BenchCheck& check) {
+  std::set<fs::path> seen = {rig.target_file.lexically_normal()};
+  for (const Scene& scene : scenes)
+    for (const ObjectTags& plate : object_tags_of(scene.file)) {
+      if (!seen.insert(plate.target.lexically_normal()).second) continue;
+      if (const auto target = collecting(check, [&] { return read_target(plate.target); }))
+        check_target(plate.target, *target, check);
+    }
 }
 
 void check_print_size(const Print& print, BenchCheck& check) {
@@ -312,11 +324,17 @@ BenchCheck check_bench(const fs::path& rig_path, const fs::path& recording_path)
         "add the scene files, e.g. scenes = [\"scenes/A.toml\"]");
   const std::vector<Scene> scenes = check_scenes(rig->scenes, *rig, print, check);
   check_scenes_together(*rig, scenes, check);
+  check_plates(*rig, scenes, check);
   static_cast<void>(collecting(check, [&] {
     check_repeats(*rig, scenes, check);
     return true;
   }));
   --check.files;  // the rig was counted
+  if (const fs::path file = rig->file.parent_path() / "acceptance.json"; fs::is_regular_file(file))
+    static_cast<void>(collecting(check, [&] {
+      require_acceptance(file);
+      return true;
+    }));
   const auto recording = collecting(check, [&] {
     return read_recording(recording_path.empty() ? rig->recording : recording_path);
   });

@@ -64,7 +64,11 @@ void check_meshes(const Scene& scene, BenchCheck& check);
 /// The tag families that detect knows.
 [[nodiscard]] std::vector<std::string> known_tag_families();
 
-/// Tags of a family that is not known, and tags that would lie over a dot.
+/// acceptance.json beside the rig, which a run gives to `drape compare`. Throws Error for what that
+/// would refuse.
+void require_acceptance(const std::filesystem::path& file);
+
+/// Tags of a family that is not known, two of one id, and tags that would lie over a dot.
 void check_target(const std::filesystem::path& file, const Target& target, BenchCheck& check);
 void check_print(const Print& print, BenchCheck& check);
 

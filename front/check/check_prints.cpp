@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/program/similar.hpp"
 #include "core/units.hpp"
@@ -57,6 +58,15 @@ void check_family(const fs::path& file, const std::string& family, BenchCheck& c
       fmt::format("use one of {}; OpenCV's own dictionaries are not read", fmt::join(known, ", ")));
 }
 
+/// Nobody can say which of two tags of one id was seen. Their ids are typed in dot grids alone.
+void check_tag_ids(const fs::path& file, const std::vector<PrintedTag>& tags, BenchCheck& check) {
+  std::set<int> ids;
+  for (std::size_t k = 0; k < tags.size(); ++k)
+    if (!ids.insert(tags[k].id).second)
+      add(check, file, "tags.tag.id", fmt::format("two tags have the id {}", tags[k].id),
+          "give each tag the id that is printed there", k);
+}
+
 }  // namespace
 
 std::vector<std::string> known_tag_families() {
@@ -66,6 +76,7 @@ std::vector<std::string> known_tag_families() {
 void check_target(const fs::path& file, const Target& target, BenchCheck& check) {
   check_family(file, target.tag_family, check);
   if (target.kind != TargetKind::dot_grid) return;
+  check_tag_ids(file, target.tags, check);
   check_tag_places(
       file, target.tags, target.tag_edge_m, target.dot_diameter_m, target.rows, target.cols,
       [&](MarkId dot) { return Vector2d(target.point_in_target(dot).head<2>()); },

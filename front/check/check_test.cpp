@@ -47,6 +47,34 @@ TEST(Check, NamesTheLineOfTheTableThatIsWrong) {
     EXPECT_THAT(problem_of("rig.toml", from, to), HasSubstr(where));
 }
 
+TEST(Check, TwoTagsOfOneIdAreNamed) {
+  const std::string problem = problem_of("target.toml", "id = 403", "id = 401");
+  EXPECT_THAT(problem, HasSubstr("two tags have the id 401"));
+  EXPECT_THAT(problem, HasSubstr("field `tags.tag.id`"));
+  EXPECT_THAT(problem, HasSubstr("target.toml:28")) << "the second one's line";
+}
+
+/// A run hands it on when all stages are done.
+TEST(Check, AnAcceptanceThatCompareWouldRefuseIsNamedBefore) {
+  const auto checked = [](const std::string& text) {
+    const SmallBench bench({"C"});
+    write_durable(bench.rig() / "acceptance.json", text);
+    return test::run_line(test::program("drape").string() + " check " + bench.rig().string());
+  };
+  const std::string sha256(64, '0');
+  const std::string good = R"({"schema": "drapebench/acceptance/1", "rig": "bench1", )"
+                           R"("calibration_sha256": ")" +
+                           sha256 +
+                           R"(", "date": null, "valid_until": null, "positions": 0, "go": true, )"
+                           R"("cause": null, "warnings": [], "figures": []})";
+  EXPECT_EQ(checked(good).exit_code, 0) << checked(good).text;
+  EXPECT_EQ(checked("{}").exit_code, 3);
+  EXPECT_THAT(checked("{}").text, HasSubstr("acceptance.json"));
+  std::string cut = good;
+  cut.replace(cut.find(sha256), 64, "none");
+  EXPECT_THAT(checked(cut).text, HasSubstr("calibration_sha256"));
+}
+
 TEST(Check, PlacesAKeyInItsOwnTable) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "a.toml";
