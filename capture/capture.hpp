@@ -51,7 +51,8 @@ struct ImportResult {
 /// Makes a recording of `folder`/<set>/<camera>.png|jpg|jpeg|tif|tiff. Sets and cameras are in
 /// natural order (set2 before set10). Every image is proved whole and decoded once for its size,
 /// then copied byte for byte into `recording_folder` (not when that is `folder` itself), as is a
-/// capture.json beside them, whose NO-GO stays; recording.json is written last. A refused import writes nothing.
+/// capture.json beside them, whose NO-GO stays; recording.json is written last. A refused import
+/// writes nothing.
 ///
 /// Throws Error(bad_input) naming set, camera and file for an image that is truncated, unreadable
 /// or of another size than that camera's first one, a camera missing from a set, two images of one
