@@ -118,7 +118,10 @@ Acceptance accept(const AcceptanceInput& input, const Calibration& calibration, 
   }
   const Detections centres = without_eccentricity(input.target, calibration, plate, positions);
   if (target.dot_diameter_m > 0) positions = positions_of(centres, calibration, plate);
-  acceptance.positions = static_cast<int>(positions.size());
+  std::vector<const Position*> all;
+  all.reserve(positions.size());
+  for (const Position& position : positions) all.push_back(&position);
+  acceptance.positions = count_places(all, plate);
   const double print = scale_uncertainty(target);
   MatrixXd covariance = calibration_covariance(calibration);
   if (options.own_target) covariance = without_print_scale(covariance, calibration, print);

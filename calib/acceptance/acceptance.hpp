@@ -24,7 +24,7 @@ struct AcceptanceOptions {
   std::optional<double> max_sphere_size_mm;  ///< of its diameter
   double max_noise_ratio = 1.5;        ///< scatter of repeats over the stated standard deviation
   double shift_uncertainty_mm = 0.01;  ///< standard uncertainty of a height in rig.toml
-  int least_positions = 7;             ///< of the target, five lengths each
+  int least_positions = 7;             ///< places of the target, five lengths each
   Eigen::Vector2d bow_mm = Eigen::Vector2d::Zero();     ///< of the plate, edges above the middle
   Eigen::Vector2d bow_sd_mm = Eigen::Vector2d::Zero();  ///< its standard uncertainty
   bool own_target = true;      ///< the plate measured here is the one that calibrated
@@ -71,7 +71,7 @@ struct AcceptanceFigure {
 
 struct Acceptance {
   std::string calibration_sha256, rig;
-  int positions = 0;
+  int positions = 0;  ///< places of the target; sets of one place are one
   std::vector<AcceptanceFigure> figures;
   std::string cause;                  ///< the one fault that explains most; empty without one
   std::vector<std::string> warnings;  ///< a change that the operator's own limits permit

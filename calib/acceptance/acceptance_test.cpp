@@ -288,6 +288,30 @@ TEST(Acceptance, TooFewPositionsAreNoAcceptance) {
   EXPECT_THAT(result.figures[0].not_measured, HasSubstr("2 positions"));
 }
 
+TEST(Acceptance, SetsOfOnePlaceAreOnePosition) {
+  const Instrument made = instrument(3);
+  // The drawn bench's two stages, eight poses and five exposures of one of them.
+  const Acceptance whole = accepted(made, recorded(made, no_fault));
+  EXPECT_TRUE(whole.good()) << whole.cause;
+  const auto places = static_cast<int>(made.rig.stages.size()) + 8;
+  EXPECT_EQ(whole.positions, places);
+  // Moved by a millimetre each, as a plate that was lifted off and put back.
+  for (const double moved_mm : {0.0, 1.0}) {
+    AcceptanceInput resting = recorded(made, [&](JointModel& model) {
+      Placement at = model.placements[3];
+      model.placements.clear();
+      for (int i = 0; i < 8; ++i, at.world_from_target.translation_m.x() += moved_mm * mm) {
+        at.set = "rest_" + std::to_string(i);
+        model.placements.push_back(at);
+      }
+    });
+    const Acceptance result = accepted(made, resting);
+    EXPECT_FALSE(result.good());
+    EXPECT_EQ(result.positions, 1);
+    EXPECT_THAT(result.figures[0].not_measured, HasSubstr("8 sets, but those of one place"));
+  }
+}
+
 TEST(Acceptance, TheProtocolSaysEveryFigureAndEscapesNames) {
   Acceptance acceptance;
   acceptance.rig = "<b>";

@@ -97,7 +97,7 @@ AcceptanceFigure length_error(const std::vector<Position>& positions, const Plat
                               const FigureContext& context, const AcceptanceOptions& options) {
   AcceptanceFigure figure = figure_named("length error", "mm");
   Largest largest;
-  int whole = 0;
+  std::vector<const Position*> whole;
   unsigned seed = 0;
   const RowVectorXd scale = context.scale_uncertainty * context.draws->standard_normal(0);
   for (const Position& position : positions) {
@@ -116,7 +116,7 @@ AcceptanceFigure length_error(const std::vector<Position>& positions, const Plat
                  fmt::format("set {}, ({}, {}) to ({}, {}), {:.2f} mm", position.set, from.row,
                              from.col, to.row, to.col, true_mm.back()));
     }
-    whole += true_mm.size() == pairs.size();
+    if (true_mm.size() == pairs.size()) whole.push_back(&position);
     if (ends.empty()) continue;
     // A corner that ends several lengths errs alike in all of them.
     std::vector<const MeasuredPoint*> corners = ends;
@@ -138,11 +138,16 @@ AcceptanceFigure length_error(const std::vector<Position>& positions, const Plat
       largest.take(error.cwiseAbs());
     }
   }
-  if (whole < options.least_positions) {
+  const int places = count_places(whole, plate);
+  if (places < options.least_positions) {
     figure.not_measured = fmt::format(
-        "{} positions show all five lengths to two cameras, {} are needed: record the whole target "
-        "in more places of the drape volume",
-        whole, options.least_positions);
+        "{} all five lengths to two cameras{}, {} are needed: record the whole target in more "
+        "places of the drape volume",
+        places == 1 ? "1 position shows" : fmt::format("{} positions show", places),
+        static_cast<int>(whole.size()) > places
+            ? fmt::format(" ({} sets, but those of one place are one position)", whole.size())
+            : "",
+        options.least_positions);
     return figure;
   }
   set_limit(figure, largest.faultless(context.false_no_go), options.max_length_error_mm);

@@ -3,12 +3,30 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "core/dot_image.hpp"
 #include "core/units.hpp"
 
 namespace drape::calib {
+namespace {
+
+/// Mean distance (m) of the points that both show; nothing where they have none in common.
+std::optional<double> mean_shift_m(const Position& a, const Position& b) {
+  double sum_mm = 0;
+  int common = 0;
+  for (const auto& [mark, point] : a.points) {
+    const auto same = b.points.find(mark);
+    if (same == b.points.end()) continue;
+    sum_mm += (point.in_world_mm - same->second.in_world_mm).norm();
+    ++common;
+  }
+  if (common == 0) return std::nullopt;
+  return sum_mm * units::mm / common;
+}
+
+}  // namespace
 
 using Eigen::Matrix3Xd;
 using Eigen::Vector2d;
@@ -55,6 +73,18 @@ std::vector<Position> positions_of(const Detections& detections, const Calibrati
     if (pose.allFinite()) positions.push_back(std::move(position));
   }
   return positions;
+}
+
+int count_places(const std::vector<const Position*>& positions, const Plate& plate) {
+  std::vector<const Position*> places;
+  for (const Position* position : positions) {
+    const bool again = std::any_of(places.begin(), places.end(), [&](const Position* earlier) {
+      const auto shift = mean_shift_m(*earlier, *position);
+      return shift && *shift < plate.target.pitch_m / 2;
+    });
+    if (!again) places.push_back(position);
+  }
+  return static_cast<int>(places.size());
 }
 
 Detections without_eccentricity(Detections detections, const Calibration& calibration,

@@ -42,6 +42,11 @@ struct Position {
                                                  const Calibration& calibration,
                                                  const Plate& plate);
 
+/// How many of them are places of their own. Nearer to an earlier one than half the plate's pitch
+/// (mean of its points) it is that place again: each point is then still nearest to where it was,
+/// and no other part of the volume is tested.
+[[nodiscard]] int count_places(const std::vector<const Position*>& positions, const Plate& plate);
+
 /// The same detections with each dot's centroid moved to the image of its centre (Heikkila 2000),
 /// for the positions that are known; corners stay.
 [[nodiscard]] Detections without_eccentricity(Detections detections, const Calibration& calibration,

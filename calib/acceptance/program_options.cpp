@@ -47,7 +47,8 @@ void add_acceptance_options(Command& app, AcceptanceArguments& arguments) {
   app.add_option("--shift-uncertainty-mm", options.shift_uncertainty_mm,
                  "standard uncertainty of a height in rig.toml")
       ->capture_default_str();
-  app.add_option("--least-positions", options.least_positions, "with all five lengths")
+  app.add_option("--least-positions", options.least_positions,
+                 "places of the target with all five lengths; sets of one place are one")
       ->capture_default_str();
 }
 
